@@ -1,0 +1,28 @@
+# Language level, warnings, sanitizers and floating-point rules, once for every C++ target. For nvcc: cmake/Cuda.cmake.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+
+set(options -Wall -Wextra -Wpedantic -Wshadow -Wno-ignored-attributes)
+if(VESTA_WARNINGS_AS_ERRORS)
+  list(APPEND options -Werror)
+endif()
+
+# With contraction left to the compiler, one template gives different values as float and inside a dual number,
+# and a flipped cut-off drops a whole term. Fused multiply-adds are written out where they are wanted.
+list(APPEND options -ffp-contract=off)
+
+if(VESTA_SANITIZE)
+  list(APPEND options -fsanitize=${VESTA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
+  add_link_options(-fsanitize=${VESTA_SANITIZE})
+  # Eigen allocates in another way under the address sanitizer; a static Ceres, compiled without it, brings the usual one,
+  # and the linker takes one of both for all.
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
+endif()
+add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:${options}>")

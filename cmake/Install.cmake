@@ -1,0 +1,36 @@
+# cmake --install, and the package that find_package(vesta) reads (vestaConfig.cmake.in). A build with VESTA_CUDA
+# installs the same libraries: none of them has device code yet.
+include(CMakePackageConfigHelpers)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
+
+install(TARGETS vesta_core vesta_solver vesta_toy vesta_bundle_adjustment vesta_deconvolution vesta_pose_graph
+  EXPORT vesta)
+install(EXPORT vesta NAMESPACE vesta:: FILE vestaTargets.cmake DESTINATION ${package_dir})
+# A set of its own: who does not ask for the bridge needs no Ceres.
+if(TARGET vesta_ceres_bridge)
+  set_target_properties(vesta_ceres_functors PROPERTIES EXPORT_NAME ceres_functors)
+  install(TARGETS vesta_ceres_bridge vesta_ceres_functors EXPORT vesta_ceres)
+  install(EXPORT vesta_ceres NAMESPACE vesta:: FILE vestaCeresTargets.cmake DESTINATION ${package_dir})
+endif()
+if(TARGET vesta)
+  install(TARGETS vesta)
+endif()
+
+# Public headers, by pattern; what they include goes with them.
+set(headers kernels/core/*.h kernels/math/quaternion.h solver/*.h problems/toy/*.h problems/bundle_adjustment/bal_file.h
+  problems/bundle_adjustment/bundle_problem.h problems/bundle_adjustment/generate.h
+  problems/deconvolution/photon_image.h problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h)
+if(TARGET vesta_ceres_bridge)
+  list(APPEND headers solver/ceres/*.h)
+endif()
+install(CODE "set(headers \"${headers}\")
+  set(source_dir \"${PROJECT_SOURCE_DIR}\")
+  set(include_dir \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/vesta\")")
+install(SCRIPT ${CMAKE_CURRENT_LIST_DIR}/InstallHeaders.cmake)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/vestaConfig.cmake.in ${PROJECT_BINARY_DIR}/vestaConfig.cmake
+  INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/vestaConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/vestaConfig.cmake ${PROJECT_BINARY_DIR}/vestaConfigVersion.cmake
+  DESTINATION ${package_dir})

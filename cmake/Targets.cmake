@@ -1,0 +1,85 @@
+include(GNUInstallDirs)
+
+# vesta_library(name SOURCES a.cpp ... [LINK targets ...])
+# A library vesta_<name>, alias vesta::<name>. LINK is PUBLIC: the link lines are the arrows of docs/architecture.md.
+function(vesta_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_library(vesta_${name} STATIC ${ARG_SOURCES})
+  add_library(vesta::${name} ALIAS vesta_${name})
+  target_include_directories(vesta_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/vesta>)
+  target_compile_features(vesta_${name} PUBLIC cxx_std_20)
+  set_target_properties(vesta_${name} PROPERTIES EXPORT_NAME ${name})
+  target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK})
+endfunction()
+
+# vesta_simd_sources(target a.simd.cpp ...)
+# Compiles each file once per instruction set into the target. Everything such a file defines or instantiates lies in
+# the inline namespace VESTA_ISA (kernels/math/isa.h); kernels/core/cpu_dispatch.h picks one of them at run time.
+function(vesta_simd_sources target)
+  set(isas baseline)
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    list(APPEND isas avx2 avx512)
+  endif()
+  set(flags_baseline "")
+  set(flags_avx2 -mavx2 -mfma)
+  set(flags_avx512 -mavx2 -mfma -mavx512f -mavx512bw -mavx512dq -mavx512vl -mprefer-vector-width=512)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # gcc 12's own AVX-512 intrinsics read a variable that is uninitialised on purpose (gcc bug 105593).
+    list(APPEND flags_avx512 -Wno-uninitialized -Wno-maybe-uninitialized)
+  endif()
+  foreach(isa IN LISTS isas)
+    set(objects ${target}_${isa})
+    add_library(${objects} OBJECT ${ARGN})
+    target_include_directories(${objects} PRIVATE ${PROJECT_SOURCE_DIR})
+    target_compile_definitions(${objects} PRIVATE VESTA_ISA=${isa})
+    target_compile_options(${objects} PRIVATE ${flags_${isa}})
+    target_link_libraries(${objects} PRIVATE xsimd)
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
+  endforeach()
+endfunction()
+
+# vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds])
+# One test program, one ctest entry per GoogleTest case. Labels: unit (the default), threads, ceres, slow, cuda; the
+# target tests_<label> builds all programs of one.
+function(vesta_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  if(NOT ARG_LABELS)
+    set(ARG_LABELS unit)
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  if(VESTA_SANITIZE)
+    math(EXPR ARG_TIMEOUT "4 * ${ARG_TIMEOUT}")
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest_main GTest::gmock)
+  # What is tested is compiled as ever; the tests' own code need not be fast, and Eigen's takes long to optimise.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  foreach(label IN LISTS ARG_LABELS)
+    if(NOT TARGET tests_${label})
+      add_custom_target(tests_${label})
+    endif()
+    add_dependencies(tests_${label} ${name})
+  endforeach()
+  include(GoogleTest)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${ARG_TIMEOUT}
+    WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  # Labels in a file of their own: gtest_discover_tests would take the second one for the name of a property.
+  set(labels_file ${CMAKE_CURRENT_BINARY_DIR}/${name}_labels.cmake)
+  file(CONFIGURE OUTPUT ${labels_file} @ONLY CONTENT
+    "foreach(test IN LISTS @name@_TESTS)\n  set_tests_properties(\"\${test}\" PROPERTIES LABELS \"@ARG_LABELS@\")\nendforeach()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${labels_file})
+endfunction()
+
+# vesta_bench(name SOURCES a.cpp ... [LINK targets ...])   -> build/<preset>/bench/<name>
+function(vesta_bench name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bench)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK})
+endfunction()

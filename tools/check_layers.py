@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""Checks that the arrows of docs/architecture.md hold in every #include.
+
+  tools/check_layers.py              checks the tree this script lies in
+  tools/check_layers.py --self_test  plants one violation of each kind in a made-up tree and expects the report
+"""
+import pathlib
+import re
+import sys
+import tempfile
+
+# Room -> rooms it may include, itself apart. The longest matching prefix decides which room a file is in.
+ALLOWED = {
+    "kernels/math": [],
+    "kernels/core": ["kernels/math"],
+    "kernels/image": ["kernels/math", "kernels/core"],
+    "kernels/gaussian_splatting": ["kernels/math", "kernels/core"],
+    "solver": ["kernels/math", "kernels/core"],
+    "solver/ceres": ["solver", "kernels/math", "kernels/core"],
+    "problems/toy": ["solver", "kernels/math", "kernels/core"],
+    "problems/bundle_adjustment": ["solver", "kernels/math", "kernels/core"],
+    "problems/deconvolution": ["solver", "kernels/math", "kernels/core"],
+    "problems/gaussian_splatting": ["solver", "kernels/math", "kernels/core", "kernels/image",
+                                    "kernels/gaussian_splatting"],
+    "problems/pose_graph": ["solver", "kernels/math", "kernels/core"],
+    "apps": ["problems", "solver", "kernels"],
+    "bench": ["apps", "problems", "solver", "kernels"],
+    "tests": ["bench", "apps", "problems", "solver", "kernels"],
+}
+# One header below its room: the host-and-device macro, which the formulas need and which needs nothing.
+OPEN_HEADERS = {"kernels/core/hd.h"}
+# External header (prefix) -> the rooms that may include it; bench and tests may include anything.
+EXTERNAL = {
+    "ceres/": ["solver/ceres"],
+    "glog/": ["apps", "solver/ceres"],
+    "gflags/": ["apps"],
+    "tbb/": ["kernels/core"],
+    "thread": ["kernels/core"],
+    "future": ["kernels/core"],
+    "execution": [],
+    "jpeglib.h": ["problems/gaussian_splatting"],
+    "png.h": ["problems/gaussian_splatting"],
+    "nanoflann": ["problems/gaussian_splatting"],
+}
+SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
+
+
+def room_of(path):
+    inside = [room for room in ALLOWED if path.startswith(room + "/")]
+    return max(inside, key=len, default=None)
+
+
+def fault(room, quoted, angled):
+    """Why a file of this room may not have this include, or None."""
+    if quoted:
+        target = room_of(quoted)
+        if target is None:
+            return f'"{quoted}" names no room: write includes from the root of the repository'
+        seen = [room, *ALLOWED[room]]
+        # A room that is listed opens the rooms under it too, save that the bridge to Ceres is for programs only.
+        inside = any(target == s or target.startswith(s + "/") for s in seen)
+        bridge = target == "solver/ceres" and room not in ("solver/ceres", "apps", "bench", "tests")
+        if (not inside or bridge) and quoted not in OPEN_HEADERS:
+            return f"{room} may not include {target}"
+    elif room not in ("bench", "tests"):
+        for prefix, rooms in EXTERNAL.items():
+            if (angled == prefix or prefix[-1] in "/n" and angled.startswith(prefix)) and room not in rooms:
+                return f"{room} may not include <{angled}>"
+    return None
+
+
+def faults_in(root):
+    """(number of files read, one line for each fault)"""
+    files = [p for top in sorted({room.split("/")[0] for room in ALLOWED}) for p in sorted((root / top).rglob("*"))
+             if p.suffix in SOURCES]
+    found = []
+    for file in files:
+        name = file.relative_to(root).as_posix()
+        room = room_of(name)
+        if room is None:
+            found.append(f"{name}: lies in no known room; add its room to {pathlib.Path(__file__).name}")
+            continue
+        for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+            match = INCLUDE.match(line)
+            why = match and fault(room, *match.groups())
+            if why:
+                found.append(f"{name}:{number}: {why}")
+    return len(files), found
+
+
+def self_test():
+    planted = {
+        "kernels/math/a.h": '#include "kernels/core/span.h"',
+        "kernels/core/b.cpp": '#include "solver/problem.h"',
+        "kernels/image/c.h": '#include "kernels/gaussian_splatting/project.h"',
+        "solver/d.h": '#include "kernels/image/ssim.h"',
+        "solver/e.cpp": "#include <ceres/ceres.h>",
+        "problems/toy/f.h": '#include "kernels/gaussian_splatting/project.h"',
+        "problems/toy/g.h": '#include "problems/gaussian_splatting/camera.h"',
+        "problems/gaussian_splatting/h.cpp": '  #  include "apps/flags.h"',
+        "problems/gaussian_splatting/i.cpp": "#include <thread>",
+        "problems/gaussian_splatting/j.cpp": '#include "camera.h"',
+        "apps/k.cpp": '#include "tests/support/scene.h"',
+        "problems/l.cpp": "",
+    }
+    sound = {
+        "kernels/math/ok.h": '#include "kernels/core/hd.h"\n#include <cmath>',
+        "solver/ceres/ok.cpp": '#include <ceres/ceres.h>\n#include "solver/problem.h"',
+        "problems/gaussian_splatting/ok.cpp": '#include "kernels/image/ssim.h"\n#include <nanoflann.hpp>',
+        "tests/solver/ok_test.cpp": '#include "apps/flags.h"\n#include <ceres/ceres.h>',
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        for name, text in {**planted, **sound}.items():
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            (root / name).write_text(text + "\n")
+        _, found = faults_in(root)
+    reported = {line.split(":")[0] for line in found}
+    if reported != set(planted):
+        print("self-test: missed", sorted(set(planted) - reported), "wrongly reported", sorted(reported - set(planted)))
+        return 1
+    print(f"self-test: all {len(planted)} planted violations reported, nothing else")
+    return 0
+
+
+def main():
+    if sys.argv[1:] == ["--self_test"]:
+        return self_test()
+    count, found = faults_in(pathlib.Path(__file__).resolve().parent.parent)
+    print("\n".join(found) if found else f"layers: {count} files, every include follows the arrows")
+    return 1 if found or count == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+#!/bin/sh
+# From the built programs to a trained scene: makes a small scene, trains it, renders its test views, draws how the
+# training converged.
+#   tools/demo.sh BUILD_DIR OUT_DIR
+set -eu
+
+# The length of the demo, in one place: about a minute and a half on two cores.
+train_flags="--iterations=2500 --lm_iterations=10"
+
+[ $# -eq 2 ] || { echo "usage: tools/demo.sh BUILD_DIR OUT_DIR" >&2; exit 2; }
+build_dir=$1
+out_dir=$2
+tools_dir=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
+for program in vesta vesta_demo_scene; do
+  [ -x "$build_dir/$program" ] || { echo "demo.sh: $build_dir/$program is missing; ./run demo builds it" >&2; exit 1; }
+done
+
+# Debian's own Python has Debian's matplotlib; another one may come first in PATH.
+python=/usr/bin/python3
+[ -x "$python" ] || python=python3
+MPLCONFIGDIR=$(mktemp -d)
+export MPLCONFIGDIR PYTHONDONTWRITEBYTECODE=1
+trap 'rm -rf -- "$MPLCONFIGDIR"' EXIT
+
+step() { printf '\n-- %s\n' "$*"; }
+
+scene=$out_dir/scene model=$out_dir/model renders=$out_dir/renders
+mkdir -p -- "$out_dir"
+
+step "Making the scene"
+"$build_dir/vesta_demo_scene" --out "$scene"
+
+step "Training"
+# shellcheck disable=SC2086  # the flags are meant to split
+"$build_dir/vesta" train "$scene" --out "$model" $train_flags
+
+step "Rendering the test views"
+"$build_dir/vesta" render "$model/point_cloud.ply" "$scene" --out "$renders" --truth
+
+step "Result: where each stage ended, on the test views unless stated"
+"$python" "$tools_dir/history_table.py" "$model/metrics.json"
+"$python" "$tools_dir/plot_history.py" "$model/metrics.json" "$out_dir/convergence.png"
+"$python" "$tools_dir/contact_sheet.py" "$out_dir/renders.png" "$renders"/*.png
+
+cat <<TEXT
+
+  splat, for any splat viewer          $model/point_cloud.ply
+  all figures, with the history        $model/metrics.json
+  cost and PSNR over time              $out_dir/convergence.png
+  test views, render left, truth right $out_dir/renders.png
+                                       (one by one in $renders)
+TEXT

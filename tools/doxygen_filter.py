@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""Doxygen's INPUT_FILTER: prints a header with its plain // comments turned into those that Doxygen reads.
+
+  tools/doxygen_filter.py FILE         prints the header
+  tools/doxygen_filter.py --self_test  checks a small header
+
+A block of // lines right above a declaration documents it; a // after a declaration, with the lines that go on below it
+in the same column, documents that one; the block at the top of a file is about the file. Comments inside function bodies
+stay as they are. Lines are neither added nor removed, so that Doxygen's line numbers are the header's.
+"""
+import pathlib
+import re
+import sys
+
+SCOPE = re.compile(r"\b(namespace|class|struct|union|enum)\b")
+COMMENT = re.compile(r'^((?:[^"/]|"(?:[^"\\]|\\.)*"|/(?!/))*?)//(?!/)(.*)$')
+
+
+def escaped(text):
+    """Doxygen's own markup loses its meaning, Markdown's all but that for code: a comment reads as it stands."""
+    return re.sub(r"([\\@<>#&%$|*~])", r"\\\1", text)
+
+
+class Scopes:
+    """Whether we are where declarations stand, rather than in a function's body, by counting braces."""
+
+    def __init__(self):
+        self.stack, self.pending = [], ""
+
+    def declaring(self):
+        return all(self.stack)
+
+    def read(self, code):
+        code = re.sub(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)'", "", code)
+        for piece in re.findall(r"[{};]|[^{};]+", code):
+            if piece == "{":
+                head = re.sub(r"template\s*<[^{};]*?>\s*(?=class|struct|requires|union|\w)", "", self.pending)
+                self.stack.append(bool(SCOPE.search(head)) and not head.rstrip().endswith(("=", ")")))
+                self.pending = ""
+            elif piece == "}":
+                if self.stack:
+                    self.stack.pop()
+                self.pending = ""
+            elif piece == ";":
+                self.pending = ""
+            else:
+                self.pending += piece
+
+
+def converted(lines):
+    scopes, out = Scopes(), []
+    column = None  # of the comment after a declaration that the next line may go on with
+    i = 0
+    while i < len(lines):
+        match = COMMENT.match(lines[i])
+        if not match:
+            if not lines[i].startswith("#"):
+                scopes.read(lines[i])
+            out.append(lines[i])
+            column, i = None, i + 1
+            continue
+        code, text = match.groups()
+        if code.strip():  # after code
+            scopes.read(code)
+            documents = scopes.declaring() and code.rstrip()[-1] in ";,)" + "".join(map(chr, range(48, 123)))
+            out.append(f"{code}///<{escaped(text)}" if documents else lines[i])
+            column = len(code) if documents else None
+            i += 1
+            continue
+        if column is not None and len(code) == column:  # goes on with the comment above
+            out.append(f"{code}///<{escaped(text)}")
+            i += 1
+            continue
+        column = None
+        block = [i]
+        while block[-1] + 1 < len(lines) and lines[block[-1] + 1].lstrip().startswith("//"):
+            block.append(block[-1] + 1)
+        following = lines[block[-1] + 1].strip() if block[-1] + 1 < len(lines) else ""
+        about_file = i == 0
+        documents = about_file or scopes.declaring() and following not in ("", "}") and not following.startswith("#")
+        for k in block:
+            indent, text = COMMENT.match(lines[k]).groups()
+            out.append(f"{indent}///{escaped(text)}" if documents else lines[k])
+        i = block[-1] + 1
+        if about_file and following == "#pragma once":
+            out.append("/// \\file")
+            i += 1
+    return out
+
+
+SAMPLE = '''\
+// About the file.
+#pragma once
+
+namespace a {
+
+// Alone, about nothing.
+
+// A class of <things>.
+template <class T>
+class C {
+ public:
+  // What f does.
+  int f() const {
+    // Not a declaration.
+    return 1;  // nor this
+  }
+  int size = 0;  // of it, and
+                 // more
+  enum class E {
+    kOne,  // the first
+    kTwo   // the last
+  };
+};
+}  // namespace a
+'''
+EXPECTED = {1: "/// About the file.", 2: "/// \\file", 6: "// Alone", 8: "/// A class of \\<things\\>.", 12: "/// What f does.",
+            14: "    // Not", 15: "return 1;  // nor", 17: "///< of it", 18: "///< more", 20: "///< the first",
+            21: "///< the last", 24: "}  // namespace"}
+
+
+def self_test():
+    out = converted(SAMPLE.splitlines())
+    wrong = [f"line {n}: {out[n - 1]}" for n, text in EXPECTED.items() if text not in out[n - 1]]
+    print("\n".join(wrong) if wrong else f"self-test: {len(EXPECTED)} comments read as meant")
+    return 1 if wrong or len(out) != len(SAMPLE.splitlines()) else 0
+
+
+def main():
+    if sys.argv[1:] == ["--self_test"]:
+        return self_test()
+    print("\n".join(converted(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8").splitlines())))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

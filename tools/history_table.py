@@ -1,0 +1,24 @@
+#!/usr/bin/env python3
+"""Prints where each stage of a training run ended: history_table.py DIR/metrics.json"""
+import sys
+
+import history
+
+_HEADER = f"{'stage':<6}{'iterations':>11}{'seconds':>9}{'test PSNR':>11}{'test SSIM':>11}{'train PSNR':>12}{'Gaussians':>11}"
+
+
+def table(rows):
+    """Lines of text: a header, then the last row of each stage. Seconds count from the start of the run."""
+    lines = [_HEADER]
+    for stage in history.STAGES:
+        for row in history.stage_rows(rows, stage)[-1:]:
+            lines.append(
+                f"{history.NAMES[stage]:<6}{row['iteration']:>11}{row['seconds']:>9.1f}{row['test_psnr']:>11.2f}"
+                f"{row['test_ssim']:>11.4f}{row['train_psnr']:>12.2f}{row['gaussians']:>11}")
+    return lines
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: history_table.py METRICS_JSON")
+    print("\n".join(table(history.load(sys.argv[1]))))

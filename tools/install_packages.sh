@@ -1,0 +1,54 @@
+#!/bin/sh
+# Installs the Debian 12 packages that vesta is built with. Only those that are missing: with nothing missing it needs
+# neither the network nor root.
+#   tools/install_packages.sh [demo] [ci]     demo: also what the demo's plot needs; ci: also what CI checks with
+set -eu
+
+packages="
+  g++ cmake ninja-build python3
+  libtbb-dev libxsimd-dev libfmt-dev nlohmann-json3-dev libnanoflann-dev
+  libjpeg-dev libpng-dev
+  libgflags-dev libgoogle-glog-dev
+  libceres-dev libeigen3-dev libgtest-dev libgmock-dev libbenchmark-dev"
+
+for group in "$@"; do
+  case $group in
+    demo) packages="$packages python3-matplotlib" ;;
+    ci) packages="$packages git clang-format clang-tidy doxygen" ;;
+    *) echo "install_packages.sh: unknown group '$group'; the groups are demo and ci" >&2; exit 2 ;;
+  esac
+done
+
+if ! command -v dpkg-query >/dev/null 2>&1; then
+  echo "Not a Debian system: nothing installed. The counterparts of these Debian packages are needed:"
+  echo "$packages"
+  exit 0
+fi
+
+missing=
+for package in $packages; do
+  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) || status=none
+  [ "$status" = installed ] || missing="$missing $package"
+done
+if [ -z "$missing" ]; then
+  echo "Packages: all installed."
+  exit 0
+fi
+
+as_root=
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null 2>&1; then
+    echo "Packages are missing and this is neither root nor a system with sudo. As root, run:" >&2
+    echo "  apt-get update && apt-get install --no-install-recommends$missing" >&2
+    exit 1
+  fi
+  as_root=sudo
+fi
+
+echo "Packages: installing$missing"
+$as_root apt-get update -q || {
+  echo "install_packages.sh: apt-get update failed; check the network and /etc/apt/sources.list" >&2
+  exit 1
+}
+# shellcheck disable=SC2086  # the list is meant to split
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
