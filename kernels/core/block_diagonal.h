@@ -1,0 +1,72 @@
+// Symmetric block-diagonal matrices: the shape of block-Jacobi preconditioners.
+#pragma once
+
+#include <vector>
+
+#include "kernels/core/buffer.h"
+
+namespace vesta {
+
+// `count` square blocks of order `size`. Component c of block i is parameter
+//   offset + c * component_stride + i * block_stride,
+// so both structure-of-arrays (component_stride = count, block_stride = 1) and array-of-structures
+// (component_stride = 1, block_stride = size) parameter vectors are covered without a permutation.
+struct BlockGroup {
+  int size = 1;
+  Index count = 0;
+  Index offset = 0;
+  Index component_stride = 1;
+  Index block_stride = 1;
+
+  Index Parameter(Index block, int component) const {
+    return offset + component * component_stride + block * block_stride;
+  }
+  // Number of stored values: packed lower triangles.
+  Index NumValues() const { return count * size * (size + 1) / 2; }
+};
+
+// Position of element (row, col), row >= col, in a packed lower triangle.
+constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
+
+// Values of a symmetric block-diagonal matrix over the parameters 0..num_parameters-1; the groups cover each parameter
+// exactly once. Element (row, col) of block i of group g is at values(g)[PackedLower(row, col) * count + i]: blocks
+// run fastest, so that 16 of them are factored side by side in vector registers.
+template <class B>
+class BlockDiagonal {
+ public:
+  using Scalar = typename B::Scalar;
+
+  BlockDiagonal(Index num_parameters, std::vector<BlockGroup> groups);
+
+  Index num_parameters() const { return num_parameters_; }
+  const std::vector<BlockGroup>& groups() const { return groups_; }
+  typename B::View values(int group);
+  typename B::ConstView values(int group) const;
+  typename B::View all_values();
+
+  // this += scale * other; same groups.
+  void Add(double scale, const BlockDiagonal& other);
+  // this(k, k) += scale * d[k].
+  void AddToDiagonal(double scale, typename B::ConstView d);
+  // out[k] = this(k, k).
+  void Diagonal(typename B::View out) const;
+  // y = this x.
+  void Apply(typename B::ConstView x, typename B::View y) const;
+
+  // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal (0 for rows taken as zero);
+  // afterwards Solve may be called. Where a diagonal entry is
+  // not positive its row and column are taken as zero (and Solve gives 0 there); a pivot that cancels to below
+  // 1e-6 (float; 1e-13 double) of its diagonal is raised to that: a preconditioner must be positive definite, it need
+  // not be exact. Returns the number of pivots so treated. Never produces a non-finite value from finite ones.
+  Index Factorize();
+  // y = this^-1 x, after Factorize. x and y may be the same memory.
+  void Solve(typename B::ConstView x, typename B::View y) const;
+
+ private:
+  Index num_parameters_;
+  std::vector<BlockGroup> groups_;
+  std::vector<Index> first_value_;
+  typename B::Vector values_;
+};
+
+}  // namespace vesta

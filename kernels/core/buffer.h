@@ -1,0 +1,73 @@
+// Owning arrays in a memory space.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "kernels/core/span.h"
+
+namespace vesta {
+
+template <class T, class Space>
+class Buffer;
+
+// Host array of trivially copyable elements, aligned to 64 bytes, move-only (copies are named: CopyFrom).
+// Elements are zero after construction and Resize.
+template <class T>
+class Buffer<T, Host> {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  Buffer() = default;
+  explicit Buffer(Index size) { Resize(size); }
+  Buffer(Buffer&& other) noexcept : data_(std::move(other.data_)), size_(std::exchange(other.size_, 0)) {}
+  Buffer& operator=(Buffer&& other) noexcept {
+    data_ = std::move(other.data_);
+    size_ = std::exchange(other.size_, 0);
+    return *this;
+  }
+
+  // Discards the contents; all elements become T{}. Reuses the allocation when the size is unchanged.
+  void Resize(Index size) {
+    if (size != size_) {
+      data_.reset(size > 0 ? static_cast<T*>(::operator new(static_cast<std::size_t>(size) * sizeof(T), kAlignment))
+                           : nullptr);
+      size_ = size;
+    }
+    std::fill_n(data_.get(), size_, T{});
+  }
+  void CopyFrom(Span<const T, Host> other) {
+    if (other.size() != size_) Resize(other.size());
+    std::copy_n(other.data(), size_, data_.get());
+  }
+
+  Index size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  T* data() { return data_.get(); }
+  const T* data() const { return data_.get(); }
+  T& operator[](Index i) { return data_.get()[i]; }
+  const T& operator[](Index i) const { return data_.get()[i]; }
+  T* begin() { return data(); }
+  T* end() { return data() + size_; }
+  const T* begin() const { return data(); }
+  const T* end() const { return data() + size_; }
+  Span<T, Host> view() { return {data(), size_}; }
+  Span<const T, Host> view() const { return {data(), size_}; }
+  operator Span<T, Host>() { return view(); }
+  operator Span<const T, Host>() const { return view(); }
+
+ private:
+  static constexpr std::align_val_t kAlignment{64};
+  struct Free {
+    void operator()(T* p) const { ::operator delete(p, kAlignment); }
+  };
+  std::unique_ptr<T, Free> data_;
+  Index size_ = 0;
+};
+
+template <class T>
+using HostBuffer = Buffer<T, Host>;
+
+}  // namespace vesta

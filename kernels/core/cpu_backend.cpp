@@ -1,0 +1,268 @@
+// Host bodies of the vector algebra. All are bound by memory; long vectors are worked on by all threads.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/core/vector_backend.h"
+
+namespace vesta {
+namespace {
+
+// Elements in one task, and in one partial sum of a reduction: fixed, so sums do not depend on the threads.
+constexpr Index kGrain = 8192;
+// Partial sums kept side by side within a chunk, one SIMD lane each.
+constexpr int kLanes = 8;
+
+template <class X, class Y>
+void CheckSizes(const X& x, const Y& y) {
+  VESTA_CHECK(x.size() == y.size(), "vectors of different sizes, {} and {}", x.size(), y.size());
+}
+
+template <class Body>
+void ForEach(Index n, const Body& body) {
+  if (n <= kGrain) {
+    for (Index i = 0; i < n; ++i) body(i);
+    return;
+  }
+  ParallelFor(n, kGrain, body);
+}
+
+template <class T, class Body>
+T Sum(Index n, const Body& body) {
+  return n <= kGrain ? body(Index{0}, n) : ParallelSum<T>(n, kGrain, body);
+}
+
+// Sum of term(i) over [0, n) in double.
+template <class Term>
+double SumTerms(Index n, const Term& term) {
+  return Sum<double>(n, [&term](Index begin, Index end) {
+    double lanes[kLanes] = {};
+    Index i = begin;
+    for (; i + kLanes <= end; i += kLanes) {
+      for (int lane = 0; lane < kLanes; ++lane) lanes[lane] += term(i + lane);
+    }
+    for (int lane = 0; i < end; ++i, ++lane) lanes[lane] += term(i);
+    double sum = 0;
+    for (const double value : lanes) sum += value;
+    return sum;
+  });
+}
+
+}  // namespace
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Fill(double a, View y) {
+  const S value = static_cast<S>(a);
+  ForEach(y.size(), [=](Index i) { y[i] = value; });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Copy(ConstView x, View y) {
+  CheckSizes(x, y);
+  ForEach(y.size(), [=](Index i) { y[i] = x[i]; });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Axpby(double a, ConstView x, double b, View y) {
+  CheckSizes(x, y);
+  const S sa = static_cast<S>(a), sb = static_cast<S>(b);
+  if (b == 0) {
+    if (a == 0) return Fill(0, y);
+    ForEach(y.size(), [=](Index i) { y[i] = sa * x[i]; });
+  } else if (a == 0) {
+    ForEach(y.size(), [=](Index i) { y[i] = sb * y[i]; });
+  } else {
+    ForEach(y.size(), [=](Index i) { y[i] = sa * x[i] + sb * y[i]; });
+  }
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::AddScaled(double a, ConstView d, ConstView x, View y) {
+  CheckSizes(d, y);
+  CheckSizes(x, y);
+  const S sa = static_cast<S>(a);
+  ForEach(y.size(), [=](Index i) { y[i] += sa * d[i] * x[i]; });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Multiply(ConstView d, ConstView x, View y) {
+  CheckSizes(d, y);
+  CheckSizes(x, y);
+  ForEach(y.size(), [=](Index i) { y[i] = d[i] * x[i]; });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::DivideOrZero(ConstView x, ConstView d, View y) {
+  CheckSizes(x, y);
+  CheckSizes(d, y);
+  ForEach(y.size(), [=](Index i) { y[i] = d[i] != S(0) ? x[i] / d[i] : S(0); });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Clamp(ConstView x, double lo, double hi, View y) {
+  CheckSizes(x, y);
+  const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
+  ForEach(y.size(), [=](Index i) { y[i] = std::min(std::max(x[i], slo), shi); });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::ClampRelative(ConstView x, ConstView d, double lo, double hi, View y) {
+  CheckSizes(x, y);
+  CheckSizes(d, y);
+  const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
+  ForEach(y.size(), [=](Index i) { y[i] = std::min(std::max(x[i], slo * d[i]), shi * d[i]); });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Maximum(ConstView x, View y) {
+  CheckSizes(x, y);
+  ForEach(y.size(), [=](Index i) { y[i] = std::max(x[i], y[i]); });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::ClampedInverse(ConstView d, double lo, double hi, View y) {
+  CheckSizes(d, y);
+  const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
+  ForEach(y.size(), [=](Index i) { y[i] = S(1) / std::min(std::max(d[i], slo), shi); });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Sqrt(ConstView x, View y) {
+  CheckSizes(x, y);
+  ForEach(y.size(), [=](Index i) { y[i] = std::sqrt(x[i]); });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::SelectPositive(ConstView x, double value_if_positive, double value_otherwise, View y) {
+  CheckSizes(x, y);
+  const S yes = static_cast<S>(value_if_positive), no = static_cast<S>(value_otherwise);
+  ForEach(y.size(), [=](Index i) { y[i] = x[i] > S(0) ? yes : no; });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Dot(ConstView x, ConstView y, Slot slot) {
+  CheckSizes(x, y);
+  *slot.value = SumTerms(x.size(), [=](Index i) { return static_cast<double>(x[i]) * static_cast<double>(y[i]); });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y, Slot slot) {
+  CheckSizes(w, y);
+  CheckSizes(x, y);
+  *slot.value = SumTerms(x.size(), [=](Index i) {
+    return static_cast<double>(w[i]) * static_cast<double>(x[i]) * static_cast<double>(y[i]);
+  });
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::Dot(ConstView x, ConstView y) {
+  double result = 0;
+  Dot(x, y, Slot{&result});
+  return result;
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y) {
+  double result = 0;
+  WeightedDot(w, x, y, Slot{&result});
+  return result;
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::MaxAbs(ConstView x) {
+  // Adding up maxima: a type whose sum is the maximum that NaN wins.
+  struct Max {
+    double value = 0;
+    Max& operator+=(const Max& other) {
+      if (std::isnan(other.value) || other.value > value) value = other.value;
+      return *this;
+    }
+  };
+  return Sum<Max>(x.size(),
+                  [=](Index begin, Index end) {
+                    S largest = 0;
+                    bool nan = false;
+                    for (Index i = begin; i < end; ++i) {
+                      const S magnitude = std::abs(x[i]);
+                      largest = magnitude > largest ? magnitude : largest;
+                      nan |= magnitude != magnitude;
+                    }
+                    return Max{nan ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(largest)};
+                  })
+      .value;
+}
+
+template <class S, class Space>
+bool VectorBackend<S, Space>::AllFinite(ConstView x) {
+  return Sum<Index>(x.size(), [=](Index begin, Index end) {
+           Index bad = 0;
+           for (Index i = begin; i < end; ++i) bad += std::isfinite(x[i]) ? 0 : 1;
+           return bad;
+         }) == 0;
+}
+
+template <class S, class Space>
+Index VectorBackend<S, Space>::CountNonPositive(ConstView x) {
+  return Sum<Index>(x.size(), [=](Index begin, Index end) {
+    Index count = 0;
+    for (Index i = begin; i < end; ++i) count += x[i] > S(0) ? 0 : 1;
+    return count;
+  });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::CgStep(Slot alpha, ConstView p, ConstView q, View x, View r) {
+  const S a = static_cast<S>(*alpha.value);
+  if (*alpha.value == 0) return;
+  ForEach(x.size(), [=](Index i) {
+    x[i] += a * p[i];
+    r[i] -= a * q[i];
+  });
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::CgDirection(ConstView z, Slot beta, View p) {
+  Axpby(1.0, z, *beta.value, p);
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::UpdatePcg(PcgPhase phase, Slots& scalars) {
+  UpdatePcgScalars(phase, scalars.data());
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Write(HostSpan<const double> values, Slots& slots) {
+  slots.CopyFrom(values);
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::Read(Slot slot) {
+  return *slot.value;
+}
+
+template <class S, class Space>
+std::vector<double> VectorBackend<S, Space>::Read(const Slots& slots) {
+  return {slots.begin(), slots.end()};
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::ReadLagged(Slot slot) {
+  return *slot.value;
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::FromHost(HostSpan<const S> x, View y) {
+  Copy(x, y);
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::ToHost(ConstView x, HostSpan<S> y) {
+  Copy(x, y);
+}
+
+template class VectorBackend<float, Host>;
+template class VectorBackend<double, Host>;
+
+}  // namespace vesta

@@ -1,0 +1,56 @@
+#include "kernels/core/cpu_dispatch.h"
+
+#include <cstdlib>
+#include <string_view>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+
+bool IsaAvailable(Isa isa) {
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  return isa == Isa::kBaseline || (isa == Isa::kAvx2 && avx2) || (isa == Isa::kAvx512 && avx2 && avx512);
+#else
+  return isa == Isa::kBaseline;
+#endif
+}
+
+namespace {
+
+Isa Choose() {
+  const char* forced = std::getenv("VESTA_SIMD");
+  if (forced != nullptr && *forced != '\0') {
+    const std::string_view name(forced);
+    for (const Isa isa : {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512}) {
+      if (name != IsaName(isa)) continue;
+      if (!IsaAvailable(isa)) Fail("VESTA_SIMD={}: this CPU does not have it; unset VESTA_SIMD", name);
+      return isa;
+    }
+    Fail("VESTA_SIMD={}: not one of sse2, avx2, avx512", name);
+  }
+  return IsaAvailable(Isa::kAvx512) ? Isa::kAvx512 : IsaAvailable(Isa::kAvx2) ? Isa::kAvx2 : Isa::kBaseline;
+}
+
+}  // namespace
+
+Isa ActiveIsa() {
+  static const Isa isa = Choose();
+  return isa;
+}
+
+const char* IsaName(Isa isa) {
+  switch (isa) {
+    case Isa::kAvx2:
+      return "avx2";
+    case Isa::kAvx512:
+      return "avx512";
+    default:
+      return "sse2";
+  }
+}
+
+}  // namespace vesta

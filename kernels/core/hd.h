@@ -1,0 +1,8 @@
+// VESTA_HD marks a function for host and device. One of the project's few macros; empty outside nvcc.
+#pragma once
+
+#if defined(__CUDACC__)
+#define VESTA_HD __host__ __device__
+#else
+#define VESTA_HD
+#endif

@@ -1,0 +1,44 @@
+// Parallel loops on oneTBB. (parallel_std.cpp is the same interface on std::thread, for the thread sanitizer.)
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+
+#include <memory>
+
+#include "kernels/core/parallel.h"
+
+namespace vesta {
+namespace {
+
+std::unique_ptr<tbb::global_control>& Control() {
+  static std::unique_ptr<tbb::global_control> control;
+  return control;
+}
+int g_num_threads = 0;
+
+}  // namespace
+
+void SetNumThreads(int num_threads) {
+  g_num_threads = num_threads;
+  Control().reset();
+  if (num_threads > 0) {
+    Control() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                      static_cast<std::size_t>(num_threads));
+  }
+}
+
+int NumThreads() { return g_num_threads > 0 ? g_num_threads : tbb::info::default_concurrency(); }
+
+void ParallelForChunks(Index count, Index grain, const std::function<void(Index, Index)>& body) {
+  if (count <= 0) return;
+  const Index chunks = (count + grain - 1) / grain;
+  if (chunks == 1) return body(0, count);
+  tbb::parallel_for(
+      tbb::blocked_range<Index>(0, chunks, 1),
+      [&](const tbb::blocked_range<Index>& range) {
+        for (Index c = range.begin(); c < range.end(); ++c) body(c * grain, std::min(count, (c + 1) * grain));
+      },
+      tbb::simple_partitioner());
+}
+
+}  // namespace vesta

@@ -1,0 +1,28 @@
+// Reading of text files whose contents are not trusted.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "kernels/core/span.h"
+
+namespace vesta {
+
+// False, too, where the path cannot be looked up (no permission, a name too long for the system).
+bool FileExists(const std::string& path);
+bool FolderExists(const std::string& path);
+
+// The whole file. Throws Error when it is missing, not a regular file, or cannot be read.
+std::string ReadFile(const std::string& path);
+
+// Parses a whole word as a number (nan and inf included); false where it is none or does not fit.
+bool ParseNumber(std::string_view word, double* value);
+bool ParseNumber(std::string_view word, Index* value);
+
+// The next word of `text`, which is cut off at its front together with the white space before it; empty at the end.
+std::string_view NextWord(std::string_view* text);
+
+// A piece of a file made fit for a message: at most 60 characters, others than printable ASCII replaced by '?'.
+std::string Printable(std::string_view text);
+
+}  // namespace vesta

@@ -1,0 +1,15 @@
+// The float kernels of a named instruction set, past the choice made at run time: for the dispatch, and for tests that
+// compare one set with another.
+#pragma once
+
+#include "kernels/core/cpu_dispatch.h"
+#include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/gaussian_splatting/raster_kernels.h"
+
+namespace vesta::splat {
+
+// The CPU must have the instruction set.
+const RasterKernels<float>& FloatRasterKernelsOf(Isa isa);
+const ProjectKernels<float>& FloatProjectKernelsOf(Isa isa, int active_sh_degree);
+
+}  // namespace vesta::splat

@@ -1,0 +1,15 @@
+// The splatting kernels of one instruction set; compiled once for each (cmake/Targets.cmake, vesta_simd_sources).
+#include "kernels/gaussian_splatting/project_block.h"
+#include "kernels/gaussian_splatting/raster_tile.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+const RasterKernels<float>& FloatRasterKernels() {
+  static const RasterKernels<float> kernels = MakeRasterKernels<FloatLanes, float>();
+  return kernels;
+}
+const ProjectKernels<float>& FloatProjectKernels(int degree) { return kProjectKernels<FloatLanes, float>[degree]; }
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,159 @@
+// Projection of one Gaussian to one view: value for any scalar (floats, SIMD batches, duals, Jets) and adjoint.
+//
+// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + 0.3 I with
+// M = J W R_q S (2 x 3); x/z and y/z inside J are clamped to 15 % of the image beyond its borders.
+#pragma once
+
+#include "kernels/gaussian_splatting/types.h"
+#include "kernels/math/quaternion.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// A view with constants in the scalar of the templates. From PinholeView by MakeCamera.
+template <class S>
+struct Camera {
+  S R[9], T[3], centre[3];
+  S fx, fy, cx, cy, near;
+  S x_lo, x_hi, y_lo, y_hi;  // clamp of x/z and y/z inside the Jacobian of the projection
+};
+
+template <class S>
+inline Camera<S> MakeCamera(const PinholeView& view) {
+  Camera<S> c;
+  for (int i = 0; i < 9; ++i) c.R[i] = static_cast<S>(view.R[i]);
+  for (int i = 0; i < 3; ++i) c.T[i] = static_cast<S>(view.T[i]);
+  for (int i = 0; i < 3; ++i) c.centre[i] = static_cast<S>(view.centre[i]);
+  c.fx = static_cast<S>(view.fx), c.fy = static_cast<S>(view.fy);
+  c.cx = static_cast<S>(view.cx), c.cy = static_cast<S>(view.cy);
+  c.near = static_cast<S>(view.near);
+  c.x_lo = static_cast<S>((-view.cx - 0.15 * view.width) / view.fx);
+  c.x_hi = static_cast<S>((1.15 * view.width - view.cx) / view.fx);
+  c.y_lo = static_cast<S>((-view.cy - 0.15 * view.height) / view.fy);
+  c.y_hi = static_cast<S>((1.15 * view.height - view.cy) / view.fy);
+  return c;
+}
+
+// What the adjoint needs of the forward computation.
+template <class T>
+struct ProjectionState {
+  T t[3];          // camera coordinates
+  T tx, ty;        // x/z, y/z after the clamp
+  T A[9];          // W R_q
+  T scale[3];      // standard deviations
+  T M0[3], M1[3];  // rows of M
+  T B, C, det;     // screen covariance: xy, yy, determinant
+};
+
+// The shape of a splat in whitened form: u, v, r, s, beta of types.h.
+template <class T>
+struct SplatShape {
+  T u, v, r, s, beta;
+};
+
+// mean[3], log_scale[3], quaternion[4] -> shape. S is the scalar type of the camera's constants. No division by zero
+// for z > 0; elsewhere the result may be not finite and must be masked by the caller.
+template <class S, class T>
+VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], const T log_scale[3],
+                                      const T quaternion[4], ProjectionState<T>& state) {
+  using std::exp;
+  using std::sqrt;
+  T R[9];
+  RotationFromQuaternion(quaternion, R);
+  for (int i = 0; i < 3; ++i) {
+    const T W0(camera.R[3 * i]), W1(camera.R[3 * i + 1]), W2(camera.R[3 * i + 2]);
+    state.t[i] = Fma(W0, mean[0], Fma(W1, mean[1], Fma(W2, mean[2], T(camera.T[i]))));
+    for (int k = 0; k < 3; ++k) state.A[3 * i + k] = Fma(W0, R[k], Fma(W1, R[3 + k], W2 * R[6 + k]));
+    state.scale[i] = exp(log_scale[i]);
+  }
+  const T inv_z = T(1) / state.t[2];
+  const T x = state.t[0] * inv_z, y = state.t[1] * inv_z;
+  state.tx = Clamp(x, T(camera.x_lo), T(camera.x_hi));
+  state.ty = Clamp(y, T(camera.y_lo), T(camera.y_hi));
+  const T jx = T(camera.fx) * inv_z, jy = T(camera.fy) * inv_z;
+  for (int k = 0; k < 3; ++k) {
+    state.M0[k] = jx * state.scale[k] * (state.A[k] - state.tx * state.A[6 + k]);
+    state.M1[k] = jy * state.scale[k] * (state.A[3 + k] - state.ty * state.A[6 + k]);
+  }
+  const T *m = state.M0, *n = state.M1;
+  const T c0 = m[1] * n[2] - m[2] * n[1], c1 = m[2] * n[0] - m[0] * n[2], c2 = m[0] * n[1] - m[1] * n[0];
+  const T mm = Fma(m[0], m[0], Fma(m[1], m[1], m[2] * m[2]));
+  const T nn = Fma(n[0], n[0], Fma(n[1], n[1], n[2] * n[2]));
+  const T low_pass(kLowPass);
+  state.B = Fma(m[0], n[0], Fma(m[1], n[1], m[2] * n[2]));
+  state.C = nn + low_pass;
+  // |m x n|^2 + 0.3 (|m|^2 + |n|^2) + 0.09, each term positive: A C - B^2 loses all digits in float on needles.
+  state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(low_pass, mm + nn, T(kLowPass * kLowPass)))));
+  SplatShape<T> shape;
+  shape.u = Fma(T(camera.fx), x, T(camera.cx));
+  shape.v = Fma(T(camera.fy), y, T(camera.cy));
+  shape.r = sqrt(state.C / state.det);
+  shape.s = T(1) / sqrt(state.C);
+  shape.beta = -state.B / state.C;
+  return shape;
+}
+
+// Tangent in whitened coordinates from a shape and its derivative (the v and d parts of a SplatShape<Dual<T>>).
+template <class T>
+VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
+  w[kXi] = -shape.r * Fma(shape.beta, d.v, d.u);
+  w[kZeta] = -shape.s * d.v;
+  w[kRho] = d.r / shape.r;
+  w[kKappa] = shape.r / shape.s * d.beta;
+  w[kSigma] = d.s / shape.s;
+}
+
+// Adjoint of Project followed by WhitenTangent: from the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3],
+// quaternion_bar[4] (overwritten).
+template <class S, class T>
+VESTA_HD inline void ProjectAdjoint(const Camera<S>& camera, const T quaternion[4], const ProjectionState<T>& state,
+                                    const SplatShape<T>& shape, const T* w_bar, T mean_bar[3], T log_scale_bar[3],
+                                    T quaternion_bar[4]) {
+  using std::sqrt;
+  const T u_bar = -shape.r * w_bar[kXi];
+  const T v_bar = Fma(shape.beta, u_bar, -shape.s * w_bar[kZeta]);
+  // log r = (log C - log det) / 2, log s = -log C / 2, (r / s) d beta = (-dB + (B / C) dC) / sqrt(det)
+  const T kappa = w_bar[kKappa] / sqrt(state.det);
+  const T B_bar = -kappa;
+  const T C_bar = (T(0.5f) * (w_bar[kRho] - w_bar[kSigma]) + kappa * state.B) / state.C;
+  const T det_bar = T(-0.5f) * w_bar[kRho] / state.det;
+
+  const T *m = state.M0, *n = state.M1;
+  const T c[3] = {m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]};
+  const T two_det = T(2) * det_bar, low_pass(kLowPass);
+  const T inv_z = T(1) / state.t[2];
+  const T jx = T(camera.fx) * inv_z, jy = T(camera.fy) * inv_z;
+  T A_bar[9];
+  T tx_bar(0), ty_bar(0), z_sum(0);
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const T M0_bar = Fma(two_det, n[i] * c[j] - n[j] * c[i] + low_pass * m[k], B_bar * n[k]);
+    const T M1_bar = Fma(two_det, c[i] * m[j] - c[j] * m[i] + low_pass * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
+    const T along0 = M0_bar * m[k], along1 = M1_bar * n[k];
+    log_scale_bar[k] = along0 + along1;
+    z_sum = z_sum + along0 + along1;
+    const T E0_bar = M0_bar * jx * state.scale[k], E1_bar = M1_bar * jy * state.scale[k];
+    A_bar[k] = E0_bar;
+    A_bar[3 + k] = E1_bar;
+    A_bar[6 + k] = -(state.tx * E0_bar + state.ty * E1_bar);
+    tx_bar = tx_bar - E0_bar * state.A[6 + k];
+    ty_bar = ty_bar - E1_bar * state.A[6 + k];
+  }
+  // The clamp passes its derivative on inside and on its border, as Clamp of a Dual does; beyond, tx is constant.
+  const T x = state.t[0] * inv_z, y = state.t[1] * inv_z;
+  tx_bar = Select(x >= T(camera.x_lo), Select(x <= T(camera.x_hi), tx_bar, T(0)), T(0));
+  ty_bar = Select(y >= T(camera.y_lo), Select(y <= T(camera.y_hi), ty_bar, T(0)), T(0));
+  const T x_bar = Fma(T(camera.fx), u_bar, tx_bar) * inv_z;
+  const T y_bar = Fma(T(camera.fy), v_bar, ty_bar) * inv_z;
+  const T z_bar = -(x_bar * x + y_bar * y + z_sum * inv_z);
+  T R_bar[9];
+  for (int i = 0; i < 3; ++i) {
+    const T W0(camera.R[i]), W1(camera.R[3 + i]), W2(camera.R[6 + i]);
+    mean_bar[i] = Fma(W0, x_bar, Fma(W1, y_bar, W2 * z_bar));
+    for (int k = 0; k < 3; ++k) R_bar[3 * i + k] = Fma(W0, A_bar[k], Fma(W1, A_bar[3 + k], W2 * A_bar[6 + k]));
+  }
+  RotationFromQuaternionAdjoint(quaternion, R_bar, quaternion_bar);
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,332 @@
+// Projection passes over blocks of neighbouring Gaussians, one in each lane: what ProjectKernels points to.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "kernels/gaussian_splatting/color.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/math/dual.h"
+#include "kernels/math/lanes.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// Lanes i .. i+n of the attributes of a structure of arrays; lanes past n read as zero and are not written.
+template <class V, class S>
+struct Block {
+  using L = Lanes<V>;
+  std::int64_t count;
+  std::int64_t i;
+  int n;
+
+  Block(std::int64_t num, std::int64_t first, std::int64_t end)
+      : count(num), i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
+  V Load(const S* x, int attribute) const {
+    const S* p = x + attribute * count + i;
+    if (n == L::kWidth) return L::Load(p);
+    alignas(64) S lane[L::kWidth] = {};
+    for (int k = 0; k < n; ++k) lane[k] = p[k];
+    return L::Load(lane);
+  }
+  void Add(S* x, int attribute, const V& value) const {
+    S* p = x + attribute * count + i;
+    if (n == L::kWidth) return L::Store(p, L::Load(p) + value);
+    alignas(64) S lane[L::kWidth];
+    L::Store(lane, value);
+    for (int k = 0; k < n; ++k) p[k] += lane[k];
+  }
+};
+
+// The geometric attributes of a block and their projection.
+template <class V, class S>
+struct ProjectedBlock {
+  V mean[3], log_scale[3], quaternion[4], opacity;
+  ProjectionState<V> state;
+  SplatShape<V> shape;
+
+  ProjectedBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x) {
+    for (int k = 0; k < 3; ++k) mean[k] = block.Load(x, kMean + k), log_scale[k] = block.Load(x, kLogScale + k);
+    for (int k = 0; k < 4; ++k) quaternion[k] = block.Load(x, kQuaternion + k);
+    opacity = Sigmoid(block.Load(x, kOpacity));
+    shape = Project(camera, mean, log_scale, quaternion, state);
+  }
+};
+
+// Lanes of a block that are seen.
+template <class V, class S>
+typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
+  bool is_seen[Lanes<V>::kWidth];
+  for (int lane = 0; lane < Lanes<V>::kWidth; ++lane) is_seen[lane] = lane < block.n && rank_of[block.i + lane] >= 0;
+  return Lanes<V>::LoadMask(is_seen);
+}
+
+// out[k] = field k of the records of the block's Gaussians, zero for those not seen. fields(rank) points to N scalars.
+template <int N, class V, class S, class Fields>
+void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
+  alignas(64) S lanes[N][Lanes<V>::kWidth] = {};
+  for (int lane = 0; lane < block.n; ++lane) {
+    const std::int32_t rank = rank_of[block.i + lane];
+    if (rank < 0) continue;
+    const S* from = fields(rank);
+    for (int k = 0; k < N; ++k) lanes[k][lane] = from[k];
+  }
+  for (int k = 0; k < N; ++k) out[k] = Lanes<V>::Load(lanes[k]);
+}
+
+template <class V>
+V Logarithm(const V& x) {
+  using std::log;
+  return log(x);
+}
+
+template <class V, class S, int Degree>
+void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+                  std::uint32_t* key, Splat<S>* splats) {
+  using L = Lanes<V>;
+  using std::sqrt;
+  const Camera<S> camera = MakeCamera<S>(view);
+  const V floor_opacity(static_cast<S>(kAlphaFloor)), width(static_cast<S>(view.width)),
+      height(static_cast<S>(view.height)), huge(static_cast<S>(1e15));
+  for (std::int64_t i = begin; i < end; i += L::kWidth) {
+    const Block<V, S> block(model.count, i, end);
+    const ProjectedBlock<V, S> b(camera, block, model.x);
+    const SplatShape<V>& shape = b.shape;
+    // Slightly enlarged: the raster passes use it to skip pixels, alpha itself decides.
+    const V ratio = Max(b.opacity / floor_opacity, V(1));
+    const V support = V(static_cast<S>(2.0002)) * Logarithm(ratio) + V(static_cast<S>(1e-3));
+    const V reach_x = sqrt(support * (V(1) / (shape.r * shape.r) + Square(shape.beta / shape.s)));
+    const V reach_y = sqrt(support) / shape.s;
+    // Comparisons with NaN are false, so everything not finite is left out.
+    const auto seen = (b.state.t[2] > V(camera.near)) & (b.opacity >= floor_opacity) & (shape.u + reach_x > V(0)) &
+                      (shape.u - reach_x < width) & (shape.v + reach_y > V(0)) & (shape.v - reach_y < height) &
+                      (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
+                      (b.state.t[2] < huge);
+    bool is_seen[L::kWidth];
+    L::StoreMask(is_seen, seen);
+    for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;
+    if (!Any(seen)) continue;
+
+    V dir[3], basis[ShCoefficients(Degree)], color[3];
+    ViewDirection(camera, b.mean, dir);
+    ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
+    ShColor<Degree>(
+        basis, [&](int a) { return block.Load(model.x, kSh + a); }, color);
+    const auto finite = (color[0] < huge) & (color[1] < huge) & (color[2] < huge) & (color[0] > -huge) &
+                        (color[1] > -huge) & (color[2] > -huge);
+    L::StoreMask(is_seen, seen & finite);
+
+    constexpr int kFields = 10;
+    alignas(64) S field[kFields][L::kWidth], depth[L::kWidth];
+    const V values[kFields] = {shape.u,
+                               shape.v,
+                               shape.r,
+                               shape.s,
+                               shape.beta,
+                               b.opacity,
+                               support,
+                               Max(color[0], V(0)),
+                               Max(color[1], V(0)),
+                               Max(color[2], V(0))};
+    for (int k = 0; k < kFields; ++k) L::Store(field[k], values[k]);
+    L::Store(depth, b.state.t[2]);
+    for (int lane = 0; lane < block.n; ++lane) {
+      if (!is_seen[lane]) continue;
+      key[i + lane] = std::bit_cast<std::uint32_t>(static_cast<float>(depth[lane]));
+      splats[i + lane] = {field[0][lane],
+                          field[1][lane],
+                          field[2][lane],
+                          field[3][lane],
+                          field[4][lane],
+                          field[5][lane],
+                          field[6][lane],
+                          {field[7][lane], field[8][lane], field[9][lane]},
+                          {}};
+    }
+  }
+}
+
+template <class V, class S, int Degree>
+void TangentRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+                  const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
+  using L = Lanes<V>;
+  using D = Dual<V>;
+  const Camera<S> camera = MakeCamera<S>(view);
+  for (std::int64_t i = begin; i < end; i += L::kWidth) {
+    const Block<V, S> block(model.count, i, end);
+    if (!Any(SeenLanes(block, rank_of))) continue;
+    const auto load = [&](int a) { return D(block.Load(model.x, a), block.Load(dx, a)); };
+    D mean[3], log_scale[3], quaternion[4];
+    for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
+    for (int k = 0; k < 4; ++k) quaternion[k] = load(kQuaternion + k);
+    ProjectionState<D> state;
+    const SplatShape<D> dual = Project(camera, mean, log_scale, quaternion, state);
+    const SplatShape<V> shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
+    const SplatShape<V> d_shape = {dual.u.d, dual.v.d, dual.r.d, dual.s.d, dual.beta.d};
+    V w[kSplatTangent];
+    WhitenTangent(shape, d_shape, w);
+    const V opacity = Sigmoid(block.Load(model.x, kOpacity));
+    w[kLambda] = (V(1) - opacity) * block.Load(dx, kOpacity);
+    D dir[3], basis[ShCoefficients(Degree)], color[3];
+    ViewDirection(camera, mean, dir);
+    ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
+    ShColor<Degree>(
+        basis, [&](int a) { return load(kSh + a); }, color);
+    for (int c = 0; c < 3; ++c) w[kColor + c] = Select(color[c].v > V(0), color[c].d, V(0));
+
+    alignas(64) S lanes[kSplatTangent][L::kWidth];
+    for (int k = 0; k < kSplatTangent; ++k) L::Store(lanes[k], w[k]);
+    for (int lane = 0; lane < block.n; ++lane) {
+      const std::int32_t rank = rank_of[i + lane];
+      if (rank < 0) continue;
+      for (int k = 0; k < kSplatTangent; ++k) tangents[rank].w[k] = lanes[k][lane];
+    }
+  }
+}
+
+// What the adjoint and Gram of a block share about its colour.
+template <class V, class S, int Degree>
+struct ColorBlock {
+  V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
+
+  ColorBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
+    inv_distance = ViewDirection(camera, mean, dir);
+    ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
+    for (int a = 0; a < 3 * ShCoefficients(Degree); ++a) sh[a] = block.Load(x, kSh + a);
+    ShColor<Degree>(
+        basis, [&](int a) { return sh[a]; }, color);
+  }
+  V Masked(int c, const V& value) const { return Select(color[c] > V(0), value, V(0)); }
+  void MeanAdjoint(const V color_bar[3], V mean_bar[3]) const {
+    ShColorMeanAdjoint<Degree>(
+        dir, inv_distance, [&](int a) { return sh[a]; }, color_bar, mean_bar);
+  }
+};
+
+template <class V, class S, int Degree>
+void AdjointRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+                  const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
+  const Camera<S> camera = MakeCamera<S>(view);
+  for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
+    const Block<V, S> block(model.count, i, end);
+    const auto seen = SeenLanes(block, rank_of);
+    if (!Any(seen)) continue;
+    V w_bar[kSplatTangent];
+    GatherRecords<kSplatTangent>(
+        block, rank_of, [&](std::int32_t rank) { return cotangents[rank].w; }, w_bar);
+    const ProjectedBlock<V, S> b(camera, block, model.x);
+    const ColorBlock<V, S, Degree> color(camera, block, model.x, b.mean);
+    V mean_bar[3], log_scale_bar[3], quaternion_bar[4];
+    ProjectAdjoint(camera, b.quaternion, b.state, b.shape, w_bar, mean_bar, log_scale_bar, quaternion_bar);
+    V color_bar[3];
+    for (int c = 0; c < 3; ++c) color_bar[c] = color.Masked(c, w_bar[kColor + c]);
+    color.MeanAdjoint(color_bar, mean_bar);
+
+    // Lanes that are not seen may hold anything (a mean behind the camera, say): they add nothing.
+    const auto add = [&](int a, const V& value) { block.Add(g, a, Select(seen, value, V(0))); };
+    for (int k = 0; k < 3; ++k) add(kMean + k, mean_bar[k]), add(kLogScale + k, log_scale_bar[k]);
+    for (int k = 0; k < 4; ++k) add(kQuaternion + k, quaternion_bar[k]);
+    add(kOpacity, (V(1) - b.opacity) * w_bar[kLambda]);
+    for (int k = 0; k < ShCoefficients(Degree); ++k) {
+      for (int c = 0; c < 3; ++c) add(kSh + 3 * k + c, color.basis[k] * color_bar[c]);
+    }
+  }
+}
+
+// Exponents of p and q in the derivatives of psi by xi, zeta, rho, kappa, sigma, lambda; all but the last have sign -1.
+inline constexpr int kPowerP[kSplatShape] = {1, 0, 2, 1, 0, 0};
+inline constexpr int kPowerQ[kSplatShape] = {0, 1, 0, 1, 2, 0};
+
+// The 9 x 9 Gram matrix of d colour / d(splat tangent) from the moments, upper and lower half.
+template <class V>
+void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
+  const V* cross = m + kMoments4;
+  const V* color = cross + 3 * kMoments2;
+  for (int i = 0; i < kSplatShape; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      const V value = m[MonomialIndex(kPowerP[i] + kPowerP[j], kPowerQ[i] + kPowerQ[j])];
+      G[i][j] = G[j][i] = (i == kLambda) != (j == kLambda) ? -value : value;
+    }
+    for (int c = 0; c < 3; ++c) {
+      const V value = cross[c * kMoments2 + MonomialIndex(kPowerP[i], kPowerQ[i])];
+      G[i][kColor + c] = G[kColor + c][i] = i == kLambda ? value : -value;
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    for (int d = 0; d < 3; ++d) G[kColor + c][kColor + d] = c == d ? color[c] : V(0);
+  }
+}
+
+template <class V, class S, int Degree>
+void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
+  const Camera<S> camera = MakeCamera<S>(view);
+  for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
+    const Block<V, S> block(model.count, i, end);
+    const auto seen = SeenLanes(block, rank_of);
+    if (!Any(seen)) continue;
+    V m[kGramSums], G[kSplatTangent][kSplatTangent];
+    GatherRecords<kGramSums>(
+        block, rank_of, [&](std::int32_t rank) { return grams[rank].m; }, m);
+    GramMatrix(m, G);
+    const ProjectedBlock<V, S> b(camera, block, model.x);
+    const ColorBlock<V, S, Degree> color(camera, block, model.x, b.mean);
+
+    // K, one row for each entry of the splat tangent; a row is the adjoint of a unit cotangent.
+    V K[kSplatTangent][kGeometry];
+    for (auto& row : K) {
+      for (V& value : row) value = V(0);
+    }
+    for (int row = 0; row < kLambda; ++row) {
+      V unit[kLambda];
+      for (int k = 0; k < kLambda; ++k) unit[k] = V(static_cast<S>(k == row ? 1 : 0));
+      ProjectAdjoint(camera, b.quaternion, b.state, b.shape, unit, &K[row][kMean], &K[row][kLogScale],
+                     &K[row][kQuaternion]);
+    }
+    K[kLambda][kOpacity] = V(1) - b.opacity;
+    for (int c = 0; c < 3; ++c) {
+      V unit[3] = {V(0), V(0), V(0)};
+      unit[c] = color.Masked(c, V(1));
+      color.MeanAdjoint(unit, &K[kColor + c][kMean]);
+    }
+
+    for (int col = 0; col < kGeometry; ++col) {
+      V GK[kSplatTangent];
+      for (int r = 0; r < kSplatTangent; ++r) {
+        GK[r] = V(0);
+        for (int k = 0; k < kSplatTangent; ++k) GK[r] = Fma(G[r][k], K[k][col], GK[r]);
+      }
+      for (int row = col; row < kGeometry; ++row) {
+        V value(0);
+        for (int k = 0; k < kSplatTangent; ++k) value = Fma(K[k][row], GK[k], value);
+        // A sum of squares, but terms that cancel may round it below zero.
+        if (row == col) value = Max(value, V(0));
+        block.Add(blocks, row * (row + 1) / 2 + col, Select(seen, value, V(0)));
+      }
+    }
+    for (int c = 0; c < 3; ++c) {
+      const V weight = color.Masked(c, G[kColor + c][kColor + c]);
+      for (int k = 0; k < ShCoefficients(Degree); ++k) {
+        // Masked last: the basis of a lane that is not seen may be NaN.
+        block.Add(sh_diagonal, 3 * k + c, Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
+      }
+    }
+  }
+}
+
+template <class V, class S, int Degree>
+constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
+  return {&ProjectRange<V, S, Degree>, &TangentRange<V, S, Degree>, &AdjointRange<V, S, Degree>,
+          &GramRange<V, S, Degree>};
+}
+
+// kernels[d] for models whose active degree is d.
+template <class V, class S>
+inline constexpr ProjectKernels<S> kProjectKernels[4] = {
+    ProjectKernelsOfDegree<V, S, 0>(), ProjectKernelsOfDegree<V, S, 1>(), ProjectKernelsOfDegree<V, S, 2>(),
+    ProjectKernelsOfDegree<V, S, 3>()};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,111 @@
+#include "kernels/gaussian_splatting/tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+
+namespace vesta::splat {
+namespace {
+
+// The last (sign +1) or first (-1) x of the ellipse p^2 + q^2 <= support between the heights y0 and y1, given that the
+// two meet. The ellipse is widest at dx = sign reach_x, dy = sign dy_at_reach; where that height is outside the strip
+// its border nearest to it decides.
+template <class S>
+S ExtremeX(const Splat<S>& splat, S y0, S y1, S dy_at_reach, S sign) {
+  const S dy = std::clamp(sign * dy_at_reach, y0 - splat.v, y1 - splat.v);
+  const S q = splat.s * dy;
+  return splat.u - splat.beta * dy + sign * std::sqrt(std::max(splat.support - q * q, S(0))) / splat.r;
+}
+
+// Calls visit(tile) for every tile the splat touches, by ascending tile.
+template <class S, class Visit>
+void VisitTiles(const Splat<S>& splat, int tiles_x, int tiles_y, int width, int height, const Visit& visit) {
+  constexpr S kSize(kTileSize), kHalf(0.5);
+  const S reach_y = std::sqrt(splat.support) / splat.s;
+  const S slope = splat.beta / splat.s;
+  const S reach_x = std::sqrt(splat.support * (S(1) / (splat.r * splat.r) + slope * slope));
+  // dx = p / r - beta q / s is largest at q = -slope / |(1 / r, slope)| sqrt(support).
+  const S dy_at_reach = -slope * splat.support / (splat.s * reach_x);
+  const auto clip = [](S value, int limit) { return static_cast<int>(std::clamp(value, S(0), static_cast<S>(limit))); };
+  // Tile t holds pixel centres 16 t + 0.5 .. 16 t + 15.5.
+  const int row0 = clip((splat.v - reach_y - kHalf) / kSize, tiles_y - 1);
+  const int row1 = clip((splat.v + reach_y - kHalf) / kSize, tiles_y - 1);
+  for (int row = row0; row <= row1; ++row) {
+    const S y0 = std::max(static_cast<S>(row) * kSize + kHalf, splat.v - reach_y);
+    const S y1 = std::min(static_cast<S>(std::min((row + 1) * kTileSize, height)) - kHalf, splat.v + reach_y);
+    if (y0 > y1) continue;
+    const S right = ExtremeX(splat, y0, y1, dy_at_reach, S(1));
+    const S left = ExtremeX(splat, y0, y1, dy_at_reach, S(-1));
+    if (right < kHalf || left > static_cast<S>(width) - kHalf) continue;
+    const int last = clip((right - kHalf) / kSize, tiles_x - 1);
+    for (int column = clip((left - kHalf) / kSize, tiles_x - 1); column <= last; ++column) {
+      const S last_centre = static_cast<S>((column + 1) * kTileSize) - kHalf;
+      if (last_centre < left) continue;  // the support begins in the gap between two tiles' pixel centres
+      visit(row * tiles_x + column);
+    }
+  }
+}
+
+}  // namespace
+
+template <class S>
+void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
+  tiles_x_ = (width + kTileSize - 1) / kTileSize;
+  tiles_y_ = (height + kTileSize - 1) / kTileSize;
+  const Index count = splats.size();
+  splat_begin_.Resize(count + 1);
+  constexpr Index kGrain = 1024;
+  ParallelFor(count, kGrain, [&](Index k) {
+    VisitTiles(splats[k], tiles_x_, tiles_y_, width, height, [&](int) { ++splat_begin_[k + 1]; });
+  });
+  for (Index k = 0; k < count; ++k) splat_begin_[k + 1] += splat_begin_[k];
+  const Index pairs = splat_begin_[count];
+  VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view", pairs);
+  tiles_of_splat_.Resize(pairs);
+  ParallelFor(count, kGrain, [&](Index k) {
+    Index at = splat_begin_[k];
+    VisitTiles(splats[k], tiles_x_, tiles_y_, width, height,
+               [&](int tile) { tiles_of_splat_[at++] = static_cast<std::uint32_t>(tile); });
+  });
+
+  // A counting sort by tile that keeps the order of depth. Slices of the splats count and place their own entries; the
+  // slices of one tile follow each other, so the result does not depend on how many there are.
+  const Index slices = std::clamp<Index>(count / 4096, 1, 16);
+  const Index tiles = num_tiles();
+  std::vector<std::uint32_t> cursor(static_cast<std::size_t>(slices * tiles), 0);
+  const auto slice_begin = [&](Index slice) { return count * slice / slices; };
+  ParallelFor(slices, 1, [&](Index slice) {
+    std::uint32_t* mine = cursor.data() + slice * tiles;
+    for (Index e = splat_begin_[slice_begin(slice)]; e < splat_begin_[slice_begin(slice + 1)]; ++e) {
+      ++mine[tiles_of_splat_[e]];
+    }
+  });
+  tile_begin_.Resize(tiles + 1);
+  std::uint32_t first = 0;
+  for (Index tile = 0; tile < tiles; ++tile) {
+    tile_begin_[tile] = first;
+    for (Index slice = 0; slice < slices; ++slice)
+      first += std::exchange(cursor[static_cast<std::size_t>(slice * tiles + tile)], first);
+  }
+  tile_begin_[tiles] = first;
+  ranks_.Resize(pairs);
+  pairs_of_splat_.Resize(pairs);
+  ParallelFor(slices, 1, [&](Index slice) {
+    std::uint32_t* mine = cursor.data() + slice * tiles;
+    for (Index k = slice_begin(slice); k < slice_begin(slice + 1); ++k) {
+      for (Index e = splat_begin_[k]; e < splat_begin_[k + 1]; ++e) {
+        const std::uint32_t pair = mine[tiles_of_splat_[e]]++;
+        ranks_[pair] = static_cast<std::uint32_t>(k);
+        pairs_of_splat_[e] = pair;
+      }
+    }
+  });
+}
+
+template void TileBins::Build(HostSpan<const Splat<float>>, int, int);
+template void TileBins::Build(HostSpan<const Splat<double>>, int, int);
+
+}  // namespace vesta::splat

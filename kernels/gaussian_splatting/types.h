@@ -1,0 +1,76 @@
+// Plain data shared by the splatting kernels of every instruction set; nothing here is a template of the kernels' own
+// scalar types, so it may cross the boundary of an inline instruction-set namespace.
+#pragma once
+
+#include <cstdint>
+
+namespace vesta::splat {
+
+// A pinhole view. World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Pixel centres lie at (i + 0.5,
+// j + 0.5). Gaussians with z <= near are not seen.
+struct PinholeView {
+  double R[9];  // row-major
+  double T[3];
+  double centre[3];  // camera centre in the world, -R^T T
+  double fx, fy, cx, cy;
+  int width, height;
+  double near;
+};
+
+// Opacity falloff that still counts, alpha cap, and the transmittance at which a pixel is closed. The same in every
+// pass, or J and J^T are no adjoints.
+inline constexpr double kAlphaFloor = 1.0 / 255.0;
+inline constexpr double kAlphaCap = 0.99;
+inline constexpr double kTransmittanceStop = 1e-4;
+// Variance of the low-pass filter added to both screen axes, pixels squared.
+inline constexpr double kLowPass = 0.3;
+
+// One Gaussian seen in one view, in whitened form (docs/mathematics.md). With d = pixel - (u, v), B and C the xy and yy
+// entries of the screen covariance and det its determinant,
+//   p = r (d_x + beta d_y),  q = s d_y,  alpha = min(0.99, opacity exp(-(p^2 + q^2) / 2)),
+//   r = sqrt(C / det),  beta = -B / C,  s = 1 / sqrt(C):
+// the Cholesky factor of the conic. It never cancels, unlike the quadratic form of the conic on needles.
+template <class S>
+struct Splat {
+  S u, v;  // pixel mean
+  S r, s, beta;
+  S opacity;   // after the sigmoid
+  S support;   // alpha >= 1/255 where p^2 + q^2 <= 2 ln(255 opacity); slightly enlarged, only used to skip pixels
+  S color[3];  // after the clamp at 0
+  S pad[2];
+};
+
+// A tangent or cotangent of a Splat in whitened coordinates: xi, zeta (shift), rho, kappa, sigma (shape), lambda
+// (log-opacity), colour. A tangent moves the exponent by -(p (xi + kappa q + rho p) + q (zeta + sigma q)).
+inline constexpr int kXi = 0, kZeta = 1, kRho = 2, kKappa = 3, kSigma = 4, kLambda = 5, kColor = 6;
+inline constexpr int kSplatTangent = 9;
+inline constexpr int kSplatShape = 6;  // those before the colour
+template <class S>
+struct SplatTangent {
+  S w[kSplatTangent];
+};
+
+// Weighted sums over the pixels of one splat from which the Gram matrix of d colour / d(tangent) follows: with
+// phi = (-p, -q, -p^2, -pq, -q^2, 1) all products phi_i phi_j are monomials p^a q^b, a + b <= 4.
+inline constexpr int kMoments4 = 15;                             // monomials of degree <= 4, by degree, then power of q
+inline constexpr int kMoments2 = 6;                              // of degree <= 2
+inline constexpr int kGramSums = kMoments4 + 3 * kMoments2 + 3;  // shape x shape, shape x colour c, colour x colour
+constexpr int MonomialIndex(int a, int b) { return (a + b) * (a + b + 1) / 2 + b; }  // of p^a q^b
+template <class S>
+struct SplatGram {
+  S m[kGramSums];
+};
+
+inline constexpr int kTileSize = 16;  // pixels along each side
+
+// Splats of one view in the order of depth, and for each tile those that touch it. Ranks index `splats`.
+template <class S>
+struct TileLists {
+  const Splat<S>* splats;
+  const std::int64_t* tile_begin;  // [tiles_x * tiles_y + 1] into `ranks`
+  const std::uint32_t* ranks;      // ascending within a tile
+  int width, height, tiles_x, tiles_y;
+  S background[3];
+};
+
+}  // namespace vesta::splat

@@ -1,0 +1,128 @@
+#include "kernels/gaussian_splatting/view.h"
+
+#include "kernels/core/parallel.h"
+
+namespace vesta::splat {
+namespace {
+
+constexpr Index kGaussianGrain = 1024;  // a multiple of every SIMD width
+constexpr Index kTileGrain = 4;
+
+template <class T>
+void EnsureSize(HostBuffer<T>& buffer, Index size) {
+  if (buffer.size() < size) buffer.Resize(size + size / 8);
+}
+
+// splat_sums[k] = the sum of pair_sums over the pairs of splat k, in the fixed order of its tiles. Record holds kN
+// scalars as its only member array.
+template <class S, class Record>
+void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, Record* splat_sums) {
+  constexpr Index kN = sizeof(Record) / sizeof(S);
+  ParallelFor(num_splats, kGaussianGrain, [&](Index k) {
+    Record sum{};
+    S* to = reinterpret_cast<S*>(&sum);
+    for (Index e = bins.splat_begin()[k]; e < bins.splat_begin()[k + 1]; ++e) {
+      const S* from = reinterpret_cast<const S*>(&pair_sums[bins.pairs_of_splat()[e]]);
+      for (Index i = 0; i < kN; ++i) to[i] += from[i];
+    }
+    splat_sums[k] = sum;
+  });
+}
+
+}  // namespace
+
+template <class S>
+void View<S>::Build(const Model<S>& model, const PinholeView& view, const double background[3],
+                    ViewWorkspace<S>& workspace) {
+  pinhole_ = view;
+  for (int c = 0; c < 3; ++c) background_[c] = static_cast<S>(background[c]);
+  const Index count = model.count;
+  EnsureSize(workspace.keys, count);
+  EnsureSize(workspace.unsorted, count);
+  const auto& kernels = GetProjectKernels<S>(model.active_sh_degree);
+  ParallelForChunks(count, kGaussianGrain, [&](Index begin, Index end) {
+    kernels.project(model, view, begin, end, workspace.keys.data(), workspace.unsorted.data());
+  });
+  Index seen = 0;
+  for (Index i = 0; i < count; ++i) seen += workspace.keys[i] != kNotSeen ? 1 : 0;
+  if (workspace.order.size() != seen) workspace.order.Resize(seen);
+  Index at = 0;
+  for (Index i = 0; i < count; ++i) {
+    if (workspace.keys[i] != kNotSeen) workspace.order[at++] = {workspace.keys[i], static_cast<std::uint32_t>(i)};
+  }
+  RadixSort(workspace.order, workspace.order_scratch);
+  splats_.Resize(seen);
+  rank_of_.Resize(count);
+  std::fill_n(rank_of_.data(), count, -1);
+  ParallelFor(seen, kGaussianGrain, [&](Index k) {
+    const std::uint32_t i = workspace.order[k].value;
+    splats_[k] = workspace.unsorted[i];
+    rank_of_[i] = static_cast<std::int32_t>(k);
+  });
+  bins_.Build<S>(splats_.view(), view.width, view.height);
+}
+
+template <class S>
+TileLists<S> View<S>::Lists() const {
+  return {splats_.data(),  bins_.tile_begin(), bins_.ranks(),   pinhole_.width,
+          pinhole_.height, bins_.tiles_x(),    bins_.tiles_y(), {background_[0], background_[1], background_[2]}};
+}
+
+template <class S>
+void View<S>::Render(S* image) const {
+  const TileLists<S> lists = Lists();
+  const auto& kernels = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain,
+              [&](Index tile) { kernels.forward(lists, static_cast<int>(tile), image); });
+}
+
+template <class S>
+void View<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const {
+  EnsureSize(workspace.splat_sums, num_splats());
+  SplatTangent<S>* tangents = workspace.splat_sums.data();
+  const auto& project = GetProjectKernels<S>(model.active_sh_degree);
+  ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
+    project.tangent(model, pinhole_, begin, end, rank_of_.data(), dx, tangents);
+  });
+  const TileLists<S> lists = Lists();
+  const auto& raster = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain,
+              [&](Index tile) { raster.tangent(lists, static_cast<int>(tile), tangents, d_image); });
+}
+
+template <class S>
+void View<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const {
+  EnsureSize(workspace.pair_sums, num_pairs());
+  EnsureSize(workspace.splat_sums, num_splats());
+  const TileLists<S> lists = Lists();
+  const auto& raster = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain,
+              [&](Index tile) { raster.adjoint(lists, static_cast<int>(tile), image, u, workspace.pair_sums.data()); });
+  SumPairs<S>(bins_, num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
+  const auto& project = GetProjectKernels<S>(model.active_sh_degree);
+  ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
+    project.adjoint(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_sums.data(), g);
+  });
+}
+
+template <class S>
+void View<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
+                      ViewWorkspace<S>& workspace) const {
+  EnsureSize(workspace.pair_grams, num_pairs());
+  EnsureSize(workspace.splat_grams, num_splats());
+  const TileLists<S> lists = Lists();
+  const auto& raster = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
+    raster.gram(lists, static_cast<int>(tile), image, omega, workspace.pair_grams.data());
+  });
+  SumPairs<S>(bins_, num_splats(), workspace.pair_grams.data(), workspace.splat_grams.data());
+  const auto& project = GetProjectKernels<S>(model.active_sh_degree);
+  ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
+    project.gram(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
+  });
+}
+
+template class View<float>;
+template class View<double>;
+
+}  // namespace vesta::splat

@@ -1,0 +1,60 @@
+// One view of a model: the splats it sees, in order, and the operators between parameters and image.
+#pragma once
+
+#include "kernels/core/buffer.h"
+#include "kernels/core/radix_sort.h"
+#include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/gaussian_splatting/raster_kernels.h"
+#include "kernels/gaussian_splatting/tiles.h"
+
+namespace vesta::splat {
+
+// Memory that views share while they work one after the other. Contents mean nothing between calls.
+template <class S>
+struct ViewWorkspace {
+  HostBuffer<std::uint32_t> keys;
+  HostBuffer<Splat<S>> unsorted;
+  HostBuffer<KeyValue> order, order_scratch;
+  HostBuffer<SplatTangent<S>> pair_sums, splat_sums;
+  HostBuffer<SplatGram<S>> pair_grams, splat_grams;
+};
+
+// The image of a model in a view is y -> image after x -> y: J = J_raster J_project, both linear maps below at the x
+// given to Build. All parallel; every result is bit-identical for any number of threads.
+template <class S>
+class View {
+ public:
+  // Projects, sorts by (depth, index) and bins. x is read here and again by the operators, which must be given the
+  // same.
+  void Build(const Model<S>& model, const PinholeView& view, const double background[3], ViewWorkspace<S>& workspace);
+
+  const PinholeView& pinhole() const { return pinhole_; }
+  Index num_pixels() const { return Index{pinhole_.width} * pinhole_.height; }
+  // Number of splats seen, and of (splat, tile) pairs.
+  Index num_splats() const { return splats_.size(); }
+  Index num_pairs() const { return bins_.num_pairs(); }
+  // rank_of[i]: place of Gaussian i in the order of depth, or -1 if not seen.
+  HostSpan<const std::int32_t> rank_of() const { return rank_of_; }
+  HostSpan<const Splat<S>> splats() const { return splats_; }
+
+  // image[3 * num_pixels], planar.
+  void Render(S* image) const;
+  // d_image = J dx; dx laid out as x.
+  void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
+  // g += J^T u. image: from Render.
+  void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
+  // blocks, sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >= 0 planar as the image.
+  void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
+               ViewWorkspace<S>& workspace) const;
+
+ private:
+  TileLists<S> Lists() const;
+
+  PinholeView pinhole_{};
+  S background_[3]{};
+  HostBuffer<Splat<S>> splats_;
+  HostBuffer<std::int32_t> rank_of_;
+  TileBins bins_;
+};
+
+}  // namespace vesta::splat

@@ -1,0 +1,21 @@
+// The layout of images in this room.
+#pragma once
+
+#include "kernels/core/span.h"
+
+namespace vesta {
+
+// Three planes (red, green, blue), one after the other; a plane is `height` rows of `width` values without padding.
+// The value of channel c at row i, column j is at (c * height + i) * width + j.
+struct ImageShape {
+  int width = 0;
+  int height = 0;
+
+  static constexpr int kChannels = 3;
+  // Values of one plane, and of all.
+  Index PlaneSize() const { return static_cast<Index>(width) * height; }
+  Index NumValues() const { return kChannels * PlaneSize(); }
+  bool operator==(const ImageShape&) const = default;
+};
+
+}  // namespace vesta

@@ -1,0 +1,104 @@
+// The formulas of the photometric loss for one pixel and channel, templates on the scalar.
+//
+// Notation: x rendered, y truth, e = x - y, u = x + y; G the Gaussian window, G f the weighted sum of f under it.
+// Written by sums and differences, because then nothing that is small with e is ever a difference of large numbers:
+//   mx = (Gu + Ge)/2, my = (Gu - Ge)/2,  Var f = G f^2 - (G f)^2
+//   D1 = mx^2 + my^2 + C1,  D2 = sx^2 + sy^2 + C2 = (Var u + Var e)/2 + C2,  l = (2 mx my + C1) / D1
+//   1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2      exactly, C1 = 0.01^2, C2 = 0.03^2 for colours in 0..1.
+// In float, Var u carries an absolute error of some 1e-7 (Gu)^2, so D2 one of up to 1e-4 relative where a window is
+// flat and bright, and 1 - SSIM and its derivatives the same relative error; Var e errs by 1e-7 of G e^2. Everything is
+// finite for |x|, |y| up to 1e8.
+//
+// l is clamped at zero, derivative included; with images that are nowhere negative it never is.
+#pragma once
+
+#include "kernels/math/scalar.h"
+
+namespace vesta {
+inline namespace VESTA_ISA {
+
+// 1 - SSIM of one window, and the parts its derivatives are made of.
+template <class T>
+struct SsimWindow {
+  T mean_x, mean_error, variance_error;
+  T inverse_d1, inverse_d2;
+  T luminance;        // l
+  T luminance_slope;  // dl by G dx
+
+  // From G u, G e, G u^2, G e^2.
+  VESTA_HD SsimWindow(const T& sum, const T& error, const T& sum_squared, const T& error_squared) {
+    const T half(0.5), one(1), c1(1e-4), c2(9e-4), zero(0);
+    mean_x = half * (sum + error);
+    const T mean_y = half * (sum - error);
+    mean_error = error;
+    variance_error = Max(error_squared - error * error, zero);
+    const T variance_sum = Max(sum_squared - sum * sum, zero);
+    inverse_d1 = one / (half * (sum * sum + error * error) + c1);
+    inverse_d2 = one / (half * (variance_sum + variance_error) + c2);
+    const T unclamped = ((mean_y + mean_y) * mean_x + c1) * inverse_d1;
+    luminance = Max(unclamped, zero);
+    const T slope = (mean_y - luminance * mean_x) * inverse_d1;
+    luminance_slope = Select(unclamped < zero, zero, slope + slope);
+  }
+
+  // 1 - SSIM, at least 0.
+  VESTA_HD T Dissimilarity() const {
+    return mean_error * mean_error * inverse_d1 + luminance * variance_error * inverse_d2;
+  }
+};
+
+// The derivative of 1 - SSIM of one window is linear in three blurred fields:
+//   d(1 - SSIM) = p G(dx) + q G(x dx) + s G(e dx).
+// (The pair x, e instead of x, y keeps q G(x dx) and s G(e dx) from cancelling where the images nearly agree.)
+template <class T>
+struct SsimSlopes {
+  T p, q, s;
+
+  VESTA_HD explicit SsimSlopes(const SsimWindow<T>& w) {
+    const T contrast = w.variance_error * w.inverse_d2;
+    const T mean_scaled = w.mean_error * w.inverse_d1;
+    s = (w.luminance + w.luminance) * w.inverse_d2;
+    q = -(s * contrast);
+    p = (mean_scaled + mean_scaled) * (T(1) - mean_scaled * w.mean_x) + contrast * w.luminance_slope -
+        s * w.mean_error - q * w.mean_x;
+  }
+};
+
+// d(1 - SSIM) from the blurred G(dx), G(x dx), G(e dx).
+template <class T>
+VESTA_HD inline T SsimTangent(const T& p, const T& q, const T& s, const T& blurred, const T& blurred_x,
+                              const T& blurred_e) {
+  return Fma(p, blurred, Fma(q, blurred_x, s * blurred_e));
+}
+
+// The transpose, pixel by pixel: from G(p v), G(q v), G(s v) to J^T v.
+template <class T>
+VESTA_HD inline T SsimAdjoint(const T& x, const T& e, const T& blurred_p, const T& blurred_q, const T& blurred_s) {
+  return Fma(x, blurred_q, Fma(e, blurred_s, blurred_p));
+}
+
+// With D1, D2 and l frozen, 1 - SSIM is a quadratic in e with the Hessian diag(G s) + G diag(c) G, where s is the slope
+// above and c this: 2 (1/D1 - l/D2).
+template <class T>
+VESTA_HD inline T SsimWindowCurvature(const SsimWindow<T>& w, const SsimSlopes<T>& slopes) {
+  return w.inverse_d1 + w.inverse_d1 - slopes.s;
+}
+
+// |e| with a floor: |e| where |e| >= floor, else the parabola (e^2/floor + floor)/2 that meets it with the same slope.
+// In both cases (e^2/m + m)/2 with m = max(|e|, floor); derivative e/m; the reweighted quadratic's curvature is 1/m.
+template <class T>
+struct FlooredAbsolute {
+  T absolute, value, slope, curvature;
+
+  // floor > 0.
+  VESTA_HD FlooredAbsolute(const T& e, const T& floor) {
+    absolute = Max(e, -e);
+    const T m = Max(absolute, floor);
+    curvature = T(1) / m;
+    slope = e * curvature;
+    value = T(0.5) * Fma(e, slope, m);
+  }
+};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta

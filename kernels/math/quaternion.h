@@ -1,0 +1,48 @@
+// Rotations from quaternions (w, x, y, z) that need not be normalised.
+#pragma once
+
+#include "kernels/math/scalar.h"
+
+namespace vesta {
+inline namespace VESTA_ISA {
+
+// 2 / |q|^2, or 0 for a quaternion too small to have a direction (the rotation is then the identity).
+template <class T>
+VESTA_HD inline T QuaternionScale(const T q[4]) {
+  const T norm2 = Fma(q[0], q[0], Fma(q[1], q[1], Fma(q[2], q[2], q[3] * q[3])));
+  const auto tiny = norm2 < T(1e-24f);
+  return Select(tiny, T(0), T(2) / Select(tiny, T(1), norm2));
+}
+
+// R, row-major 3 x 3, of q / |q|: R = I + (2 / |q|^2) P(q) with P quadratic, so no square root is needed.
+template <class T>
+VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
+  const T n = QuaternionScale(q);
+  const T w = q[0], x = q[1], y = q[2], z = q[3];
+  R[0] = T(1) - n * (y * y + z * z);
+  R[1] = n * (x * y - w * z);
+  R[2] = n * (x * z + w * y);
+  R[3] = n * (x * y + w * z);
+  R[4] = T(1) - n * (x * x + z * z);
+  R[5] = n * (y * z - w * x);
+  R[6] = n * (x * z - w * y);
+  R[7] = n * (y * z + w * x);
+  R[8] = T(1) - n * (x * x + y * y);
+}
+
+// Adjoint of RotationFromQuaternion: q_bar from R_bar. R does not change along q, so the result is orthogonal to q.
+template <class T>
+VESTA_HD inline void RotationFromQuaternionAdjoint(const T q[4], const T R_bar[9], T q_bar[4]) {
+  const T n = QuaternionScale(q);
+  const T w = q[0], x = q[1], y = q[2], z = q[3];
+  const T wx = R_bar[7] - R_bar[5], wy = R_bar[2] - R_bar[6], wz = R_bar[3] - R_bar[1];
+  const T xy = R_bar[1] + R_bar[3], xz = R_bar[2] + R_bar[6], yz = R_bar[5] + R_bar[7];
+  const T g[4] = {n * (wx * x + wy * y + wz * z), n * (wx * w + xy * y + xz * z - T(2) * x * (R_bar[4] + R_bar[8])),
+                  n * (wy * w + xy * x + yz * z - T(2) * y * (R_bar[0] + R_bar[8])),
+                  n * (wz * w + xz * x + yz * y - T(2) * z * (R_bar[0] + R_bar[4]))};
+  const T radial = T(0.5f) * n * (q[0] * g[0] + q[1] * g[1] + q[2] * g[2] + q[3] * g[3]);
+  for (int i = 0; i < 4; ++i) q_bar[i] = g[i] - radial * q[i];
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta
