@@ -1,0 +1,56 @@
+// One step from several batches: exactly, or merged.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "solver/lm_options.h"
+#include "solver/normal_system.h"
+
+namespace vesta {
+
+// The normal equations of all batches at one x.
+//
+// kExact solves the sum. kMerge solves each batch alone and takes step = sum M_b step_b / sum M_b per parameter, with
+// M_b = diag(H_b) (3DGS-LM, eq. 7); columns without weight do not move. Its fixed point is not the minimum of the whole
+// cost: batches that each look like the whole (every k-th image) come close, consecutive ones do not.
+template <Backend B>
+class BatchedStep {
+ public:
+  // Linearizes. x must outlive this object. scale: made from the first linearization when it is empty.
+  BatchedStep(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x, ColumnScale<B>& scale,
+              LmSummary& summary);
+
+  bool finite() const { return finite_; }
+  typename B::ConstView gradient() const { return gradient_.view(); }
+  typename B::ConstView diagonal() const { return diagonal_.view(); }
+
+  // gamma step lowers the cost by Predicted(gamma) according to the undamped model of all batches.
+  struct Direction {
+    PcgSummary pcg;  // of the last batch; iterations summed
+    double gradient_dot_step = 0;
+    double curvature = 0;
+    double Predicted(double gamma) const { return -gamma * gradient_dot_step - 0.5 * gamma * gamma * curvature; }
+  };
+  Direction Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
+  // The model along another step, at one product a batch.
+  void Measure(typename B::ConstView step, Direction& direction);
+
+ private:
+  std::unique_ptr<NormalSystem<B>> MakeSystem(int first, int count);
+  // The system of one batch: the one held, or a new one in `fresh`.
+  NormalSystem<B>& System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh);
+  Direction Merge(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
+
+  const LmOptions& options_;
+  B& backend_;
+  Problem<B>& problem_;
+  typename B::ConstView x_;
+  ColumnScale<B>& scale_;
+  LmSummary& summary_;
+  std::vector<std::unique_ptr<NormalSystem<B>>> systems_;  // null where made anew at each use
+  typename B::Vector gradient_, diagonal_;
+  bool finite_ = true;
+};
+
+}  // namespace vesta

@@ -1,0 +1,102 @@
+// Bodies of solver/batch_merge.h.
+#pragma once
+
+#include <numeric>
+#include <utility>
+
+#include "solver/batch_merge.h"
+
+namespace vesta {
+
+template <Backend B>
+BatchedStep<B>::BatchedStep(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
+                            ColumnScale<B>& scale, LmSummary& summary)
+    : options_(options), backend_(backend), problem_(problem), x_(x), scale_(scale), summary_(summary) {
+  const Index n = problem.num_tangent();
+  gradient_.Resize(n);
+  diagonal_.Resize(n);
+  const int batches = problem.num_batches();
+  const int systems = options.batch_mode == BatchMode::kExact ? 1 : batches;
+  summary.num_residuals = 0;
+  for (int s = 0; s < systems; ++s) {
+    auto system = MakeSystem(s, systems == 1 ? batches : 1);
+    finite_ = finite_ && system->finite();
+    backend.Axpby(1.0, system->gradient(), 1.0, gradient_);
+    backend.Axpby(1.0, system->diagonal(), 1.0, diagonal_);
+    summary.num_residuals += system->num_residuals();
+    systems_.push_back(systems == 1 || options.hold_batches ? std::move(system) : nullptr);
+  }
+  if (!finite_) return;
+  summary.num_frozen = backend.CountNonPositive(diagonal_);
+  if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal_);
+  for (auto& system : systems_) {
+    if (!system) continue;
+    system->Prepare(options.normal_system, x_, scale_);
+    summary.linear_solver = system->description();
+  }
+}
+
+template <Backend B>
+std::unique_ptr<NormalSystem<B>> BatchedStep<B>::MakeSystem(int first, int count) {
+  std::vector<int> batches(static_cast<std::size_t>(count));
+  std::iota(batches.begin(), batches.end(), first);
+  summary_.num_linearizations += count;
+  return std::make_unique<NormalSystem<B>>(backend_, problem_, x_, batches);
+}
+
+template <Backend B>
+NormalSystem<B>& BatchedStep<B>::System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh) {
+  if (systems_[batch]) return *systems_[batch];
+  fresh.reset();  // one batch's caches at a time
+  fresh = MakeSystem(static_cast<int>(batch), 1);
+  fresh->Prepare(options_.normal_system, x_, scale_);
+  summary_.linear_solver = fresh->description();
+  return *fresh;
+}
+
+template <Backend B>
+typename BatchedStep<B>::Direction BatchedStep<B>::Solve(double lambda, PcgWorkspace<B>& workspace,
+                                                         typename B::View step) {
+  Direction direction;
+  if (systems_.size() == 1 && systems_.front()) {
+    const auto solution = systems_.front()->Solve(lambda, workspace, step);
+    direction = {solution.pcg, solution.gradient_dot_step, solution.curvature};
+  } else {
+    direction = Merge(lambda, workspace, step);
+  }
+  summary_.num_pcg_iterations += direction.pcg.iterations;
+  summary_.num_products += direction.pcg.products;
+  return direction;
+}
+
+template <Backend B>
+typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorkspace<B>& workspace,
+                                                         typename B::View step) {
+  Direction direction;
+  typename B::Vector batch_step(step.size());
+  std::unique_ptr<NormalSystem<B>> fresh;
+  int iterations = 0, products = 0;
+  backend_.Fill(0, step);
+  for (std::size_t b = 0; b < systems_.size(); ++b) {
+    NormalSystem<B>& system = System(b, fresh);
+    direction.pcg = system.Solve(lambda, workspace, batch_step).pcg;
+    iterations += direction.pcg.iterations;
+    products += direction.pcg.products;
+    backend_.AddScaled(1.0, system.diagonal(), batch_step, step);
+  }
+  backend_.DivideOrZero(step, diagonal_, step);
+  Measure(step, direction);
+  direction.pcg.iterations = iterations;
+  direction.pcg.products = products + static_cast<int>(systems_.size());
+  return direction;
+}
+
+template <Backend B>
+void BatchedStep<B>::Measure(typename B::ConstView step, Direction& direction) {
+  std::unique_ptr<NormalSystem<B>> fresh;
+  direction.gradient_dot_step = backend_.Dot(gradient_, step);
+  direction.curvature = 0;
+  for (std::size_t b = 0; b < systems_.size(); ++b) direction.curvature += System(b, fresh).Curvature(step);
+}
+
+}  // namespace vesta

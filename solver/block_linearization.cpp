@@ -1,0 +1,101 @@
+#include "solver/block_linearization.h"
+
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/parallel.h"
+#include "solver/block_reduced_system.h"
+
+namespace vesta {
+
+namespace {
+constexpr Index kGrain = 64;
+}
+
+// Room for one residual block's evaluation, used again from block to block.
+struct BlockLinearization::Scratch {
+  std::vector<const double*> arguments;
+  std::vector<double*> jacobians;
+  std::vector<double> ambient;        // the Jacobians by the blocks' own numbers, one after another
+  std::vector<double> plus_jacobian;  // of one block
+};
+
+BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstView x)
+    : storage_(problem.storage_),
+      jacobian_(problem.Structure(), std::move(storage_)),
+      residuals_(problem.Structure().num_residuals()) {
+  const auto rows = static_cast<Index>(problem.Structure().rows().size());
+  ParallelForChunks(rows, kGrain, [&](Index begin, Index end) {
+    Scratch scratch;
+    for (Index r = begin; r < end; ++r) EvaluateRow(problem, x, r, scratch);
+  });
+}
+
+void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, Index r, Scratch& scratch) {
+  const BlockStructure& structure = jacobian_.structure();
+  const BlockRow& row = structure.rows()[static_cast<std::size_t>(r)];
+  const auto term = static_cast<std::size_t>(r);
+  const std::vector<int>& parameters = problem.residuals_[term].parameters;
+  scratch.arguments.resize(parameters.size());
+  scratch.jacobians.assign(parameters.size(), nullptr);
+  std::size_t ambient = 0;
+  for (const BlockCell& cell : structure.cells(row)) {
+    const auto p = static_cast<std::size_t>(parameters[static_cast<std::size_t>(cell.argument)]);
+    ambient += static_cast<std::size_t>(row.num_residuals * problem.parameters_[p].ambient_size);
+  }
+  scratch.ambient.resize(ambient);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    scratch.arguments[i] = x.data() + problem.parameters_[static_cast<std::size_t>(parameters[i])].ambient_offset;
+  }
+  double* next = scratch.ambient.data();
+  for (const BlockCell& cell : structure.cells(row)) {
+    const auto argument = static_cast<std::size_t>(cell.argument);
+    scratch.jacobians[argument] = next;
+    next += row.num_residuals * problem.parameters_[static_cast<std::size_t>(parameters[argument])].ambient_size;
+  }
+  double* f = residuals_.data() + row.residual_offset;
+  double* values = jacobian_.row_values(r);
+  if (!problem.terms_[term].cost->Evaluate(scratch.arguments.data(), f, scratch.jacobians.data())) {
+    for (int i = 0; i < row.num_residuals; ++i) f[i] = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
+  for (const BlockCell& cell : structure.cells(row)) {
+    const auto argument = static_cast<std::size_t>(cell.argument);
+    const auto p = static_cast<std::size_t>(parameters[argument]);
+    const int from = problem.parameters_[p].ambient_size, to = problem.parameters_[p].tangent_size;
+    const double* own = scratch.jacobians[argument];
+    const Manifold* manifold = problem.manifolds_[p].get();
+    if (manifold) {
+      scratch.plus_jacobian.resize(static_cast<std::size_t>(from) * static_cast<std::size_t>(to));
+      manifold->PlusJacobian(scratch.arguments[argument], scratch.plus_jacobian.data());
+    }
+    const double* plus = scratch.plus_jacobian.data();
+    for (int i = 0; i < row.num_residuals; ++i) {
+      double* out = values + i * row.width + cell.local;
+      for (int c = 0; c < to; ++c) {
+        if (!manifold) {
+          out[c] = own[i * from + c];
+          continue;
+        }
+        double sum = 0;
+        for (int a = 0; a < from; ++a) {
+          sum += own[i * from + a] * plus[a * to + c];
+        }
+        out[c] = sum;
+      }
+    }
+  }
+  if (const Loss* loss = problem.terms_[term].loss.get()) {
+    double s = 0;
+    for (int i = 0; i < row.num_residuals; ++i) s += f[i] * f[i];
+    LossCorrection(loss->Evaluate(s), s).Apply(row.num_residuals, row.width, f, values, row.width, 1);
+  }
+}
+
+std::unique_ptr<ReducedSystem<BlockLinearization::B>> BlockLinearization::MakeReducedSystem() {
+  if (jacobian_.structure().num_kept() == jacobian_.structure().num_tangent()) return nullptr;
+  return std::make_unique<BlockReducedSystem>(jacobian_);
+}
+
+}  // namespace vesta

@@ -1,0 +1,36 @@
+// BlockProblem at one x.
+#pragma once
+
+#include "solver/block_jacobian.h"
+#include "solver/block_problem.h"
+
+namespace vesta {
+
+class BlockLinearization final : public Linearization<CpuBackend<double>> {
+ public:
+  using B = CpuBackend<double>;
+  // Evaluates all residuals and Jacobians, manifolds and losses applied. The problem must outlive this object and not
+  // change in its life.
+  BlockLinearization(const BlockProblem& problem, ConstView x);
+  ~BlockLinearization() override { storage_ = jacobian_.TakeStorage(); }
+
+  Index num_residuals() const override { return residuals_.size(); }
+  Index num_parameters() const override { return jacobian_.structure().num_tangent(); }
+  ConstView residuals() const override { return residuals_.view(); }
+  void ApplyJ(ConstView v, View u) override { jacobian_.Apply(v, u); }
+  void ApplyJT(ConstView u, View g) override { jacobian_.ApplyTranspose(u, g); }
+  void DiagJTJ(View d) override { jacobian_.SquaredColumns(d); }
+  std::vector<BlockGroup> block_groups() const override { return jacobian_.structure().groups(); }
+  void BlockGram(BlockDiagonal<B>& blocks) override { jacobian_.Gram(BlockJacobian::Part::kAll, blocks); }
+  std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
+
+ private:
+  struct Scratch;
+  void EvaluateRow(const BlockProblem& problem, ConstView x, Index row, Scratch& scratch);
+
+  B::Vector& storage_;  // the problem's: a Jacobian's memory goes from one linearization to the next
+  BlockJacobian jacobian_;
+  B::Vector residuals_;  // corrected for the losses, as the Jacobian is
+};
+
+}  // namespace vesta

@@ -1,0 +1,199 @@
+#include "solver/block_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "solver/block_linearization.h"
+#include "solver/bounds.h"
+
+namespace vesta {
+
+namespace {
+constexpr Index kGrain = 64;
+}
+
+const BlockParameter& BlockProblem::Parameter(int block) const {
+  VESTA_CHECK(block >= 0 && block < num_blocks(), "parameter block {} of {}", block, num_blocks());
+  return parameters_[static_cast<std::size_t>(block)];
+}
+
+int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold) {
+  VESTA_CHECK(size > 0, "a parameter block of {} numbers", size);
+  Changed();
+  parameters_.push_back({num_parameters_, size, size});
+  manifolds_.emplace_back();
+  constant_.push_back(false);
+  num_parameters_ += size;
+  if (has_bounds()) {
+    lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
+    upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
+  }
+  if (manifold) SetManifold(num_blocks() - 1, std::move(manifold));
+  return num_blocks() - 1;
+}
+
+void BlockProblem::SetManifold(int block, std::shared_ptr<const Manifold> manifold) {
+  const int size = Parameter(block).ambient_size;
+  VESTA_CHECK(!manifold || manifold->ambient_size() == size, "a manifold of {} numbers for block {} of {}",
+              manifold->ambient_size(), block, size);
+  Changed();
+  const auto k = static_cast<std::size_t>(block);
+  manifolds_[k] = std::move(manifold);
+  parameters_[k].tangent_size = constant_[k] ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
+}
+
+void BlockProblem::SetConstant(int block, bool constant) {
+  const int size = Parameter(block).ambient_size;
+  Changed();
+  const auto k = static_cast<std::size_t>(block);
+  constant_[k] = constant;
+  parameters_[k].tangent_size = constant ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
+}
+
+void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
+  VESTA_CHECK(entry >= 0 && entry < Parameter(block).ambient_size, "entry {} of block {}", entry, block);
+  if (!(lower < upper)) {
+    Fail("block {}, entry {}: the lower bound {} is not below the upper bound {}", block, entry, lower, upper);
+  }
+  lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
+  upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
+  const auto k = static_cast<std::size_t>(Parameter(block).ambient_offset + entry);
+  lower_[k] = lower;
+  upper_[k] = upper;
+}
+
+void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
+                                    std::vector<int> blocks) {
+  VESTA_CHECK(cost != nullptr && cost->num_residuals() > 0, "a residual block without residuals");
+  const std::vector<int>& sizes = cost->block_sizes();
+  VESTA_CHECK(sizes.size() == blocks.size(), "a cost function of {} blocks given {}", sizes.size(), blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    VESTA_CHECK(Parameter(blocks[i]).ambient_size == sizes[i],
+                "argument {} of a cost function has {} numbers, block {} has {}", i, sizes[i], blocks[i],
+                Parameter(blocks[i]).ambient_size);
+    VESTA_CHECK(std::find(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(i), blocks[i]) ==
+                    blocks.begin() + static_cast<std::ptrdiff_t>(i),
+                "block {} is used twice in one residual block", blocks[i]);
+  }
+  Changed();
+  residuals_.push_back({cost->num_residuals(), std::move(blocks)});
+  terms_.push_back({std::move(cost), std::move(loss)});
+}
+
+const BlockStructure& BlockProblem::Structure() const {
+  if (!structure_) structure_.emplace(parameters_, residuals_, options_.eliminate);
+  return *structure_;
+}
+
+Index BlockProblem::tangent_offset(int block) {
+  for (const FreeBlock& free : Structure().free_blocks()) {
+    if (free.parameter == block) return free.offset;
+  }
+  return -1;
+}
+
+int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
+
+double BlockProblem::TermCost(ConstView x, std::size_t term, Scratch& scratch) const {
+  const BlockResidual& residual = residuals_[term];
+  scratch.arguments.clear();
+  for (const int p : residual.parameters) {
+    scratch.arguments.push_back(x.data() + parameters_[static_cast<std::size_t>(p)].ambient_offset);
+  }
+  scratch.residuals.resize(static_cast<std::size_t>(residual.num_residuals));
+  if (!terms_[term].cost->Evaluate(scratch.arguments.data(), scratch.residuals.data(), nullptr)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  double s = 0;
+  for (const double r : scratch.residuals) s += r * r;
+  return 0.5 * (terms_[term].loss ? terms_[term].loss->Evaluate(s).rho : s);
+}
+
+template <class UnitOf>
+double BlockProblem::SumCosts(ConstView x, Index count, const UnitOf& unit_of) const {
+  if (options_.evaluation_callback) options_.evaluation_callback(x, false);
+  return ParallelSum<double>(count, kGrain, [&](Index begin, Index end) {
+    Scratch scratch;
+    double sum = 0;
+    for (Index i = begin; i < end; ++i) sum += TermCost(x, static_cast<std::size_t>(unit_of(i)), scratch);
+    return sum;
+  });
+}
+
+double BlockProblem::Cost(ConstView x) {
+  return SumCosts(x, num_units(), [](Index i) { return i; });
+}
+
+double BlockProblem::Cost(ConstView x, std::span<const Index> units) {
+  return SumCosts(x, static_cast<Index>(units.size()), [&](Index i) { return units[static_cast<std::size_t>(i)]; });
+}
+
+std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstView x, int) {
+  if (options_.evaluation_callback) options_.evaluation_callback(x, true);
+  return std::make_unique<BlockLinearization>(*this, x);
+}
+
+std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
+  return options_.make_preconditioner ? options_.make_preconditioner() : nullptr;
+}
+
+void BlockProblem::Plus(B& backend, ConstView x, ConstView delta, View out) {
+  backend.Copy(x, out);
+  const std::vector<FreeBlock>& free = Structure().free_blocks();
+  ParallelFor(static_cast<Index>(free.size()), 4 * kGrain, [&](Index k) {
+    const FreeBlock& block = free[static_cast<std::size_t>(k)];
+    const auto p = static_cast<std::size_t>(block.parameter);
+    double* to = out.data() + parameters_[p].ambient_offset;
+    const double* step = delta.data() + block.offset;
+    if (manifolds_[p]) {
+      manifolds_[p]->Plus(to, step, to);
+    } else {
+      for (int c = 0; c < block.size; ++c) to[c] += step[c];
+    }
+    if (!has_bounds()) return;
+    for (int c = 0; c < parameters_[p].ambient_size; ++c) {
+      const auto i = static_cast<std::size_t>(parameters_[p].ambient_offset + c);
+      to[c] = std::min(std::max(to[c], lower_[i]), upper_[i]);
+    }
+  });
+}
+
+bool BlockProblem::IsFeasible(ConstView x) {
+  for (std::size_t p = 0; p < parameters_.size(); ++p) {
+    if (constant_[p]) continue;
+    for (int c = 0; c < parameters_[p].ambient_size; ++c) {
+      const Index i = parameters_[p].ambient_offset + c;
+      const auto k = static_cast<std::size_t>(i);
+      if (!bounds_internal::Inside(x[i], lower_[k], upper_[k])) return false;
+    }
+  }
+  return true;
+}
+
+template <class Visit>
+void BlockProblem::VisitEuclidean(const Visit& visit) const {
+  for (const FreeBlock& block : Structure().free_blocks()) {
+    const auto p = static_cast<std::size_t>(block.parameter);
+    if (manifolds_[p]) continue;
+    for (int c = 0; c < block.size; ++c) visit(parameters_[p].ambient_offset + c, block.offset + c);
+  }
+}
+
+void BlockProblem::MaskActiveBounds(ConstView x, ConstView gradient, View mask) {
+  VisitEuclidean([&](Index i, Index k) {
+    const auto b = static_cast<std::size_t>(i);
+    if (bounds_internal::PushedOut(x[i], gradient[k], lower_[b], upper_[b])) mask[k] = 0;
+  });
+}
+
+void BlockProblem::ClipStep(ConstView x, View step) {
+  VisitEuclidean([&](Index i, Index k) {
+    const auto b = static_cast<std::size_t>(i);
+    step[k] = bounds_internal::ClippedStep(x[i], step[k], lower_[b], upper_[b]);
+  });
+}
+
+}  // namespace vesta

@@ -1,0 +1,109 @@
+// Problems made of residual blocks of any kind over parameter blocks of any kind: what a Ceres user knows as
+// ceres::Problem, with the Jacobian held block by block.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "solver/block_structure.h"
+#include "solver/cost_function.h"
+#include "solver/loss.h"
+#include "solver/manifold.h"
+#include "solver/preconditioner.h"
+#include "solver/problem.h"
+
+namespace vesta {
+
+// x holds all parameter blocks one after another in the order of being added, constant ones included; they keep their
+// values. The step covers the free ones, in an order of the problem's own. Costs and Jacobians of residual blocks are
+// evaluated in parallel. Misuse throws Error.
+class BlockProblem final : public Problem<CpuBackend<double>> {
+ public:
+  using B = CpuBackend<double>;
+  struct Options {
+    // Whether a group of blocks, no two in one residual block, may be eliminated from linear solves (points in bundle
+    // adjustment): found by itself, used where it is most of the parameters.
+    bool eliminate = true;
+    // Called with x before every evaluation of the cost, and of the Jacobian (jacobians = true), from one thread.
+    std::function<void(ConstView x, bool jacobians)> evaluation_callback = {};
+    // Makes a preconditioner of the caller's own, for PreconditionerKind::kAuto and kProblem.
+    std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
+  };
+
+  BlockProblem() = default;
+  explicit BlockProblem(Options options) : options_(std::move(options)) {}
+
+  // Returns the block's number: 0, 1, ...
+  int AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold = nullptr);
+  void SetManifold(int block, std::shared_ptr<const Manifold> manifold);
+  void SetConstant(int block, bool constant = true);
+  // Bounds of one entry of a block. On a block with a manifold they are kept by projection after the step.
+  void SetBounds(int block, int entry, double lower, double upper);
+  // No loss: rho(s) = s. The blocks are as many as the cost function has, of its sizes, all different.
+  void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
+                        std::vector<int> blocks);
+
+  void set_evaluation_callback(std::function<void(ConstView x, bool jacobians)> callback) {
+    options_.evaluation_callback = std::move(callback);
+  }
+
+  int num_blocks() const { return static_cast<int>(parameters_.size()); }
+  int block_size(int block) const { return Parameter(block).ambient_size; }
+  // Where the block's numbers begin in x.
+  Index offset(int block) const { return Parameter(block).ambient_offset; }
+  // Where its entries begin in a step, and how many; -1 and 0 for constant blocks.
+  Index tangent_offset(int block);
+  int tangent_size(int block);
+
+  Index num_parameters() const override { return num_parameters_; }
+  Index num_tangent() const override { return Structure().num_tangent(); }
+  // A unit is a residual block.
+  Index num_units() const override { return static_cast<Index>(residuals_.size()); }
+  double Cost(ConstView x) override;
+  double Cost(ConstView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
+  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  bool has_bounds() const override { return !lower_.empty(); }
+  bool IsFeasible(ConstView x) override;
+  void MaskActiveBounds(ConstView x, ConstView gradient, View mask) override;
+  void ClipStep(ConstView x, View step) override;
+
+ private:
+  friend class BlockLinearization;
+  struct Term {
+    std::shared_ptr<const CostFunction> cost;
+    std::shared_ptr<const Loss> loss;
+  };
+  const BlockParameter& Parameter(int block) const;
+  void Changed() { structure_.reset(); }
+  const BlockStructure& Structure() const;
+  // Room for one residual block's evaluation.
+  struct Scratch {
+    std::vector<const double*> arguments;
+    std::vector<double> residuals;
+  };
+  double TermCost(ConstView x, std::size_t term, Scratch& scratch) const;
+  template <class UnitOf>
+  double SumCosts(ConstView x, Index count, const UnitOf& unit_of) const;
+  // visit(x entry, step entry) for each free entry of a bounded problem that moves by itself.
+  template <class Visit>
+  void VisitEuclidean(const Visit& visit) const;
+
+  Options options_;
+  Index num_parameters_ = 0;
+  std::vector<BlockParameter> parameters_;
+  std::vector<std::shared_ptr<const Manifold>> manifolds_;
+  std::vector<bool> constant_;
+  std::vector<BlockResidual> residuals_;
+  std::vector<Term> terms_;
+  std::vector<double> lower_, upper_;  // an entry of x each, or empty: no bounds
+  mutable std::optional<BlockStructure> structure_;
+  mutable B::Vector storage_;  // of a Jacobian, between two linearizations
+};
+
+}  // namespace vesta

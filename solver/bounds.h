@@ -1,0 +1,57 @@
+// Box bounds around any problem whose step is of the size of its x.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "solver/problem.h"
+
+namespace vesta {
+
+namespace bounds_internal {
+
+// The three questions of a box, on host memory. lower <= upper; infinities where there is no bound.
+inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
+inline bool PushedOut(double x, double gradient, double lower, double upper) {
+  return (x <= lower && gradient > 0) || (x >= upper && gradient < 0);
+}
+inline double ClippedStep(double x, double step, double lower, double upper) {
+  return x + step < lower ? lower - x : x + step > upper ? upper - x : step;
+}
+
+}  // namespace bounds_internal
+
+// The problem `inner` (borrowed) with lower_k <= x_k <= upper_k. Bounds of inner's own are not looked at.
+template <Backend B>
+class BoundedProblem final : public Problem<B> {
+ public:
+  using View = typename B::View;
+  using ConstView = typename B::ConstView;
+
+  // One entry a parameter; infinities for none. Throws Error where a lower bound is not below its upper one.
+  BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper);
+
+  Index num_parameters() const override { return inner_.num_parameters(); }
+  int num_batches() const override { return inner_.num_batches(); }
+  Index num_units() const override { return inner_.num_units(); }
+  double Cost(ConstView x) override { return inner_.Cost(x); }
+  double Cost(ConstView x, std::span<const Index> units) override { return inner_.Cost(x, units); }
+  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override { return inner_.Linearize(x, batch); }
+  bool DampingMetric(ConstView x, ConstView diag_h, View D) override { return inner_.DampingMetric(x, diag_h, D); }
+  std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
+  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  bool has_bounds() const override { return true; }
+  bool IsFeasible(ConstView x) override;
+  void MaskActiveBounds(ConstView x, ConstView gradient, View mask) override;
+  void ClipStep(ConstView x, View step) override;
+
+ private:
+  using S = typename B::Scalar;
+  std::vector<S> Host(ConstView x) const;
+
+  Problem<B>& inner_;
+  std::vector<double> lower_, upper_;
+};
+
+}  // namespace vesta

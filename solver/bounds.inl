@@ -1,0 +1,83 @@
+// Bodies of solver/bounds.h.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "solver/bounds.h"
+#include "solver/preconditioner.h"
+
+namespace vesta {
+
+template <Backend B>
+BoundedProblem<B>::BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper)
+    : inner_(inner), lower_(std::move(lower)), upper_(std::move(upper)) {
+  const auto n = static_cast<std::size_t>(inner.num_parameters());
+  VESTA_CHECK(inner.num_tangent() == inner.num_parameters(), "bounds on a problem of {} parameters, {} in a step",
+              inner.num_parameters(), inner.num_tangent());
+  VESTA_CHECK(lower_.size() == n && upper_.size() == n, "{} lower and {} upper bounds for {} parameters", lower_.size(),
+              upper_.size(), n);
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!(lower_[k] < upper_[k])) {
+      Fail("parameter {}: the lower bound {} is not below the upper bound {}", k, lower_[k], upper_[k]);
+    }
+  }
+}
+
+template <Backend B>
+std::vector<typename B::Scalar> BoundedProblem<B>::Host(ConstView x) const {
+  std::vector<S> host(static_cast<std::size_t>(x.size()));
+  B().ToHost(x, {host.data(), x.size()});
+  return host;
+}
+
+template <Backend B>
+std::unique_ptr<Preconditioner<B>> BoundedProblem<B>::MakePreconditioner() {
+  return inner_.MakePreconditioner();
+}
+
+template <Backend B>
+void BoundedProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+  inner_.Plus(backend, x, delta, out);
+  std::vector<S> host = Host(out);
+  for (std::size_t k = 0; k < host.size(); ++k) {
+    // NaN passes: the cost at it is not finite, and that rejects the step.
+    host[k] = static_cast<S>(std::min(std::max(static_cast<double>(host[k]), lower_[k]), upper_[k]));
+  }
+  backend.FromHost({host.data(), out.size()}, out);
+}
+
+template <Backend B>
+bool BoundedProblem<B>::IsFeasible(ConstView x) {
+  const std::vector<S> host = Host(x);
+  for (std::size_t k = 0; k < host.size(); ++k) {
+    if (!bounds_internal::Inside(static_cast<double>(host[k]), lower_[k], upper_[k])) return false;
+  }
+  return true;
+}
+
+template <Backend B>
+void BoundedProblem<B>::MaskActiveBounds(ConstView x, ConstView gradient, View mask) {
+  const std::vector<S> at = Host(x), g = Host(gradient);
+  std::vector<S> host = Host(mask);
+  for (std::size_t k = 0; k < host.size(); ++k) {
+    const bool held =
+        bounds_internal::PushedOut(static_cast<double>(at[k]), static_cast<double>(g[k]), lower_[k], upper_[k]);
+    if (held) host[k] = S(0);
+  }
+  B().FromHost({host.data(), mask.size()}, mask);
+}
+
+template <Backend B>
+void BoundedProblem<B>::ClipStep(ConstView x, View step) {
+  const std::vector<S> at = Host(x);
+  std::vector<S> host = Host(step);
+  for (std::size_t k = 0; k < host.size(); ++k) {
+    host[k] = static_cast<S>(
+        bounds_internal::ClippedStep(static_cast<double>(at[k]), static_cast<double>(host[k]), lower_[k], upper_[k]));
+  }
+  B().FromHost({host.data(), step.size()}, step);
+}
+
+}  // namespace vesta

@@ -1,0 +1,71 @@
+// Linear maps made of linear maps: products, row scaling, dropped columns. Operators such as
+// J = J_loss o J_raster o J_project are put together from these.
+#pragma once
+
+#include "solver/linear_operator.h"
+#include "solver/problem.h"
+
+namespace vesta {
+
+// A linearization's J seen as a map. Borrows it.
+template <Backend B>
+class JacobianMap final : public LinearMap<B> {
+ public:
+  explicit JacobianMap(Linearization<B>& linearization) : linearization_(linearization) {}
+  Index rows() const override { return linearization_.num_residuals(); }
+  Index cols() const override { return linearization_.num_parameters(); }
+  void Apply(typename B::ConstView x, typename B::View y) override { linearization_.ApplyJ(x, y); }
+  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override { linearization_.ApplyJT(y, x); }
+
+ private:
+  Linearization<B>& linearization_;
+};
+
+// outer o inner. Borrows both; outer.cols() == inner.rows().
+template <Backend B>
+class ProductMap final : public LinearMap<B> {
+ public:
+  ProductMap(LinearMap<B>& outer, LinearMap<B>& inner);
+  Index rows() const override { return outer_.rows(); }
+  Index cols() const override { return inner_.cols(); }
+  void Apply(typename B::ConstView x, typename B::View y) override;
+  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override;
+
+ private:
+  LinearMap<B>&outer_, &inner_;
+  typename B::Vector between_;
+};
+
+// diag(d) A. Borrows both; d has rows() entries.
+template <Backend B>
+class ScaledRows final : public LinearMap<B> {
+ public:
+  ScaledRows(typename B::ConstView d, LinearMap<B>& a);
+  Index rows() const override { return a_.rows(); }
+  Index cols() const override { return a_.cols(); }
+  void Apply(typename B::ConstView x, typename B::View y) override;
+  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override;
+
+ private:
+  typename B::ConstView d_;
+  LinearMap<B>& a_;
+  typename B::Vector work_;
+};
+
+// A diag(d): with d of ones and zeros, A without its frozen columns. Borrows both; d has cols() entries.
+template <Backend B>
+class ScaledColumns final : public LinearMap<B> {
+ public:
+  ScaledColumns(LinearMap<B>& a, typename B::ConstView d);
+  Index rows() const override { return a_.rows(); }
+  Index cols() const override { return a_.cols(); }
+  void Apply(typename B::ConstView x, typename B::View y) override;
+  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override;
+
+ private:
+  LinearMap<B>& a_;
+  typename B::ConstView d_;
+  typename B::Vector work_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,62 @@
+// Bodies of solver/compose.h.
+#pragma once
+
+#include "kernels/core/check.h"
+#include "solver/compose.h"
+
+namespace vesta {
+
+template <Backend B>
+ProductMap<B>::ProductMap(LinearMap<B>& outer, LinearMap<B>& inner)
+    : outer_(outer), inner_(inner), between_(inner.rows()) {
+  VESTA_CHECK(outer.cols() == inner.rows(), "product of a map of {} columns and one of {} rows", outer.cols(),
+              inner.rows());
+}
+
+template <Backend B>
+void ProductMap<B>::Apply(typename B::ConstView x, typename B::View y) {
+  inner_.Apply(x, between_);
+  outer_.Apply(between_, y);
+}
+
+template <Backend B>
+void ProductMap<B>::ApplyAdjoint(typename B::ConstView y, typename B::View x) {
+  outer_.ApplyAdjoint(y, between_);
+  inner_.ApplyAdjoint(between_, x);
+}
+
+template <Backend B>
+ScaledRows<B>::ScaledRows(typename B::ConstView d, LinearMap<B>& a) : d_(d), a_(a), work_(a.rows()) {
+  VESTA_CHECK(d.size() == a.rows(), "{} scales for {} rows", d.size(), a.rows());
+}
+
+template <Backend B>
+void ScaledRows<B>::Apply(typename B::ConstView x, typename B::View y) {
+  a_.Apply(x, y);
+  B().Multiply(d_, y, y);
+}
+
+template <Backend B>
+void ScaledRows<B>::ApplyAdjoint(typename B::ConstView y, typename B::View x) {
+  B().Multiply(d_, y, work_);
+  a_.ApplyAdjoint(work_, x);
+}
+
+template <Backend B>
+ScaledColumns<B>::ScaledColumns(LinearMap<B>& a, typename B::ConstView d) : a_(a), d_(d), work_(a.cols()) {
+  VESTA_CHECK(d.size() == a.cols(), "{} scales for {} columns", d.size(), a.cols());
+}
+
+template <Backend B>
+void ScaledColumns<B>::Apply(typename B::ConstView x, typename B::View y) {
+  B().Multiply(d_, x, work_);
+  a_.Apply(work_, y);
+}
+
+template <Backend B>
+void ScaledColumns<B>::ApplyAdjoint(typename B::ConstView y, typename B::View x) {
+  a_.ApplyAdjoint(y, x);
+  B().Multiply(d_, x, x);
+}
+
+}  // namespace vesta

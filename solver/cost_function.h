@@ -1,0 +1,87 @@
+// What a residual block of BlockProblem computes: Ceres's contract, with our own derivatives.
+#pragma once
+
+#include <array>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "kernels/math/dual.h"
+
+namespace vesta {
+
+// Residuals of a few parameter blocks. Evaluate must be safe to call from several threads at once.
+class CostFunction {
+ public:
+  CostFunction(int num_residuals, std::vector<int> block_sizes)
+      : num_residuals_(num_residuals), block_sizes_(std::move(block_sizes)) {}
+  virtual ~CostFunction() = default;
+  CostFunction(const CostFunction&) = delete;
+  CostFunction& operator=(const CostFunction&) = delete;
+
+  int num_residuals() const { return num_residuals_; }
+  const std::vector<int>& block_sizes() const { return block_sizes_; }
+
+  // residuals: num_residuals() numbers. jacobians: null, or one pointer a block, null where not asked for, to
+  // num_residuals() rows of block_sizes()[i] numbers, row after row. false: the residuals have no value at these
+  // parameters; the step that led there is rejected.
+  virtual bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const = 0;
+
+ private:
+  int num_residuals_;
+  std::vector<int> block_sizes_;
+};
+
+// A functor's residuals with derivatives by dual numbers: f(p0, p1, ..., r) reads kBlocks pointers to T and writes
+// kResiduals values of T, for T = double and Dual<double>; it may return bool, as Evaluate, or void. Each tangent
+// direction is one evaluation of the functor.
+template <class F, int kResiduals, int... kBlocks>
+class AutoDiffCost final : public CostFunction {
+ public:
+  template <class... Args>
+  explicit AutoDiffCost(Args&&... args)
+      : CostFunction(kResiduals, {kBlocks...}), functor_(std::forward<Args>(args)...) {}
+
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
+    if (jacobians == nullptr) return Call(parameters, residuals, kIndices);
+    using T = Dual<double>;
+    std::array<T, (kBlocks + ...)> p;
+    std::array<const T*, sizeof...(kBlocks)> blocks;
+    constexpr std::array<int, sizeof...(kBlocks)> sizes{kBlocks...};
+    for (std::size_t b = 0, k = 0; b < sizes.size(); ++b) {
+      blocks[b] = p.data() + k;
+      for (int i = 0; i < sizes[b]; ++i, ++k) p[k] = T(parameters[b][i], 0.0);
+    }
+    std::array<T, kResiduals> r;
+    bool evaluated = false;
+    for (std::size_t b = 0, k = 0; b < sizes.size(); ++b) {
+      for (int i = 0; i < sizes[b]; ++i, ++k) {
+        if (jacobians[b] == nullptr) continue;
+        p[k].d = 1;
+        if (!Call(blocks.data(), r.data(), kIndices)) return false;
+        p[k].d = 0;
+        evaluated = true;
+        for (int row = 0; row < kResiduals; ++row) {
+          residuals[row] = r[static_cast<std::size_t>(row)].v;
+          jacobians[b][row * sizes[b] + i] = r[static_cast<std::size_t>(row)].d;
+        }
+      }
+    }
+    return evaluated || Call(parameters, residuals, kIndices);
+  }
+
+ private:
+  static constexpr auto kIndices = std::make_index_sequence<sizeof...(kBlocks)>{};
+  template <class T, std::size_t... I>
+  bool Call(const T* const* blocks, T* residuals, std::index_sequence<I...>) const {
+    if constexpr (std::is_same_v<decltype(functor_(blocks[I]..., residuals)), bool>) {
+      return functor_(blocks[I]..., residuals);
+    } else {
+      functor_(blocks[I]..., residuals);
+      return true;
+    }
+  }
+  F functor_;
+};
+
+}  // namespace vesta

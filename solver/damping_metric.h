@@ -1,0 +1,47 @@
+// Column scales, and the metric D of the damped normal equations (H + lambda D) step = -g.
+//
+// Columns are scaled in effect, not in memory: with S the scales, solving (S H S + lambda D') y = -S g, D' = diag(S H
+// S) clamped, and stepping by S y is the same as solving in the unscaled space with D = diag(H) clamped to the same
+// range times 1/S^2, and measuring residuals by |S r|. So only the vectors S^2 and 1/S^2 are kept.
+#pragma once
+
+#include <vector>
+
+#include "kernels/core/block_diagonal.h"
+#include "kernels/core/vector_backend.h"
+
+namespace vesta {
+
+enum class ColumnScaling {
+  kNone,            // S = 1
+  kInverseRoot,     // S = 1 / sqrt(diag(H)) at the start, 1 where that is 0
+  kOnePlusInverse,  // S = 1 / (1 + sqrt(diag(H))) at the start: Ceres's
+};
+
+template <Backend B>
+struct ColumnScale {
+  typename B::Vector square;          // S^2, the weights of the residual norm in PCG
+  typename B::Vector inverse_square;  // 1 / S^2, the unit of the clamps of D
+};
+
+// diag_h: the diagonal of H at the start, summed over the batches, >= 0.
+template <Backend B>
+ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstView diag_h);
+
+struct DampingMetricOptions {
+  // Range of D in units of 1/S^2 (Ceres's min_lm_diagonal, max_lm_diagonal); 0 < min <= max.
+  double min_diagonal = 1e-6;
+  double max_diagonal = 1e32;
+  // When > 0, entries are also held above this times the median of the positive diagonal entries of the same component
+  // of the same block group: for costs whose scale grows with the data. Needs a problem with block groups.
+  double group_median_floor = 0;
+
+  void Validate() const;
+};
+
+// D from the diagonal of H.
+template <Backend B>
+void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B::ConstView diag_h,
+                    const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::View metric);
+
+}  // namespace vesta

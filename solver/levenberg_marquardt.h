@@ -1,0 +1,91 @@
+// Levenberg-Marquardt: (H + lambda D) step = -g by preconditioned conjugate gradients, H never formed.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "solver/batch_merge.h"
+#include "solver/lm_options.h"
+#include "solver/problem.h"
+#include "solver/summary.h"
+
+namespace vesta {
+
+// The solve one iteration at a time. Options are checked on construction (throws Error); afterwards bad numbers never
+// throw, they end the solve with a status. backend and problem must outlive this object.
+template <Backend B>
+class LmStepper {
+ public:
+  // Evaluates the cost of x, which is copied.
+  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x);
+
+  bool done() const { return summary_.status != LmStatus::kRunning; }
+  // One iteration: a linear solve, its trial steps, the damping's answer, the stop tests. Appends to the summary.
+  // Returns the record; once done() it does nothing and returns the last one.
+  const LmIteration& Step();
+  // Ends the solve from outside; done() afterwards.
+  void Stop(LmStatus status, std::string message);
+
+  // The best x so far by the full cost (within its rounding: see AcceptByGradient), and that cost.
+  typename B::ConstView x() const { return x_.view(); }
+  double cost() const { return cost_; }
+  // Damping of the next solve.
+  double lambda() const { return control_->lambda(); }
+  const LmSummary& summary() const { return summary_; }
+
+ private:
+  // Near the minimum a step changes the cost by less than the rounding of the cost, and the gain ratio is chance. Then
+  // the gradient decides, in units of the diagonal of H: it is accurate where the cost no longer is, and gives the
+  // other half of the digits of x. How far the cost's rounding reaches depends on the problem (residuals that are small
+  // differences of large numbers have a coarse one), hence two zones.
+  enum class Zone {
+    kCost,      // the gain ratio decides
+    kDoubtful,  // changes below 1e-9 of the cost, refused by the gain ratio: taken if the squared gradient halves
+    kRounding,  // changes below some units in the last place: taken if the gradient falls, else the solve has ended
+  };
+  // One trial along the step.
+  struct Trial {
+    double gamma = 1;
+    double cost = 0;
+    double rho = 0;
+    bool accepted = false;
+    Zone zone = Zone::kCost;
+  };
+  double Seconds() const;
+  // Linearizes at x_ where that is not done, and tests the gradient. false when the solve ended.
+  bool Linearize();
+  double FullCost(typename B::ConstView x);
+  // trial_x_ = x (+) gamma step.
+  void MakeTrial(double gamma);
+  double ChooseGamma();
+  Trial Try(double gamma, const typename BatchedStep<B>::Direction& direction, LmIteration& row);
+  double GradientNorm();
+  Zone ZoneOf(const Trial& trial, double predicted) const;
+  // Linearizes at the trial point.
+  void AcceptByGradient(Trial& trial);
+  void TestStep(const LmIteration& row, const Trial& trial);
+  void TestLimits();
+  const LmIteration& Record(LmIteration row);
+
+  LmOptions options_;
+  B& backend_;
+  Problem<B>& problem_;
+  std::unique_ptr<StepControl> control_;
+  std::chrono::steady_clock::time_point start_;
+  typename B::Vector x_, trial_x_, step_, scaled_step_;
+  double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;
+  int consecutive_rejects_ = 0;
+  ColumnScale<B> scale_;
+  PcgWorkspace<B> workspace_;
+  std::unique_ptr<BatchedStep<B>> system_;  // null when x_ has moved
+  LmSummary summary_;
+};
+
+// Minimises the problem's cost from x, in place: x is the best met by the full cost, never worse than it was. Runs the
+// stepper until it is done, or the callback says stop.
+template <Backend B>
+LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::View x,
+                  const LmCallback& callback = {});
+
+}  // namespace vesta

@@ -1,0 +1,297 @@
+// Bodies of solver/levenberg_marquardt.h.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "solver/batch_merge.inl"
+#include "solver/levenberg_marquardt.h"
+#include "solver/line_search.h"
+
+namespace vesta {
+
+namespace lm_internal {
+// Adds the time of its life to a total.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& total) : total_(total), start_(std::chrono::steady_clock::now()) {}
+  ~Stopwatch() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& total_;
+  std::chrono::steady_clock::time_point start_;
+};
+}  // namespace lm_internal
+
+template <Backend B>
+LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x)
+    : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
+  options_.Validate();
+  VESTA_CHECK(x.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x.size(),
+              problem.num_parameters());
+  VESTA_CHECK(problem.num_batches() >= 1, "a problem of {} batches", problem.num_batches());
+  control_ = MakeStepControl(options_.step_rule, options_.step_control);
+  for (typename B::Vector* vector : {&x_, &trial_x_}) vector->Resize(problem.num_parameters());
+  for (typename B::Vector* vector : {&step_, &scaled_step_}) vector->Resize(problem.num_tangent());
+  backend_.Copy(x, x_);
+  x_norm_ = std::sqrt(backend_.Dot(x_, x_));
+  summary_.num_parameters = problem.num_parameters();
+  summary_.num_tangent = problem.num_tangent();
+  summary_.num_batches = problem.num_batches();
+  summary_.configuration =
+      fmt::format("{} step rule, {}{}", ToString(options_.step_rule), ToString(options_.batch_mode),
+                  options_.line_search.enabled ? ", line search" : "");
+  LmIteration row;
+  cost_ = FullCost(x_);
+  summary_.initial_cost = summary_.final_cost = cost_;
+  if (!std::isfinite(cost_)) {
+    Stop(LmStatus::kNonFinite, fmt::format("the cost at the start is {}", cost_));
+  } else if (problem.has_bounds() && !problem.IsFeasible(x_)) {
+    Stop(LmStatus::kInfeasible, "the start violates a bound; move it inside");
+  } else if (problem.num_tangent() == 0) {
+    Stop(LmStatus::kGradientTolerance, "the problem has no parameters");
+  } else if (Linearize()) {
+    TestLimits();
+  }
+  row.gradient_max_norm = gradient_norm_;
+  Record(row);
+}
+
+template <Backend B>
+double LmStepper<B>::Seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
+template <Backend B>
+void LmStepper<B>::Stop(LmStatus status, std::string message) {
+  summary_.status = status;
+  summary_.message = std::move(message);
+  summary_.total_seconds = Seconds();
+}
+
+template <Backend B>
+double LmStepper<B>::FullCost(typename B::ConstView x) {
+  const lm_internal::Stopwatch watch(summary_.cost_seconds);
+  ++summary_.num_cost_evaluations;
+  return problem_.Cost(x);
+}
+
+template <Backend B>
+double LmStepper<B>::GradientNorm() {
+  // Where the step is not of x's own size, or bounded, the gradient is measured by what it moves.
+  if (problem_.num_tangent() == problem_.num_parameters() && !problem_.has_bounds())
+    return backend_.MaxAbs(system_->gradient());
+  backend_.Axpby(-1.0, system_->gradient(), 0.0, scaled_step_);
+  problem_.Plus(backend_, x_, scaled_step_, trial_x_);
+  backend_.Axpby(-1.0, x_, 1.0, trial_x_);
+  return backend_.MaxAbs(trial_x_);
+}
+
+template <Backend B>
+bool LmStepper<B>::Linearize() {
+  if (system_) return true;
+  const lm_internal::Stopwatch watch(summary_.linearize_seconds);
+  system_ = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
+  if (!system_->finite()) {
+    Stop(LmStatus::kNonFinite, "the gradient or the diagonal of H is not finite although the cost is");
+    return false;
+  }
+  gradient_norm_ = GradientNorm();
+  if (gradient_norm_ <= options_.gradient_tolerance) {
+    Stop(LmStatus::kGradientTolerance,
+         fmt::format("gradient {:.3e} <= tolerance {:.3e}", gradient_norm_, options_.gradient_tolerance));
+    return false;
+  }
+  return true;
+}
+
+template <Backend B>
+void LmStepper<B>::MakeTrial(double gamma) {
+  backend_.Axpby(gamma, step_, 0.0, scaled_step_);
+  problem_.Plus(backend_, x_, scaled_step_, trial_x_);
+}
+
+template <Backend B>
+double LmStepper<B>::ChooseGamma() {
+  if (!options_.line_search.enabled) return 1;
+  const Index turn = static_cast<Index>(summary_.iterations.size());
+  const std::vector<Index> units = SpreadUnits(problem_.num_units(), options_.line_search.unit_fraction, turn);
+  const lm_internal::Stopwatch watch(summary_.cost_seconds);
+  const LineSearchResult result = SearchGamma(options_.line_search, [&](double gamma) {
+    MakeTrial(gamma);
+    return problem_.Cost(trial_x_, units);
+  });
+  summary_.num_subset_evaluations += result.evaluations;
+  return result.gamma;
+}
+
+template <Backend B>
+typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename BatchedStep<B>::Direction& direction,
+                                               LmIteration& row) {
+  MakeTrial(gamma);
+  Trial trial{.gamma = gamma, .cost = FullCost(trial_x_)};
+  const double change = cost_ - trial.cost;
+  trial.rho = change / direction.Predicted(gamma);
+  // A model that predicts no decrease cannot be trusted, even when the cost fell.
+  trial.accepted =
+      std::isfinite(trial.cost) && change > 0 && direction.Predicted(gamma) > 0 && control_->Accepts(trial.rho);
+  trial.zone = ZoneOf(trial, direction.Predicted(gamma));
+  row.gamma = gamma;
+  row.cost_change = change;
+  row.rho = trial.rho;
+  row.step_norm = std::sqrt(backend_.Dot(scaled_step_, scaled_step_));
+  ++row.trials;
+  return trial;
+}
+
+template <Backend B>
+typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial, double predicted) const {
+  constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon(), kDoubt = 1e-9;
+  const auto within = [&](double share) {
+    return options_.function_tolerance < share && predicted <= share * cost_ &&
+           std::abs(cost_ - trial.cost) <= share * cost_;
+  };
+  // Never above the start; and gradients at bounds say something else.
+  if (!(predicted > 0) || !(trial.cost <= summary_.initial_cost) || problem_.has_bounds()) return Zone::kCost;
+  if (within(kRounding)) return Zone::kRounding;
+  return within(kDoubt) && !trial.accepted ? Zone::kDoubtful : Zone::kCost;
+}
+
+template <Backend B>
+void LmStepper<B>::AcceptByGradient(Trial& trial) {
+  std::unique_ptr<BatchedStep<B>> at_trial;
+  {
+    const lm_internal::Stopwatch watch(summary_.linearize_seconds);
+    at_trial = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
+  }
+  const auto squared = [&](const BatchedStep<B>& system) {
+    backend_.DivideOrZero(system.gradient(), system_->diagonal(), scaled_step_);
+    return backend_.Dot(system.gradient(), scaled_step_);
+  };
+  const double share = trial.zone == Zone::kDoubtful ? 0.5 : 1.0;
+  trial.accepted = at_trial->finite() && squared(*at_trial) < share * squared(*system_);
+  // A gain ratio of 1: as good as predicted, for all that can be told.
+  if (trial.accepted) trial.rho = 1;
+  if (!trial.accepted && trial.zone == Zone::kRounding)
+    Stop(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding");
+}
+
+template <Backend B>
+const LmIteration& LmStepper<B>::Step() {
+  if (done()) return summary_.iterations.back();
+  LmIteration row;
+  row.lambda = control_->lambda();
+  row.gradient_max_norm = gradient_norm_;
+  typename BatchedStep<B>::Direction direction;
+  {
+    const lm_internal::Stopwatch watch(summary_.linear_solve_seconds);
+    direction = system_->Solve(row.lambda, workspace_, step_);
+    if (problem_.has_bounds()) {
+      problem_.ClipStep(x_, step_);
+      system_->Measure(step_, direction);
+    }
+  }
+  row.pcg_iterations = direction.pcg.iterations;
+  row.pcg_status = direction.pcg.status;
+  row.pcg_residual = direction.pcg.rhs_norm > 0 ? direction.pcg.residual_norm / direction.pcg.rhs_norm : 0;
+
+  const double full_gamma = ChooseGamma();
+  Trial trial = Try(full_gamma, direction, row);
+  for (const double shorter : options_.step_control.backtracking) {
+    if (trial.accepted || trial.zone != Zone::kCost) break;
+    trial = Try(shorter * full_gamma, direction, row);
+  }
+  if (trial.zone != Zone::kCost) AcceptByGradient(trial);
+  row.accepted = trial.accepted;
+  if (trial.accepted) {
+    if (trial.gamma < full_gamma) {
+      control_->OnShortenedAccept();
+    } else {
+      control_->OnAccept(trial.rho);
+    }
+    std::swap(x_, trial_x_);
+    cost_ = summary_.final_cost = trial.cost;
+    ++summary_.num_accepted;
+    consecutive_rejects_ = 0;
+  } else {
+    ++summary_.num_rejected;
+    ++consecutive_rejects_;
+  }
+  if (!done()) TestStep(row, trial);
+  if (!trial.accepted) {
+    if (!done() && control_->at_upper_bound()) {
+      Stop(LmStatus::kNoDecrease, fmt::format("step rejected with lambda at its upper bound {:.3e}", row.lambda));
+    }
+    control_->OnReject();
+  } else {
+    system_.reset();
+    x_norm_ = std::sqrt(backend_.Dot(x_, x_));
+  }
+  // Limits first: a linearization for a step that will not be taken is wasted.
+  if (!done()) TestLimits();
+  if (!done()) Linearize();
+  return Record(row);
+}
+
+template <Backend B>
+void LmStepper<B>::TestStep(const LmIteration& row, const Trial& trial) {
+  const double change = std::abs(row.cost_change);
+  const double before = row.accepted ? cost_ + row.cost_change : cost_;
+  // A solver that broke down before its first iteration says nothing about x.
+  const bool solved = row.pcg_iterations > 0 || row.pcg_status == PcgStatus::kConverged;
+  const bool by_gradient = trial.accepted && trial.zone != Zone::kCost;
+  const double smallest = options_.parameter_tolerance * (x_norm_ + options_.parameter_tolerance);
+  if (solved && row.step_norm <= smallest) {
+    Stop(LmStatus::kParameterTolerance, fmt::format("step {:.3e} <= tolerance {:.3e}", row.step_norm, smallest));
+  } else if (solved && !by_gradient && change <= options_.function_tolerance * before) {
+    Stop(LmStatus::kFunctionTolerance, fmt::format("|change of cost| / cost = {:.3e} <= tolerance {:.3e}",
+                                                   before > 0 ? change / before : 0.0, options_.function_tolerance));
+  } else if (consecutive_rejects_ >= options_.max_consecutive_rejects) {
+    Stop(LmStatus::kNoDecrease, fmt::format("{} steps in a row were rejected", consecutive_rejects_));
+  }
+}
+
+template <Backend B>
+void LmStepper<B>::TestLimits() {
+  const int iterations = summary_.num_accepted + summary_.num_rejected;
+  if (iterations >= options_.max_iterations) {
+    Stop(LmStatus::kMaxIterations, fmt::format("{} iterations", iterations));
+  } else if (Seconds() >= options_.max_seconds) {
+    Stop(LmStatus::kTimeLimit, fmt::format("{:.3f} s of {:.3f} s", Seconds(), options_.max_seconds));
+  }
+}
+
+template <Backend B>
+const LmIteration& LmStepper<B>::Record(LmIteration row) {
+  row.iteration = static_cast<int>(summary_.iterations.size());
+  row.cost = cost_;
+  row.seconds = summary_.total_seconds = Seconds();
+  summary_.iterations.push_back(row);
+  return summary_.iterations.back();
+}
+
+template <Backend B>
+LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::View x,
+                  const LmCallback& callback) {
+  LmStepper<B> stepper(options, backend, problem, x);
+  const auto report = [&] {
+    if (callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop && !stepper.done()) {
+      stepper.Stop(LmStatus::kStoppedByCallback, "the callback asked to stop");
+    }
+  };
+  report();
+  while (!stepper.done()) {
+    stepper.Step();
+    report();
+  }
+  backend.Copy(stepper.x(), x);
+  return stepper.summary();
+}
+
+}  // namespace vesta

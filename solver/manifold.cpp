@@ -1,0 +1,151 @@
+#include "solver/manifold.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+
+namespace {
+
+// sin(t) / t; 1 where t is so small that its square does not count.
+double Sinc(double t) { return std::abs(t) < 1e-8 ? 1.0 : std::sin(t) / t; }
+
+double Norm(const double* v, int n) { return std::sqrt(std::inner_product(v, v + n, v, 0.0)); }
+
+void FillZero(double* jacobian, int rows, int cols) { std::fill_n(jacobian, rows * cols, 0.0); }
+
+// v with H = +-(I - 2 v v^T / v^T v) taking e_last to x / |x|; the sign is that of -x_last, so that nothing cancels.
+struct Reflection {
+  Reflection(const double* x, int size) : v(x, x + size), sign(x[size - 1] > 0 ? -1.0 : 1.0), norm(Norm(x, size)) {
+    v.back() -= sign * norm;
+    const double squared = std::inner_product(v.begin(), v.end(), v.begin(), 0.0);
+    factor = squared > 0 ? 2 / squared : 0;
+  }
+  // |x| H y at `row`, given v^T y.
+  double Apply(std::size_t row, double y, double v_dot_y) const {
+    return sign * norm * (y - factor * v_dot_y * v[row]);
+  }
+  std::vector<double> v;
+  double sign, norm, factor;
+};
+
+}  // namespace
+
+void QuaternionManifold::Plus(const double* x, const double* delta, double* out) const {
+  const int w = order_ == Order::kWxyz ? 0 : 3, v = order_ == Order::kWxyz ? 1 : 0;
+  const double angle = Norm(delta, 3), sinc = Sinc(angle), c = std::cos(angle);
+  const double a[3] = {sinc * delta[0], sinc * delta[1], sinc * delta[2]};
+  const double qw = x[w], q[3] = {x[v], x[v + 1], x[v + 2]};
+  out[w] = c * qw - a[0] * q[0] - a[1] * q[1] - a[2] * q[2];
+  out[v] = c * q[0] + a[0] * qw + a[1] * q[2] - a[2] * q[1];
+  out[v + 1] = c * q[1] + a[1] * qw + a[2] * q[0] - a[0] * q[2];
+  out[v + 2] = c * q[2] + a[2] * qw + a[0] * q[1] - a[1] * q[0];
+}
+
+void QuaternionManifold::PlusJacobian(const double* x, double* jacobian) const {
+  const int w = order_ == Order::kWxyz ? 0 : 3, v = order_ == Order::kWxyz ? 1 : 0;
+  const double qw = x[w], q0 = x[v], q1 = x[v + 1], q2 = x[v + 2];
+  const double row_w[3] = {-q0, -q1, -q2};
+  const double rows_v[3][3] = {{qw, q2, -q1}, {-q2, qw, q0}, {q1, -q0, qw}};
+  std::copy_n(row_w, 3, jacobian + 3 * w);
+  for (int i = 0; i < 3; ++i) std::copy_n(rows_v[i], 3, jacobian + 3 * (v + i));
+}
+
+UnitVectorManifold::UnitVectorManifold(int size) : size_(size) {
+  if (size < 2) Fail("a unit vector of {} numbers; it needs 2 or more", size);
+}
+
+void UnitVectorManifold::Plus(const double* x, const double* delta, double* out) const {
+  const double angle = Norm(delta, size_ - 1);
+  if (angle == 0) {
+    std::copy_n(x, size_, out);
+    return;
+  }
+  const Reflection h(x, size_);
+  std::vector<double> y(delta, delta + size_ - 1);
+  for (double& component : y) component *= Sinc(angle);
+  y.push_back(std::cos(angle));
+  const double v_dot_y = std::inner_product(y.begin(), y.end(), h.v.begin(), 0.0);
+  for (std::size_t i = 0; i < y.size(); ++i) out[i] = h.Apply(i, y[i], v_dot_y);
+}
+
+void UnitVectorManifold::PlusJacobian(const double* x, double* jacobian) const {
+  const Reflection h(x, size_);
+  for (int i = 0; i < size_; ++i) {
+    for (int k = 0; k < size_ - 1; ++k) {
+      jacobian[i * (size_ - 1) + k] =
+          h.Apply(static_cast<std::size_t>(i), i == k ? 1.0 : 0.0, h.v[static_cast<std::size_t>(k)]);
+    }
+  }
+}
+
+SubsetManifold::SubsetManifold(int size, const std::vector<int>& constant) : size_(size) {
+  for (const int k : constant) {
+    if (k < 0 || k >= size) Fail("constant entry {} of a block of {}", k, size);
+  }
+  for (int k = 0; k < size; ++k) {
+    if (std::find(constant.begin(), constant.end(), k) == constant.end()) free_.push_back(k);
+  }
+  if (size - tangent_size() != static_cast<int>(constant.size())) Fail("a constant entry is named twice");
+  if (free_.empty()) Fail("all {} entries are constant; make the block constant instead", size);
+}
+
+void SubsetManifold::Plus(const double* x, const double* delta, double* out) const {
+  std::copy_n(x, size_, out);
+  for (std::size_t k = 0; k < free_.size(); ++k) out[free_[k]] += delta[k];
+}
+
+void SubsetManifold::PlusJacobian(const double*, double* jacobian) const {
+  FillZero(jacobian, size_, tangent_size());
+  for (int k = 0; k < tangent_size(); ++k) jacobian[free_[static_cast<std::size_t>(k)] * tangent_size() + k] = 1;
+}
+
+ProductManifold::ProductManifold(std::vector<std::shared_ptr<const Manifold>> parts) : parts_(std::move(parts)) {
+  for (const auto& part : parts_) {
+    ambient_ += part->ambient_size();
+    tangent_ += part->tangent_size();
+  }
+}
+
+void ProductManifold::Plus(const double* x, const double* delta, double* out) const {
+  for (const auto& part : parts_) {
+    part->Plus(x, delta, out);
+    x += part->ambient_size();
+    out += part->ambient_size();
+    delta += part->tangent_size();
+  }
+}
+
+void ProductManifold::PlusJacobian(const double* x, double* jacobian) const {
+  FillZero(jacobian, ambient_, tangent_);
+  std::vector<double> own;
+  int row = 0, col = 0;
+  for (const auto& part : parts_) {
+    const int rows = part->ambient_size(), cols = part->tangent_size();
+    own.resize(static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols));
+    part->PlusJacobian(x + row, own.data());
+    for (int i = 0; i < rows; ++i) std::copy_n(own.data() + i * cols, cols, jacobian + (row + i) * tangent_ + col);
+    row += rows;
+    col += cols;
+  }
+}
+
+EuclideanManifold::EuclideanManifold(int size) : size_(size) {
+  if (size < 1) Fail("a Euclidean space of {} dimensions", size);
+}
+
+void EuclideanManifold::Plus(const double* x, const double* delta, double* out) const {
+  std::transform(x, x + size_, delta, out, [](double a, double b) { return a + b; });
+}
+
+void EuclideanManifold::PlusJacobian(const double*, double* jacobian) const {
+  FillZero(jacobian, size_, size_);
+  for (int k = 0; k < size_; ++k) jacobian[k * (size_ + 1)] = 1;
+}
+
+}  // namespace vesta

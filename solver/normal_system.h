@@ -1,0 +1,45 @@
+// The damped normal equations (H + lambda D) step = -g of a set of batches at one x.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solver/step_solver.h"
+
+namespace vesta {
+
+// Owns the linearizations of its batches. Columns that are zero in all of them are frozen: their steps are 0.
+template <Backend B>
+class NormalSystem {
+ public:
+  NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches);
+
+  typename B::ConstView gradient() const { return gradient_.view(); }
+  typename B::ConstView diagonal() const { return diagonal_.view(); }
+  // Gradient and diagonal hold no NaN or infinity.
+  bool finite() const { return finite_; }
+  Index num_frozen() const { return num_frozen_; }
+  Index num_residuals() const;
+
+  // Chooses the metric and makes the solver; before the first Solve. Throws Error where the solver asked for does not
+  // fit the problem.
+  void Prepare(const NormalSystemOptions& options, typename B::ConstView x, const ColumnScale<B>& scale);
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
+  // What solves it; after Prepare.
+  const std::string& description() const { return solver_->description(); }
+  // v^T H v, at one product a batch.
+  double Curvature(typename B::ConstView v);
+
+ private:
+  B& backend_;
+  Problem<B>& problem_;
+  std::vector<std::unique_ptr<Linearization<B>>> batches_;
+  std::vector<Linearization<B>*> pointers_;
+  typename B::Vector gradient_, diagonal_, metric_, mask_, rhs_;
+  bool finite_ = false;
+  Index num_frozen_ = 0;
+  std::unique_ptr<StepSolver<B>> solver_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,68 @@
+// Bodies of solver/normal_system.h.
+#pragma once
+
+#include "kernels/core/check.h"
+#include "solver/normal_system.h"
+
+namespace vesta {
+
+template <Backend B>
+NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches)
+    : backend_(backend), problem_(problem) {
+  const Index n = problem.num_tangent();
+  for (typename B::Vector* vector : {&gradient_, &diagonal_, &metric_, &rhs_}) vector->Resize(n);
+  for (const int batch : batches) {
+    batches_.push_back(problem.Linearize(x, batch));
+    pointers_.push_back(batches_.back().get());
+    Linearization<B>& linearization = *batches_.back();
+    VESTA_CHECK(linearization.num_parameters() == n, "batch {} has {} columns, the problem {} tangent entries", batch,
+                linearization.num_parameters(), n);
+    // metric_ and rhs_ are not in use yet and hold one batch's part.
+    linearization.Gradient(rhs_);
+    linearization.DiagJTJ(metric_);
+    backend_.Axpby(1.0, rhs_, 1.0, gradient_);
+    backend_.Axpby(1.0, metric_, 1.0, diagonal_);
+  }
+  finite_ = backend_.AllFinite(gradient_) && backend_.AllFinite(diagonal_);
+}
+
+template <Backend B>
+Index NormalSystem<B>::num_residuals() const {
+  Index sum = 0;
+  for (const auto& batch : batches_) sum += batch->num_residuals();
+  return sum;
+}
+
+template <Backend B>
+void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::ConstView x,
+                              const ColumnScale<B>& scale) {
+  if (!problem_.DampingMetric(x, diagonal_.view(), metric_)) {
+    DiagonalMetric(options.metric, backend_, diagonal_.view(), scale, pointers_.front()->block_groups(),
+                   metric_.view());
+  }
+  num_frozen_ = backend_.CountNonPositive(diagonal_);
+  backend_.Axpby(-1.0, gradient_, 0.0, rhs_);
+  if (num_frozen_ > 0 || problem_.has_bounds()) {
+    mask_.Resize(diagonal_.size());
+    backend_.SelectPositive(diagonal_, 1, 0, mask_);
+    if (problem_.has_bounds()) problem_.MaskActiveBounds(x, gradient_.view(), mask_);
+    backend_.Multiply(mask_, rhs_, rhs_);
+  }
+  solver_ = MakeStepSolver<B>(options, {backend_, problem_, pointers_, gradient_.view(), diagonal_.view(),
+                                        metric_.view(), mask_.view(), rhs_.view(), scale});
+}
+
+template <Backend B>
+StepSolution NormalSystem<B>::Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) {
+  VESTA_CHECK(solver_ != nullptr, "NormalSystem::Prepare comes before Solve");
+  return solver_->Solve(lambda, workspace, step);
+}
+
+template <Backend B>
+double NormalSystem<B>::Curvature(typename B::ConstView v) {
+  double sum = 0;
+  for (const auto& batch : batches_) sum += batch->Curvature(v);
+  return sum;
+}
+
+}  // namespace vesta

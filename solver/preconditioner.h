@@ -1,0 +1,76 @@
+// Preconditioners of the damped normal equations H + lambda D. Each is told the diagonal, and the linearizations, once
+// for each x, and the damping as often as it changes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "solver/linear_operator.h"
+#include "solver/problem.h"
+
+namespace vesta {
+
+enum class PreconditionerKind {
+  kAuto,  // the problem's own if it has one, else block Jacobi if it has blocks, else Jacobi
+  kIdentity,
+  kJacobi,       // 1 / (diag(H) + lambda D)
+  kBlockJacobi,  // the problem's diagonal blocks of H, damped; kJacobi where the problem has none
+  kProblem,      // the problem's own (Problem::MakePreconditioner); as kAuto where it has none
+};
+const char* ToString(PreconditionerKind kind);
+
+template <Backend B>
+class Preconditioner : public LinearOperator<B> {
+ public:
+  // H = the sum over the batches; diag_h its diagonal.
+  virtual void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) = 0;
+  virtual void SetDamping(double lambda, typename B::ConstView metric) = 0;
+};
+
+// description: what was made, with `kind` resolved.
+template <Backend B>
+std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, Problem<B>& problem,
+                                                      std::span<Linearization<B>* const> batches,
+                                                      std::string* description = nullptr);
+
+template <Backend B>
+class IdentityPreconditioner final : public Preconditioner<B> {
+ public:
+  explicit IdentityPreconditioner(Index size = 0) : size_(size) {}
+  Index size() const override { return size_; }
+  void Apply(typename B::ConstView x, typename B::View y) override;
+  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
+  void SetDamping(double lambda, typename B::ConstView metric) override;
+
+ private:
+  Index size_;
+};
+
+template <Backend B>
+class JacobiPreconditioner final : public Preconditioner<B> {
+ public:
+  Index size() const override { return diagonal_.size(); }
+  void Apply(typename B::ConstView x, typename B::View y) override;
+  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
+  // Entries whose damped diagonal is 0 stay 0.
+  void SetDamping(double lambda, typename B::ConstView metric) override;
+
+ private:
+  typename B::Vector diagonal_, inverse_;
+};
+
+template <Backend B>
+class BlockJacobiPreconditioner final : public Preconditioner<B> {
+ public:
+  Index size() const override;
+  void Apply(typename B::ConstView x, typename B::View y) override;
+  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
+  void SetDamping(double lambda, typename B::ConstView metric) override;
+
+ private:
+  std::optional<BlockDiagonal<B>> gram_, factors_;
+};
+
+}  // namespace vesta

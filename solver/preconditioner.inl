@@ -1,0 +1,94 @@
+// Bodies of solver/preconditioner.h.
+#pragma once
+
+#include "solver/preconditioner.h"
+
+namespace vesta {
+
+template <Backend B>
+std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, Problem<B>& problem,
+                                                      std::span<Linearization<B>* const> batches,
+                                                      std::string* description) {
+  std::unique_ptr<Preconditioner<B>> made;
+  const bool chosen = kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem;
+  if (chosen) {
+    made = problem.MakePreconditioner();
+    kind = made ? PreconditionerKind::kProblem : PreconditionerKind::kBlockJacobi;
+  }
+  if (kind == PreconditionerKind::kBlockJacobi && (batches.empty() || batches.front()->block_groups().empty())) {
+    kind = PreconditionerKind::kJacobi;
+  }
+  if (kind == PreconditionerKind::kIdentity) made = std::make_unique<IdentityPreconditioner<B>>();
+  if (kind == PreconditionerKind::kJacobi) made = std::make_unique<JacobiPreconditioner<B>>();
+  if (kind == PreconditionerKind::kBlockJacobi) made = std::make_unique<BlockJacobiPreconditioner<B>>();
+  if (description) *description = ToString(kind);
+  return made;
+}
+
+template <Backend B>
+void IdentityPreconditioner<B>::Apply(typename B::ConstView x, typename B::View y) {
+  B().Copy(x, y);
+}
+
+template <Backend B>
+void IdentityPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>, typename B::ConstView diag_h) {
+  size_ = diag_h.size();
+}
+
+template <Backend B>
+void IdentityPreconditioner<B>::SetDamping(double, typename B::ConstView) {}
+
+template <Backend B>
+void JacobiPreconditioner<B>::Apply(typename B::ConstView x, typename B::View y) {
+  B().Multiply(inverse_, x, y);
+}
+
+template <Backend B>
+void JacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>, typename B::ConstView diag_h) {
+  diagonal_.Resize(diag_h.size());
+  B().Copy(diag_h, diagonal_);
+}
+
+template <Backend B>
+void JacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstView metric) {
+  B backend;
+  if (inverse_.size() != diagonal_.size()) inverse_.Resize(diagonal_.size());
+  typename B::Vector one(diagonal_.size());
+  backend.Fill(1, one);
+  backend.Copy(diagonal_, inverse_);
+  backend.Axpby(lambda, metric, 1.0, inverse_);
+  backend.DivideOrZero(one, inverse_, inverse_);
+}
+
+template <Backend B>
+Index BlockJacobiPreconditioner<B>::size() const {
+  return gram_ ? gram_->num_parameters() : 0;
+}
+
+template <Backend B>
+void BlockJacobiPreconditioner<B>::Apply(typename B::ConstView x, typename B::View y) {
+  factors_->Solve(x, y);
+}
+
+template <Backend B>
+void BlockJacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const> batches,
+                                                    typename B::ConstView diag_h) {
+  const std::vector<BlockGroup> groups = batches.front()->block_groups();
+  gram_.emplace(diag_h.size(), groups);
+  factors_.emplace(diag_h.size(), groups);
+  batches.front()->BlockGram(*gram_);
+  for (Linearization<B>* batch : batches.subspan(1)) {
+    B().Fill(0, factors_->all_values());
+    batch->BlockGram(*factors_);
+    gram_->Add(1.0, *factors_);
+  }
+}
+
+template <Backend B>
+void BlockJacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstView metric) {
+  B().Copy(gram_->all_values(), factors_->all_values());
+  factors_->AddToDiagonal(lambda, metric);
+  factors_->Factorize();
+}
+
+}  // namespace vesta

@@ -1,0 +1,113 @@
+// What the engine needs to know of a least-squares problem.
+//
+// The model is generalised Gauss-Newton: at x the cost has gradient g = J^T s and curvature H = J^T W J, where s is the
+// derivative of the loss by the residuals and W a symmetric positive semidefinite operator on the residual space.
+// Plain least squares: cost 1/2 |r|^2, s = r, W = I. A robust loss: W diagonal. 1/2 |residuals()|^2 need not equal the
+// cost; nobody derives the one from the other.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kernels/core/block_diagonal.h"
+#include "kernels/core/vector_backend.h"
+
+namespace vesta {
+
+template <Backend B>
+class Preconditioner;
+template <Backend B>
+class ReducedSystem;
+
+// A problem at one x, for one batch. Owns what it caches and frees it when destroyed. Sizes are fixed for its life.
+template <Backend B>
+class Linearization {
+ public:
+  using View = typename B::View;
+  using ConstView = typename B::ConstView;
+  virtual ~Linearization() = default;
+
+  virtual Index num_residuals() const = 0;
+  // Columns of J: the dimension of the tangent space.
+  virtual Index num_parameters() const = 0;
+  // r at x, num_residuals() entries. Valid as long as this object.
+  virtual ConstView residuals() const = 0;
+  // u = J v. Overwrites u.
+  virtual void ApplyJ(ConstView v, View u) = 0;
+  // g = J^T u. Overwrites g.
+  virtual void ApplyJT(ConstView u, View g) = 0;
+  // d_k = (J^T W J)_kk, or a stand-in of the same scale where the problem documents one. Overwrites d.
+  virtual void DiagJTJ(View d) = 0;
+
+  // g = J^T s, the gradient of the batch's cost. Default: s = residuals().
+  virtual void Gradient(View g) { ApplyJT(residuals(), g); }
+  // Wu = W u on the residual space. Default: the identity.
+  virtual void ApplyW(ConstView u, View Wu);
+  // Whether W is anything but the identity, or s anything but r: then only solvers that see H alone will do.
+  virtual bool weighted() const { return false; }
+  // Hv = J^T W J v. Default: the three products through a workspace. Override to fuse them (splats go view by view
+  // and never hold all residuals).
+  virtual void ApplyH(ConstView v, View Hv);
+  // v^T H v. Default: ApplyH and a dot product.
+  virtual double Curvature(ConstView v);
+
+  // Block structure for block-Jacobi; empty when the problem has none (the engine then uses the diagonal).
+  virtual std::vector<BlockGroup> block_groups() const { return {}; }
+  // The diagonal blocks of J^T W J, into a matrix made from block_groups() that is zero on entry. Called only when that
+  // is not empty.
+  virtual void BlockGram(BlockDiagonal<B>& blocks);
+
+  // The damped system with its trailing block-diagonal group of parameters eliminated (solver/reduced_system.h), or
+  // null where the problem has no such group. Borrows this object.
+  virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
+
+ private:
+  typename B::Vector work_u_, work_Wu_, work_v_;
+};
+
+template <Backend B>
+class Problem {
+ public:
+  using View = typename B::View;
+  using ConstView = typename B::ConstView;
+  virtual ~Problem() = default;
+
+  // Size of x.
+  virtual Index num_parameters() const = 0;
+  // Size of a step.
+  virtual Index num_tangent() const { return num_parameters(); }
+
+  // The sum of the batches' costs is the cost; batch b is linearised on its own.
+  virtual int num_batches() const { return 1; }
+  // Units of which the cost is a sum and a subset may be asked for (for splats: views).
+  virtual Index num_units() const { return 1; }
+
+  // The cost over everything; not finite where x has no meaning. Never throws on bad numbers.
+  virtual double Cost(ConstView x) = 0;
+  // The cost over some units, ascending, no repeats. Default: the whole cost, for problems of a single unit.
+  virtual double Cost(ConstView x, std::span<const Index> units);
+
+  virtual std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) = 0;
+
+  // The damping metric D of (H + lambda D), given diag(H) summed over the batches, both num_tangent() entries.
+  // Returns false (and leaves D alone) for the default D = diag(H).
+  virtual bool DampingMetric(ConstView x, ConstView diag_h, View D);
+
+  // A preconditioner of the problem's own (PreconditionerKind::kProblem), made once for each linearised x; null: none.
+  virtual std::unique_ptr<Preconditioner<B>> MakePreconditioner();
+
+  // out = x (+) delta on the manifold. Default: x + delta. out must not overlap the inputs. Where the problem has
+  // bounds the result lies within them: projected onto them after the step.
+  virtual void Plus(B& backend, ConstView x, ConstView delta, View out);
+
+  // Bounds on entries of x. All go together; see solver/bounds.h for boxes around any problem.
+  virtual bool has_bounds() const { return false; }
+  virtual bool IsFeasible(ConstView x);
+  // mask (num_tangent() entries, given) becomes 0 where an entry at its bound is pushed against it by -gradient.
+  virtual void MaskActiveBounds(ConstView x, ConstView gradient, View mask);
+  // Cuts the entries of step that would cross a bound, so that what is left is what Plus will do.
+  virtual void ClipStep(ConstView x, View step);
+};
+
+}  // namespace vesta

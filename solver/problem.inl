@@ -1,0 +1,78 @@
+// Default bodies of the problem interfaces.
+#pragma once
+
+#include "kernels/core/check.h"
+#include "solver/preconditioner.h"
+#include "solver/problem.h"
+#include "solver/reduced_system.h"
+
+namespace vesta {
+
+template <Backend B>
+void Linearization<B>::ApplyW(ConstView u, View Wu) {
+  B().Copy(u, Wu);
+}
+
+template <Backend B>
+void Linearization<B>::ApplyH(ConstView v, View Hv) {
+  if (work_u_.size() != num_residuals()) {
+    work_u_.Resize(num_residuals());
+    work_Wu_.Resize(num_residuals());
+  }
+  ApplyJ(v, work_u_);
+  ApplyW(work_u_, work_Wu_);
+  ApplyJT(work_Wu_, Hv);
+}
+
+template <Backend B>
+double Linearization<B>::Curvature(ConstView v) {
+  if (work_v_.size() != num_parameters()) work_v_.Resize(num_parameters());
+  ApplyH(v, work_v_);
+  return B().Dot(v, work_v_);
+}
+
+template <Backend B>
+void Linearization<B>::BlockGram(BlockDiagonal<B>&) {
+  Fail("a linearization with block_groups() must define BlockGram()");
+}
+
+template <Backend B>
+std::unique_ptr<ReducedSystem<B>> Linearization<B>::MakeReducedSystem() {
+  return nullptr;
+}
+
+template <Backend B>
+std::unique_ptr<Preconditioner<B>> Problem<B>::MakePreconditioner() {
+  return nullptr;
+}
+
+template <Backend B>
+double Problem<B>::Cost(ConstView x, std::span<const Index> units) {
+  VESTA_CHECK(static_cast<Index>(units.size()) == num_units(),
+              "cost over {} of {} units: the problem must define Cost(x, units)", units.size(), num_units());
+  return Cost(x);
+}
+
+template <Backend B>
+bool Problem<B>::IsFeasible(ConstView) {
+  return true;
+}
+
+template <Backend B>
+void Problem<B>::MaskActiveBounds(ConstView, ConstView, View) {}
+
+template <Backend B>
+void Problem<B>::ClipStep(ConstView, View) {}
+
+template <Backend B>
+bool Problem<B>::DampingMetric(ConstView, ConstView, View) {
+  return false;
+}
+
+template <Backend B>
+void Problem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+  backend.Copy(x, out);
+  backend.Axpby(1.0, delta, 1.0, out);
+}
+
+}  // namespace vesta

@@ -1,0 +1,112 @@
+// Products with the small dense matrices that block-sparse Jacobians are made of, unrolled for the sizes that occur.
+#pragma once
+
+#include <type_traits>
+
+#include "kernels/core/block_diagonal.h"
+
+namespace vesta::small_dense {
+
+// body(n) with n a compile-time constant for usual sizes.
+template <class Body>
+inline void WithSize(int size, const Body& body) {
+  switch (size) {
+    case 1:
+      return body(std::integral_constant<int, 1>{});
+    case 2:
+      return body(std::integral_constant<int, 2>{});
+    case 3:
+      return body(std::integral_constant<int, 3>{});
+    case 4:
+      return body(std::integral_constant<int, 4>{});
+    case 6:
+      return body(std::integral_constant<int, 6>{});
+    case 7:
+      return body(std::integral_constant<int, 7>{});
+    case 9:
+      return body(std::integral_constant<int, 9>{});
+    default:
+      return body(size);
+  }
+}
+
+// out += A x, A of rows x cols with its rows `stride` apart.
+inline void AddProduct(const double* a, int stride, int rows, int cols, const double* x, double* out) {
+  WithSize(cols, [&](auto n) {
+    for (int i = 0; i < rows; ++i) {
+      // Two chains of additions, side by side in a vector register.
+      double even = 0, odd = 0;
+      const double* row = a + i * stride;
+      for (int c = 0; c + 1 < n; c += 2) {
+        even += row[c] * x[c];
+        odd += row[c + 1] * x[c + 1];
+      }
+      if (n % 2 == 1) even += row[n - 1] * x[n - 1];
+      out[i] += even + odd;
+    }
+  });
+}
+
+// out += A^T u.
+inline void AddTransposeProduct(const double* a, int stride, int rows, int cols, const double* u, double* out) {
+  WithSize(cols, [&](auto n) {
+    for (int i = 0; i < rows; ++i) {
+      for (int c = 0; c < n; ++c) out[c] += a[i * stride + c] * u[i];
+    }
+  });
+}
+
+// The packed lower triangle += A^T A.
+inline void AddGram(const double* a, int stride, int rows, int cols, double* packed) {
+  WithSize(cols, [&](auto n) {
+    for (int i = 0; i < rows; ++i) {
+      const double* row = a + i * stride;
+      for (int r = 0; r < n; ++r) {
+        for (int c = 0; c <= r; ++c) packed[PackedLower(r, c)] += row[r] * row[c];
+      }
+    }
+  });
+}
+
+// W += A^T B, W of cols_a rows by cols_b, row after row; A and B side by side in the same rows.
+inline void AddCrossProduct(const double* a, const double* b, int stride, int rows, int cols_a, int cols_b, double* w) {
+  WithSize(cols_b, [&](auto n) {
+    for (int i = 0; i < rows; ++i) {
+      for (int r = 0; r < cols_a; ++r) {
+        for (int c = 0; c < n; ++c) w[r * n + c] += a[i * stride + r] * b[i * stride + c];
+      }
+    }
+  });
+}
+
+// The packed lower triangle -= V V^T, V of rows x cols, row after row.
+inline void SubtractOuterProduct(const double* v, int rows, int cols, double* packed) {
+  WithSize(cols, [&](auto n) {
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c <= r; ++c) {
+        for (int k = 0; k < n; ++k) packed[PackedLower(r, c)] -= v[r * n + k] * v[c * n + k];
+      }
+    }
+  });
+}
+
+// x = L^-1 x and x = L^-T x, for the packed lower triangle L that BlockDiagonal::Factorize leaves (PackedLower order,
+// the inverse of its diagonal in place of the diagonal).
+inline void SolveLower(const double* l, int size, double* x) {
+  WithSize(size, [&](auto n) {
+    for (int r = 0; r < n; ++r) {
+      for (int c = 0; c < r; ++c) x[r] -= l[PackedLower(r, c)] * x[c];
+      x[r] *= l[PackedLower(r, r)];
+    }
+  });
+}
+inline void SolveLowerTranspose(const double* l, int size, double* x) {
+  WithSize(size, [&](auto n) {
+    for (int r = n - 1; r >= 0; --r) {
+      for (int c = r + 1; c < n; ++c) x[r] -= l[PackedLower(c, r)] * x[c];
+      x[r] *= l[PackedLower(r, r)];
+    }
+  });
+}
+
+}  // namespace vesta::small_dense

@@ -1,0 +1,87 @@
+// One interface to the linear solvers of a damped step.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "solver/damping_metric.h"
+#include "solver/pcg.h"
+#include "solver/preconditioner.h"
+#include "solver/problem.h"
+
+namespace vesta {
+
+enum class LinearSolverKind {
+  kAuto,  // chosen by the problem and its size; the summary says what and why
+  // Conjugate gradients on the normal equations: products with H only.
+  kPcg,
+  // A block-diagonal group of parameters eliminated exactly (Linearization::MakeReducedSystem), conjugate gradients on
+  // what is left, preconditioned by the diagonal blocks of the Schur complement.
+  kReducedPcg,
+  // LSMR on J itself: for problems where squaring the condition number costs the answer. Needs W = I.
+  kLsmr,
+  // Dense QR of J, for small problems. Needs W = I.
+  kDenseQr,
+};
+const char* ToString(LinearSolverKind kind);
+
+struct LsmrOptions {
+  // Cap on products with J and J^T, >= 0.
+  int max_iterations = 500;
+  // Stop when |A^T (b - A x)| <= relative_tolerance |A| |b - A x|, within (0, 1).
+  double relative_tolerance = 1e-10;
+
+  void Validate() const;
+};
+
+struct NormalSystemOptions {
+  LinearSolverKind linear_solver = LinearSolverKind::kAuto;
+  // Of kPcg; kReducedPcg takes kIdentity to mean none, everything else Schur-Jacobi.
+  PreconditionerKind preconditioner = PreconditionerKind::kAuto;
+  // false: the preconditioner is built from H alone, as the 3DGS-LM paper has it.
+  bool damp_preconditioner = true;
+  DampingMetricOptions metric;
+  PcgOptions pcg;
+  LsmrOptions lsmr;
+};
+
+// The system at one x: what every solver sees. All borrowed.
+template <Backend B>
+struct StepSystem {
+  B& backend;
+  Problem<B>& problem;
+  std::span<Linearization<B>* const> batches;  // H is the sum over them
+  typename B::ConstView gradient;
+  typename B::ConstView diagonal;  // of H
+  typename B::ConstView metric;    // D
+  typename B::ConstView mask;      // 0 where a column is frozen, else 1; empty: none is
+  typename B::ConstView rhs;       // -gradient, 0 where frozen
+  const ColumnScale<B>& scale;
+};
+
+struct StepSolution {
+  PcgSummary pcg;                // of whatever iteration ran; none counts as one that converged
+  double gradient_dot_step = 0;  // g^T step
+  double curvature = 0;          // step^T H step, undamped
+};
+
+// Solves (H + lambda D) step = -g for as many lambda as are asked of it. Frozen columns get steps of 0.
+template <Backend B>
+class StepSolver {
+ public:
+  virtual ~StepSolver() = default;
+  virtual StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) = 0;
+  // What it is and, where it was chosen, why: "dense QR (kAuto: 3 parameters)".
+  const std::string& description() const { return description_; }
+  void set_description(std::string description) { description_ = std::move(description); }
+
+ private:
+  std::string description_;
+};
+
+// Throws Error where the kind asked for does not fit the problem.
+template <Backend B>
+std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system);
+
+}  // namespace vesta

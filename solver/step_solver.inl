@@ -1,0 +1,301 @@
+// Bodies of solver/step_solver.h: the four solvers of a damped step, and the choice between them.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "solver/damped_normal_equations.h"
+#include "solver/dense_jacobian.h"
+#include "solver/dense_qr.h"
+#include "solver/lsmr.inl"
+#include "solver/reduced_system.h"
+#include "solver/step_solver.h"
+
+namespace vesta {
+
+namespace step_internal {
+
+// g^T step and step^T H step of a step of (H + lambda D) step = b - r, b = -g on every column that moves, without a
+// further product. r_dot_step: the residual's product with it.
+template <Backend B>
+StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
+                          typename B::View step) {
+  const double b_dot_step = system.backend.Dot(system.rhs, step);
+  const double damping = lambda * system.backend.WeightedDot(system.metric, step, step);
+  return {pcg, -b_dot_step, std::max(0.0, b_dot_step - r_dot_step - damping)};
+}
+
+// The same where W = I, in the space of the residuals: no digits are lost to the condition number of H.
+template <Backend B>
+StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::View step) {
+  StepSolution solution{.pcg = pcg};
+  for (Linearization<B>* batch : system.batches) {
+    typename B::Vector Js(batch->num_residuals());
+    batch->ApplyJ(step, Js);
+    solution.gradient_dot_step += system.backend.Dot(batch->residuals(), Js);
+    solution.curvature += system.backend.Dot(Js.view(), Js.view());
+  }
+  return solution;
+}
+
+template <Backend B>
+class PcgStep final : public StepSolver<B> {
+ public:
+  PcgStep(const NormalSystemOptions& options, const StepSystem<B>& system, std::string* preconditioner)
+      : options_(options),
+        system_(system),
+        preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches, preconditioner)) {
+    preconditioner_->SetLinearization(system.batches, system.diagonal);
+  }
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
+    preconditioner_->SetDamping(options_.damp_preconditioner ? lambda : 0.0, system_.metric);
+    DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
+                                    system_.mask);
+    const PcgSummary pcg = SolvePcg<B>(options_.pcg, system_.backend, damped, system_.rhs, *preconditioner_, workspace,
+                                       step, system_.scale.square);
+    return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), step), step);
+  }
+
+ private:
+  NormalSystemOptions options_;
+  StepSystem<B> system_;
+  std::unique_ptr<Preconditioner<B>> preconditioner_;
+};
+
+// y = M^-1 x, M the diagonal blocks of the Schur complement.
+template <Backend B>
+class SchurJacobi final : public LinearOperator<B> {
+ public:
+  explicit SchurJacobi(ReducedSystem<B>& reduced) : blocks_(reduced.size(), reduced.kept_groups()) {}
+  void Update(ReducedSystem<B>& reduced) {
+    reduced.DiagonalBlocks(blocks_);
+    blocks_.Factorize();
+  }
+  Index size() const override { return blocks_.num_parameters(); }
+  void Apply(typename B::ConstView x, typename B::View y) override { blocks_.Solve(x, y); }
+
+ private:
+  BlockDiagonal<B> blocks_;
+};
+
+template <Backend B>
+class ReducedPcgStep final : public StepSolver<B> {
+ public:
+  ReducedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
+                 std::unique_ptr<ReducedSystem<B>> reduced)
+      : options_(options),
+        system_(system),
+        reduced_(std::move(reduced)),
+        schur_jacobi_(*reduced_),
+        reduced_rhs_(reduced_->size()) {}
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
+    const Index kept = reduced_->size();
+    reduced_->SetDamping(lambda, system_.metric);
+    reduced_->ReduceRhs(system_.rhs, reduced_rhs_);
+    IdentityPreconditioner<B> identity(kept);
+    LinearOperator<B>* preconditioner = &identity;
+    if (options_.preconditioner != PreconditionerKind::kIdentity) {
+      schur_jacobi_.Update(*reduced_);
+      preconditioner = &schur_jacobi_;
+    }
+    const auto kept_step = step.subspan(0, kept);
+    const PcgSummary pcg = SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner,
+                                       workspace, kept_step, system_.scale.square.view().subspan(0, kept));
+    reduced_->BackSubstitute(system_.rhs, step);
+    // The eliminated rows hold exactly, so that the residual of the whole system is that of the reduced one.
+    return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);
+  }
+
+ private:
+  NormalSystemOptions options_;
+  StepSystem<B> system_;
+  std::unique_ptr<ReducedSystem<B>> reduced_;
+  SchurJacobi<B> schur_jacobi_;
+  typename B::Vector reduced_rhs_;
+};
+
+// [J_1; J_2; ...; sqrt(lambda D)] P, P = diag(H + lambda D)^-1/2 with zeros where columns are frozen: the damped least
+// squares problem, its columns of unit length.
+template <Backend B>
+class StackedJacobian final : public LinearMap<B> {
+ public:
+  StackedJacobian(const StepSystem<B>& system, double lambda)
+      : system_(system),
+        root_damping_(system.metric.size()),
+        scale_(system.metric.size()),
+        work_(system.metric.size()) {
+    B& backend = system.backend;
+    backend.Axpby(lambda, system.metric, 0.0, work_);
+    backend.Sqrt(work_, root_damping_);
+    backend.Axpby(1.0, system.diagonal, 1.0, work_);
+    backend.Sqrt(work_, work_);
+    typename B::Vector one(system.metric.size());
+    backend.Fill(1, one);
+    backend.DivideOrZero(one, work_, scale_);
+    if (!system.mask.empty()) backend.Multiply(system.mask, scale_, scale_);
+    for (Linearization<B>* batch : system.batches) residual_rows_ += batch->num_residuals();
+  }
+  Index rows() const override { return residual_rows_ + cols(); }
+  Index cols() const override { return root_damping_.size(); }
+  typename B::ConstView scale() const { return scale_.view(); }
+  void Apply(typename B::ConstView x, typename B::View y) override {
+    system_.backend.Multiply(scale_, x, work_);
+    Index row = 0;
+    for (Linearization<B>* batch : system_.batches) {
+      batch->ApplyJ(work_, y.subspan(row, batch->num_residuals()));
+      row += batch->num_residuals();
+    }
+    system_.backend.Multiply(root_damping_, work_, y.subspan(row, cols()));
+  }
+  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override {
+    system_.backend.Multiply(root_damping_, y.subspan(residual_rows_, cols()), x);
+    Index row = 0;
+    for (Linearization<B>* batch : system_.batches) {
+      batch->ApplyJT(y.subspan(row, batch->num_residuals()), work_);
+      system_.backend.Axpby(1.0, work_, 1.0, x);
+      row += batch->num_residuals();
+    }
+    system_.backend.Multiply(scale_, x, x);
+  }
+
+ private:
+  StepSystem<B> system_;
+  Index residual_rows_ = 0;
+  typename B::Vector root_damping_, scale_, work_;
+};
+
+template <Backend B>
+class LsmrStep final : public StepSolver<B> {
+ public:
+  LsmrStep(const LsmrOptions& options, const StepSystem<B>& system) : options_(options), system_(system) {}
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::View step) override {
+    B& backend = system_.backend;
+    StackedJacobian<B> stacked(system_, lambda);
+    typename B::Vector b(stacked.rows());
+    Index row = 0;
+    for (Linearization<B>* batch : system_.batches) {
+      backend.Axpby(-1.0, batch->residuals(), 0.0, b.view().subspan(row, batch->num_residuals()));
+      row += batch->num_residuals();
+    }
+    const LsmrSummary lsmr = SolveLsmr<B>(options_, backend, stacked, b, step);
+    backend.Multiply(stacked.scale(), step, step);
+    PcgSummary pcg{.iterations = lsmr.iterations,
+                   .products = lsmr.iterations,
+                   .rhs_norm = std::sqrt(backend.Dot(b.view(), b.view())),
+                   .residual_norm = lsmr.normal_residual_norm};
+    pcg.status = !lsmr.finite     ? PcgStatus::kNonFinite
+                 : lsmr.converged ? PcgStatus::kConverged
+                                  : PcgStatus::kMaxIterations;
+    return FromResiduals(system_, pcg, step);
+  }
+
+ private:
+  LsmrOptions options_;
+  StepSystem<B> system_;
+};
+
+template <Backend B>
+class DenseQrStep final : public StepSolver<B> {
+ public:
+  explicit DenseQrStep(const StepSystem<B>& system) : system_(system), qr_(DenseFactors(system)) {}
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::View step) override {
+    const auto n = static_cast<std::size_t>(step.size());
+    std::vector<Scalar> host(n);
+    system_.backend.ToHost(system_.metric, {host.data(), step.size()});
+    std::vector<double> damping(n);
+    for (std::size_t k = 0; k < n; ++k) damping[k] = lambda * static_cast<double>(host[k]);
+    const std::vector<double> solution = qr_.Solve(damping);
+    std::transform(solution.begin(), solution.end(), host.begin(), [](double x) { return static_cast<Scalar>(x); });
+    system_.backend.FromHost({host.data(), step.size()}, step);
+    PcgSummary pcg{.status = PcgStatus::kConverged};
+    if (!system_.backend.AllFinite(step)) {
+      pcg.status = PcgStatus::kNonFinite;
+      system_.backend.Fill(0, step);
+    } else if (!system_.mask.empty()) {
+      system_.backend.Multiply(system_.mask, step, step);
+    }
+    return FromResiduals(system_, pcg, step);
+  }
+
+ private:
+  using Scalar = typename B::Scalar;
+  static DenseQr DenseFactors(const StepSystem<B>& system) {
+    const DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
+    return {dense.rows, dense.cols, dense.jacobian, dense.residuals};
+  }
+  StepSystem<B> system_;
+  DenseQr qr_;
+};
+
+// Below this, J by columns and its QR cost less than the iterations would.
+constexpr Index kDenseParameters = 100, kDenseEntries = 1'000'000;
+
+template <Backend B>
+LinearSolverKind Choose(const StepSystem<B>& system, bool weighted, bool reducible, std::string& why) {
+  const Index n = system.metric.size();
+  Index rows = 0;
+  for (Linearization<B>* batch : system.batches) rows += batch->num_residuals();
+  if (reducible) {
+    why = "the problem has a block-diagonal group to eliminate";
+    return LinearSolverKind::kReducedPcg;
+  }
+  if (!weighted && n <= kDenseParameters && rows * n <= kDenseEntries) {
+    why = fmt::format("a Jacobian of {} x {}", rows, n);
+    return LinearSolverKind::kDenseQr;
+  }
+  why = weighted ? "the problem has weights W" : fmt::format("a Jacobian of {} x {}", rows, n);
+  return LinearSolverKind::kPcg;
+}
+
+}  // namespace step_internal
+
+template <Backend B>
+std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system) {
+  const bool weighted =
+      std::any_of(system.batches.begin(), system.batches.end(), [](auto* batch) { return batch->weighted(); });
+  std::unique_ptr<ReducedSystem<B>> reduced;
+  const bool asked_reduced = options.linear_solver == LinearSolverKind::kReducedPcg;
+  if ((asked_reduced || options.linear_solver == LinearSolverKind::kAuto) && system.batches.size() == 1 &&
+      !system.problem.has_bounds()) {
+    reduced = system.batches.front()->MakeReducedSystem();
+  }
+  LinearSolverKind kind = options.linear_solver;
+  std::string why;
+  if (kind == LinearSolverKind::kAuto) {
+    kind = step_internal::Choose(system, weighted, reduced != nullptr, why);
+    why = fmt::format(" (auto: {})", why);
+  }
+  if (weighted && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
+    Fail("linear_solver = {} needs a problem without weights W; choose PCG", ToString(kind));
+  }
+  if (asked_reduced && !reduced) {
+    Fail("linear_solver = {} needs a problem of one batch, without bounds, that can eliminate a group; choose PCG",
+         ToString(kind));
+  }
+  std::unique_ptr<StepSolver<B>> solver;
+  std::string name = ToString(kind);
+  switch (kind) {
+    case LinearSolverKind::kReducedPcg:
+      solver = std::make_unique<step_internal::ReducedPcgStep<B>>(options, system, std::move(reduced));
+      break;
+    case LinearSolverKind::kLsmr:
+      solver = std::make_unique<step_internal::LsmrStep<B>>(options.lsmr, system);
+      break;
+    case LinearSolverKind::kDenseQr:
+      solver = std::make_unique<step_internal::DenseQrStep<B>>(system);
+      break;
+    default: {
+      std::string preconditioner;
+      solver = std::make_unique<step_internal::PcgStep<B>>(options, system, &preconditioner);
+      name += fmt::format(", {}", preconditioner);
+    }
+  }
+  solver->set_description(name + why);
+  return solver;
+}
+
+}  // namespace vesta

@@ -1,0 +1,79 @@
+// What a solve reports.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kernels/core/span.h"
+#include "solver/pcg.h"
+
+namespace vesta {
+
+enum class LmStatus {
+  kRunning,
+  // Converged.
+  kFunctionTolerance,
+  kGradientTolerance,
+  kParameterTolerance,
+  // Stopped.
+  kMaxIterations,
+  kTimeLimit,
+  kStoppedByCallback,
+  kNoDecrease,  // lambda is at its upper bound, or too many rejects in a row
+  kInfeasible,  // failed: the x given violates a bound
+  // Failed: the x given, or the derivatives at an x with a finite cost, hold NaN or infinity.
+  kNonFinite,
+};
+const char* ToString(LmStatus status);
+bool IsConverged(LmStatus status);
+
+// One iteration: one solve of the (batches') normal equations, and the trial steps along the result.
+struct LmIteration {
+  int iteration = 0;             // 0 is the start
+  double cost = 0;               // of the x held after this iteration
+  double cost_change = 0;        // cost before minus cost of the last trial; not finite when that is not
+  double rho = 0;                // gain ratio of the last trial
+  double lambda = 0;             // that was solved with
+  double gamma = 0;              // factor of the last trial step
+  double gradient_max_norm = 0;  // at the x held before
+  double step_norm = 0;          // of the last trial step, in the tangent space
+  int pcg_iterations = 0;        // summed over batches
+  PcgStatus pcg_status = PcgStatus::kConverged;  // of the last batch
+  double pcg_residual = 0;                       // |r| / |b| of the last batch, in the scaled norm
+  int trials = 0;                                // full cost evaluations
+  bool accepted = false;
+  double seconds = 0;  // since the start of the solve
+};
+
+struct LmSummary {
+  LmStatus status = LmStatus::kRunning;
+  std::string message;  // one line: why the solve ended
+  double initial_cost = 0;
+  double final_cost = 0;
+  Index num_parameters = 0;
+  Index num_tangent = 0;
+  Index num_residuals = 0;
+  int num_batches = 0;
+  Index num_frozen = 0;  // columns zero in every batch at the last linearization
+  int num_accepted = 0;
+  int num_rejected = 0;
+  int num_linearizations = 0;    // of a batch
+  int num_cost_evaluations = 0;  // over everything
+  int num_subset_evaluations = 0;
+  int num_pcg_iterations = 0;
+  int num_products = 0;          // with H of a batch or of the sum
+  double linearize_seconds = 0;  // gradient, diagonal, preconditioner included
+  double linear_solve_seconds = 0;
+  double cost_seconds = 0;
+  double total_seconds = 0;
+  std::string linear_solver;  // what solved the steps and, where that was chosen, why
+  std::string configuration;  // the chosen parts, for the full report
+  std::vector<LmIteration> iterations;
+
+  // One line.
+  std::string BriefReport() const;
+  // Sizes, parts, counts, times and a table of the iterations.
+  std::string FullReport() const;
+};
+
+}  // namespace vesta
