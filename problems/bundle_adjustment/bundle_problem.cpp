@@ -1,0 +1,104 @@
+#include "problems/bundle_adjustment/bundle_problem.h"
+
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/bundle_adjustment/context.h"
+
+namespace vesta::bundle {
+namespace internal {
+namespace {
+
+// Forming the reduced matrix takes about two implicit products' time for each pair of observations per observation;
+// the inner solves take some tens of products. So it pays where tracks are not too long.
+constexpr Index kPairsPerObservation = 12;
+
+bool FormReducedMatrix(ReducedForm form, const Structure& structure) {
+  if (form != ReducedForm::kAuto) return form == ReducedForm::kExplicit;
+  return structure.num_pairs() <= kPairsPerObservation * structure.num_observations();
+}
+
+}  // namespace
+
+BundleContext::BundleContext(const BundleData& data, BundleProblemOptions given)
+    : options(std::move(given)), structure(data) {
+  pattern = structure.MakeBlockPattern(!FormReducedMatrix(options.reduced_form, structure));
+}
+
+HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstView x) {
+  HostBuffer<Camera<double>> cameras(structure.num_cameras());
+  ParallelFor(cameras.size(), 64, [&](Index i) { cameras[i] = MakeCamera(x.data() + kCameraSize * i); });
+  return cameras;
+}
+
+}  // namespace internal
+
+LmOptions BundleLmOptions() {
+  LmOptions options;
+  options.normal_system.linear_solver = LinearSolverKind::kReducedPcg;
+  // Measured on the BAL problems and generated ones. Products with the reduced matrix cost little beside what comes
+  // before them, so each system is solved rather well. Steps that fail are shortened before anything is solved again.
+  options.normal_system.pcg.model_tolerance = 0.01;
+  options.SetStepRule(StepRule::kSoft);
+  options.step_control.initial_lambda = 1e-4;
+  return options;
+}
+
+BundleProblem::BundleProblem(const BundleData& data, BundleProblemOptions options)
+    : context_(std::make_unique<internal::BundleContext>(data, std::move(options))) {
+  VESTA_CHECK(IsaAvailable(context_->options.isa), "this CPU does not have {}", IsaName(context_->options.isa));
+}
+
+BundleProblem::~BundleProblem() = default;
+
+Index BundleProblem::num_parameters() const { return structure().num_parameters(); }
+const Structure& BundleProblem::structure() const { return context_->structure; }
+
+template <class Term>
+double BundleProblem::SumOverSlices(ConstView x, const Term& term) {
+  const Structure& s = structure();
+  VESTA_CHECK(x.size() == s.num_parameters(), "x has {} entries, the problem {}", x.size(), s.num_parameters());
+  const HostBuffer<Camera<double>> cameras = internal::MakeCameras(s, x);
+  const double* points = x.data() + s.num_camera_parameters();
+  // The passes in double and float share this kernel.
+  const auto squared_norms = KernelsOf<double>(context_->options.isa).squared_norms;
+  return ParallelSum<double>(s.num_slices(), 1, [&](Index begin, Index end) {
+    double sum = 0;
+    for (Index k = begin; k < end; ++k) {
+      const CameraSlice slice = s.slice(k);
+      alignas(64) double squared[Structure::kSliceSize];
+      squared_norms(cameras[s.slice_camera(k)], points, slice, squared);
+      sum += term(slice.count, squared);
+    }
+    return sum;
+  });
+}
+
+double BundleProblem::SquaredError(ConstView x) {
+  return SumOverSlices(x, [](Index count, const double* squared) {
+    double partial[4] = {0, 0, 0, 0};
+    for (Index i = 0; i < count; ++i) partial[i % 4] += squared[i];
+    return (partial[0] + partial[1]) + (partial[2] + partial[3]);
+  });
+}
+
+double BundleProblem::Cost(ConstView x) {
+  const Loss* loss = context_->options.loss.get();
+  if (loss == nullptr) return 0.5 * SquaredError(x);
+  return 0.5 * SumOverSlices(x, [loss](Index count, const double* squared) {
+           double sum = 0;
+           for (Index i = 0; i < count; ++i) sum += loss->Evaluate(squared[i]).rho;
+           return sum;
+         });
+}
+
+std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(ConstView x, int batch) {
+  VESTA_CHECK(batch == 0 && x.size() == num_parameters(), "batch {}, x of {} entries", batch, x.size());
+  if (context_->options.storage == JacobianStorage::kFloat) {
+    return internal::MakeLinearization<float>(*context_, x);
+  }
+  return internal::MakeLinearization<double>(*context_, x);
+}
+
+}  // namespace vesta::bundle

@@ -1,0 +1,66 @@
+// Bundle adjustment as a problem of the engine: x is the cameras, nine parameters each, then the points, three each.
+#pragma once
+
+#include <memory>
+
+#include "kernels/core/cpu_dispatch.h"
+#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/structure.h"
+#include "solver/lm_options.h"
+#include "solver/loss.h"
+#include "solver/problem.h"
+
+namespace vesta::bundle {
+
+// In which precision the Jacobian is stored. Arithmetic, residuals and gradient are in double all the same.
+enum class JacobianStorage { kDouble, kFloat };
+
+// How the reduced system (cameras alone, points eliminated) is multiplied by.
+enum class ReducedForm {
+  kAuto,      // explicit where forming the matrix costs no more than some twenty implicit products
+  kImplicit,  // through the Jacobian, one pass over the observations a product
+  kExplicit,  // by the blocks of the matrix, formed once for each damping
+};
+
+struct BundleProblemOptions {
+  // Of each observation's squared reprojection error; none: plain least squares.
+  std::shared_ptr<const Loss> loss = nullptr;
+  JacobianStorage storage = JacobianStorage::kDouble;
+  ReducedForm reduced_form = ReducedForm::kAuto;
+  // Instruction set of the passes; the CPU must have it.
+  Isa isa = ActiveIsa();
+};
+
+// Options of the engine that suit bundle adjustments: points eliminated, conjugate gradients on the cameras, a soft
+// rule for the damping.
+LmOptions BundleLmOptions();
+
+namespace internal {
+struct BundleContext;
+}
+
+class BundleProblem final : public Problem<CpuBackend<double>> {
+ public:
+  // Copies what it needs of data. Throws Error where the data do not fit together.
+  explicit BundleProblem(const BundleData& data, BundleProblemOptions options = {});
+  ~BundleProblem() override;
+
+  Index num_parameters() const override;
+  double Cost(ConstView x) override;
+  using Problem::Cost;
+  // The problem must outlive what it returns. Residuals are in the order of points, then cameras, two each.
+  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstView x, int batch) override;
+
+  const Structure& structure() const;
+  // Sum of squared reprojection errors over all observations, pixels squared, without the loss.
+  double SquaredError(ConstView x);
+
+ private:
+  // Sum over the observations, in a fixed order, of what term(count, squared norms) gives for some of them.
+  template <class Term>
+  double SumOverSlices(ConstView x, const Term& term);
+
+  std::unique_ptr<internal::BundleContext> context_;
+};
+
+}  // namespace vesta::bundle

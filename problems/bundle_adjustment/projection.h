@@ -1,0 +1,141 @@
+// The camera of "Bundle adjustment in the large" (Agarwal, Snavely, Seitz, Szeliski, ECCV 2010), and its derivatives.
+//
+// Nine parameters: angle-axis vector w, translation t, focal length f, radial distortion k1, k2. A point X is seen at
+//   P = R(w) X + t,  p = -(P_x, P_y) / P_z,  prediction = f (1 + k1 |p|^2 + k2 |p|^4) p   [pixels],
+// the camera looking along its negative z axis, the origin of the image at its centre.
+//
+// Templates on the scalar: double, ceres::Jet, and four observations side by side.
+#pragma once
+
+#include <cmath>
+
+#include "kernels/math/isa.h"
+#include "kernels/math/scalar.h"
+
+namespace vesta::bundle {
+
+inline constexpr int kCameraSize = 9;
+inline constexpr int kPointSize = 3;
+// Columns of an observation's Jacobian: its point's first, then its camera's.
+inline constexpr int kRowSize = kPointSize + kCameraSize;
+
+// What every observation of a camera needs, computed once for each camera. Matrices are row-major.
+template <class T>
+struct Camera {
+  T rotation[9];
+  // J with R(w + d) = R(J d) R(w) to first order: the left Jacobian of the rotation group.
+  T left_jacobian[9];
+  T translation[3];
+  T focal, k1, k2;
+};
+
+// The stages of a projection that its derivative uses again.
+template <class T>
+struct Projection {
+  T rotated[3];    // R X
+  T inverse_z;     // 1 / P_z
+  T p[2];          // -(P_x, P_y) / P_z
+  T square;        // |p|^2
+  T distortion;    // 1 + k1 |p|^2 + k2 |p|^4
+  T predicted[2];  // pixels
+};
+
+inline namespace VESTA_ISA {
+
+// sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of the angle whose square is given: smooth functions of that
+// square, by their power series where the quotients would cancel or be 0 / 0.
+template <class T>
+void AngleCoefficients(const T& square, T coefficients[3]) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  // Term k of the three series is (-square)^k / (2 k + 1)!, (2 k + 2)!, (2 k + 3)!; ten terms leave 1e-23 at 1/4.
+  T series[3] = {T(0.0), T(0.0), T(0.0)};
+  for (int k = 9; k >= 0; --k) {
+    for (int c = 0; c < 3; ++c) {
+      const double next = 1.0 / ((2 * k + c + 2) * (2 * k + c + 3));
+      series[c] = T(1.0) - square * T(next) * series[c];
+    }
+  }
+  const auto small = square < T(0.25);
+  const T angle = sqrt(Select(small, T(1.0), square));
+  const T half = sin(angle * T(0.5)) / angle;
+  coefficients[0] = Select(small, series[0], sin(angle) / angle);
+  coefficients[1] = Select(small, series[1] * T(1.0 / 2.0), half * half * T(2.0));
+  coefficients[2] = Select(small, series[2] * T(1.0 / 6.0), (angle - sin(angle)) / (angle * angle * angle));
+}
+
+// The camera of nine parameters. R = I + A [w] + B [w]^2 (Rodrigues), left Jacobian I + B [w] + C [w]^2, with
+// [w]^2 = w w' - |w|^2 I.
+template <class T>
+Camera<T> MakeCamera(const T* parameters) {
+  const T* w = parameters;
+  const T square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+  T c[3];
+  AngleCoefficients(square, c);
+  Camera<T> camera;
+  const auto fill = [&](const T& first, const T& second, T* matrix) {
+    const T cross[9] = {T(0.0), -w[2], w[1], w[2], T(0.0), -w[0], -w[1], w[0], T(0.0)};
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        T value = first * cross[3 * i + j] + second * w[i] * w[j];
+        if (i == j) value = value + T(1.0) - second * square;
+        matrix[3 * i + j] = value;
+      }
+    }
+  };
+  fill(c[0], c[1], camera.rotation);
+  fill(c[1], c[2], camera.left_jacobian);
+  for (int i = 0; i < 3; ++i) camera.translation[i] = parameters[3 + i];
+  camera.focal = parameters[6], camera.k1 = parameters[7], camera.k2 = parameters[8];
+  return camera;
+}
+
+template <class T>
+Projection<T> Project(const Camera<T>& camera, const T X[3]) {
+  Projection<T> out;
+  T P[3];
+  for (int i = 0; i < 3; ++i) {
+    const T* row = camera.rotation + 3 * i;
+    out.rotated[i] = row[0] * X[0] + row[1] * X[1] + row[2] * X[2];
+    P[i] = out.rotated[i] + camera.translation[i];
+  }
+  out.inverse_z = T(1.0) / P[2];
+  for (int i = 0; i < 2; ++i) out.p[i] = T(0.0) - P[i] * out.inverse_z;
+  out.square = out.p[0] * out.p[0] + out.p[1] * out.p[1];
+  out.distortion = T(1.0) + out.square * (camera.k1 + camera.k2 * out.square);
+  for (int i = 0; i < 2; ++i) out.predicted[i] = camera.focal * out.distortion * out.p[i];
+  return out;
+}
+
+// jacobian[12 * i + c]: derivative of predicted[i] by the point (c = 0..2), w, t, f, k1, k2.
+template <class T>
+void ProjectionJacobian(const Camera<T>& camera, const Projection<T>& at, T* jacobian) {
+  // predicted = f d(p) p, so its derivative by p is f (d I + (2 k1 + 4 k2 |p|^2) p p').
+  const T slope = T(2.0) * camera.k1 + T(4.0) * camera.k2 * at.square;
+  const T mixed = camera.focal * slope * at.p[0] * at.p[1];
+  const T by_p[2][2] = {{camera.focal * (at.distortion + slope * at.p[0] * at.p[0]), mixed},
+                        {mixed, camera.focal * (at.distortion + slope * at.p[1] * at.p[1])}};
+  const T minus_inverse_z = T(0.0) - at.inverse_z;
+  for (int i = 0; i < 2; ++i) {
+    T* row = jacobian + kRowSize * i;
+    // By P: p's derivative is -1/P_z (1 0 p_x; 0 1 p_y).
+    const T h[3] = {minus_inverse_z * by_p[i][0], minus_inverse_z * by_p[i][1],
+                    minus_inverse_z * (by_p[i][0] * at.p[0] + by_p[i][1] * at.p[1])};
+    // By w: d(R X) = (J dw) x (R X), and h . (a x q) = a . (q x h).
+    const T* q = at.rotated;
+    const T turn[3] = {q[1] * h[2] - q[2] * h[1], q[2] * h[0] - q[0] * h[2], q[0] * h[1] - q[1] * h[0]};
+    const auto times = [](const T* v, const T* matrix, T* out) {
+      for (int c = 0; c < 3; ++c) out[c] = v[0] * matrix[c] + v[1] * matrix[3 + c] + v[2] * matrix[6 + c];
+    };
+    times(h, camera.rotation, row);
+    times(turn, camera.left_jacobian, row + 3);
+    for (int c = 0; c < 3; ++c) row[6 + c] = h[c];
+    row[9] = at.distortion * at.p[i];
+    row[10] = camera.focal * at.square * at.p[i];
+    row[11] = row[10] * at.square;
+  }
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::bundle

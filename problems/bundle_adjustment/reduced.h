@@ -1,0 +1,61 @@
+// The damped system of a bundle adjustment with the points eliminated.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "problems/bundle_adjustment/camera_vectors.h"
+#include "problems/bundle_adjustment/context.h"
+#include "solver/reduced_system.h"
+
+namespace vesta::bundle::internal {
+
+// Nine parameters a camera, one after the other.
+inline BlockGroup CameraBlocks(const Structure& structure) {
+  return {kCameraSize, structure.num_cameras(), 0, 1, kCameraSize};
+}
+
+// Borrows the context and the arrays. The matrix is formed where the context has a pattern for all of it, at the first
+// use after SetDamping; otherwise its diagonal blocks alone are, and a product is one pass over the observations.
+template <class S>
+class BundleReducedSystem final : public ReducedSystem<Cpu> {
+ public:
+  BundleReducedSystem(const BundleContext& context, const LinearizationArrays<S>& arrays);
+
+  Index size() const override { return structure_.num_camera_parameters(); }
+  void SetDamping(double lambda, ConstView metric) override;
+  void ReduceRhs(ConstView rhs, View reduced) override;
+  void Apply(ConstView x, View y) override;
+  void BackSubstitute(ConstView rhs, View step) override;
+  std::vector<BlockGroup> kept_groups() const override { return {CameraBlocks(structure_)}; }
+  void DiagonalBlocks(BlockDiagonal<Cpu>& blocks) override;
+
+ private:
+  Index Begin(Index chunk) const { return structure_.chunk_first(chunk); }
+  Index End(Index chunk) const { return structure_.chunk_first(chunk + 1); }
+  bool explicit_form() const { return !context_.pattern.diagonal_only; }
+  void InvertPointBlocks(double lambda, ConstView metric);
+  // The pass behind ReduceRhs and Apply (kernels.h).
+  template <class Finish>
+  void Reduce(const double* cameras, const double* b, const Finish& finish);
+  // Camera i's Gram matrix and damping into a padded block.
+  void StartDiagonalBlock(Index i, double* block) const;
+  void FormBlocks();
+
+  const BundleContext& context_;
+  const Structure& structure_;
+  const LinearizationArrays<S>& arrays_;
+  const Kernels<S>& kernels_;
+  TrackOrder<S> order_;
+  BlockDiagonal<Cpu> point_blocks_;
+  HostBuffer<double> inverse_;  // of the points' blocks, kPointGramSize each
+  HostBuffer<double> damping_;  // lambda D of the cameras
+  HostBuffer<double> padded_, scratch_;
+  CameraSums camera_sums_;
+  HostBuffer<double> blocks_;  // of the matrix, as the pattern has them
+  std::vector<Index> row_chunks_;
+  std::optional<CameraSums> row_sums_;
+  bool formed_ = false;  // blocks_, for the present damping
+};
+
+}  // namespace vesta::bundle::internal

@@ -1,0 +1,57 @@
+// The linear part: blurs of a square image by coded apertures, and their adjoints, without a matrix.
+#pragma once
+
+#include <vector>
+
+#include "kernels/core/buffer.h"
+#include "problems/deconvolution/coded_apertures.h"
+#include "problems/deconvolution/separable_correlation.h"
+
+namespace vesta::deconvolution {
+
+// Images are side x side, frames (side + kSpill) x (side + kSpill), rows one after the other. One user at a time: the
+// planes below are worked in.
+class CodedBlur {
+ public:
+  // Throws Error unless side >= 1.
+  CodedBlur(Index side, std::vector<Aperture> apertures);
+
+  Index side() const { return side_; }
+  Index frame_side() const { return side_ + kSpill; }
+  Index image_size() const { return side_ * side_; }
+  Index frame_size() const { return frame_side() * frame_side(); }
+  int num_frames() const { return static_cast<int>(apertures_.size()); }
+  const std::vector<Aperture>& apertures() const { return apertures_; }
+
+  // What is blurred next: writes value(k) for each pixel k of the image into its frame of zeros.
+  template <class Value>
+  void SetImage(const Value& value);
+  // out = A_f image, frame_size() entries.
+  void Blur(int frame, HostSpan<double> out);
+
+  // What is correlated next: writes value(i) for each pixel i of a frame.
+  template <class Value>
+  void SetFrame(const Value& value);
+  // out += A_f^T frame, image_size() entries; with `first` it overwrites.
+  void AddAdjoint(int frame, bool first, HostSpan<double> out) {
+    Accumulate(apertures_[static_cast<std::size_t>(frame)], first, out);
+  }
+  // The same with the squares of A_f's entries: column norms.
+  void AddSquaredAdjoint(int frame, bool first, HostSpan<double> out) {
+    Accumulate(squared_[static_cast<std::size_t>(frame)], first, out);
+  }
+
+ private:
+  void Accumulate(const Aperture& aperture, bool first, HostSpan<double> out) const;
+  void Correlate(CorrelationArgs args, const Aperture& aperture, Index rows) const;
+
+  Index side_;
+  std::vector<Aperture> apertures_, turned_, squared_;
+  CorrelateRows correlate_rows_;
+  HostBuffer<double> padded_image_;  // kSpill zeros on every side
+  HostBuffer<double> frame_;
+};
+
+}  // namespace vesta::deconvolution
+
+#include "problems/deconvolution/coded_blur.inl"

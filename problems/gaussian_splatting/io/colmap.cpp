@@ -1,0 +1,164 @@
+#include "problems/gaussian_splatting/io/colmap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "kernels/core/check.h"
+#include "kernels/math/quaternion.h"
+#include "problems/gaussian_splatting/io/byte_reader.h"
+#include "problems/gaussian_splatting/io/colmap_files.h"
+
+namespace vesta::gs {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+template <std::size_t N>
+bool AllFinite(const std::array<double, N>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+std::array<double, 4> Normalized(std::array<double, 4> q) {
+  const double norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+  for (double& v : q) v /= norm;
+  return q;
+}
+
+// Checks that concern several records.
+void CheckModel(const ColmapModel& model, const std::string& folder) {
+  if (model.cameras.empty()) Fail("{}: the model has no cameras; run colmap's mapper again", folder);
+  if (model.images.empty()) Fail("{}: the model has no images; run colmap's mapper again", folder);
+  if (model.points.empty()) {
+    Fail("{}: the model has no points to start from; triangulate some: colmap point_triangulator --help", folder);
+  }
+  std::unordered_set<std::uint32_t> camera_ids;
+  for (const ColmapCamera& camera : model.cameras) {
+    if (!camera_ids.insert(camera.id).second) {
+      Fail("{}: camera {} occurs twice; export the model again", folder, camera.id);
+    }
+  }
+  std::unordered_set<std::string> names;
+  for (const ColmapImage& image : model.images) {
+    if (!camera_ids.contains(image.camera_id)) {
+      Fail("{}: image {} refers to camera {}, which the model does not have; export the model again", folder,
+           image.name, image.camera_id);
+    }
+    if (!names.insert(image.name).second) {
+      Fail("{}: image {} occurs twice; export the model again", folder, image.name);
+    }
+  }
+}
+
+}  // namespace
+
+void CheckColmapCamera(const ColmapCamera& record, const std::string& where) {
+  const Camera& c = record.camera;
+  if (c.width <= 0 || c.height <= 0) {
+    Fail("{}: camera {} has the size {} x {}; calibrate it again", where, record.id, c.width, c.height);
+  }
+  if (!(c.fx > 0 && c.fy > 0 && std::isfinite(c.fx) && std::isfinite(c.fy))) {
+    Fail("{}: camera {} has the focal lengths {}, {}; they must be positive: calibrate it again", where, record.id,
+         c.fx, c.fy);
+  }
+  if (!std::isfinite(c.cx) || !std::isfinite(c.cy)) {
+    Fail("{}: camera {} has the principal point {}, {}; calibrate it again", where, record.id, c.cx, c.cy);
+  }
+}
+
+void CheckColmapImage(const ColmapImage& image, const std::string& where) {
+  constexpr std::size_t kLongestName = 4096;  // the system's limit on paths
+  if (image.name.empty() || image.name.size() > kLongestName ||
+      std::any_of(image.name.begin(), image.name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
+    Fail("{}: image {} has no readable name; the file is damaged, copy or export it again", where, image.id);
+  }
+  if (!AllFinite(image.rotation) || !AllFinite(image.translation)) {
+    Fail("{}: the pose of image {} is not finite; remove the image from the model", where, image.name);
+  }
+  const auto& q = image.rotation;
+  const double size = std::abs(q[0]) + std::abs(q[1]) + std::abs(q[2]) + std::abs(q[3]);
+  if (!(size > 1e-6) || !std::isfinite(size)) {
+    Fail("{}: the rotation of image {} is not a quaternion with a direction; remove the image from the model", where,
+         image.name);
+  }
+}
+
+void CheckColmapPoint(const ColmapPoint& point, const std::string& where) {
+  for (double v : point.position) {
+    if (!(std::abs(v) <= static_cast<double>(std::numeric_limits<float>::max()))) {
+      Fail("{}: point {} is not finite; remove it from the model", where, point.id);
+    }
+  }
+}
+
+void FailDistorted(const std::string& folder, const std::string& where, const std::string& model) {
+  fs::path scene = fs::path(folder).parent_path();
+  if (scene.filename() == "sparse") scene = scene.parent_path();
+  Fail(
+      "{}: the camera model {} has lens distortion, only SIMPLE_PINHOLE and PINHOLE are read; undistort with: "
+      "colmap image_undistorter --image_path {}/images --input_path {} --output_path {}_undistorted",
+      where, model, scene.string(), folder, scene.string());
+}
+
+ColmapModel ReadColmapModel(const std::string& folder) {
+  const bool is_text = !FileExists(folder + "/cameras.bin") && FileExists(folder + "/cameras.txt");
+  ColmapModel model = is_text ? ReadColmapText(folder) : ReadColmapBinary(folder);
+  CheckModel(model, folder);
+  return model;
+}
+
+void WriteColmapModel(const ColmapModel& model, const std::string& folder, ColmapFormat format) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) Fail("{}: cannot be created: {}", folder, error.message());
+  if (format == ColmapFormat::kBinary) {
+    WriteColmapBinary(model, folder);
+  } else {
+    WriteColmapText(model, folder);
+  }
+}
+
+std::string FindColmapModel(const std::string& scene_folder) {
+  for (const char* sub : {"sparse/0", "sparse"}) {
+    std::string folder = (fs::path(scene_folder) / sub).string();
+    if (FolderExists(folder)) return folder;
+  }
+  return {};
+}
+
+Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder) {
+  const std::string folder = FindColmapModel(scene_folder);
+  if (folder.empty()) Fail("{}: no COLMAP model in sparse/0 or sparse", scene_folder);
+  const ColmapModel model = ReadColmapModel(folder);
+  std::unordered_map<std::uint32_t, Camera> cameras;
+  for (const ColmapCamera& record : model.cameras) cameras[record.id] = record.camera;
+
+  Scene scene;
+  for (const ColmapImage& image : model.images) {
+    View view;
+    view.name = image.name;
+    view.image_path = (fs::path(scene_folder) / image_folder / image.name).string();
+    view.camera = cameras.at(image.camera_id);
+    RotationFromQuaternion(Normalized(image.rotation).data(), view.rotation.data());
+    view.translation = image.translation;
+    scene.views.push_back(std::move(view));
+  }
+  for (const ColmapPoint& point : model.points) {
+    std::array<float, 3> position, color;
+    for (std::size_t i = 0; i < 3; ++i) {
+      position[i] = static_cast<float>(point.position[i]);
+      color[i] = static_cast<float>(point.color[i]) / 255.0f;
+    }
+    scene.points.positions.push_back(position);
+    scene.points.colors.push_back(color);
+  }
+  SortAndSplit(&scene.views);
+  scene.extent = SceneExtent(scene.views);
+  return scene;
+}
+
+}  // namespace vesta::gs

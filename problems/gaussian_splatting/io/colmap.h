@@ -1,0 +1,58 @@
+// COLMAP sparse models, binary and text, read and written. Format: COLMAP's documentation, "Output Format".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "problems/gaussian_splatting/io/scene.h"
+
+namespace vesta::gs {
+
+struct ColmapCamera {
+  std::uint32_t id = 0;
+  bool is_simple = false;  // SIMPLE_PINHOLE, fx == fy; else PINHOLE
+  Camera camera;
+};
+
+struct ColmapImage {
+  std::uint32_t id = 0;
+  std::array<double, 4> rotation{1, 0, 0, 0};  // quaternion w x y z, world to camera
+  std::array<double, 3> translation{};
+  std::uint32_t camera_id = 0;
+  std::string name;
+};
+
+struct ColmapPoint {
+  std::uint64_t id = 0;
+  std::array<double, 3> position{};
+  std::array<std::uint8_t, 3> color{};
+  double error = 0;  // mean reprojection error in pixels
+};
+
+// The image observations of points (2-D points and tracks) are skipped when reading and left empty when writing.
+struct ColmapModel {
+  std::vector<ColmapCamera> cameras;
+  std::vector<ColmapImage> images;
+  std::vector<ColmapPoint> points;
+};
+
+enum class ColmapFormat { kBinary, kText };
+
+// Reads cameras, images and points3D (.bin, or .txt where there is no cameras.bin) of the folder. Everything returned
+// is checked: positive finite sizes and focal lengths, finite poses and points, quaternions not zero, unique image
+// names and camera ids, known camera ids, at least one image and one point. Otherwise throws Error, one line with the
+// file, the byte (or line) and what to do; for a model with lens distortion that is the colmap command that undistorts.
+ColmapModel ReadColmapModel(const std::string& folder);
+
+// Writes the three files, each whole or not at all, creating the folder. Numbers survive exactly in both formats.
+void WriteColmapModel(const ColmapModel& model, const std::string& folder, ColmapFormat format);
+
+// The folder with the model of a scene: SCENE/sparse/0 or SCENE/sparse; empty where there is neither.
+std::string FindColmapModel(const std::string& scene_folder);
+
+// Views with normalised rotations, sorted and split, without pixels; image files lie in SCENE/image_folder.
+Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder);
+
+}  // namespace vesta::gs

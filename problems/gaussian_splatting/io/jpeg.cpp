@@ -1,0 +1,111 @@
+// JPEG by libjpeg. Its errors leave by longjmp, so each stage that may fail is a function of its own that holds no
+// object with a destructor.
+#include <csetjmp>
+#include <cstddef>
+#include <cstdio>
+#include <vector>
+
+// jpeglib.h needs the above; the values in jerror.h depend on jpeglib.h.
+// clang-format off
+#include <jpeglib.h>
+#include <jerror.h>
+// clang-format on
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/io/image_codecs.h"
+
+namespace vesta::gs {
+namespace {
+
+struct Errors {
+  jpeg_error_mgr manager;  // first, so that the library's pointer is ours
+  std::jmp_buf jump;
+  char message[JMSG_LENGTH_MAX];
+};
+
+[[noreturn]] void OnError(j_common_ptr info) {
+  auto* errors = reinterpret_cast<Errors*>(info->err);
+  errors->manager.format_message(info, errors->message);
+  std::longjmp(errors->jump, 1);
+}
+
+// libjpeg merely warns of lost data and fills the rest with grey: for training that is an error.
+void OnMessage(j_common_ptr info, int level) {
+  if (level >= 0) return;
+  switch (info->err->msg_code) {
+    case JWRN_JPEG_EOF:
+    case JWRN_HIT_MARKER:
+    case JWRN_HUFF_BAD_CODE:
+    case JWRN_MUST_RESYNC:
+      OnError(info);
+    default:
+      break;
+  }
+}
+
+class Decoder {
+ public:
+  Decoder() {
+    info_.err = jpeg_std_error(&errors_.manager);
+    errors_.manager.error_exit = OnError;
+    errors_.manager.emit_message = OnMessage;
+  }
+  ~Decoder() { jpeg_destroy_decompress(&info_); }
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+
+  bool ReadHeader(std::string_view bytes) {
+    if (setjmp(errors_.jump) != 0) return false;
+    jpeg_create_decompress(&info_);
+    jpeg_mem_src(&info_, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    jpeg_read_header(&info_, TRUE);
+    return true;
+  }
+  // Rows of interleaved 8-bit RGB, one after the other.
+  bool ReadPixels(unsigned char* rgb) {
+    if (setjmp(errors_.jump) != 0) return false;
+    info_.out_color_space = JCS_RGB;
+    jpeg_start_decompress(&info_);
+    while (info_.output_scanline < info_.output_height) {
+      JSAMPROW row = rgb + std::size_t{3} * info_.output_scanline * info_.output_width;
+      jpeg_read_scanlines(&info_, &row, 1);
+    }
+    jpeg_finish_decompress(&info_);
+    return true;
+  }
+  const jpeg_decompress_struct& info() const { return info_; }
+  const char* message() const { return errors_.message; }
+
+ private:
+  jpeg_decompress_struct info_{};
+  Errors errors_{};
+};
+
+}  // namespace
+
+Image DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only) {
+  Decoder decoder;
+  if (!decoder.ReadHeader(bytes)) FailDamagedImage(path, decoder.message());
+  if (decoder.info().num_components == 4) {
+    Fail("{}: a CMYK JPEG; convert it to RGB, for instance with ImageMagick: convert in.jpg -colorspace sRGB out.jpg",
+         path);
+  }
+  const ImageSize size{static_cast<int>(decoder.info().image_width), static_cast<int>(decoder.info().image_height)};
+  CheckImageSize(path, bytes.size(), size);
+  Image image;
+  image.width = size.width;
+  image.height = size.height;
+  if (size_only) return image;
+
+  std::vector<unsigned char> interleaved(3 * image.num_pixels());
+  if (!decoder.ReadPixels(interleaved.data())) FailDamagedImage(path, decoder.message());
+  image.rgb.resize(interleaved.size());
+  for (int c = 0; c < 3; ++c) {
+    float* plane = image.plane(c);
+    const unsigned char* source = interleaved.data() + c;
+    for (std::size_t i = 0; i < image.num_pixels(); ++i) plane[i] = static_cast<float>(source[3 * i]) / 255.0f;
+  }
+  return image;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,64 @@
+#include "problems/gaussian_splatting/io/load_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/io/byte_reader.h"
+#include "problems/gaussian_splatting/io/colmap.h"
+
+namespace vesta::gs {
+
+namespace {
+
+Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
+  if (!FolderExists(path)) Fail("{}: no such scene folder", path);
+  if (!FindColmapModel(path).empty()) return ReadColmapScene(path, options.image_folder);
+  if (IsNerfScene(path)) return ReadNerfScene(path, options.random_points);
+  Fail("{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF)", path);
+}
+
+void CheckImageFiles(const std::string& path, const std::vector<View>& views) {
+  const auto is_missing = [](const View& view) { return !FileExists(view.image_path); };
+  const auto first = std::find_if(views.begin(), views.end(), is_missing);
+  if (first == views.end()) return;
+  Fail(
+      "{}: no such image, but the model in {} names it ({} of {} images are missing); add it or remove it from the "
+      "model",
+      first->image_path, path, std::count_if(first, views.end(), is_missing), views.size());
+}
+
+void LoadPixels(const LoadSceneOptions& options, View* view) {
+  Image image = LoadImage(view->image_path, options.background);
+  const Camera& camera = view->camera;
+  if (image.width != camera.width || image.height != camera.height) {
+    const double height_at_width = static_cast<double>(camera.height) * image.width / camera.width;
+    const double width_at_height = static_cast<double>(camera.width) * image.height / camera.height;
+    if (std::abs(height_at_width - image.height) > 1 && std::abs(width_at_height - image.width) > 1) {
+      Fail(
+          "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
+          "from",
+          view->image_path, image.width, image.height, camera.width, camera.height);
+    }
+  }
+  const ImageSize size = DownscaledSize({image.width, image.height}, options.downscale);
+  if (options.downscale > 1) image = ResizeArea(image, size.width, size.height);
+  view->camera = ResizeCamera(camera, size.width, size.height);
+  view->image = std::move(image);
+}
+
+}  // namespace
+
+Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
+  Scene scene = ReadModel(path, options);
+  CheckImageFiles(path, scene.views);
+  if (std::all_of(scene.views.begin(), scene.views.end(), [](const View& view) { return view.is_test; })) {
+    Fail("{}: no view is left to train on, as every 8th from the first is for testing; add images", path);
+  }
+  ParallelFor(static_cast<Index>(scene.views.size()), 1,
+              [&](Index i) { LoadPixels(options, &scene.views[static_cast<std::size_t>(i)]); });
+  return scene;
+}
+
+}  // namespace vesta::gs

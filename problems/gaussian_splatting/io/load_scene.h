@@ -1,0 +1,26 @@
+// From a scene folder to everything that training needs.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "problems/gaussian_splatting/io/nerf.h"
+#include "problems/gaussian_splatting/io/scene.h"
+
+namespace vesta::gs {
+
+struct LoadSceneOptions {
+  int downscale = 1;                         // see DownscaledSize; cameras follow
+  std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
+  std::string image_folder = "images";       // of a COLMAP scene; images_4 and the like rescale the cameras
+  RandomPoints random_points;                // for NeRF scenes without points
+};
+
+// Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and
+// decodes all images in parallel. An image whose size differs from its camera's rescales the camera, provided that
+// the aspect ratio agrees to within a pixel. All pixels stay in memory: 12 bytes each.
+// Throws Error, one line that names the file and what to do, for whatever cannot be used: folder or image missing, no
+// image file, another aspect ratio, a broken model, no view left to train on.
+Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
+
+}  // namespace vesta::gs

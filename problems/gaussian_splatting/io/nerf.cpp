@@ -1,0 +1,250 @@
+#include "problems/gaussian_splatting/io/nerf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/io/byte_reader.h"
+#include "problems/gaussian_splatting/io/ply.h"
+
+namespace vesta::gs {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+// A value of a frame, or of the whole file where the frame has none.
+class FrameValues {
+ public:
+  FrameValues(const json& frame, const json& top, std::string where)
+      : frame_(frame), top_(top), where_(std::move(where)) {}
+
+  const json* Find(const char* key) const {
+    for (const json* source : {&frame_, &top_}) {
+      const auto it = source->find(key);
+      if (it != source->end() && !it->is_null()) return &*it;
+    }
+    return nullptr;
+  }
+  bool Has(const char* key) const { return Find(key) != nullptr; }
+  double Number(const char* key, double fallback) const {
+    const json* value = Find(key);
+    if (value == nullptr) return fallback;
+    if (!value->is_number()) Fail("{}: {} is not a number", where_, key);
+    return value->get<double>();
+  }
+  std::string Text(const char* key, const std::string& fallback) const {
+    const json* value = Find(key);
+    if (value == nullptr) return fallback;
+    if (!value->is_string()) Fail("{}: {} is not a text", where_, key);
+    return value->get<std::string>();
+  }
+  const std::string& where() const { return where_; }
+
+ private:
+  const json& frame_;
+  const json& top_;
+  std::string where_;
+};
+
+void RefuseDistortion(const FrameValues& values) {
+  constexpr const char* kAdvice =
+      "only pinhole cameras are read: undistort the images first, for instance by colmap image_undistorter";
+  for (const char* key : {"k1", "k2", "k3", "k4", "p1", "p2"}) {
+    if (values.Number(key, 0) != 0) Fail("{}: the lens distortion {} is not zero; {}", values.where(), key, kAdvice);
+  }
+  const std::string model = values.Text("camera_model", "PINHOLE");
+  const std::set<std::string> linear = {"PINHOLE", "SIMPLE_PINHOLE", "PERSPECTIVE",
+                                        "OPENCV",  "SIMPLE_RADIAL",  "RADIAL"};
+  if (!linear.contains(model))
+    Fail("{}: the camera model {} is not a pinhole; {}", values.where(), Printable(model), kAdvice);
+  const json* fisheye = values.Find("is_fisheye");
+  if (fisheye != nullptr && *fisheye != json(false)) {
+    Fail("{}: is_fisheye is set; {}", values.where(), kAdvice);
+  }
+}
+
+Camera ReadCamera(const FrameValues& values, const std::string& image_path) {
+  RefuseDistortion(values);
+  Camera camera;
+  if (values.Has("w") && values.Has("h")) {
+    const double w = values.Number("w", 0), h = values.Number("h", 0);
+    if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6)) Fail("{}: the image size {} x {} is unusable", values.where(), w, h);
+    camera.width = static_cast<int>(w);
+    camera.height = static_cast<int>(h);
+  } else {
+    const ImageSize size = ReadImageSize(image_path);
+    camera.width = size.width;
+    camera.height = size.height;
+  }
+  const auto focal = [&](const char* length_key, const char* angle_key, int side, double fallback) {
+    if (values.Has(length_key) || !values.Has(angle_key)) return values.Number(length_key, fallback);
+    return 0.5 * side / std::tan(0.5 * values.Number(angle_key, 0));
+  };
+  camera.fx = focal("fl_x", "camera_angle_x", camera.width, 0);
+  camera.fy = focal("fl_y", "camera_angle_y", camera.height, camera.fx);
+  camera.cx = values.Number("cx", 0.5 * camera.width);
+  camera.cy = values.Number("cy", 0.5 * camera.height);
+  if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy))) {
+    Fail("{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), camera.fx,
+         camera.fy);
+  }
+  if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) Fail("{}: cx or cy is not finite", values.where());
+  return camera;
+}
+
+// Files carry 6 or 7 digits: Gram-Schmidt makes the rows orthonormal to double precision. False where they are further
+// from that than rounding explains, or left-handed.
+bool Orthonormalize(std::array<double, 9>* rotation) {
+  constexpr double kTolerance = 1e-3;
+  auto& r = *rotation;
+  const auto dot = [&r](std::size_t a, std::size_t b) {
+    return r[3 * a] * r[3 * b] + r[3 * a + 1] * r[3 * b + 1] + r[3 * a + 2] * r[3 * b + 2];
+  };
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const double along = dot(a, b);
+      if (!(std::abs(along) < kTolerance)) return false;
+      for (std::size_t j = 0; j < 3; ++j) r[3 * a + j] -= along * r[3 * b + j];
+    }
+    const double norm = std::sqrt(dot(a, a));
+    if (!(std::abs(norm - 1) < kTolerance)) return false;
+    for (std::size_t j = 0; j < 3; ++j) r[3 * a + j] /= norm;
+  }
+  const double determinant =
+      r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
+  return determinant > 0;
+}
+
+// world_from_camera with OpenGL axes -> rotation and translation of the view.
+void ReadPose(const FrameValues& values, View* view) {
+  const json* matrix = values.Find("transform_matrix");
+  if (matrix == nullptr) Fail("{}: the frame has no transform_matrix", values.where());
+  double m[3][4];
+  const bool has_rows = matrix->is_array() && (matrix->size() == 3 || matrix->size() == 4);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      const bool is_number =
+          has_rows && (*matrix)[i].is_array() && (*matrix)[i].size() == 4 && (*matrix)[i][j].is_number();
+      m[i][j] = is_number ? (*matrix)[i][j].get<double>() : NAN;
+      if (!std::isfinite(m[i][j])) Fail("{}: transform_matrix is not 4 x 4 finite numbers", values.where());
+    }
+  }
+  // Rows of the rotation are the camera's axes in the world: right, down = -up, forward = -backward.
+  constexpr double kSign[3] = {1, -1, -1};
+  auto& r = view->rotation;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) r[3 * i + j] = kSign[i] * m[j][i];
+  }
+  if (!Orthonormalize(&r)) {
+    Fail("{}: transform_matrix is not a rotation and a translation; remove scale, shear and mirroring", values.where());
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    view->translation[i] = -(r[3 * i] * m[0][3] + r[3 * i + 1] * m[1][3] + r[3 * i + 2] * m[2][3]);
+  }
+}
+
+std::string ImageName(const FrameValues& values) {
+  std::string name = values.Text("file_path", "");
+  if (name.empty() || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20; })) {
+    Fail("{}: the frame has no readable file_path", values.where());
+  }
+  std::string extension = fs::path(name).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
+  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") name += ".png";
+  return fs::path(name).lexically_normal().string();
+}
+
+json ReadJson(const std::string& path) {
+  try {
+    return json::parse(ReadFile(path));
+  } catch (const json::exception& error) {
+    Fail("{}: not valid JSON: {}", path, error.what());
+  }
+}
+
+// Views of one transforms file, appended. Returns its JSON.
+json ReadFrames(const fs::path& folder, const char* file, std::vector<View>* views) {
+  const std::string path = (folder / file).string();
+  json top = ReadJson(path);
+  const auto frames = top.find("frames");
+  if (!top.is_object() || frames == top.end() || !frames->is_array() || frames->empty()) {
+    Fail("{}: it has no frames", path);
+  }
+  Index number = 0;
+  for (const json& frame : *frames) {
+    const FrameValues values(frame, top, fmt::format("{}: frame {}", path, number++));
+    if (!frame.is_object()) Fail("{}: not an object", values.where());
+    View view;
+    view.name = ImageName(values);
+    view.image_path = (folder / view.name).string();
+    ReadPose(values, &view);
+    view.camera = ReadCamera(values, view.image_path);
+    views->push_back(std::move(view));
+  }
+  return top;
+}
+
+PointCloud UniformPoints(const RandomPoints& random) {
+  constexpr float kHalfSide = 1.3f;
+  std::mt19937_64 generator(random.seed);
+  // The same numbers everywhere: std::uniform_real_distribution is left to each standard library.
+  const auto uniform = [&] { return static_cast<float>(generator() >> 40) * 0x1p-24f; };
+  PointCloud cloud;
+  for (Index i = 0; i < random.count; ++i) {
+    std::array<float, 3> position, color;
+    for (float& v : position) v = kHalfSide * (2 * uniform() - 1);
+    for (float& v : color) v = uniform();
+    cloud.positions.push_back(position);
+    cloud.colors.push_back(color);
+  }
+  return cloud;
+}
+
+PointCloud FindPoints(const fs::path& folder, const json& top, const RandomPoints& random) {
+  const std::string named = FrameValues(top, top, (folder / "transforms").string()).Text("ply_file_path", "");
+  if (!named.empty()) return ReadPointPly((folder / named).string());
+  for (const char* name : {"points3D.ply", "points3d.ply", "sparse_pc.ply"}) {
+    const std::string path = (folder / name).string();
+    if (FileExists(path)) return ReadPointPly(path);
+  }
+  return UniformPoints(random);
+}
+
+}  // namespace
+
+bool IsNerfScene(const std::string& scene_folder) {
+  return FileExists(scene_folder + "/transforms.json") || FileExists(scene_folder + "/transforms_train.json");
+}
+
+Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random) {
+  const fs::path folder(scene_folder);
+  const bool has_train_file = FileExists(scene_folder + "/transforms_train.json");
+  Scene scene;
+  const json top = ReadFrames(folder, has_train_file ? "transforms_train.json" : "transforms.json", &scene.views);
+  const std::size_t num_train = scene.views.size();
+  if (has_train_file && FileExists(scene_folder + "/transforms_test.json")) {
+    ReadFrames(folder, "transforms_test.json", &scene.views);
+  }
+  std::set<std::string> test_names;
+  for (std::size_t i = num_train; i < scene.views.size(); ++i) test_names.insert(scene.views[i].name);
+  SortAndSplit(&scene.views);
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    View& view = scene.views[i];
+    if (i > 0 && view.name == scene.views[i - 1].name) {
+      Fail("{}: image {} occurs twice in the transforms", scene_folder, view.name);
+    }
+    if (!test_names.empty()) view.is_test = test_names.contains(view.name);
+  }
+  scene.points = FindPoints(folder, top, random);
+  scene.extent = SceneExtent(scene.views);
+  return scene;
+}
+
+}  // namespace vesta::gs

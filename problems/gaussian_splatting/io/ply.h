@@ -1,0 +1,52 @@
+// Splats and point clouds in .ply files.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "kernels/core/span.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/io/scene.h"
+
+namespace vesta::gs {
+
+// Gaussians as parameters, structure of arrays: attribute a of Gaussian i is data[a * count + i], attributes in the
+// order of kernels/gaussian_splatting/layout.h.
+struct SplatModel {
+  int sh_degree = 0;  // 0..3
+  Index count = 0;
+  std::vector<float> data;
+  std::array<float, 3> background{};  // the colour it was trained over, 0..1
+  bool has_background = false;
+
+  int num_attributes() const { return splat::NumAttributes(sh_degree); }
+  void Resize(int degree, Index gaussians) {
+    sh_degree = degree;
+    count = gaussians;
+    data.assign(static_cast<std::size_t>(splat::NumAttributes(degree) * gaussians), 0.0f);
+  }
+  float* attribute(int a) { return data.data() + a * count; }
+  const float* attribute(int a) const { return data.data() + a * count; }
+};
+
+struct ReadSplatOptions {
+  // A Gaussian with a value that is not finite, or with a zero quaternion, cannot be drawn. By default a file with such
+  // is refused; with this set they are left out, the others keep their order.
+  bool drop_unusable = false;
+};
+
+// The layout of the INRIA code (Kerbl et al. 2023): x y z nx ny nz f_dc_0..2 f_rest_0.. opacity scale_0..2 rot_0..3,
+// f_rest channel by channel. Read in any order, float or double, binary or ascii, other properties ignored; the number
+// of f_rest (0, 9, 24, 45) gives the degree. The comment "vesta background R G B" gives the background.
+// Throws Error, one line with the file and what is wrong.
+SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options = {});
+
+// Writes that layout, little-endian float, whole or not at all (atomic_file.h); reading it back gives the same bits.
+void WriteSplatPly(const std::string& path, const SplatModel& model);
+
+// x y z, and red green blue (8 or 16 bits, or float in 0..1); mid-grey without colours. Throws Error where a point is
+// not finite or there is none.
+PointCloud ReadPointPly(const std::string& path);
+
+}  // namespace vesta::gs

@@ -1,0 +1,56 @@
+// The splatting problem at one x, for one batch of views.
+#pragma once
+
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+
+namespace vesta::gs {
+
+template <class S>
+class SplatLinearization final : public Linearization<CpuBackend<S>> {
+ public:
+  using Base = Linearization<CpuBackend<S>>;
+  using typename Base::ConstView;
+  using typename Base::View;
+
+  // x is copied. loss and workspace are shared with the problem and its other linearizations, one call at a time.
+  SplatLinearization(const SplatProblemOptions& options, ConstView x, const std::vector<const TargetView<S>*>& views,
+                     std::shared_ptr<PhotometricLoss<S>> loss, std::shared_ptr<splat::ViewWorkspace<S>> workspace);
+
+  // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
+  Index num_residuals() const override { return num_residuals_; }
+  Index num_parameters() const override { return x_.size(); }
+  ConstView residuals() const override;
+  void ApplyJ(ConstView v, View u) override;
+  void ApplyJT(ConstView u, View g) override;
+  void ApplyW(ConstView u, View Wu) override;
+  bool weighted() const override { return true; }
+  // View by view: only one image is ever held.
+  void ApplyH(ConstView v, View Hv) override;
+  void Gradient(View g) override;
+  // Exact for W's pointwise part, which stands in for W (docs/mathematics.md).
+  void DiagJTJ(View d) override;
+  std::vector<BlockGroup> block_groups() const override;
+  void BlockGram(BlockDiagonal<CpuBackend<S>>& blocks) override;
+
+ private:
+  struct Unit {
+    const TargetView<S>* target;
+    ImageShape shape;
+    splat::View<S> view;
+    HostBuffer<S> image;
+    PhotometricLinearization<S> loss;
+  };
+  // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
+  void EnsureGram();
+
+  splat::Model<S> model_;
+  HostBuffer<S> x_;
+  std::vector<Unit> units_;
+  Index num_residuals_ = 0;
+  std::shared_ptr<PhotometricLoss<S>> loss_;
+  std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
+  HostBuffer<S> gradient_, image_work_, weighted_work_, gram_blocks_, gram_sh_;
+  mutable HostBuffer<S> residuals_;
+};
+
+}  // namespace vesta::gs

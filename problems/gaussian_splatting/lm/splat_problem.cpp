@@ -1,0 +1,87 @@
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+
+#include <numeric>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/splat_linearization.h"
+#include "problems/gaussian_splatting/train/adam.h"
+
+namespace vesta::gs {
+
+template <class S>
+SplatProblem<S>::SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<S>> views)
+    : options_(options),
+      views_(std::move(views)),
+      loss_(std::make_shared<PhotometricLoss<S>>(options.weights)),
+      workspace_(std::make_shared<splat::ViewWorkspace<S>>()) {
+  VESTA_CHECK(options.num_batches >= 1, "{} batches", options.num_batches);
+  for (const TargetView<S>& view : views_) {
+    VESTA_CHECK(view.truth.size() == 3 * Index{view.pinhole.width} * view.pinhole.height,
+                "a truth image of {} values for a view of {} x {}", view.truth.size(), view.pinhole.width,
+                view.pinhole.height);
+  }
+}
+
+template <class S>
+Index SplatProblem<S>::num_parameters() const {
+  return splat::NumAttributes(options_.sh_degree) * options_.count;
+}
+
+template <class S>
+double SplatProblem<S>::ViewCost(const splat::Model<S>& model, const TargetView<S>& view) {
+  cost_view_.Build(model, view.pinhole, options_.background.data(), *workspace_);
+  if (cost_image_.size() != view.truth.size()) cost_image_.Resize(view.truth.size());
+  cost_view_.Render(cost_image_.data());
+  return loss_->Evaluate(cost_image_, view.truth, {view.pinhole.width, view.pinhole.height}).cost;
+}
+
+template <class S>
+double SplatProblem<S>::Cost(ConstView x) {
+  std::vector<Index> all(views_.size());
+  std::iota(all.begin(), all.end(), Index{0});
+  return Cost(x, all);
+}
+
+template <class S>
+double SplatProblem<S>::Cost(ConstView x, std::span<const Index> units) {
+  const splat::Model<S> model{x.data(), options_.count, options_.sh_degree, options_.sh_degree};
+  double cost = 0;
+  for (const Index unit : units) cost += ViewCost(model, views_[static_cast<std::size_t>(unit)]);
+  return cost;
+}
+
+template <class S>
+std::unique_ptr<Linearization<CpuBackend<S>>> SplatProblem<S>::Linearize(ConstView x, int batch) {
+  std::vector<const TargetView<S>*> views;
+  for (std::size_t v = static_cast<std::size_t>(batch); v < views_.size();
+       v += static_cast<std::size_t>(options_.num_batches)) {
+    views.push_back(&views_[v]);
+  }
+  return std::make_unique<SplatLinearization<S>>(options_, x, views, loss_, workspace_);
+}
+
+template <class S>
+bool SplatProblem<S>::DampingMetric(ConstView, ConstView diag_h, View D) {
+  if (options_.rates_damping <= 0) return false;
+  const Index n = options_.count;
+  const S* opacity_diagonal = diag_h.data() + splat::kOpacity * n;
+  const double sum = ParallelSum<double>(n, 4096, [&](Index begin, Index end) {
+    return std::accumulate(opacity_diagonal + begin, opacity_diagonal + end, 0.0);
+  });
+  const double opacity_rate2 = options_.rates.opacity * options_.rates.opacity;
+  const double c = options_.rates_damping * opacity_rate2 * sum / static_cast<double>(std::max<Index>(n, 1));
+  if (!(c > 0)) return false;
+  const int attributes = splat::NumAttributes(options_.sh_degree);
+  for (int a = 0; a < attributes; ++a) {
+    const double rate = RateOf(options_.rates, a, options_.extent);
+    std::fill_n(D.data() + a * n, n, static_cast<S>(c / (rate * rate)));
+  }
+  return true;
+}
+
+template class SplatProblem<float>;
+template class SplatProblem<double>;
+
+}  // namespace vesta::gs

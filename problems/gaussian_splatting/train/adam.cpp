@@ -1,0 +1,89 @@
+#include "problems/gaussian_splatting/train/adam.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/parallel.h"
+#include "kernels/gaussian_splatting/layout.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr float kBeta1 = 0.9f, kBeta2 = 0.999f;
+// Added to the second moment at every step, it settles at 1e-27: its root takes the part of Adam's epsilon, and no
+// moment ever becomes a denormal number, which would cost a hundred times the work.
+constexpr float kSecondFloor = 1e-30f, kFirstFloor = 1e-30f;
+
+}  // namespace
+
+double RateOf(const LearningRates& rates, int attribute, double extent) {
+  if (attribute < splat::kLogScale) return rates.position * extent;
+  if (attribute < splat::kQuaternion) return rates.log_scale;
+  if (attribute < splat::kOpacity) return rates.quaternion;
+  if (attribute < splat::kSh) return rates.opacity;
+  return attribute < splat::kSh + 3 ? rates.sh_dc : rates.sh_rest;
+}
+
+void Adam::Step(SplatModel& model, const float* gradient, int num_attributes, double factor) {
+  if (first_.empty()) {
+    count_ = model.count;
+    first_.assign(model.data.size(), 0.0f);
+    second_.assign(model.data.size(), 0.0f);
+  }
+  ++steps_;
+  const double correction1 = 1 - std::pow(double{kBeta1}, steps_), correction2 = 1 - std::pow(double{kBeta2}, steps_);
+  const float root_correction2 = static_cast<float>(1 / std::sqrt(correction2));
+  const Index count = model.count;
+  constexpr Index kGrain = 4096;
+  const Index chunks = (count + kGrain - 1) / kGrain;
+  ParallelFor(chunks * num_attributes, 1, [&](Index task) {
+    const auto attribute = static_cast<int>(task / chunks);
+    const Index begin = task % chunks * kGrain, n = std::min(kGrain, count - begin);
+    const auto rate = static_cast<float>(RateOf(rates_, attribute, extent_) * factor / correction1);
+    const Index offset = attribute * count + begin;
+    const float* __restrict g = gradient + offset;
+    float* __restrict x = model.data.data() + offset;
+    float* __restrict m = first_.data() + offset;
+    float* __restrict v = second_.data() + offset;
+    for (Index i = 0; i < n; ++i) {
+      const float first = kBeta1 * m[i] + (1 - kBeta1) * g[i];
+      m[i] = std::fabs(first) < kFirstFloor ? 0.0f : first;
+      v[i] = kBeta2 * v[i] + ((1 - kBeta2) * g[i] * g[i] + kSecondFloor);
+      x[i] -= rate * m[i] / (std::sqrt(v[i]) * root_correction2);
+    }
+  });
+}
+
+void Adam::Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep, int num_attributes) {
+  if (first_.empty()) return;
+  const auto count = static_cast<Index>(source.size());
+  for (std::vector<float>* moments : {&first_, &second_}) {
+    *moments = GatherRows(*moments, count_, num_attributes, source);
+    for (Index i = 0; i < count; ++i) {
+      if (keep[static_cast<std::size_t>(i)]) continue;
+      for (int a = 0; a < num_attributes; ++a) (*moments)[static_cast<std::size_t>(a * count + i)] = 0;
+    }
+  }
+  count_ = count;
+}
+
+void Adam::Reset(int attribute) {
+  if (first_.empty()) return;
+  for (std::vector<float>* moments : {&first_, &second_}) {
+    std::fill_n(moments->begin() + attribute * count_, count_, 0.0f);
+  }
+}
+
+std::vector<float> GatherRows(const std::vector<float>& data, Index count, int attributes,
+                              const std::vector<Index>& source) {
+  const auto rows = static_cast<Index>(source.size());
+  std::vector<float> result(static_cast<std::size_t>(rows * attributes));
+  ParallelFor(attributes, 1, [&](Index a) {
+    const float* from = data.data() + a * count;
+    float* to = result.data() + a * rows;
+    for (Index i = 0; i < rows; ++i) to[i] = from[source[static_cast<std::size_t>(i)]];
+  });
+  return result;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,14 @@
+// The first model: one Gaussian at each point.
+#pragma once
+
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/scene.h"
+
+namespace vesta::gs {
+
+// Mean and colour of the point, an isotropic size equal to the root mean square distance to its three nearest
+// neighbours, opacity 0.1, no rotation (Kerbl et al. 2023, section 5.1). Where there are more points than
+// max_gaussians, evenly strided ones are kept. Points must not be empty.
+SplatModel InitializeFromPoints(const PointCloud& points, int sh_degree, Index max_gaussians);
+
+}  // namespace vesta::gs

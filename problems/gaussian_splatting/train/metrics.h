@@ -1,0 +1,53 @@
+// Image quality of a model over the views of a scene.
+#pragma once
+
+#include <vector>
+
+#include "kernels/gaussian_splatting/view.h"
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/scene.h"
+
+namespace vesta::gs {
+
+// Means over views of values per view, on 8-bit-quantised images.
+struct Quality {
+  double psnr = 0;  // dB
+  double ssim = 0;
+  int views = 0;
+};
+
+struct Evaluation {
+  Quality train, test;
+  double cost = 0;  // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+};
+
+// Renders views of models; keeps its working memory between calls.
+class Renderer {
+ public:
+  // background: 0..1. near: distance of the near plane, world units.
+  Renderer(const std::array<double, 3>& background, double near) : background_(background), near_(near) {}
+
+  // The model seen from the view, not clamped.
+  Image Render(const SplatModel& model, const View& view);
+  Evaluation Evaluate(const SplatModel& model, const Scene& scene);
+  // The same for a model still in training, with fewer active SH bands.
+  Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene);
+
+ private:
+  void RenderInto(const splat::Model<float>& model, const View& view, Image& image);
+
+  std::array<double, 3> background_;
+  double near_;
+  splat::View<float> splats_;
+  splat::ViewWorkspace<float> workspace_;
+};
+
+// Distance of the near plane, world units: 1 % of the scene's extent. One rule for training, refining and evaluating,
+// so that a written model reproduces the figures of its training.
+double NearPlane(const Scene& scene);
+
+// The kernels' form of a view and of a model.
+splat::PinholeView ToPinhole(const View& view, double near);
+splat::Model<float> ToKernelModel(const SplatModel& model);
+
+}  // namespace vesta::gs

@@ -1,0 +1,82 @@
+#include "problems/gaussian_splatting/train/options.h"
+
+#include <initializer_list>
+
+#include "kernels/core/check.h"
+
+namespace vesta::gs {
+namespace {
+
+// lo <= value <= hi, else Error. NaN is out of every range.
+void CheckRange(const char* name, double value, double lo, double hi) {
+  if (!(value >= lo && value <= hi)) Fail("{} is {}: it must be from {} to {}", name, value, lo, hi);
+}
+
+void CheckName(const char* name, const std::string& value, std::initializer_list<const char*> known) {
+  std::string list;
+  for (const char* candidate : known) {
+    if (value == candidate) return;
+    list += (list.empty() ? "" : ", ") + std::string(candidate);
+  }
+  Fail("{} is '{}': it must be one of {}", name, value, list);
+}
+
+}  // namespace
+
+TrainOptions PresetOptions(const std::string& name) {
+  TrainOptions options;
+  if (name == "balanced") return options;
+  if (name == "fast") {
+    options.adam.iterations = 1000;
+    options.lm.iterations = 4;
+    return options;
+  }
+  if (name == "best") {
+    options.adam.iterations = 6000;
+    options.density.gradient_threshold = 5e-4;
+    options.lm.iterations = 20;
+    options.lm.pcg_iterations = 8;
+    return options;
+  }
+  if (name == "paper" || name == "paper_code") {
+    // 3DGS-LM: 20,000 iterations as INRIA's, densification until 15,000, then 5 LM iterations of 8 PCG iterations on
+    // up to 4 batches, merged, with a line search on 30 % of the images.
+    options.adam = {.iterations = 20000, .rate_factor = 1, .rate_decay = 1, .sh_band_every = 0.05};
+    options.density.gradient_threshold = 2e-4;
+    options.density.begin = 0.025;
+    options.density.end = 0.75;
+    options.density.opacity_reset_every = 0.15;
+    options.density.prune_size = 0.1;
+    options.lm = {.iterations = 5,
+                  .pcg_iterations = 8,
+                  .batches = 4,
+                  .merge_batches = true,
+                  .damping = "diag",
+                  .preconditioner = "jacobi",
+                  .step_control = name == "paper" ? "v2" : "code",
+                  .line_search = true,
+                  .initial_lambda = 1,
+                  .min_lambda = 1e-4,
+                  .max_lambda = 1e4};
+    return options;
+  }
+  Fail("--preset={}: it must be one of fast, balanced, best, paper, paper_code", name);
+}
+
+void ValidateOptions(const TrainOptions& options) {
+  CheckRange("--iterations", options.adam.iterations, 0, 1e7);
+  CheckRange("--rate_factor", options.adam.rate_factor, 1e-6, 1e6);
+  CheckRange("--rate_decay", options.adam.rate_decay, 1e-6, 1);
+  CheckRange("--max_gaussians", static_cast<double>(options.density.max_gaussians), 1, 1e8);
+  CheckRange("--lm_iterations", options.lm.iterations, 0, 1e6);
+  CheckRange("--pcg_iterations", options.lm.pcg_iterations, 1, 1e6);
+  CheckRange("--lm_batches", options.lm.batches, 1, 1e6);
+  CheckName("--damping", options.lm.damping, {"rates", "diag"});
+  CheckName("--preconditioner", options.lm.preconditioner, {"block", "jacobi"});
+  CheckName("--step_control", options.lm.step_control, {"soft", "ceres", "nielsen", "v1", "v2", "code"});
+  CheckRange("--sh_degree", options.sh_degree, 0, 3);
+  for (const double channel : options.background) CheckRange("--background", channel, 0, 1);
+  CheckRange("--time_limit", options.time_limit, 0, 1e9);
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,84 @@
+// Everything a training run can be told, as plain data with defaults. apps/ fills it from flags; nothing else does.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "kernels/core/span.h"
+
+namespace vesta::gs {
+
+// Adam's learning rates by class of parameter, for the mean photometric loss of one view (Kerbl et al. 2023, the
+// authors' code). The position rate is multiplied by the scene's extent. They also are the metric in which LM damps.
+struct LearningRates {
+  double position = 1.6e-4;
+  double log_scale = 5e-3;
+  double quaternion = 1e-3;
+  double opacity = 0.05;
+  double sh_dc = 2.5e-3;
+  double sh_rest = 1.25e-4;
+};
+
+// Adam on one view an iteration.
+struct AdamOptions {
+  int iterations = 2000;
+  // The authors' rates are made for 30,000 iterations; short runs want several times as much.
+  // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
+  double rate_factor = 5.0;
+  double rate_decay = 0.3;
+  // One more band of spherical harmonics after each of these parts of the run.
+  double sh_band_every = 0.08;
+};
+
+// Clone, split and prune (Kerbl et al. 2023, section 5.2). Times are parts of the Adam stage.
+struct DensityOptions {
+  bool enabled = true;
+  double begin = 0.1;
+  double end = 0.6;
+  int interval = 100;                // iterations
+  double gradient_threshold = 1e-3;  // mean norm of d loss / d mean in normalised device coordinates
+  double split_above = 0.01;         // standard deviation, in scene extents: split above, clone below
+  double prune_opacity = 0.005;
+  double prune_size = 0;             // standard deviation, in scene extents; 0: no limit
+  double opacity_reset_every = 0.0;  // 0: never
+  Index max_gaussians = 500000;      // hard cap
+};
+
+// Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
+struct LmOptions {
+  int iterations = 8;
+  int pcg_iterations = 6;
+  int batches = 1;
+  // Several batches: solved together in one PCG, or one by one and merged (3DGS-LM, eq. 7).
+  bool merge_batches = false;
+  std::string damping = "rates";         // rates | diag
+  std::string preconditioner = "block";  // block | jacobi
+  std::string step_control = "soft";     // soft | ceres | nielsen | v1 | v2 | code
+  bool line_search = false;
+  double line_search_views = 0.3;
+  double initial_lambda = 0.005;
+  double min_lambda = 1e-6;
+  double max_lambda = 1e4;
+  double rates_damping = 0.3;  // tau of the damping metric
+  double l1_floor = 0.01;      // epsilon of the reweighted L1
+};
+
+struct TrainOptions {
+  AdamOptions adam;
+  DensityOptions density;
+  LmOptions lm;
+  LearningRates rates;
+  int sh_degree = 3;
+  std::array<double, 3> background{0, 0, 0};
+  std::uint64_t seed = 0;
+  double time_limit = 0;  // seconds from the start of the process; 0: none
+};
+
+// Presets by name: fast, balanced, best, paper, paper_code. Throws Error for another name.
+TrainOptions PresetOptions(const std::string& name);
+
+// Throws Error naming the option that is out of range.
+void ValidateOptions(const TrainOptions& options);
+
+}  // namespace vesta::gs

@@ -1,0 +1,49 @@
+#include "problems/gaussian_splatting/train/trainer.h"
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/train/initialize.h"
+#include "problems/gaussian_splatting/train/session.h"
+
+namespace vesta::gs {
+namespace {
+
+TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& options, bool with_adam,
+                      double seconds_before, const TrainCallbacks& callbacks) {
+  ValidateOptions(options);
+  TrainingSession session(scene, options, seconds_before, callbacks);
+  if (session.training_views().empty()) Fail("the scene has no training view: every 8th is held out for testing");
+  TrainResult result;
+  const double begin = session.Seconds();
+  if (with_adam && options.adam.iterations > 0) RunAdamStage(session, model);
+  const double between = session.Seconds();
+  if (options.lm.iterations > 0 && !session.ShouldStop()) result.lm_report = RunLmStage(session, model);
+  if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
+  result.adam_seconds = between - begin;
+  result.lm_seconds = session.Seconds() - between;
+  result.eval_seconds = session.EvalSeconds();
+  result.stopped = session.stopped();
+  for (int c = 0; c < 3; ++c) {
+    model.background[static_cast<std::size_t>(c)] = static_cast<float>(options.background[static_cast<std::size_t>(c)]);
+  }
+  model.has_background = true;
+  result.model = std::move(model);
+  result.history = session.TakeHistory();
+  return result;
+}
+
+}  // namespace
+
+const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
+
+TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
+                  const TrainCallbacks& callbacks) {
+  SplatModel model = InitializeFromPoints(scene.points, options.sh_degree, options.density.max_gaussians);
+  return RunStages(scene, std::move(model), options, true, seconds_before, callbacks);
+}
+
+TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
+                   const TrainCallbacks& callbacks) {
+  return RunStages(scene, std::move(model), options, false, seconds_before, callbacks);
+}
+
+}  // namespace vesta::gs

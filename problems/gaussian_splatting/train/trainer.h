@@ -1,0 +1,59 @@
+// Training in two stages: Adam from points, then Levenberg-Marquardt by the engine; or LM alone, from a given model.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/train/metrics.h"
+#include "problems/gaussian_splatting/train/options.h"
+
+namespace vesta::gs {
+
+enum class Stage { kAdam, kLm };
+const char* StageName(Stage stage);
+
+// One evaluation of the model during training.
+struct HistoryRow {
+  Stage stage = Stage::kAdam;
+  int iteration = 0;
+  double seconds = 0;  // since the start of the process, evaluation left out
+  double cost = 0;     // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+  Quality train, test;
+  Index gaussians = 0;
+};
+
+// After every iteration of either stage.
+struct TrainProgress {
+  Stage stage = Stage::kAdam;
+  int iteration = 0, iterations = 0;
+  double seconds = 0;
+  double cost = 0;  // running mean of the views' costs (Adam), cost over all training views (LM); per pixel and channel
+  double psnr = 0;  // of the training views, latest known
+  Index gaussians = 0;
+  std::string note;  // LM: damping, gain ratio, whether the step was accepted
+};
+
+struct TrainCallbacks {
+  std::function<void(const TrainProgress&)> progress;
+  std::function<void(const HistoryRow&)> evaluated;
+  // Asked after every iteration; true ends training there, with the result as it stands.
+  std::function<bool()> stop;
+};
+
+struct TrainResult {
+  SplatModel model;
+  std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
+  double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
+  bool stopped = false;                                       // by the callback or the time limit
+  std::string lm_report;                                      // the engine's full report, empty without LM
+};
+
+// seconds_before: since the start of the process (loading). The scene's images must be loaded.
+TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
+                  const TrainCallbacks& callbacks);
+// LM only, from `model`; its SH degree is kept.
+TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
+                   const TrainCallbacks& callbacks);
+
+}  // namespace vesta::gs

@@ -1,0 +1,188 @@
+#include "problems/pose_graph/g2o_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/check.h"
+#include "kernels/core/text_file.h"
+#include "problems/pose_graph/information.h"
+
+namespace vesta::pose_graph {
+namespace {
+
+// Order of a pose's numbers in a file, by their place in memory: quaternions are (w, x, y, z) here and (x, y, z, w)
+// there.
+constexpr std::array<int, 3> kFileOrderSe2 = {0, 1, 2};
+constexpr std::array<int, 7> kFileOrderSe3 = {0, 1, 2, 4, 5, 6, 3};
+
+const int* FileOrder(PoseSpace space) { return space == PoseSpace::kSe2 ? kFileOrderSe2.data() : kFileOrderSe3.data(); }
+
+class Reader {
+ public:
+  explicit Reader(const std::string& path) : path_(path) {}
+
+  PoseGraph Read() {
+    const std::string text = ReadFile(path_);
+    for (std::string_view rest = text; !rest.empty();) {
+      const std::size_t end = std::min(rest.find('\n'), rest.size());
+      line_ = rest.substr(0, end);
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+      ++number_;
+      const std::string_view tag = NextWord(&line_);
+      if (!tag.empty() && tag.front() != '#') ReadRecord(tag);
+    }
+    if (!space_) Fail("{}: holds no vertices; give a g2o file with VERTEX_SE2 or VERTEX_SE3:QUAT lines", path_);
+    Resolve();
+    return std::move(graph_);
+  }
+
+ private:
+  // An id to be looked up when all vertices are known, and the line it stands on.
+  struct Reference {
+    Index id, line;
+  };
+
+  void ReadRecord(std::string_view tag) {
+    if (tag == "VERTEX_SE2") {
+      ReadVertex(PoseSpace::kSe2);
+    } else if (tag == "VERTEX_SE3:QUAT") {
+      ReadVertex(PoseSpace::kSe3);
+    } else if (tag == "EDGE_SE2") {
+      ReadEdge(PoseSpace::kSe2);
+    } else if (tag == "EDGE_SE3:QUAT") {
+      ReadEdge(PoseSpace::kSe3);
+    } else if (tag == "FIX") {
+      do {
+        fixed_.push_back({Whole("a vertex's id"), number_});
+        SkipSpace();
+      } while (!line_.empty());
+    } else {
+      Fail("{}: unknown tag {}; known are VERTEX_SE2, EDGE_SE2, VERTEX_SE3:QUAT, EDGE_SE3:QUAT and FIX", Where(),
+           Printable(tag));
+    }
+    SkipSpace();
+    if (!line_.empty()) Fail("{}: more words than {} takes", Where(), Printable(tag));
+  }
+  void ReadVertex(PoseSpace space) {
+    SetSpace(space);
+    const Index id = Whole("the vertex's id");
+    if (!positions_.try_emplace(id, graph_.num_poses()).second) Fail("{}: vertex {} comes twice", Where(), id);
+    graph_.ids.push_back(id);
+    ReadPose(&graph_.poses);
+  }
+  void ReadEdge(PoseSpace space) {
+    SetSpace(space);
+    const Index from = Whole("the edge's first vertex"), to = Whole("the edge's second vertex");
+    if (from == to) Fail("{}: the edge goes from vertex {} to itself", Where(), from);
+    ends_.push_back({from, number_});
+    ends_.push_back({to, number_});
+    ReadPose(&graph_.measurements);
+    const std::size_t begin = graph_.information.size();
+    for (int k = 0; k < InformationSize(space); ++k) graph_.information.push_back(Number("the information matrix"));
+    double factor[36];
+    if (!FactorInformation(graph_.information.data() + begin, TangentSize(space), factor)) {
+      Fail("{}: the information matrix is not positive definite", Where());
+    }
+  }
+  void ReadPose(std::vector<double>* poses) {
+    const std::size_t begin = poses->size();
+    const int size = PoseSize(*space_);
+    poses->resize(begin + static_cast<std::size_t>(size));
+    double* pose = poses->data() + begin;
+    for (int k = 0; k < size; ++k) pose[FileOrder(*space_)[k]] = Number("the pose");
+    if (*space_ == PoseSpace::kSe2) return;
+    const double norm = std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6]));
+    if (!(norm > 1e-3 && norm < 1e3)) Fail("{}: the quaternion is not of unit length, nor near it", Where());
+    for (int k = 3; k < size; ++k) pose[k] /= norm;
+  }
+  void SetSpace(PoseSpace space) {
+    if (!space_) space_ = graph_.space = space;
+    if (*space_ != space) Fail("{}: poses of the plane and of space in one file; split it", Where());
+  }
+  // Replaces ids by positions.
+  void Resolve() {
+    for (std::size_t k = 0; k < ends_.size(); k += 2) {
+      graph_.edges.push_back({PositionOf(ends_[k]), PositionOf(ends_[k + 1])});
+    }
+    for (const Reference& reference : fixed_) graph_.fixed.push_back(PositionOf(reference));
+    std::sort(graph_.fixed.begin(), graph_.fixed.end());
+    graph_.fixed.erase(std::unique(graph_.fixed.begin(), graph_.fixed.end()), graph_.fixed.end());
+  }
+  Index PositionOf(const Reference& reference) const {
+    const auto found = positions_.find(reference.id);
+    if (found == positions_.end()) {
+      Fail("{}: line {}: there is no vertex {}; add its VERTEX line", path_, reference.line, reference.id);
+    }
+    return found->second;
+  }
+
+  std::string_view Word(const char* what) {
+    const std::string_view word = NextWord(&line_);
+    if (word.empty()) Fail("{}: the line ends before the end of {}", Where(), what);
+    return word;
+  }
+  double Number(const char* what) {
+    const std::string_view word = Word(what);
+    double value = 0;
+    if (!ParseNumber(word, &value) || !std::isfinite(value)) {
+      Fail("{}: {} in {} is not a finite number", Where(), Printable(word), what);
+    }
+    return value;
+  }
+  Index Whole(const char* what) {
+    const std::string_view word = Word(what);
+    Index value = 0;
+    if (!ParseNumber(word, &value)) Fail("{}: {} as {} is not a whole number", Where(), Printable(word), what);
+    return value;
+  }
+  void SkipSpace() { line_.remove_prefix(std::min(line_.find_first_not_of(" \t\r"), line_.size())); }
+  std::string Where() const { return fmt::format("{}: line {}", path_, number_); }
+
+  const std::string& path_;
+  std::string_view line_;
+  Index number_ = 0;
+  std::optional<PoseSpace> space_;
+  PoseGraph graph_;
+  std::unordered_map<Index, Index> positions_;
+  std::vector<Reference> ends_, fixed_;
+};
+
+void AppendPose(PoseSpace space, const double* pose, std::string* text) {
+  for (int k = 0; k < PoseSize(space); ++k) {
+    fmt::format_to(std::back_inserter(*text), " {}", pose[FileOrder(space)[k]]);
+  }
+}
+
+}  // namespace
+
+PoseGraph ReadG2o(const std::string& path) { return Reader(path).Read(); }
+
+void WriteG2o(const PoseGraph& graph, const std::string& path) {
+  const char* name = graph.space == PoseSpace::kSe2 ? "SE2" : "SE3:QUAT";
+  const Index pose_size = PoseSize(graph.space), information_size = InformationSize(graph.space);
+  std::string text;
+  for (Index i = 0; i < graph.num_poses(); ++i) {
+    text += fmt::format("VERTEX_{} {}", name, graph.ids[static_cast<std::size_t>(i)]);
+    AppendPose(graph.space, graph.poses.data() + i * pose_size, &text);
+    text += '\n';
+  }
+  for (const Index i : graph.fixed) text += fmt::format("FIX {}\n", graph.ids[static_cast<std::size_t>(i)]);
+  for (Index e = 0; e < graph.num_edges(); ++e) {
+    const PoseGraph::Edge& edge = graph.edges[static_cast<std::size_t>(e)];
+    text += fmt::format("EDGE_{} {} {}", name, graph.ids[static_cast<std::size_t>(edge.from)],
+                        graph.ids[static_cast<std::size_t>(edge.to)]);
+    AppendPose(graph.space, graph.measurements.data() + e * pose_size, &text);
+    for (Index k = 0; k < information_size; ++k) {
+      text += fmt::format(" {}", graph.information[static_cast<std::size_t>(e * information_size + k)]);
+    }
+    text += '\n';
+  }
+  WriteFileAtomically(path, text);
+}
+
+}  // namespace vesta::pose_graph

@@ -1,0 +1,190 @@
+#include "problems/pose_graph/pose_graph_problem.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/pose_graph/information.h"
+#include "problems/pose_graph/pose_graph_linearization.h"
+#include "problems/pose_graph/se2.h"
+#include "problems/pose_graph/se3.h"
+#include "solver/preconditioner.h"
+
+namespace vesta::pose_graph {
+namespace {
+
+constexpr Index kGrain = 256;
+
+void CheckSizes(const PoseGraph& graph) {
+  const auto poses = static_cast<std::size_t>(graph.num_poses()), edges = static_cast<std::size_t>(graph.num_edges());
+  const auto pose_size = static_cast<std::size_t>(PoseSize(graph.space));
+  const auto information_size = static_cast<std::size_t>(InformationSize(graph.space));
+  if (graph.poses.size() != poses * pose_size || graph.measurements.size() != edges * pose_size ||
+      graph.information.size() != edges * information_size) {
+    Fail(
+        "pose graph: {} numbers for {} poses, {} for {} measurements, {} for their information; each pose takes {}, "
+        "each information matrix {}",
+        graph.poses.size(), poses, graph.measurements.size(), edges, graph.information.size(), pose_size,
+        information_size);
+  }
+  for (const Index pose : graph.fixed) {
+    if (pose < 0 || pose >= graph.num_poses()) Fail("pose graph: fixed pose {} of {}", pose, poses);
+  }
+  for (std::size_t e = 0; e < edges; ++e) {
+    const auto [from, to] = graph.edges[e];
+    if (std::min(from, to) < 0 || std::max(from, to) >= graph.num_poses() || from == to) {
+      Fail("pose graph: edge {} joins poses {} and {} of {}", e, from, to, poses);
+    }
+  }
+}
+
+EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphModel& model) {
+  const int d = TangentSize(graph.space);
+  EdgeTerms terms{.space = graph.space,
+                  .edges = graph.edges,
+                  .measurements = graph.measurements,
+                  .whitening = std::vector<double>(graph.edges.size() * static_cast<std::size_t>(d * d)),
+                  .loss = model.loss};
+  for (Index e = 0; e < graph.num_edges(); ++e) {
+    double* root = terms.whitening.data() + e * d * d;
+    if (!FactorInformation(graph.information.data() + e * InformationSize(graph.space), d, root)) {
+      Fail("pose graph: the information matrix of edge {} is not positive definite", e);
+    }
+    if (model.whitening == Whitening::kLower) continue;
+    for (int i = 0; i < d; ++i) {
+      for (int k = 0; k < i; ++k) std::swap(root[i * d + k], root[k * d + i]);
+    }
+  }
+  return terms;
+}
+
+PoseGraphLayout LayOut(const PoseGraph& graph, const PoseGraphModel& model) {
+  CheckSizes(graph);
+  std::vector<Index> held = graph.fixed;
+  if (held.empty() && model.hold_first && graph.num_poses() > 0) held.push_back(0);
+  return MakeLayout(MakeTerms(graph, model), graph.num_poses(), held);
+}
+
+// The Cholesky factor of H + lambda D.
+class CholeskyPreconditioner final : public Preconditioner<CpuBackend<double>> {
+ public:
+  using B = CpuBackend<double>;
+  explicit CholeskyPreconditioner(std::shared_ptr<BlockCholesky> factor) : factor_(std::move(factor)) {}
+
+  Index size() const override { return linearization_ == nullptr ? 0 : linearization_->num_parameters(); }
+  void Apply(B::ConstView x, B::View y) override { factor_->Solve(x, y); }
+  void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstView /*diag_h*/) override {
+    VESTA_CHECK(batches.size() == 1, "a pose graph has one batch, not {}", batches.size());
+    linearization_ = dynamic_cast<const PoseGraphLinearization*>(batches.front());
+    VESTA_CHECK(linearization_ != nullptr, "this preconditioner is for linearizations of its own problem");
+  }
+  void SetDamping(double lambda, B::ConstView metric) override {
+    factor_->Factorize(linearization_->hessian(), lambda, metric);
+  }
+
+ private:
+  std::shared_ptr<BlockCholesky> factor_;
+  const PoseGraphLinearization* linearization_ = nullptr;
+};
+
+template <class Space>
+void MovePoses(const PoseGraphLayout& layout, const double* x, const double* delta, double* out) {
+  ParallelFor(static_cast<Index>(layout.row_of_pose.size()), kGrain, [&](Index pose) {
+    const double* from = x + pose * Space::kPose;
+    double* to = out + pose * Space::kPose;
+    const Index row = layout.row_of_pose[static_cast<std::size_t>(pose)];
+    if (row < 0) {
+      std::copy_n(from, Space::kPose, to);
+    } else {
+      Space::Plus(from, delta + row * Space::kTangent, to);
+    }
+  });
+}
+
+}  // namespace
+
+class PoseGraphProblem::Impl {
+ public:
+  Impl(const PoseGraph& graph, const PoseGraphModel& model)
+      : start(graph.poses), layout(LayOut(graph, model)), max_factor_gib(model.max_factor_gib) {
+    if (!(max_factor_gib > 0)) Fail("pose graph: max_factor_gib is {}; it must be positive", max_factor_gib);
+  }
+
+  // The factor of the last preconditioner where that is gone, since its memory is large; otherwise another one. Null
+  // where it is too large.
+  std::shared_ptr<BlockCholesky> Factor() {
+    if (!plan) plan = std::make_shared<EliminationPlan>(PlanElimination(*layout.pattern));
+    const double bytes = plan->factor_blocks * layout.tangent() * layout.tangent() * sizeof(double);
+    if (bytes > max_factor_gib * 0x1p30) return nullptr;
+    if (!factor || factor.use_count() > 1) factor = std::make_shared<BlockCholesky>(plan, layout.tangent());
+    return factor;
+  }
+
+  std::vector<double> start;
+  PoseGraphLayout layout;
+
+ private:
+  double max_factor_gib;
+  std::shared_ptr<const EliminationPlan> plan;
+  std::shared_ptr<BlockCholesky> factor;
+};
+
+PoseGraphProblem::PoseGraphProblem(const PoseGraph& graph, const PoseGraphModel& model)
+    : impl_(std::make_unique<Impl>(graph, model)) {}
+
+PoseGraphProblem::~PoseGraphProblem() = default;
+
+Index PoseGraphProblem::num_parameters() const { return static_cast<Index>(impl_->start.size()); }
+
+Index PoseGraphProblem::num_tangent() const { return impl_->layout.num_tangent(); }
+
+Index PoseGraphProblem::num_units() const { return impl_->layout.terms.num_edges(); }
+
+double PoseGraphProblem::Cost(ConstView x) {
+  return ParallelSum<double>(num_units(), kGrain, [&](Index begin, Index end) {
+    double sum = 0;
+    for (Index e = begin; e < end; ++e) sum += impl_->layout.terms.Cost(e, x.data());
+    return sum;
+  });
+}
+
+double PoseGraphProblem::Cost(ConstView x, std::span<const Index> units) {
+  return ParallelSum<double>(static_cast<Index>(units.size()), kGrain, [&](Index begin, Index end) {
+    double sum = 0;
+    for (Index k = begin; k < end; ++k) sum += impl_->layout.terms.Cost(units[static_cast<std::size_t>(k)], x.data());
+    return sum;
+  });
+}
+
+std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(ConstView x, int /*batch*/) {
+  return std::make_unique<PoseGraphLinearization>(impl_->layout, x);
+}
+
+std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakePreconditioner() {
+  std::shared_ptr<BlockCholesky> factor = impl_->Factor();
+  return factor ? std::make_unique<CholeskyPreconditioner>(std::move(factor)) : nullptr;
+}
+
+void PoseGraphProblem::Plus(B& /*backend*/, ConstView x, ConstView delta, View out) {
+  if (impl_->layout.terms.space == PoseSpace::kSe2) {
+    MovePoses<Se2>(impl_->layout, x.data(), delta.data(), out.data());
+  } else {
+    MovePoses<Se3>(impl_->layout, x.data(), delta.data(), out.data());
+  }
+}
+
+const std::vector<double>& PoseGraphProblem::start() const { return impl_->start; }
+
+LmOptions PoseGraphOptions() {
+  LmOptions options;
+  options.column_scaling = ColumnScaling::kOnePlusInverse;
+  options.step_control.initial_lambda = 1e-6;
+  options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  options.normal_system.preconditioner = PreconditionerKind::kProblem;
+  // The second test is for problems whose factor is too large: with a factor the first one is met at once.
+  options.normal_system.pcg = {.max_iterations = 500, .relative_tolerance = 1e-10, .model_tolerance = 1e-2};
+  return options;
+}
+
+}  // namespace vesta::pose_graph

@@ -1,0 +1,108 @@
+// Poses of space: position and unit quaternion (w, x, y, z), and the residual of a measurement between two of them.
+#pragma once
+
+#include <cmath>
+
+#include "kernels/math/quaternion.h"
+
+namespace vesta::pose_graph {
+
+struct Se3 {
+  static constexpr int kPose = 7;
+  static constexpr int kTangent = 6;
+
+  // out = a b.
+  template <class T>
+  static void Multiply(const T* a, const T* b, T* out) {
+    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
+    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+  }
+  template <class T>
+  static void Conjugate(const T* q, T* out) {
+    out[0] = q[0];
+    for (int i = 1; i < 4; ++i) out[i] = -q[i];
+  }
+
+  // out = x (+) delta: the position moves by delta[0..3); the orientation is turned in the world's frame by twice the
+  // vector delta[3..6), that is q' = (cos |d|, d sin |d| / |d|) q, brought back to unit length against rounding.
+  template <class T>
+  static void Plus(const T* x, const T* delta, T* out) {
+    using std::cos, std::sin, std::sqrt;
+    for (int i = 0; i < 3; ++i) out[i] = x[i] + delta[i];
+    const T* d = delta + 3;
+    const T square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    // Below this the next term of the series is under a rounding error.
+    const auto small = square < T(1e-4);
+    const T length = sqrt(Select(small, T(1), square));
+    const T sinc = Select(small, T(1) - square * (T(1) - square * T(1.0 / 20)) * T(1.0 / 6), sin(length) / length);
+    const T cosine = Select(small, T(1) - square * (T(1) - square * T(1.0 / 12)) * T(0.5), cos(length));
+    const T turn[4] = {cosine, sinc * d[0], sinc * d[1], sinc * d[2]};
+    T q[4];
+    Multiply(turn, x + 3, q);
+    const T scale = T(1) / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int i = 0; i < 4; ++i) out[3 + i] = scale * q[i];
+  }
+
+  // r = (R_a^T (p_b - p_a) - p_m, 2 vec(q_m (q_a^-1 q_b)^-1)) for the measurement m of b as seen from a.
+  template <class T>
+  static void Residual(const T* a, const T* b, const double* m, T* r) {
+    T rotation[9];
+    RotationFromQuaternion(a + 3, rotation);
+    const T d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    for (int i = 0; i < 3; ++i) {
+      r[i] = rotation[i] * d[0] + rotation[3 + i] * d[1] + rotation[6 + i] * d[2] - T(m[i]);
+    }
+    T p[4], error[4];
+    MeasuredTimesInverse(b, m, p);
+    Multiply(p, a + 3, error);
+    for (int i = 0; i < 3; ++i) r[3 + i] = T(2) * error[1 + i];
+  }
+
+  // Row-major 6 x 12: derivative of the residual by the steps of a, then of b. With d = p_b - p_a and p = q_m q_b^-1:
+  //   dr_p = R_a^T (db - da + 2 [d]x ta),   dr_q = 2 vec(p (0, ta - tb) q_a) = 2 M (ta - tb),
+  //   M = (p_w q_w + p_v.q_v) I + [q_w p_v - p_w q_v]x - (p_v q_v^T + q_v p_v^T),
+  // where da, db are the steps of the positions and ta, tb those of the orientations.
+  template <class T>
+  static void Jacobian(const T* a, const T* b, const double* m, T* jacobian) {
+    T rotation[9], p[4];
+    RotationFromQuaternion(a + 3, rotation);
+    MeasuredTimesInverse(b, m, p);
+    const T d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const T* q = a + 3;
+    const T trace = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+    T cross[3];
+    for (int i = 0; i < 3; ++i) cross[i] = q[0] * p[1 + i] - p[0] * q[1 + i];
+    for (int i = 0; i < 72; ++i) jacobian[i] = T(0);
+    for (int i = 0; i < 3; ++i) {
+      T* position = jacobian + 12 * i;
+      T* turn = jacobian + 12 * (3 + i);
+      for (int k = 0; k < 3; ++k) {
+        const int next = (k + 1) % 3, last = (k + 2) % 3;
+        // Column k of the rotation's transpose, and of its product with [d]x.
+        position[k] = -rotation[3 * k + i];
+        position[6 + k] = rotation[3 * k + i];
+        position[3 + k] = T(2) * (rotation[3 * next + i] * d[last] - rotation[3 * last + i] * d[next]);
+        T entry = -(p[1 + i] * q[1 + k] + q[1 + i] * p[1 + k]);
+        if (i == k) entry += trace;
+        if (i == next) entry += cross[last];
+        if (i == last) entry -= cross[next];
+        turn[3 + k] = T(2) * entry;
+        turn[9 + k] = T(-2) * entry;
+      }
+    }
+  }
+
+ private:
+  // q_m q_b^-1.
+  template <class T>
+  static void MeasuredTimesInverse(const T* b, const double* m, T* out) {
+    const T measured[4] = {T(m[3]), T(m[4]), T(m[5]), T(m[6])};
+    T inverse[4];
+    Conjugate(b + 3, inverse);
+    Multiply(measured, inverse, out);
+  }
+};
+
+}  // namespace vesta::pose_graph
