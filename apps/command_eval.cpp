@@ -1,0 +1,28 @@
+// eval: the image quality of a splat.
+#include <fmt/format.h>
+
+#include "apps/commands.h"
+#include "apps/flags.h"
+#include "apps/metrics_json.h"
+#include "apps/output_folder.h"
+#include "apps/posed_model.h"
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/train/metrics.h"
+
+namespace vesta::app {
+
+int RunEval(const Arguments& arguments) {
+  if (!FLAGS_json.empty()) CheckWritable(FLAGS_json);
+  const PosedModel posed = LoadPosedModel(arguments[0], arguments[1]);
+  gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
+  const gs::Evaluation evaluation = renderer.Evaluate(posed.model, posed.scene);
+  fmt::print("{:<6}{:>6}{:>9}{:>9}\n", "views", "", "PSNR", "SSIM");
+  fmt::print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "test", evaluation.test.views, evaluation.test.psnr, evaluation.test.ssim);
+  fmt::print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "train", evaluation.train.views, evaluation.train.psnr,
+             evaluation.train.ssim);
+  fmt::print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
+  if (!FLAGS_json.empty()) WriteEvaluationJson(FLAGS_json, evaluation, posed.model, {.threads = NumThreads()});
+  return 0;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,124 @@
+// train and refine: from a scene, or a splat and a scene, to DIR/point_cloud.ply and DIR/metrics.json.
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "apps/commands.h"
+#include "apps/flags.h"
+#include "apps/interrupt.h"
+#include "apps/metrics_json.h"
+#include "apps/output_folder.h"
+#include "apps/posed_model.h"
+#include "apps/process.h"
+#include "apps/progress.h"
+#include "apps/train_flags.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/train/trainer.h"
+
+namespace vesta::app {
+namespace {
+
+void CheckSceneFolder(const std::string& path) {
+  if (!std::filesystem::is_directory(path)) Fail("{}: no such scene folder", path);
+}
+
+void PrintScene(const gs::Scene& scene) {
+  const auto is_test = [](const gs::View& view) { return view.is_test; };
+  const auto tests = std::count_if(scene.views.begin(), scene.views.end(), is_test);
+  fmt::print("{} views to train on, {} to test; {} points; loaded in {:.1f} s\n",
+             static_cast<std::ptrdiff_t>(scene.views.size()) - tests, tests, scene.points.size(), SecondsSinceStart());
+  std::fflush(stdout);
+}
+
+// --log_lm: each LM iteration goes to the log, whatever the progress line shows.
+void LogIteration(const gs::TrainProgress& p) {
+  if (p.stage != gs::Stage::kLm || !FLAGS_log_lm) return;
+  LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
+                           p.note);
+}
+
+gs::TrainCallbacks Callbacks(ProgressLine* line) {
+  gs::TrainCallbacks callbacks;
+  callbacks.progress = [line](const gs::TrainProgress& progress) {
+    LogIteration(progress);
+    line->Update(progress);
+  };
+  callbacks.stop = Interrupted;
+  return callbacks;
+}
+
+// The last row of each stage; where there is LM alone, the row it started from too.
+void PrintTable(const gs::TrainResult& result) {
+  constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
+  fmt::print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
+             "test SSIM");
+  const auto number = [](double value, int digits) { return fmt::format("{:.{}f}", value, digits); };
+  for (std::size_t i = 0; i < result.history.size(); ++i) {
+    const gs::HistoryRow& row = result.history[i];
+    const bool is_last_of_stage = i + 1 == result.history.size() || result.history[i + 1].stage != row.stage;
+    const bool is_given_model = i == 0 && row.stage == gs::Stage::kLm;
+    if (!is_given_model && !is_last_of_stage) continue;
+    fmt::print(kRow, gs::StageName(row.stage), row.iteration, number(row.seconds, 1), row.gaussians,
+               number(row.cost, 6), number(row.train.psnr, 3), number(row.train.ssim, 4), number(row.test.psnr, 3),
+               number(row.test.ssim, 4));
+  }
+}
+
+// Trains by `run(callbacks)` and writes the results, complete or stopped.
+template <class Run>
+int TrainAndWrite(const gs::TrainOptions& options, double load_seconds, OutputFolder* out, const Run& run) {
+  CatchInterrupts();
+  ProgressLine line(stdout);
+  gs::TrainResult result = run(Callbacks(&line));
+  line.Finish();
+  if (FLAGS_log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
+
+  const std::string ply = out->File("point_cloud.ply"), json = out->File("metrics.json");
+  gs::WriteSplatPly(ply, result.model);
+  WriteMetricsJson(json, result,
+                   {.load_seconds = load_seconds,
+                    .total_seconds = SecondsSinceStart(),
+                    .peak_memory_mib = PeakMemoryMib(),
+                    .threads = NumThreads(),
+                    .seed = options.seed});
+  out->Keep();
+  PrintTable(result);
+  fmt::print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", ply, json);
+  return Interrupted() ? kInterruptedStatus : 0;
+}
+
+}  // namespace
+
+int RunTrain(const Arguments& arguments) {
+  const std::string& path = arguments[0];
+  gs::TrainOptions options = TrainOptionsFromFlags();
+  options.background = ToDouble(BackgroundFromFlag());
+  CheckSceneFolder(path);
+  OutputFolder out(FLAGS_out);
+  const gs::Scene scene = LoadSceneOver(path, BackgroundFromFlag());
+  PrintScene(scene);
+  const double load_seconds = SecondsSinceStart();
+  return TrainAndWrite(options, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+    return gs::Train(scene, options, load_seconds, callbacks);
+  });
+}
+
+int RunRefine(const Arguments& arguments) {
+  const std::string& ply = arguments[0];
+  const std::string& path = arguments[1];
+  gs::TrainOptions options = TrainOptionsFromFlags();
+  CheckSceneFolder(path);
+  OutputFolder out(FLAGS_out);
+  PosedModel posed = LoadPosedModel(ply, path);
+  options.background = ToDouble(posed.model.background);
+  PrintScene(posed.scene);
+  const double load_seconds = SecondsSinceStart();
+  return TrainAndWrite(options, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+    return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks);
+  });
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,28 @@
+// Pictures of the scene.
+#pragma once
+
+#include <cstdint>
+
+#include "apps/demo_scene/scene.h"
+#include "problems/gaussian_splatting/io/image.h"
+
+namespace vesta::demo {
+
+// An ideal pinhole. Pixel (i, j) has its centre at (i + 0.5, j + 0.5); a point p lies at z > 0 in
+// Rotate(cam_from_world, p - position), whose x axis points right and y axis down.
+struct View {
+  int width = 0, height = 0;
+  double focal = 0;  // pixels; the principal point is the image's centre
+  Frame cam_from_world;
+  Vec3 position;
+};
+
+// Unit direction, in the world, of the ray through image position (u, v), in pixels.
+Vec3 RayDirection(const View& view, double u, double v);
+
+// The picture that the view takes. Each pixel averages 16 rays, one in each cell of a 4 x 4 grid, and each ray sees one
+// point of the lamp, one in each cell of another such grid. Views with different `seed` have different noise; the same
+// picture for any number of threads.
+gs::Image Render(const Scene& scene, const View& view, std::uint64_t seed);
+
+}  // namespace vesta::demo

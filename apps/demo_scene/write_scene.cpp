@@ -1,0 +1,84 @@
+#include "apps/demo_scene/write_scene.h"
+
+#include <filesystem>
+
+#include "apps/demo_scene/camera_path.h"
+#include "apps/demo_scene/random.h"
+#include "apps/demo_scene/sfm_points.h"
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/io/colmap.h"
+
+namespace vesta::demo {
+namespace {
+
+void CheckRange(const char* name, int value, int low, int high) {
+  if (value < low || value > high) Fail("--{}={} is out of range; give {} to {}", name, value, low, high);
+}
+
+// Unit quaternion (w, x, y, z) of a rotation matrix; divides by the largest of the four components (Shepperd 1978).
+std::array<double, 4> Quaternion(const Frame& f) {
+  const double m[3][3] = {
+      {f.row[0].x, f.row[0].y, f.row[0].z}, {f.row[1].x, f.row[1].y, f.row[1].z}, {f.row[2].x, f.row[2].y, f.row[2].z}};
+  const double trace = m[0][0] + m[1][1] + m[2][2];
+  int i = 0;
+  for (int k = 1; k < 3; ++k) i = m[k][k] > m[i][i] ? k : i;
+  std::array<double, 4> q{};
+  if (trace > m[i][i]) {
+    const double s = 2 * std::sqrt(1 + trace);
+    q = {s / 4, (m[2][1] - m[1][2]) / s, (m[0][2] - m[2][0]) / s, (m[1][0] - m[0][1]) / s};
+  } else {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const double s = 2 * std::sqrt(1 + m[i][i] - m[j][j] - m[k][k]);
+    q[0] = (m[k][j] - m[j][k]) / s;
+    q[1 + i] = s / 4;
+    q[1 + j] = (m[j][i] + m[i][j]) / s;
+    q[1 + k] = (m[k][i] + m[i][k]) / s;
+  }
+  return q;
+}
+
+gs::ColmapImage ModelImage(const View& view, std::uint32_t id, std::string name) {
+  const Vec3 t = Rotate(view.cam_from_world, -1.0 * view.position);
+  return {.id = id,
+          .rotation = Quaternion(view.cam_from_world),
+          .translation = {t.x, t.y, t.z},
+          .camera_id = 1,
+          .name = std::move(name)};
+}
+
+}  // namespace
+
+void WriteDemoScene(const DemoOptions& options, const std::string& folder) {
+  CheckRange("views", options.views, 2, 9999);
+  CheckRange("width", options.width, 8, 4096);
+  CheckRange("height", options.height, 8, 4096);
+  CheckRange("points", options.points, 1, 1000000);
+  const std::filesystem::path image_folder = std::filesystem::path(folder) / "images";
+  std::error_code error;
+  std::filesystem::create_directories(image_folder, error);
+  if (error)
+    Fail("{}: cannot make this folder ({}); give --out a writable place", image_folder.string(), error.message());
+
+  const Scene scene = MakeScene();
+  const std::vector<View> views = CameraPath(options.views, options.width, options.height);
+  const gs::Camera camera{options.width,  options.height,      views[0].focal,
+                          views[0].focal, 0.5 * options.width, 0.5 * options.height};
+  gs::ColmapModel model;
+  model.cameras.push_back({.id = 1, .is_simple = true, .camera = camera});
+  std::vector<gs::Image> images;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const std::string name = fmt::format("view_{:04}.png", k);
+    images.push_back(Render(scene, views[k], Hash(options.seed, k)));
+    gs::SavePng((image_folder / name).string(), images.back());
+    model.images.push_back(ModelImage(views[k], static_cast<std::uint32_t>(k + 1), name));
+  }
+  for (const SurfacePoint& p : SampleSurface(scene, views, images, options.points, options.seed)) {
+    model.points.push_back({.id = model.points.size() + 1,
+                            .position = {p.position.x, p.position.y, p.position.z},
+                            .color = {p.color[0], p.color[1], p.color[2]},
+                            .error = kPointNoise * camera.fx});
+  }
+  gs::WriteColmapModel(model, (std::filesystem::path(folder) / "sparse" / "0").string(), gs::ColmapFormat::kBinary);
+}
+
+}  // namespace vesta::demo

@@ -1,0 +1,120 @@
+#include "apps/flags.h"
+
+#include <gflags/gflags.h>
+
+#include <algorithm>
+
+// Numbers and choices of a training run come from the preset unless their flag is given: the defaults written here
+// are never read for those.
+DEFINE_string(out, "", "for the results: a folder, made if missing; of bundle_adjust a file");
+DEFINE_string(json, "", "write the numbers to this file too");
+DEFINE_bool(truth, false, "put the photograph to the right of each rendered image");
+
+DEFINE_string(preset, "balanced", "where all other options start (default balanced)");
+DEFINE_int32(iterations, 0, "iterations of Adam, one view each; of bundle_adjust the most of Levenberg-Marquardt");
+DEFINE_int64(max_gaussians, 0, "most Gaussians that densification may make");
+DEFINE_bool(fixed_model, false, "no densification, all SH degrees from the start");
+DEFINE_int32(sh_degree, 3, "degree of the colours' spherical harmonics (default 3)");
+DEFINE_double(rate_factor, 0, "factor on Adam's learning rates");
+DEFINE_double(rate_decay, 0, "part of the learning rates that is left at the end of Adam");
+DEFINE_double(gradient_threshold, 0, "image-space gradient above which a Gaussian is cloned or split");
+DEFINE_double(opacity_reset_every, 0, "part of the Adam stage between resets of opacity; 0: none");
+
+DEFINE_int32(lm_iterations, 0, "iterations of Levenberg-Marquardt, all views each");
+DEFINE_int32(pcg_iterations, 0, "most conjugate-gradient iterations in each");
+DEFINE_int32(lm_batches, 1, "parts into which the training views are divided");
+DEFINE_bool(merge_batches, false, "solve batches one by one and merge their steps, instead of all in one");
+DEFINE_string(damping, "", "metric of the damping: Adam's learning rates, or diag(JtJ)");
+DEFINE_string(preconditioner, "", "11 x 11 blocks of JtJ, or its diagonal");
+DEFINE_string(step_control, "", "rule for the damping");
+DEFINE_bool(line_search, false, "search for the best length of each step");
+DEFINE_double(line_search_views, 0, "part of the views on which it searches");
+DEFINE_double(initial_lambda, 0, "damping at the start");
+DEFINE_double(min_lambda, 0, "least damping");
+DEFINE_double(max_lambda, 0, "most damping");
+DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
+DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
+DEFINE_string(jacobian, "recompute", "recompute products with J (the one way so far)");
+
+DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default 0,0,0; else the .ply's)");
+DEFINE_int32(downscale, 1, "divide the images' width and height by this");
+DEFINE_uint64(seed, 0, "start of the random numbers (default 0)");
+DEFINE_int32(threads, 0, "threads; 0: one for each core");
+DEFINE_double(time_limit, 0, "stop after so many seconds, loading included; 0: none");
+DEFINE_string(device, "auto", "where to compute (auto: cpu)");
+DEFINE_string(loss, "none", "robust loss of each reprojection error, by its name in Ceres (default none)");
+DEFINE_double(loss_scale, 1, "pixels from which an error counts less under --loss (default 1)");
+DEFINE_bool(log_lm, false, "log each LM iteration, and the engine's report, to stderr");
+
+namespace vesta::app {
+
+const std::vector<CommandInfo>& Commands() {
+  static const std::vector<CommandInfo> commands = {
+      {kTrain, "train", {"SCENE"}, "train a splat from photographs with poses"},
+      {kRefine, "refine", {"PLY", "SCENE"}, "improve a splat of any trainer's by Levenberg-Marquardt"},
+      {kEval, "eval", {"PLY", "SCENE"}, "measure a splat on the training and test views"},
+      {kRender, "render", {"PLY", "SCENE"}, "write images of the test views"},
+      {kBundleAdjust, "bundle_adjust", {"FILE"}, "improve cameras and points of a BAL file", "FILE"},
+  };
+  return commands;
+}
+
+const CommandInfo* FindCommand(const std::string& name) {
+  const auto& all = Commands();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const CommandInfo& c) { return c.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+const std::vector<FlagRule>& FlagRules() {
+  constexpr unsigned kLm = kTrain | kRefine, kAll = kTrain | kRefine | kEval | kRender;
+  constexpr double kMany = 1e9;
+  static const std::vector<FlagRule> rules = {
+      {"out", kTrain | kRefine | kRender | kBundleAdjust, Text{"DIR"}},
+      {"json", kEval | kBundleAdjust, Text{"FILE"}},
+      {"truth", kRender, Switch{}},
+      {"preset", kLm, Choice{{"fast", "balanced", "best", "paper", "paper_code"}}},
+      {"iterations", kTrain | kBundleAdjust, Range{0, kMany}},
+      {"max_gaussians", kTrain, Range{1, kMany}},
+      {"fixed_model", kTrain, Switch{}},
+      {"sh_degree", kTrain, Range{0, 3}},
+      {"rate_factor", kTrain, Range{1e-6, 1e6}},
+      {"rate_decay", kTrain, Range{1e-6, 1}},
+      {"gradient_threshold", kTrain, Range{0, kMany}},
+      {"opacity_reset_every", kTrain, Range{0, 1}},
+      {"lm_iterations", kLm, Range{0, kMany}},
+      {"pcg_iterations", kLm | kBundleAdjust, Range{1, kMany}},
+      {"lm_batches", kLm, Range{1, kMany}},
+      {"merge_batches", kLm, Switch{}},
+      {"damping", kLm, Choice{{"rates", "diag"}}},
+      {"preconditioner", kLm, Choice{{"block", "jacobi"}}},
+      {"step_control", kLm, Choice{{"soft", "ceres", "nielsen", "v1", "v2", "code"}}},
+      {"line_search", kLm, Switch{}},
+      {"line_search_views", kLm, Range{1e-6, 1}},
+      {"initial_lambda", kLm, Range{1e-30, 1e30}},
+      {"min_lambda", kLm, Range{1e-30, 1e30}},
+      {"max_lambda", kLm, Range{1e-30, 1e30}},
+      {"rates_damping", kLm, Range{1e-30, 1e30}},
+      {"l1_floor", kLm, Range{1e-6, 1}},
+      {"jacobian", kLm, Choice{{"recompute"}}},
+      {"background", kAll, Color{}},
+      {"downscale", kAll, Range{1, 64}},
+      {"seed", kLm, Range{0, 18446744073709551615.0}},
+      {"time_limit", kLm | kBundleAdjust, Range{0, kMany}},
+      {"threads", kAll | kBundleAdjust, Range{0, 1024}},
+      {"device", kAll, Choice{{"auto", "cpu", "cuda"}}},
+      {"loss", kBundleAdjust, Choice{{"none", "huber", "soft_l1", "cauchy", "arctan", "tukey"}}},
+      {"loss_scale", kBundleAdjust, Range{1e-6, kMany}},
+      {"log_lm", kLm | kBundleAdjust, Switch{}},
+  };
+  return rules;
+}
+
+const FlagRule* FindFlag(const std::string& name) {
+  const auto& all = FlagRules();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const FlagRule& rule) { return rule.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+bool IsSet(const char* name) { return !gflags::GetCommandLineFlagInfoOrDie(name).is_default; }
+
+}  // namespace vesta::app

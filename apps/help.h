@@ -1,0 +1,12 @@
+// What `vesta help` prints.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace vesta::app {
+
+// The commands, or the flags of the one that `topic` names. Throws UsageError where there is no such command.
+std::string HelpText(const std::vector<std::string>& topic);
+
+}  // namespace vesta::app

@@ -1,0 +1,64 @@
+// The `vesta` program: train | refine | eval | render | bundle_adjust | help. `vesta help` says more.
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <cstdio>
+#include <new>
+
+#include "apps/command_line.h"
+#include "apps/commands.h"
+#include "apps/help.h"
+#include "apps/process.h"
+#include "apps/train_flags.h"
+
+namespace vesta::app {
+namespace {
+
+constexpr int kFailed = 1, kUsage = 2;  // exit statuses
+
+int Run(int argc, char** argv) {
+  const CommandLine line = ParseCommandLine(argc, argv);
+  if (!line.command) {
+    fmt::print("{}", HelpText(line.arguments));
+    return 0;
+  }
+  UseComputeFlags();
+  switch (line.command->command) {
+    case kTrain:
+      return RunTrain(line.arguments);
+    case kRefine:
+      return RunRefine(line.arguments);
+    case kEval:
+      return RunEval(line.arguments);
+    case kRender:
+      return RunRender(line.arguments);
+    case kBundleAdjust:
+      return RunBundleAdjust(line.arguments);
+  }
+  return kUsage;
+}
+
+int Complain(const char* message, int status) {
+  fmt::print(stderr, "vesta: {}\n", message);
+  return status;
+}
+
+}  // namespace
+}  // namespace vesta::app
+
+int main(int argc, char** argv) {
+  namespace app = vesta::app;
+  app::SecondsSinceStart();
+  google::InitGoogleLogging(argv[0]);
+  FLAGS_logtostderr = true;
+  try {
+    return app::Run(argc, argv);
+  } catch (const app::UsageError& error) {
+    return app::Complain(error.what(), app::kUsage);
+  } catch (const std::bad_alloc&) {
+    return app::Complain("out of memory; use a larger --downscale, fewer Gaussians, or a smaller problem",
+                         app::kFailed);
+  } catch (const std::exception& error) {
+    return app::Complain(error.what(), app::kFailed);
+  }
+}

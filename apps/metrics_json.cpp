@@ -1,0 +1,69 @@
+#include "apps/metrics_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/check.h"
+
+namespace vesta::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const gs::Quality& quality) { return {{"psnr", quality.psnr}, {"ssim", quality.ssim}}; }
+
+Json ToJson(const gs::HistoryRow& row) {
+  return {{"stage", gs::StageName(row.stage)},
+          {"iteration", row.iteration},
+          {"seconds", row.seconds},
+          {"cost", row.cost},
+          {"train_psnr", row.train.psnr},
+          {"train_ssim", row.train.ssim},
+          {"test_psnr", row.test.psnr},
+          {"test_ssim", row.test.ssim},
+          {"gaussians", row.gaussians}};
+}
+
+void AddModel(const gs::SplatModel& model, Json* json) {
+  (*json)["gaussians"] = model.count;
+  (*json)["parameters"] = model.count * model.num_attributes();
+}
+
+void WriteJson(const std::string& path, const Json& json) { WriteFileAtomically(path, json.dump(1) + "\n"); }
+
+}  // namespace
+
+void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts) {
+  VESTA_CHECK(!result.history.empty(), "no evaluation to write");
+  const double adam_end = facts.load_seconds + result.adam_seconds;
+  Json json;
+  json["test"] = ToJson(result.history.back().test);
+  json["train"] = ToJson(result.history.back().train);
+  AddModel(result.model, &json);
+  json["seconds"] = {{"load", facts.load_seconds},
+                     {"adam", adam_end},
+                     {"lm", adam_end + result.lm_seconds},
+                     {"eval", result.eval_seconds},
+                     {"total", facts.total_seconds}};
+  json["peak_memory_mib"] = facts.peak_memory_mib;
+  json["device"] = facts.device;
+  json["threads"] = facts.threads;
+  json["seed"] = facts.seed;
+  json["history"] = Json::array();
+  for (const gs::HistoryRow& row : result.history) json["history"].push_back(ToJson(row));
+  WriteJson(path, json);
+}
+
+void WriteEvaluationJson(const std::string& path, const gs::Evaluation& evaluation, const gs::SplatModel& model,
+                         const RunFacts& facts) {
+  Json json;
+  json["test"] = ToJson(evaluation.test);
+  json["train"] = ToJson(evaluation.train);
+  json["cost"] = evaluation.cost;
+  AddModel(model, &json);
+  json["device"] = facts.device;
+  json["threads"] = facts.threads;
+  WriteJson(path, json);
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,30 @@
+// The numbers of a run as JSON, for scripts.
+#pragma once
+
+#include <string>
+
+#include "problems/gaussian_splatting/train/trainer.h"
+
+namespace vesta::app {
+
+// What a run did apart from training. Seconds count from the start of the process.
+struct RunFacts {
+  double load_seconds = 0;   // when the scene was loaded
+  double total_seconds = 0;  // now, evaluation included
+  double peak_memory_mib = 0;
+  const char* device = "cpu";
+  int threads = 0;
+  std::uint64_t seed = 0;
+};
+
+// {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
+// "eval", "total"}, "peak_memory_mib", "device", "threads", "seed", "history": [...]}. test and train are those of the
+// last row of the history. adam and lm: when each stage ended, evaluation left out, as in the rows; eval: spent in
+// evaluation. A figure that is not finite is null.
+void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts);
+
+// {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above.
+void WriteEvaluationJson(const std::string& path, const gs::Evaluation& evaluation, const gs::SplatModel& model,
+                         const RunFacts& facts);
+
+}  // namespace vesta::app

@@ -1,0 +1,83 @@
+#include "apps/progress.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vesta::app {
+namespace {
+
+constexpr double kTerminalInterval = 0.2, kLogInterval = 10.0;  // seconds
+
+std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
+  std::string line = fmt::format("{:<4} {:>{}}/{}  cost {:.5f}", gs::StageName(p.stage), p.iteration,
+                                 fmt::formatted_size("{}", p.iterations), p.iterations, p.cost);
+  if (p.psnr > 0) line += fmt::format("  PSNR {:.2f}", p.psnr);
+  line += fmt::format("  {} Gaussians  {} left", p.gaussians, FormatDuration(seconds_left));
+  if (!p.note.empty()) line += fmt::format("  {}", p.note);
+  return line;
+}
+
+// What fits on one line of the terminal: a longer one would wrap and could not be rewritten.
+std::string CutToTerminal(const std::string& line, std::FILE* terminal) {
+  winsize size{};
+  const bool is_known = ::ioctl(::fileno(terminal), TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  return line.substr(0, is_known ? size.ws_col - 1u : 79u);
+}
+
+}  // namespace
+
+ProgressLine::ProgressLine(std::FILE* out) : out_(out), is_terminal_(::isatty(::fileno(out)) == 1) {}
+
+bool ProgressLine::IsDue(const gs::TrainProgress& p) const {
+  if (p.iteration >= p.iterations) return true;
+  const double since = p.seconds - printed_.seconds;
+  if (is_terminal_) return since >= kTerminalInterval;
+  const auto twentieth = [&](int iteration) { return 20 * static_cast<Index>(iteration) / p.iterations; };
+  return since >= kLogInterval || twentieth(p.iteration) > twentieth(printed_.iteration);
+}
+
+double ProgressLine::SecondsLeft(const gs::TrainProgress& p) const {
+  const int done = p.iteration - start_iteration_;
+  if (done == 0) return NAN;
+  return (p.seconds - start_seconds_) / done * (p.iterations - p.iteration);
+}
+
+void ProgressLine::Update(const gs::TrainProgress& p) {
+  const bool is_new_stage = !started_ || p.stage != printed_.stage;
+  if (is_new_stage) {
+    Finish();
+    // The second stage begins where the first one's last line was; how long the first one's first iteration took is
+    // not known.
+    start_iteration_ = started_ ? 0 : p.iteration;
+    start_seconds_ = started_ ? printed_.seconds : p.seconds;
+    started_ = true;
+  }
+  if (!is_new_stage && !IsDue(p)) return;
+  const std::string line = FormatLine(p, SecondsLeft(p));
+  if (is_terminal_) {
+    fmt::print(out_, "\r{}\033[K", CutToTerminal(line, out_));
+  } else {
+    fmt::print(out_, "{}\n", line);
+  }
+  std::fflush(out_);
+  line_open_ = is_terminal_;
+  printed_ = p;
+}
+
+void ProgressLine::Finish() {
+  if (line_open_) fmt::print(out_, "\n");
+  line_open_ = false;
+}
+
+std::string FormatDuration(double seconds) {
+  if (!std::isfinite(seconds)) return "?";
+  const auto whole = static_cast<long>(std::lround(std::max(seconds, 0.0)));
+  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+}  // namespace vesta::app

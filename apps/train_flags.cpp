@@ -1,0 +1,70 @@
+#include "apps/train_flags.h"
+
+#include "apps/flag_values.h"
+#include "apps/flags.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+
+namespace vesta::app {
+namespace {
+
+template <class Flag, class Option>
+void Override(const char* name, const Flag& flag, Option* option) {
+  if (IsSet(name)) *option = static_cast<Option>(flag);
+}
+
+void OverrideAdam(gs::TrainOptions* options) {
+  Override("iterations", FLAGS_iterations, &options->adam.iterations);
+  Override("rate_factor", FLAGS_rate_factor, &options->adam.rate_factor);
+  Override("rate_decay", FLAGS_rate_decay, &options->adam.rate_decay);
+  Override("max_gaussians", FLAGS_max_gaussians, &options->density.max_gaussians);
+  Override("gradient_threshold", FLAGS_gradient_threshold, &options->density.gradient_threshold);
+  Override("opacity_reset_every", FLAGS_opacity_reset_every, &options->density.opacity_reset_every);
+  if (FLAGS_fixed_model) {
+    options->density.enabled = false;
+    options->adam.sh_band_every = 0;
+  }
+}
+
+void OverrideLm(gs::LmOptions* lm) {
+  Override("lm_iterations", FLAGS_lm_iterations, &lm->iterations);
+  Override("pcg_iterations", FLAGS_pcg_iterations, &lm->pcg_iterations);
+  Override("lm_batches", FLAGS_lm_batches, &lm->batches);
+  Override("merge_batches", FLAGS_merge_batches, &lm->merge_batches);
+  Override("damping", FLAGS_damping, &lm->damping);
+  Override("preconditioner", FLAGS_preconditioner, &lm->preconditioner);
+  Override("step_control", FLAGS_step_control, &lm->step_control);
+  Override("line_search", FLAGS_line_search, &lm->line_search);
+  Override("line_search_views", FLAGS_line_search_views, &lm->line_search_views);
+  Override("initial_lambda", FLAGS_initial_lambda, &lm->initial_lambda);
+  Override("min_lambda", FLAGS_min_lambda, &lm->min_lambda);
+  Override("max_lambda", FLAGS_max_lambda, &lm->max_lambda);
+  Override("rates_damping", FLAGS_rates_damping, &lm->rates_damping);
+  Override("l1_floor", FLAGS_l1_floor, &lm->l1_floor);
+}
+
+}  // namespace
+
+gs::TrainOptions TrainOptionsFromFlags() {
+  gs::TrainOptions options = gs::PresetOptions(FLAGS_preset);
+  OverrideAdam(&options);
+  OverrideLm(&options.lm);
+  Override("sh_degree", FLAGS_sh_degree, &options.sh_degree);
+  Override("seed", FLAGS_seed, &options.seed);
+  Override("time_limit", FLAGS_time_limit, &options.time_limit);
+  gs::ValidateOptions(options);
+  return options;
+}
+
+std::array<float, 3> BackgroundFromFlag() {
+  std::array<float, 3> color{};
+  VESTA_CHECK(ParseColor(FLAGS_background, &color), "--background={}", FLAGS_background);
+  return color;
+}
+
+void UseComputeFlags() {
+  if (FLAGS_device == "cuda") Fail("--device=cuda: this build has no CUDA; use --device=cpu");
+  SetNumThreads(FLAGS_threads);
+}
+
+}  // namespace vesta::app
