@@ -1,0 +1,99 @@
+#include "bench/report.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/check.h"
+#include "kernels/core/cpu_dispatch.h"
+#include "kernels/core/parallel.h"
+
+namespace vesta::bench {
+namespace {
+
+std::string CpuModel() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  }
+  return "unknown CPU";
+}
+
+std::string Machine() { return fmt::format("{}, {}, {} threads", CpuModel(), IsaName(ActiveIsa()), NumThreads()); }
+
+std::string Text(const Value& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  return fmt::format("{:.4g}", std::get<double>(value));
+}
+
+nlohmann::ordered_json ToJson(const Row& row) {
+  nlohmann::ordered_json object = nlohmann::ordered_json::object();
+  for (const auto& [name, value] : row) {
+    std::visit([&, key = name](const auto& v) { object[key] = v; }, value);
+  }
+  return object;
+}
+
+}  // namespace
+
+void Report::Finish(const std::string& json_path) const {
+  fmt::print("{}: {}\n", bench_, Machine());
+  if (!rows_.empty()) {
+    std::vector<std::size_t> width;
+    for (const auto& [name, value] : rows_.front()) width.push_back(name.size());
+    for (const Row& row : rows_) {
+      for (std::size_t c = 0; c < row.size() && c < width.size(); ++c) {
+        width[c] = std::max(width[c], Text(row[c].second).size());
+      }
+    }
+    for (std::size_t c = 0; c < width.size(); ++c) fmt::print("{:>{}}  ", rows_.front()[c].first, width[c]);
+    fmt::print("\n");
+    for (const Row& row : rows_) {
+      for (std::size_t c = 0; c < row.size() && c < width.size(); ++c)
+        fmt::print("{:>{}}  ", Text(row[c].second), width[c]);
+      fmt::print("\n");
+    }
+  }
+  for (const Target& t : targets_) {
+    fmt::print("target {}: {:.4g} {} (goal {:.4g}) {}\n", t.name, t.value, t.unit, t.goal, t.met ? "met" : "MISSED");
+  }
+  if (json_path.empty()) return;
+  nlohmann::ordered_json json;
+  json["bench"] = bench_;
+  json["machine"] = Machine();
+  json["commit"] = VESTA_COMMIT;
+  json["rows"] = nlohmann::ordered_json::array();
+  for (const Row& row : rows_) json["rows"].push_back(ToJson(row));
+  json["targets"] = nlohmann::ordered_json::array();
+  for (const Target& t : targets_) {
+    json["targets"].push_back(
+        {{"name", t.name}, {"value", t.value}, {"unit", t.unit}, {"goal", t.goal}, {"met", t.met}});
+  }
+  WriteFileAtomically(json_path, json.dump(2) + "\n");
+}
+
+Arguments::Arguments(int argc, char** argv, std::vector<std::string> known) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument.rfind("--", 0) != 0) {
+      positional.push_back(argument);
+      continue;
+    }
+    const auto equals = argument.find('=');
+    const std::string name = argument.substr(2, equals == std::string::npos ? equals : equals - 2);
+    if (std::find(known.begin(), known.end(), name) == known.end()) Fail("unknown flag --{}", name);
+    if (equals == std::string::npos && i + 1 >= argc) Fail("--{} needs a value", name);
+    flags_.emplace_back(name, equals == std::string::npos ? argv[++i] : argument.substr(equals + 1));
+  }
+}
+
+std::string Arguments::Flag(const std::string& name, const std::string& fallback) const {
+  for (const auto& [key, value] : flags_) {
+    if (key == name) return value;
+  }
+  return fallback;
+}
+
+}  // namespace vesta::bench

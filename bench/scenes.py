@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Trains real scenes with the program and compares with what OpenSplat 1.1.5 (CPU mode, 2,000 iterations) reached on
+the same images: when its test PSNR and SSIM are passed, and where the run ends.
+
+  bench/scenes.py PROGRAM SCENES_DIR OUT_DIR [--json FILE] [--only NAME ...] [-- flags for `vesta train`]
+
+SCENES_DIR holds llff-fern-tiny, llff-fern, mip360-bonsai and strecha-herzjesu-p25 as COLMAP scenes. Each run's output
+lies in OUT_DIR/NAME. Prints a table; with --json also {"bench", "machine", "commit", "rows", "targets"}.
+"""
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+# name: (scene, flags, PSNR and SSIM to pass, seconds to pass them in: a fifth of the peer's time)
+RUNS = {
+    "llff-fern-tiny": ("llff-fern-tiny", [], 26.99, 0.908, 20),
+    "strecha-herzjesu-p25/2": ("strecha-herzjesu-p25", ["--downscale=2"], 23.25, 0.806, 55),
+    "mip360-bonsai/2": ("mip360-bonsai", ["--downscale=2"], 22.06, 0.709, 45),
+    "llff-fern": ("llff-fern", [], 24.46, 0.792, 190),
+    "mip360-bonsai": ("mip360-bonsai", [], None, None, None),
+}
+COLUMNS = ["scene", "passed_s", "goal_s", "adam_s", "adam_psnr", "adam_ssim", "lm_s", "psnr", "ssim", "train_psnr",
+           "gaussians", "total_s", "peak_mib"]
+
+
+def train(program, name, scenes, out, flags):
+    scene, scene_flags, psnr, ssim, seconds = RUNS[name]
+    folder = out / name.replace("/", "-by-")
+    subprocess.run([program, "train", scenes / scene, "--out", folder, *scene_flags, *flags], check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    metrics = json.loads((folder / "metrics.json").read_text())
+    history = metrics["history"]
+    passed = None
+    if psnr is not None:
+        passed = next((row["seconds"] for row in history
+                       if row["test_psnr"] >= psnr and row["test_ssim"] >= ssim), None)
+    adam = [row for row in history if row["stage"] == "adam"][-1]
+    lm = [row for row in history if row["stage"] == "lm"]
+    return {"scene": name, "passed_s": passed, "goal_s": seconds, "adam_s": adam["seconds"],
+            "adam_psnr": adam["test_psnr"], "adam_ssim": adam["test_ssim"], "lm_s": lm[-1]["seconds"] if lm else None,
+            "psnr": metrics["test"]["psnr"], "ssim": metrics["test"]["ssim"], "train_psnr": metrics["train"]["psnr"],
+            "gaussians": metrics["gaussians"], "total_s": metrics["seconds"]["total"],
+            "peak_mib": metrics["peak_memory_mib"],
+            "cost_falls": all(b["cost"] <= a["cost"] for a, b in zip(lm, lm[1:]))}
+
+
+def text(value):
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.4g}" if value < 1 else f"{value:.2f}"
+
+
+def main():
+    arguments = sys.argv[1:]
+    flags = []
+    if "--" in arguments:
+        flags = arguments[arguments.index("--") + 1:]
+        arguments = arguments[:arguments.index("--")]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", type=Path)
+    parser.add_argument("scenes", type=Path)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--only", nargs="*", choices=list(RUNS), default=list(RUNS))
+    options = parser.parse_args(arguments)
+
+    rows, targets = [], []
+    print("  ".join(f"{column:>10}" for column in COLUMNS))
+    for name in options.only:
+        row = train(options.program.resolve(), name, options.scenes, options.out, flags)
+        rows.append(row)
+        print("  ".join(f"{text(row[column]):>10}" for column in COLUMNS), flush=True)
+        if row["goal_s"] is not None:
+            targets.append({"name": f"{name}: seconds to the peer's PSNR and SSIM", "value": row["passed_s"],
+                            "unit": "s", "goal": row["goal_s"],
+                            "met": row["passed_s"] is not None and row["passed_s"] <= row["goal_s"]})
+    for target in targets:
+        print(f"target {target['name']}: {text(target['value'])} (goal {target['goal']}) "
+              f"{'met' if target['met'] else 'MISSED'}")
+    if options.json:
+        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
+                                cwd=Path(__file__).parent).stdout.strip() or "unknown"
+        machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
+        temporary = options.json.with_name(options.json.name + ".tmp")
+        temporary.write_text(json.dumps({"bench": "scenes", "machine": machine, "commit": commit, "rows": rows,
+                                         "targets": targets}, indent=2) + "\n")
+        temporary.replace(options.json)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,108 @@
+// Small problems solved to the last digit by vesta and by Ceres's DENSE_QR: NIST's regressions from both of their
+// starts, and the problems of More, Garbow and Hillstrom from 1, 10 and 100 times the standard start and within bounds.
+//
+//   bench/toy_vs_ceres [--json FILE]
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include "bench/report.h"
+#include "bench/solve_both.h"
+#include "problems/toy/more_garbow_hillstrom.h"
+#include "problems/toy/nist_models.h"
+
+namespace vesta::bench {
+namespace {
+
+// Of one group of solves: those with four digits, and how far vesta is behind at worst.
+struct Tally {
+  int solved = 0, solved_ceres = 0;
+  double digits_behind = 0;
+
+  void Count(double digits, double digits_ceres) {
+    solved += digits >= 4;
+    solved_ceres += digits_ceres >= 4;
+    digits_behind = std::max(digits_behind, digits_ceres - digits);
+  }
+  void AddTarget(Report& report, const std::string& group) const {
+    report.AddTarget({group + ": solved by vesta, goal Ceres's", static_cast<double>(solved), "problems",
+                      static_cast<double>(solved_ceres), solved >= solved_ceres});
+  }
+};
+
+void AddRow(Report& report, const std::string& problem, const std::string& start, const BothResults& both,
+            double digits, double digits_ceres, Tally& tally) {
+  tally.Count(digits, digits_ceres);
+  report.Add({{"problem", problem},
+              {"start", start},
+              {"digits, vesta", digits},
+              {"digits, Ceres", digits_ceres},
+              {"sum of squares, vesta", 2 * both.cost},
+              {"sum of squares, Ceres", 2 * both.cost_ceres},
+              {"iterations, vesta", static_cast<double>(both.summary.iterations.size() - 1)},
+              {"iterations, Ceres", static_cast<double>(both.iterations_ceres)}});
+}
+
+// Digits of the parameters against the certified ones.
+void Nist(Report& report) {
+  Tally tally;
+  nist::ForEachProblem([&]<class Model>(const nist::Problem& problem) {
+    for (const int start : {1, 2}) {
+      const auto both = SolveBoth(nist::Residuals<Model>(problem), start == 1 ? problem.start1 : problem.start2);
+      AddRow(report, problem.name, fmt::format("start {}", start), both, nist::Digits(both.x, problem.certified),
+             nist::Digits(both.x_ceres, problem.certified), tally);
+    }
+  });
+  tally.AddTarget(report, "NIST");
+  report.AddTarget({"NIST: digits behind Ceres at worst", tally.digits_behind, "", 1, tally.digits_behind <= 1});
+}
+
+// Digits of the sum of squares against the known minimum.
+void MoreGarbowHillstrom(Report& report) {
+  for (const int factor : {1, 10, 100}) {
+    Tally tally;
+    const std::string start = fmt::format("{}x", factor);
+    mgh::ForEachProblem([&]<class F>(int number) {
+      std::vector<double> x(std::begin(F::kStart), std::end(F::kStart));
+      for (double& value : x) value *= factor;
+      const auto both = SolveBoth(std::vector<F>(1), x);
+      AddRow(report, fmt::format("{} {}", number, F::kName), start, both, mgh::Digits(2 * both.cost, F::kSumOfSquares),
+             mgh::Digits(2 * both.cost_ceres, F::kSumOfSquares), tally);
+    });
+    tally.AddTarget(report, "More, Garbow, Hillstrom from " + start);
+  }
+}
+
+void WithinBounds(Report& report) {
+  Tally tally;
+  mgh::ForEachProblem([&]<class F>(int number) {
+    if constexpr (mgh::Bounded<F>) {
+      const auto both = SolveBoth(std::vector<F>(1), F::kStart, nullptr, nullptr, {F::kLower, F::kUpper});
+      AddRow(report, fmt::format("{} {}", number, F::kName), "1x, bounds", both,
+             mgh::Digits(2 * both.cost, F::kBoundedSumOfSquares),
+             mgh::Digits(2 * both.cost_ceres, F::kBoundedSumOfSquares), tally);
+    }
+  });
+  tally.AddTarget(report, "More, Garbow, Hillstrom within bounds");
+}
+
+void Run(const Arguments& arguments) {
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports residuals that are not finite; the table shows the outcome
+  Report report("toy_vs_ceres");
+  Nist(report);
+  MoreGarbowHillstrom(report);
+  WithinBounds(report);
+  report.Finish(arguments.Flag("json", ""));
+}
+
+}  // namespace
+}  // namespace vesta::bench
+
+int main(int argc, char** argv) {
+  try {
+    vesta::bench::Run({argc, argv, {"json"}});
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "toy_vs_ceres: {}\n", error.what());
+    return 1;
+  }
+}
