@@ -1,0 +1,158 @@
+// Whatever is wrong with flags or files is one line on stderr and a non-zero exit, and nothing is left behind.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+constexpr int kFailed = 1, kUsage = 2;
+
+// One line that begins with the program's name, contains `text`, and the exit status.
+void ExpectRefusal(const ProgramOutput& output, int status, const std::string& text) {
+  EXPECT_EQ(output.status, status);
+  EXPECT_EQ(CountLines(output.err), 1) << output.err;
+  EXPECT_THAT(output.err, MatchesRegex("vesta: .*\n"));
+  EXPECT_THAT(output.err, HasSubstr(text));
+  EXPECT_EQ(output.out, "");
+}
+
+void Overwrite(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+}
+
+class BadScene : public testing::Test {
+ protected:
+  // Trains the scene and expects it to be refused, with the output folder not even made.
+  void ExpectTrainRefusal(const std::string& text) {
+    const ProgramOutput output = RunProgram({"train", scene_, "--out=" + out_, "--iterations=1", "--lm_iterations=0"});
+    ExpectRefusal(output, kFailed, text);
+    EXPECT_FALSE(fs::exists(out_));
+  }
+
+  TempFolder folder_;
+  std::string scene_ = folder_ / "scene", out_ = folder_ / "results/out";
+};
+
+TEST_F(BadScene, FolderMissing) { ExpectTrainRefusal(scene_ + ": no such scene folder"); }
+
+TEST_F(BadScene, FolderWithoutModel) {
+  fs::create_directories(scene_ + "/images");
+  ExpectTrainRefusal(scene_ + ": not a scene");
+}
+
+TEST_F(BadScene, ImagesFileTruncatedAnywhere) {
+  WriteTinyScene(scene_);
+  const std::string file = scene_ + "/sparse/0/images.bin", bytes = ReadFile(file);
+  ASSERT_GT(bytes.size(), 20u);
+  for (std::size_t i = 0; i < 20; ++i) {
+    SCOPED_TRACE(i);
+    Overwrite(file, bytes.substr(0, bytes.size() * i / 20));
+    ExpectTrainRefusal("images.bin");
+  }
+}
+
+TEST_F(BadScene, ImageMissing) {
+  WriteTinyScene(scene_);
+  fs::remove(scene_ + "/images/003.png");
+  ExpectTrainRefusal("images/003.png: no such image");
+}
+
+TEST_F(BadScene, ImageThatIsNone) {
+  WriteTinyScene(scene_);
+  Overwrite(scene_ + "/images/003.png", "a letter, not a picture");
+  ExpectTrainRefusal("images/003.png: ");
+}
+
+TEST_F(BadScene, ZeroFocalLength) {
+  gs::ColmapModel model = TinyModel();
+  model.cameras[0].camera.fx = 0;
+  WriteTinyScene(scene_, model);
+  ExpectTrainRefusal("focal length");
+}
+
+TEST_F(BadScene, NoPoints) {
+  gs::ColmapModel model = TinyModel();
+  model.points.clear();
+  WriteTinyScene(scene_, model);
+  ExpectTrainRefusal("no points");
+}
+
+TEST_F(BadScene, OutIsBelowAFile) {
+  WriteTinyScene(scene_);
+  const std::string file = folder_ / "file";
+  Overwrite(file, "content");
+  for (const char* command : {"train", "render", "refine"}) {
+    std::vector<std::string> arguments = {command, scene_, "--out=" + file + "/out"};
+    if (arguments[0] != "train") arguments.insert(arguments.begin() + 1, file);
+    ExpectRefusal(RunProgram(arguments), kFailed, "--out=" + file + "/out: cannot be made");
+  }
+  EXPECT_EQ(ReadFile(file), "content");
+}
+
+TEST_F(BadScene, PlyMissingOrNone) {
+  WriteTinyScene(scene_);
+  const std::string ply = folder_ / "model.ply";
+  for (const bool exists : {false, true}) {
+    if (exists) Overwrite(ply, "ply\nnot at all\n");
+    ExpectRefusal(RunProgram({"eval", ply, scene_}), kFailed, ply);
+    ExpectRefusal(RunProgram({"render", ply, scene_, "--out=" + out_}), kFailed, ply);
+    ExpectRefusal(RunProgram({"refine", ply, scene_, "--out", out_}), kFailed, ply);
+    EXPECT_FALSE(fs::exists(folder_ / "results"));
+  }
+}
+
+struct BadLine {
+  std::vector<std::string> arguments;
+  int status;
+  std::string text;
+};
+
+class BadCommandLine : public testing::TestWithParam<BadLine> {};
+
+TEST_P(BadCommandLine, IsOneLine) {
+  ExpectRefusal(RunProgram(GetParam().arguments), GetParam().status, GetParam().text);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, BadCommandLine,
+    testing::Values(
+        BadLine{{}, kUsage, "vesta help"}, BadLine{{"trian"}, kUsage, "trian: no such command"},
+        BadLine{{"help", "trian"}, kUsage, "trian: no such command"},
+        BadLine{{"eval", "a", "b", "--iterations=5"}, kUsage, "--iterations: not a flag of eval, but of train"},
+        BadLine{{"train", "a", "--truth"}, kUsage, "--truth: not a flag of train, but of render"},
+        BadLine{{"train", "a", "--notruth"}, kUsage, "not a flag of train"},
+        BadLine{{"train", "a", "--speed=9"}, kUsage, "--speed: no such flag"},
+        BadLine{{"train", "a", "--flagfile=b"}, kUsage, "--flagfile: no such flag"},
+        BadLine{{"train", "a", "--noiterations"}, kUsage, "--noiterations: no such flag"},
+        BadLine{{"train", "a", "--sh_degree=7"}, kUsage, "--sh_degree=7: must be 0 to 3"},
+        BadLine{{"train", "a", "--sh_degree", "-1"}, kUsage, "--sh_degree=-1: must be 0 to 3"},
+        BadLine{{"train", "a", "--sh_degree=1.5"}, kUsage, "must be 0 to 3, a whole number"},
+        BadLine{{"train", "a", "--iterations=many"}, kUsage, "must be a whole number, at least 0"},
+        BadLine{{"train", "a", "--rate_decay=nan"}, kUsage, "--rate_decay=nan: must be"},
+        BadLine{{"train", "a", "--seed=-1"}, kUsage, "--seed=-1: must be a whole number, at least 0"},
+        BadLine{{"train", "a", "--preset=slow"}, kUsage, "must be fast, balanced, best, paper or paper_code"},
+        BadLine{{"train", "a", "--jacobian=cache32"}, kUsage, "must be recompute"},
+        BadLine{{"train", "a", "--background=0,0,2"}, kUsage, "must be three numbers from 0 to 1"},
+        BadLine{{"train", "a", "--background=0,0"}, kUsage, "must be three numbers from 0 to 1"},
+        BadLine{{"train", "a", "--background=0,0,0,0"}, kUsage, "must be three numbers from 0 to 1"},
+        BadLine{{"train", "a", "--line_search=maybe"}, kUsage, "must be true or false"},
+        BadLine{{"train", "a", "--out="}, kUsage, "--out=: DIR is missing"},
+        BadLine{{"train", "a", "--out"}, kUsage, "--out: its value is missing; write --out=DIR"},
+        BadLine{{"train", "a"}, kUsage, "--out=DIR is missing"},
+        BadLine{{"train", "--out=b"}, kUsage, "SCENE is missing"},
+        BadLine{{"eval", "a"}, kUsage, "SCENE is missing; the form is `vesta eval PLY SCENE`"},
+        BadLine{{"eval", "a", "b", "c"}, kUsage, "c: too much"},
+        BadLine{{"train", "a", "--out=b", "--device=cuda"}, kFailed, "this build has no CUDA"}));
+
+}  // namespace
+}  // namespace vesta::test

@@ -1,0 +1,81 @@
+// bundle_adjust as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "problems/bundle_adjustment/bal_file.h"
+#include "problems/bundle_adjustment/generate.h"
+#include "tests/apps/run_program.h"
+
+namespace vesta::test {
+namespace {
+
+using testing::HasSubstr;
+
+class BundleAdjust : public testing::Test {
+ protected:
+  void WriteProblem() {
+    bundle::WriteBal(in_, bundle::Generate({.num_cameras = 12, .num_points = 200, .mean_track = 4}));
+  }
+
+  TempFolder folder_;
+  std::string in_ = folder_ / "in.txt", out_ = folder_ / "out.txt", json_ = folder_ / "out.json";
+};
+
+TEST_F(BundleAdjust, WritesTheSolvedProblemAndItsNumbers) {
+  WriteProblem();
+  const ProgramOutput output = RunProgram({"bundle_adjust", in_, "--out=" + out_, "--json=" + json_, "--threads=2"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_EQ(output.err, "");
+  EXPECT_THAT(output.out, HasSubstr("12 cameras, 200 points"));
+  EXPECT_THAT(output.out, HasSubstr("reprojection error"));
+  const auto json = nlohmann::json::parse(ReadFile(json_));
+  EXPECT_LT(json["final_cost"].get<double>(), 1e-2 * json["initial_cost"].get<double>());
+  EXPECT_LT(json["final_rms_pixels"].get<double>(), 1);
+  EXPECT_EQ(json["history"].back()["cost"], json["final_cost"]);
+  EXPECT_EQ(bundle::ReadBal(out_).observations.size(), json["observations"].get<std::size_t>());
+  // What was written is at its minimum.
+  const std::string again = folder_ / "again.txt";
+  ASSERT_EQ(RunProgram({"bundle_adjust", out_, "--out=" + again, "--json=" + json_}).status, 0);
+  const auto second = nlohmann::json::parse(ReadFile(json_));
+  EXPECT_EQ(second["initial_cost"], json["final_cost"]);
+}
+
+TEST_F(BundleAdjust, TakesARobustLossAndLimits) {
+  WriteProblem();
+  const ProgramOutput output = RunProgram({"bundle_adjust", in_, "--out=" + out_, "--json=" + json_, "--loss=huber",
+                                           "--loss_scale=2", "--iterations=2", "--pcg_iterations=3"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  const auto json = nlohmann::json::parse(ReadFile(json_));
+  ASSERT_EQ(json["history"].size(), 3u);
+  EXPECT_LE(json["history"][2]["pcg_iterations"], 3);
+}
+
+TEST_F(BundleAdjust, BadInputIsOneLineAndLeavesNothing) {
+  const auto refused = [&](const std::vector<std::string>& flags, const std::string& text) {
+    std::vector<std::string> words = {"bundle_adjust", in_};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const ProgramOutput output = RunProgram(words);
+    EXPECT_NE(output.status, 0);
+    EXPECT_EQ(CountLines(output.err), 1) << output.err;
+    EXPECT_THAT(output.err, HasSubstr(text));
+    EXPECT_EQ(output.out, "");
+    EXPECT_FALSE(std::filesystem::exists(out_));
+  };
+  refused({"--out=" + out_}, "in.txt: no such file");
+  std::ofstream(in_) << "1 1 1\n0 0 1 x\n";
+  refused({"--out=" + out_}, "in.txt: line 1: 1 cameras, 1 points and 1 observations do not fit");
+  WriteProblem();
+  refused({}, "--out=FILE is missing; the form is `vesta bundle_adjust FILE --out=FILE`");
+  refused({"--out=" + (folder_ / "none/out.txt")}, "none/out.txt: cannot be written");
+  refused({"--out=" + out_, "--loss=l2"}, "--loss=l2: must be none, huber, soft_l1, cauchy, arctan or tukey");
+  refused({"--out=" + out_, "--preset=fast"}, "--preset: not a flag of bundle_adjust");
+  std::ofstream(in_) << "1 1 1\n0 0 1 1\n0 0 0 0 0 0 1 0 0\n1 1 0\n";
+  refused({"--out=" + out_}, "in.txt: the cost at the start is");
+}
+
+}  // namespace
+}  // namespace vesta::test

@@ -1,0 +1,48 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/apps/run_program.h"
+
+namespace vesta::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// What help prints, after checks that hold for all of it.
+std::string Help(const std::vector<std::string>& arguments) {
+  const ProgramOutput output = RunProgram(arguments);
+  EXPECT_EQ(output.status, 0);
+  EXPECT_EQ(output.err, "");
+  EXPECT_LE(CountLines(output.out), 45);
+  EXPECT_THAT(output.out, Not(HasSubstr("alsologtostderr")));  // no flags of the libraries
+  return output.out;
+}
+
+TEST(Help, OverviewNamesTheCommands) {
+  const std::string text = Help({"help"});
+  for (const char* command :
+       {"vesta train", "vesta refine", "vesta eval", "vesta render", "vesta bundle_adjust", "vesta help"}) {
+    EXPECT_THAT(text, HasSubstr(command));
+  }
+  EXPECT_EQ(Help({"--help"}), text);
+  EXPECT_EQ(Help({"-h"}), text);
+}
+
+TEST(Help, CommandListsItsFlagsAlone) {
+  const std::string train = Help({"help", "train"});
+  EXPECT_THAT(train, HasSubstr("--preset=fast|balanced|best|paper|paper_code"));
+  EXPECT_THAT(train, HasSubstr("--iterations=N"));
+  EXPECT_THAT(train, Not(HasSubstr("--truth")));
+  EXPECT_EQ(Help({"train", "--help"}), train);
+  EXPECT_EQ(Help({"train", "scene", "--out=x", "--help"}), train);
+
+  const std::string refine = Help({"help", "refine"});
+  EXPECT_THAT(refine, HasSubstr("--lm_iterations=N"));
+  EXPECT_THAT(refine, Not(HasSubstr("--iterations=N")));
+  EXPECT_THAT(Help({"help", "render"}), HasSubstr("--truth"));
+  EXPECT_THAT(Help({"help", "eval"}), HasSubstr("--json=FILE"));
+}
+
+}  // namespace
+}  // namespace vesta::test

@@ -1,0 +1,195 @@
+// The program from a scene to its results.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "problems/gaussian_splatting/io/ply.h"
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
+
+std::vector<std::string> Keys(const json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;
+}
+
+std::vector<std::string> FilesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+  return names;
+}
+
+class TinyTraining : public testing::Test {
+ protected:
+  TinyTraining() { WriteTinyScene(scene_); }
+
+  static std::string Ply(const std::string& out) { return out + "/point_cloud.ply"; }
+  static json Metrics(const std::string& out) { return json::parse(ReadFile(out + "/metrics.json")); }
+
+  ProgramOutput Train(const std::string& out, std::vector<std::string> flags) const {
+    flags.insert(flags.begin(), {"train", scene_, "--out=" + out});
+    return RunProgram(flags);
+  }
+
+  // What eval measures on the written model must be what its metrics.json says.
+  void ExpectEvalReproduces(const std::string& out) const {
+    const std::string file = folder_ / "eval.json";
+    const ProgramOutput output = RunProgram({"eval", Ply(out), scene_, "--json=" + file});
+    ASSERT_EQ(output.status, 0) << output.err;
+    const json eval = json::parse(ReadFile(file)), metrics = Metrics(out);
+    for (const char* split : {"test", "train"}) {
+      EXPECT_NEAR(eval[split]["psnr"], metrics[split]["psnr"].get<double>(), 0.01);
+      EXPECT_NEAR(eval[split]["ssim"], metrics[split]["ssim"].get<double>(), 0.001);
+    }
+    EXPECT_EQ(eval["gaussians"], metrics["gaussians"]);
+    EXPECT_EQ(eval["parameters"], metrics["parameters"]);
+  }
+
+  TempFolder folder_;
+  std::string scene_ = folder_ / "scene", out_ = folder_ / "new/out";
+};
+
+TEST_F(TinyTraining, WritesModelAndMetrics) {
+  const ProgramOutput output = Train(out_, {"--iterations=40", "--lm_iterations=2", "--seed=3", "--sh_degree=1"});
+  ASSERT_EQ(output.status, 0) << output.err;
+  EXPECT_EQ(output.err, "");
+  EXPECT_THAT(output.out, HasSubstr("8 views to train on, 2 to test; 60 points"));
+  EXPECT_THAT(output.out, HasSubstr("adam 40/40  cost "));
+  EXPECT_THAT(output.out, HasSubstr("lm   2/2  cost "));
+  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
+
+  const gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
+  EXPECT_EQ(model.sh_degree, 1);
+  EXPECT_TRUE(model.has_background);
+  const json metrics = Metrics(out_);
+  EXPECT_THAT(Keys(metrics), UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds",
+                                                  "peak_memory_mib", "device", "threads", "seed", "history"));
+  EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
+  EXPECT_EQ(metrics["gaussians"], model.count);
+  EXPECT_EQ(metrics["parameters"], model.count * 23);
+  EXPECT_EQ(metrics["seed"], 3);
+  EXPECT_EQ(metrics["device"], "cpu");
+  EXPECT_GT(metrics["peak_memory_mib"], 1.0);
+  ExpectEvalReproduces(out_);
+}
+
+TEST_F(TinyTraining, HistoryFollowsBothStages) {
+  ASSERT_EQ(Train(out_, {"--iterations=40", "--lm_iterations=2"}).status, 0);
+  const json metrics = Metrics(out_);
+  std::vector<int> lm_iterations;
+  int adam_rows = 0;
+  double seconds = metrics["seconds"]["load"];
+  for (const json& row : metrics["history"]) {
+    EXPECT_THAT(Keys(row), UnorderedElementsAre("stage", "iteration", "seconds", "cost", "train_psnr", "train_ssim",
+                                                "test_psnr", "test_ssim", "gaussians"));
+    EXPECT_GE(row["seconds"], seconds);
+    seconds = row["seconds"];
+    if (row["stage"] == "lm") {
+      lm_iterations.push_back(row["iteration"]);
+    } else {
+      ++adam_rows;
+    }
+  }
+  EXPECT_GE(adam_rows, 20);
+  EXPECT_THAT(lm_iterations, ElementsAre(0, 1, 2));
+  EXPECT_EQ(metrics["history"].back()["test_psnr"], metrics["test"]["psnr"]);
+  EXPECT_GE(metrics["seconds"]["adam"], metrics["seconds"]["load"]);
+  EXPECT_GE(metrics["seconds"]["lm"], metrics["seconds"]["adam"]);
+  EXPECT_GE(metrics["seconds"]["total"], metrics["seconds"]["lm"]);
+}
+
+TEST_F(TinyTraining, ThreadsDoNotChangeTheModel) {
+  const std::string one = folder_ / "one", two = folder_ / "two";
+  ASSERT_EQ(Train(one, {"--iterations=60", "--lm_iterations=2", "--threads=1"}).status, 0);
+  ASSERT_EQ(Train(two, {"--iterations=60", "--lm_iterations=2", "--threads=2"}).status, 0);
+  EXPECT_EQ(Metrics(two)["threads"], 2);
+  EXPECT_TRUE(ReadFile(Ply(one)) == ReadFile(Ply(two)));
+}
+
+TEST_F(TinyTraining, FixedModelKeepsThePoints) {
+  const std::string grown = folder_ / "grown";
+  ASSERT_EQ(Train(out_, {"--iterations=200", "--lm_iterations=0", "--fixed_model"}).status, 0);
+  ASSERT_EQ(Train(grown, {"--iterations=200", "--lm_iterations=0"}).status, 0);
+  EXPECT_EQ(Metrics(out_)["gaussians"], 60);
+  EXPECT_NE(Metrics(grown)["gaussians"], 60);
+}
+
+TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
+  ASSERT_EQ(Train(out_, {"--iterations=20", "--lm_iterations=0", "--background=0.25,0.5,1"}).status, 0);
+  EXPECT_THAT(gs::ReadSplatPly(Ply(out_)).background, ElementsAre(0.25f, 0.5f, 1.0f));
+  ExpectEvalReproduces(out_);
+  // Another one by flag gives other figures: the flag counts.
+  const std::string file = folder_ / "black.json";
+  ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--background=0,0,0", "--json", file}).status, 0);
+  EXPECT_NE(json::parse(ReadFile(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
+}
+
+TEST_F(TinyTraining, InterruptWritesWhatThereIs) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    Program program({"train", scene_, "--out=" + out_, "--iterations=20000"});
+    ASSERT_TRUE(program.WaitForOutput("adam  1000/20000")) << program.Wait().err;
+    program.Signal(signal);
+    const ProgramOutput output = program.Wait();
+    EXPECT_EQ(output.status, 130) << output.err;
+    EXPECT_THAT(output.out, HasSubstr("stopped early"));
+    EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
+    EXPECT_LT(Metrics(out_)["history"].back()["iteration"], 20000);
+    ExpectEvalReproduces(out_);
+  }
+}
+
+TEST_F(TinyTraining, TimeLimitEndsTheRunInGoodOrder) {
+  const ProgramOutput output = Train(out_, {"--iterations=10000000", "--time_limit=0.5"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("stopped early"));
+  ExpectEvalReproduces(out_);
+}
+
+TEST_F(TinyTraining, RefineLowersTheCost) {
+  ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0"}).status, 0);
+  const std::string refined = folder_ / "refined";
+  const ProgramOutput output = RunProgram({"refine", Ply(out_), scene_, "--out", refined, "--lm_iterations=2"});
+  ASSERT_EQ(output.status, 0) << output.err;
+  const json history = Metrics(refined)["history"];
+  ASSERT_EQ(history.size(), 3u);
+  EXPECT_NEAR(history[0]["test_psnr"], Metrics(out_)["test"]["psnr"].get<double>(), 1e-6);
+  EXPECT_LT(history[2]["cost"], history[0]["cost"]);
+  ExpectEvalReproduces(refined);
+}
+
+TEST_F(TinyTraining, RenderWritesTheTestViews) {
+  ASSERT_EQ(Train(out_, {"--iterations=5", "--lm_iterations=0"}).status, 0);
+  const std::string plain = folder_ / "plain", both = folder_ / "both";
+  ASSERT_EQ(RunProgram({"render", Ply(out_), scene_, "--out=" + plain}).status, 0);
+  ASSERT_EQ(RunProgram({"render", Ply(out_), scene_, "--out=" + both, "--truth"}).status, 0);
+  EXPECT_THAT(FilesIn(plain), UnorderedElementsAre("000.png", "008.png"));
+  EXPECT_THAT(FilesIn(both), UnorderedElementsAre("000.png", "008.png"));
+  const gs::Image truth = gs::LoadImage(scene_ + "/images/008.png");
+  const gs::Image render = gs::LoadImage(plain + "/008.png"), pair = gs::LoadImage(both + "/008.png");
+  ASSERT_EQ(pair.width, 2 * kTinyWidth);
+  ASSERT_EQ(pair.height, kTinyHeight);
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < kTinyHeight; ++y) {
+      for (int x = 0; x < kTinyWidth; ++x) {
+        const float* row = pair.plane(c) + y * pair.width;
+        ASSERT_EQ(row[x], render.plane(c)[y * kTinyWidth + x]);
+        ASSERT_EQ(row[kTinyWidth + x], truth.plane(c)[y * kTinyWidth + x]);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vesta::test

@@ -1,0 +1,61 @@
+// The shared formulas, called once each: host and device evaluate this same template, and the test compares them.
+#pragma once
+
+#include "kernels/gaussian_splatting/color.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/math/dual.h"
+
+namespace vesta::splat {
+
+inline constexpr int kDeviceMathOutputs = 66;
+
+// x: mean, log-scale, quaternion and opacity logit of a Gaussian, as in layout.h; dx: a direction. out: the projection,
+// the opacity, the view direction and the SH basis with their derivatives along dx, then the adjoint of the projection,
+// a colour and the adjoint of the colour by the mean.
+template <class S>
+VESTA_HD inline void EvaluateAll(const Camera<S>& camera, const S x[kGeometry], const S dx[kGeometry],
+                                 S out[kDeviceMathOutputs]) {
+  using D = Dual<S>;
+  const auto put = [&out](const D& value) { *out++ = value.v, *out++ = value.d; };
+  D dual[kGeometry];
+  for (int i = 0; i < kGeometry; ++i) dual[i] = D(x[i], dx[i]);
+
+  ProjectionState<D> dual_state;
+  const SplatShape<D> moved = Project(camera, dual + kMean, dual + kLogScale, dual + kQuaternion, dual_state);
+  put(moved.u), put(moved.v), put(moved.r), put(moved.s), put(moved.beta);
+  put(Sigmoid(dual[kOpacity]));
+  D dual_view[3], dual_basis[16];
+  ViewDirection(camera, dual + kMean, dual_view);
+  for (const D& component : dual_view) put(component);
+  ShBasis<3>(dual_view[0], dual_view[1], dual_view[2], dual_basis);
+  for (const D& value : dual_basis) put(value);
+
+  ProjectionState<S> state;
+  const SplatShape<S> shape = Project(camera, x + kMean, x + kLogScale, x + kQuaternion, state);
+  const SplatShape<S> tangent = {moved.u.d, moved.v.d, moved.r.d, moved.s.d, moved.beta.d};
+  S w[kLambda], log_scale_bar[3], quaternion_bar[4], mean_bar[3];
+  WhitenTangent(shape, tangent, w);
+  ProjectAdjoint(camera, x + kQuaternion, state, shape, w, mean_bar, log_scale_bar, quaternion_bar);
+  for (const S value : mean_bar) *out++ = value;
+  for (const S value : log_scale_bar) *out++ = value;
+  for (const S value : quaternion_bar) *out++ = value;
+
+  S view[3], basis[16], color[3];
+  const S inv_distance = ViewDirection(camera, x + kMean, view);
+  ShBasis<3>(view[0], view[1], view[2], basis);
+  const auto sh = [dx](int a) { return dx[a % kGeometry]; };
+  ShColor<3>(basis, sh, color);
+  for (S& value : mean_bar) value = S(0);
+  ShColorMeanAdjoint<3>(view, inv_distance, sh, color, mean_bar);
+  for (const S value : color) *out++ = value;
+  for (const S value : mean_bar) *out++ = value;
+}
+
+// True where a GPU can run this program's device code.
+bool HasDevice();
+
+// EvaluateAll on the device. Returns CUDA's message when a call fails, else nullptr.
+template <class S>
+const char* EvaluateAllOnDevice(const Camera<S>& camera, const S* x, const S* dx, S* out);
+
+}  // namespace vesta::splat

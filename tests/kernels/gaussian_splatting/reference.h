@@ -1,0 +1,179 @@
+// A slow, plain rasterizer in double precision: every pixel against every Gaussian, textbook formulas, nothing shared
+// with the kernels but the parameter layout and the constants of the method. A template, so that ceres::Jet gives the
+// exact derivative under the same decisions.
+#pragma once
+
+#include <ceres/jet.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "kernels/core/span.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/types.h"
+#include "tests/support/legendre.h"
+
+namespace vesta::splat::reference {
+
+inline double Value(double x) { return x; }
+template <class T, int N>
+double Value(const ceres::Jet<T, N>& x) {
+  return x.a;
+}
+
+// One Gaussian on the screen: mean, conic (a b; b c), opacity, colour. float_depth orders, ties by index.
+template <class T>
+struct ScreenGaussian {
+  T u, v, a, b, c, opacity;
+  std::array<T, 3> color;
+  float float_depth;
+  int index;
+  bool seen;
+};
+
+// R of a quaternion divided by its norm.
+template <class T>
+void Rotation(const T* q, T R[3][3]) {
+  using std::sqrt;
+  const T norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  const T w = q[0] / norm, x = q[1] / norm, y = q[2] / norm, z = q[3] / norm;
+  R[0][0] = w * w + x * x - y * y - z * z, R[0][1] = 2.0 * (x * y - w * z), R[0][2] = 2.0 * (x * z + w * y);
+  R[1][0] = 2.0 * (x * y + w * z), R[1][1] = w * w - x * x + y * y - z * z, R[1][2] = 2.0 * (y * z - w * x);
+  R[2][0] = 2.0 * (x * z - w * y), R[2][1] = 2.0 * (y * z + w * x), R[2][2] = w * w - x * x - y * y + z * z;
+}
+
+// p: the attributes of one Gaussian, in the order of layout.h.
+template <class T>
+ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PinholeView& view) {
+  using std::exp, std::sqrt;
+  ScreenGaussian<T> g{};
+  T t[3], R[3][3], covariance[3][3], J[2][3], JW[2][3], screen[2][2];
+  for (int i = 0; i < 3; ++i) {
+    t[i] = view.R[3 * i] * p[kMean] + view.R[3 * i + 1] * p[kMean + 1] + view.R[3 * i + 2] * p[kMean + 2] + view.T[i];
+  }
+  if (!(Value(t[2]) > view.near)) return g;
+  g.float_depth = static_cast<float>(Value(t[2]));
+  Rotation(p + kQuaternion, R);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      covariance[i][j] = T(0.0);
+      for (int k = 0; k < 3; ++k) covariance[i][j] += R[i][k] * exp(2.0 * p[kLogScale + k]) * R[j][k];
+    }
+  }
+  const auto clamp = [](const T& x, double lo, double hi) { return x < T(lo) ? T(lo) : x > T(hi) ? T(hi) : x; };
+  const T x = clamp(t[0] / t[2], (-0.15 * view.width - view.cx) / view.fx, (1.15 * view.width - view.cx) / view.fx);
+  const T y = clamp(t[1] / t[2], (-0.15 * view.height - view.cy) / view.fy, (1.15 * view.height - view.cy) / view.fy);
+  J[0][0] = view.fx / t[2], J[0][1] = T(0.0), J[0][2] = -view.fx * x / t[2];
+  J[1][0] = T(0.0), J[1][1] = view.fy / t[2], J[1][2] = -view.fy * y / t[2];
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      JW[i][j] = J[i][0] * view.R[j] + J[i][1] * view.R[3 + j] + J[i][2] * view.R[6 + j];
+    }
+  }
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      screen[i][j] = T(i == j ? 0.3 : 0.0);
+      for (int k = 0; k < 3; ++k) {
+        for (int l = 0; l < 3; ++l) screen[i][j] += JW[i][k] * covariance[k][l] * JW[j][l];
+      }
+    }
+  }
+  const T det = screen[0][0] * screen[1][1] - screen[0][1] * screen[0][1];
+  g.a = screen[1][1] / det, g.b = -screen[0][1] / det, g.c = screen[0][0] / det;
+  g.u = view.fx * t[0] / t[2] + view.cx, g.v = view.fy * t[1] / t[2] + view.cy;
+  g.opacity = 1.0 / (1.0 + exp(-p[kOpacity]));
+
+  T direction[3], basis[16];
+  for (int i = 0; i < 3; ++i) direction[i] = p[kMean + i] - view.centre[i];
+  const T distance = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
+  for (T& d : direction) d = d / distance;
+  test::LegendreShBasis(active_sh_degree, direction, basis);
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    g.color[channel] = T(0.5);
+    for (int k = 0; k < (active_sh_degree + 1) * (active_sh_degree + 1); ++k) {
+      g.color[channel] += basis[k] * p[kSh + 3 * k + static_cast<int>(channel)];
+    }
+    if (g.color[channel] < T(0.0)) g.color[channel] = T(0.0);
+  }
+  g.seen = true;
+  return g;
+}
+
+template <class T>
+struct Image {
+  std::vector<T> color;  // planar, as the kernels write it
+  // Per pixel: how near a decision came to going the other way, the smallest |alpha 255 - 1| and
+  // |T (1 - alpha) / 1e-4 - 1| met.
+  std::vector<double> margin;
+  std::vector<int> blended;    // per pixel: number of splats blended
+  int capped = 0, closed = 0;  // over all pixels: alphas at the cap, pixels closed
+  // Per Gaussian: how much worse its derivatives by alpha are conditioned than its colour's, when what lies behind it
+  // is formed as a difference of images: root mean squares of alpha / (1 - alpha) over alpha T, over the pixels it
+  // blends. And the same over all Gaussians.
+  std::vector<double> condition;
+  double condition_of_all = 1;
+};
+
+// x: a model in the layout of layout.h with `count` Gaussians.
+template <class T>
+Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const PinholeView& view,
+                const double background[3]) {
+  using std::exp;
+  const int attributes = static_cast<int>(x.size()) / count;
+  std::vector<ScreenGaussian<T>> gaussians;
+  for (int i = 0; i < count; ++i) {
+    std::vector<T> p(static_cast<std::size_t>(attributes));
+    for (int a = 0; a < attributes; ++a)
+      p[static_cast<std::size_t>(a)] = x[static_cast<std::size_t>(Index{a} * count + i)];
+    gaussians.push_back(ProjectGaussian(p.data(), active_sh_degree, view));
+    gaussians.back().index = i;
+  }
+  std::erase_if(gaussians, [](const ScreenGaussian<T>& g) { return !g.seen; });
+  std::stable_sort(gaussians.begin(), gaussians.end(),
+                   [](const auto& a, const auto& b) { return a.float_depth < b.float_depth; });
+
+  const int pixels = view.width * view.height;
+  Image<T> image;
+  image.color.resize(static_cast<std::size_t>(Index{3} * pixels));
+  std::vector<double> noise(static_cast<std::size_t>(count)), signal(noise.size());
+  for (int pixel = 0; pixel < pixels; ++pixel) {
+    T color[3] = {T(0.0), T(0.0), T(0.0)}, transmittance(1.0);
+    double margin = HUGE_VAL;
+    int blended = 0;
+    const int column = pixel % view.width, row = pixel / view.width;
+    for (const ScreenGaussian<T>& g : gaussians) {
+      const T dx = column + 0.5 - g.u, dy = row + 0.5 - g.v;
+      T alpha = g.opacity * exp(-0.5 * (g.a * dx * dx + 2.0 * g.b * dx * dy + g.c * dy * dy));
+      margin = std::min(margin, std::abs(Value(alpha) * 255 - 1));
+      if (Value(alpha) < 1.0 / 255) continue;
+      if (Value(alpha) > 0.99) alpha = T(0.99), ++image.capped;
+      const T next = transmittance * (1.0 - alpha);
+      margin = std::min(margin, std::abs(Value(next) / 1e-4 - 1));
+      if (Value(next) < 1e-4) {
+        ++image.closed;
+        break;
+      }
+      for (std::size_t c = 0; c < 3; ++c) color[c] += g.color[c] * alpha * transmittance;
+      const double a = Value(alpha), in_front = Value(transmittance);
+      noise[static_cast<std::size_t>(g.index)] += a * a / ((1 - a) * (1 - a));
+      signal[static_cast<std::size_t>(g.index)] += a * a * in_front * in_front;
+      transmittance = next;
+      ++blended;
+    }
+    for (int c = 0; c < 3; ++c) {
+      image.color[static_cast<std::size_t>(Index{c} * pixels + pixel)] = color[c] + transmittance * background[c];
+    }
+    image.margin.push_back(margin);
+    image.blended.push_back(blended);
+  }
+  const auto ratio = [](double above, double below) { return below > 0 ? std::sqrt(above / below) : 1; };
+  for (std::size_t i = 0; i < noise.size(); ++i) image.condition.push_back(ratio(noise[i], signal[i]));
+  image.condition_of_all =
+      ratio(std::accumulate(noise.begin(), noise.end(), 0.0), std::accumulate(signal.begin(), signal.end(), 0.0));
+  return image;
+}
+
+}  // namespace vesta::splat::reference

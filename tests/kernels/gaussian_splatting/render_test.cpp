@@ -1,0 +1,163 @@
+// Images against the slow reference.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tests/kernels/gaussian_splatting/reference.h"
+#include "tests/support/splat_scenes.h"
+
+namespace vesta::splat {
+namespace {
+
+using test::RenderedView;
+using test::Scene;
+using test::SceneOptions;
+
+constexpr std::uint64_t kSeeds = 3;
+
+reference::Image<double> Reference(const Scene& scene) {
+  return reference::Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
+}
+
+class Rendering : public testing::TestWithParam<SceneOptions> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, Rendering, testing::ValuesIn(test::SceneKinds()),
+                         [](const auto& param) { return param.param.name; });
+
+TEST_P(Rendering, DoubleIsTheReference) {
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const Scene scene = test::RandomScene(GetParam(), seed);
+    const reference::Image<double> expected = Reference(scene);
+    const RenderedView<double> rendered(scene);
+    const std::size_t pixels = expected.margin.size();
+    for (std::size_t i = 0; i < rendered.image.size(); ++i) {
+      if (expected.margin[i % pixels] < 1e-9) continue;
+      ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-9) << "seed " << seed << ", entry " << i;
+    }
+  }
+}
+
+// In float a decision may fall the other way where it is within rounding of its threshold. Those pixels are few, and
+// what a decision moves is bounded: the floor drops a weight under 1/255, the stop one under 0.99 * 0.01.
+TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
+  constexpr double kBand = 1e-3, kTolerance = 1e-4, kFlip = 0.012;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const Scene scene = test::RandomScene(GetParam(), seed);
+    const reference::Image<double> expected = Reference(scene);
+    const RenderedView<float> rendered(scene);
+    const std::size_t pixels = expected.margin.size();
+    double brightest = 1;
+    for (const Splat<float>& splat : rendered.view.splats()) {
+      for (const float c : splat.color) brightest = std::max<double>(brightest, c);
+    }
+    int flips = 0;
+    for (std::size_t i = 0; i < rendered.image.size(); ++i) {
+      const double error = std::abs(rendered.image[i] - expected.color[i]);
+      if (error <= kTolerance) continue;
+      ASSERT_LT(expected.margin[i % pixels], kBand) << "seed " << seed << ", entry " << i << ", error " << error;
+      ASSERT_LE(error, kFlip * brightest) << "seed " << seed << ", entry " << i;
+      ++flips;
+    }
+    EXPECT_LE(flips, static_cast<int>(rendered.image.size() / 100));
+  }
+}
+
+// The scenes do what their names say, so the operators' tests on them mean something.
+TEST(Scenes, ReachTheDecisionsTheyAreFor) {
+  for (const SceneOptions& options : test::SceneKinds()) {
+    const reference::Image<double> image = Reference(test::RandomScene(options, 0));
+    if (options.name == "CappedAndClosed") {
+      EXPECT_GT(image.capped, 10);
+      EXPECT_GT(image.closed, 100);
+    }
+    if (options.name == "AllOpaque") {
+      EXPECT_GT(image.capped, 50);
+      EXPECT_GT(image.closed, 100);
+    }
+    if (options.name == "ManyLayers") {
+      EXPECT_GT(image.closed, 100);
+      EXPECT_GE(*std::max_element(image.blended.begin(), image.blended.end()), 50);
+    }
+    EXPECT_GT(*std::max_element(image.blended.begin(), image.blended.end()), 0) << options.name;
+  }
+}
+
+TEST(Rendering, WithoutGaussiansIsTheBackground) {
+  SceneOptions options;
+  options.count = 0;
+  const RenderedView<float> rendered(test::RandomScene(options, 0));
+  const std::size_t pixels = rendered.image.size() / 3;
+  for (std::size_t i = 0; i < rendered.image.size(); ++i) {
+    EXPECT_EQ(rendered.image[i], static_cast<float>(Scene().background[i / pixels]));
+  }
+}
+
+// Equal depths: the Gaussian of lower index is in front.
+TEST(Rendering, EqualDepthsKeepTheOrderOfIndices) {
+  SceneOptions options;
+  options.sh_degree = 0, options.count = 12, options.sigma_min = 5, options.border = 0;
+  Scene scene = test::RandomScene(options, 4);
+  for (int i = 1; i < scene.count; ++i) {
+    for (int k = 0; k < 3; ++k) scene.At(kMean + k, i) = scene.At(kMean + k, 0);
+  }
+  const reference::Image<double> expected = Reference(scene);
+  const RenderedView<double> rendered(scene);
+  for (std::size_t i = 0; i < rendered.image.size(); ++i) {
+    ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-9) << i;
+  }
+  for (int i = 0; i < scene.count; ++i) EXPECT_EQ(rendered.view.rank_of()[i], i);
+}
+
+TEST(Rendering, LowerActiveDegreeIgnoresTheBandsAbove) {
+  SceneOptions options;
+  for (int active = 0; active <= 3; ++active) {
+    Scene scene = test::RandomScene(options, 5);
+    scene.active_sh_degree = active;
+    const reference::Image<double> expected = Reference(scene);
+    const RenderedView<double> rendered(scene);
+    for (std::size_t i = 0; i < rendered.image.size(); ++i) {
+      ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-9) << active;
+    }
+  }
+}
+
+// A parameter that is not a number leaves its Gaussian out and touches nothing else; infinite and enormous ones leave
+// everything finite. In both precisions, in products with J and its transpose as well.
+template <class S>
+void CheckPoison() {
+  SceneOptions options;
+  options.count = 19;
+  options.sigma_min = 3;
+  const Scene clean = test::RandomScene(options, 6);
+  const int attributes = NumAttributes(options.sh_degree);
+  constexpr int kVictim = 9;
+  Scene without = clean;
+  without.At(kOpacity, kVictim) = -100;
+  const RenderedView<S> expected(without);
+  test::Random random(8);
+  for (int attribute = 0; attribute < attributes; ++attribute) {
+    for (const double poison : {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL, 1e30, -1e30, 1e-42}) {
+      SCOPED_TRACE(testing::Message() << "attribute " << attribute << " = " << poison);
+      Scene scene = clean;
+      scene.At(attribute, kVictim) = poison;
+      RenderedView<S> rendered(scene);
+      if (std::isnan(poison)) {
+        ASSERT_EQ(rendered.view.rank_of()[kVictim], -1);
+        ASSERT_EQ(rendered.image, expected.image);
+      }
+      const auto all_finite = [](const std::vector<S>& v) {
+        return std::all_of(v.begin(), v.end(), [](S value) { return std::isfinite(value); });
+      };
+      ASSERT_TRUE(all_finite(rendered.image));
+      ASSERT_TRUE(all_finite(rendered.ApplyJ(random.NormalVector<S>(scene.x.size()))));
+      ASSERT_TRUE(all_finite(rendered.ApplyJT(random.NormalVector<S>(rendered.image.size()))));
+    }
+  }
+}
+
+TEST(Rendering, BadNumbersStayOutInFloat) { CheckPoison<float>(); }
+TEST(Rendering, BadNumbersStayOutInDouble) { CheckPoison<double>(); }
+
+}  // namespace
+}  // namespace vesta::splat

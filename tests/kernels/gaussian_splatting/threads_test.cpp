@@ -1,0 +1,47 @@
+// The same bits for any number of threads.
+#include <gtest/gtest.h>
+
+#include "kernels/core/parallel.h"
+#include "tests/support/splat_scenes.h"
+
+namespace vesta::splat {
+namespace {
+
+template <class S>
+std::vector<std::vector<S>> Everything(const test::Scene& scene) {
+  test::RenderedView<S> rendered(scene);
+  test::Random random(60);
+  const std::vector<S> v = random.NormalVector<S>(scene.x.size());
+  const std::vector<S> u = random.NormalVector<S>(rendered.image.size());
+  std::vector<S> omega = u;
+  for (S& value : omega) value *= value;
+  std::vector<S> blocks(static_cast<std::size_t>(Index{kGeometry * (kGeometry + 1) / 2} * scene.count));
+  std::vector<S> sh_diagonal(scene.x.size() - static_cast<std::size_t>(Index{kSh} * scene.count));
+  rendered.view.AddGram(rendered.model, rendered.image.data(), omega.data(), blocks.data(), sh_diagonal.data(),
+                        rendered.workspace);
+  return {rendered.image, rendered.ApplyJ(v), rendered.ApplyJT(u), blocks, sh_diagonal};
+}
+
+template <class S>
+void CheckThreads(int count) {
+  test::SceneOptions options;
+  options.width = 90, options.height = 70, options.count = count, options.sh_degree = 1;
+  options.sigma_min = 0.5, options.sigma_max = 4;
+  const test::Scene scene = test::RandomScene(options, 61);
+  const int before = NumThreads();
+  SetNumThreads(1);
+  const std::vector<std::vector<S>> expected = Everything<S>(scene);
+  for (const int threads : {2, 3}) {
+    SetNumThreads(threads);
+    // Equal as numbers, and none of them NaN, is equal as bits but for the sign of zeros.
+    EXPECT_TRUE(Everything<S>(scene) == expected) << threads;
+  }
+  SetNumThreads(before);
+}
+
+// More Gaussians than one task takes, and enough splats that several slices fill the tiles.
+TEST(SplatThreads, FloatIsBitIdenticalForAnyNumber) { CheckThreads<float>(10000); }
+TEST(SplatThreads, DoubleIsBitIdenticalForAnyNumber) { CheckThreads<double>(3000); }
+
+}  // namespace
+}  // namespace vesta::splat

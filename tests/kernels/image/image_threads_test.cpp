@@ -1,0 +1,77 @@
+// Every operator gives the same bits for any number of threads, and nearly the same for any instruction set.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "kernels/core/parallel.h"
+#include "kernels/image/metrics.h"
+#include "kernels/image/photometric_loss.h"
+#include "kernels/image/ssim_jacobian.h"
+#include "tests/kernels/image/reference.h"
+
+namespace vesta {
+namespace {
+
+constexpr ImageShape kShape{.width = 53, .height = 47};
+
+// All that the room computes in float for one pair of images.
+std::vector<HostBuffer<float>> EverythingFor(Isa isa) {
+  const Index n = kShape.NumValues();
+  const auto x = reference::RandomImage<float>(kShape, 61), y = reference::RandomImage<float>(kShape, 62);
+  const auto v = reference::RandomImage<float>(kShape, 63, -1.0, 1.0);
+  std::vector<HostBuffer<float>> results;
+  const auto out = [&]() -> HostBuffer<float>& { return results.emplace_back(n); };
+  results.reserve(7);
+
+  PhotometricLoss<float> loss({}, isa);
+  PhotometricLinearization<float> w;
+  const PhotometricValue value = loss.Linearize(x, y, kShape, out(), w);
+  loss.ApplyW(w, v, out());
+  loss.ExactDiagonal(w, out());
+  SsimJacobian<float> jacobian(isa);
+  jacobian.Linearize(x, y, kShape, out());
+  jacobian.Apply(v, out());
+  jacobian.ApplyAdjoint(v, out());
+  HostBuffer<float>& scalars = results.emplace_back(4);
+  scalars[0] = static_cast<float>(value.cost);
+  scalars[1] = static_cast<float>(value.objective);
+  const ImageQuality quality = ImageQualityMeter().Measure(x, y, kShape);
+  scalars[2] = static_cast<float>(quality.psnr);
+  scalars[3] = static_cast<float>(quality.ssim);
+  return results;
+}
+
+TEST(ImageThreads, AnyNumberGivesTheSameBits) {
+  SetNumThreads(1);
+  const auto one = EverythingFor(ActiveIsa());
+  for (const int threads : {2, 3, 5}) {
+    SetNumThreads(threads);
+    const auto many = EverythingFor(ActiveIsa());
+    for (std::size_t k = 0; k < one.size(); ++k) {
+      for (Index i = 0; i < one[k].size(); ++i) ASSERT_EQ(one[k][i], many[k][i]) << threads << " threads, result " << k;
+    }
+  }
+  SetNumThreads(0);
+}
+
+TEST(ImageInstructionSets, AgreeWithTheBaseline) {
+  const auto want = EverythingFor(Isa::kBaseline);
+  int compared = 0;
+  for (const Isa isa : {Isa::kAvx2, Isa::kAvx512}) {
+    if (!IsaAvailable(isa)) continue;
+    ++compared;
+    const auto got = EverythingFor(isa);
+    for (std::size_t k = 0; k < want.size(); ++k) {
+      const double scale = reference::MaxAbs(want[k]);
+      for (Index i = 0; i < want[k].size(); ++i) {
+        ASSERT_NEAR(static_cast<double>(got[k][i]), static_cast<double>(want[k][i]), 2e-5 * scale)
+            << IsaName(isa) << ", result " << k;
+      }
+    }
+  }
+  if (compared == 0) GTEST_SKIP() << "this CPU has only the baseline instruction set";
+}
+
+}  // namespace
+}  // namespace vesta

@@ -1,0 +1,177 @@
+#include "problems/gaussian_splatting/train/adam.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/gaussian_splatting/layout.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/random.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr double kExtent = 2.5;
+
+TEST(Adam, RatesFollowTheLayout) {
+  const LearningRates rates;
+  EXPECT_EQ(RateOf(rates, splat::kMean + 2, kExtent), rates.position * kExtent);
+  EXPECT_EQ(RateOf(rates, splat::kLogScale, kExtent), rates.log_scale);
+  EXPECT_EQ(RateOf(rates, splat::kLogScale + 2, kExtent), rates.log_scale);
+  EXPECT_EQ(RateOf(rates, splat::kQuaternion + 3, kExtent), rates.quaternion);
+  EXPECT_EQ(RateOf(rates, splat::kOpacity, kExtent), rates.opacity);
+  EXPECT_EQ(RateOf(rates, splat::kSh + 2, kExtent), rates.sh_dc);
+  EXPECT_EQ(RateOf(rates, splat::kSh + 3, kExtent), rates.sh_rest);
+}
+
+// The first step is the rate against the sign of the gradient, whatever its size.
+TEST(Adam, FirstStepIsTheRate) {
+  SplatModel model;
+  model.Resize(1, 3);
+  std::vector<float> gradient(model.data.size());
+  const float values[] = {1e-6f, -1e5f, 0.0f};
+  for (std::size_t k = 0; k < gradient.size(); ++k) gradient[k] = values[k % 3];
+  Adam adam({}, kExtent);
+  adam.Step(model, gradient.data(), model.num_attributes(), 2.0);
+  for (int a = 0; a < model.num_attributes(); ++a) {
+    const double step = 2 * RateOf({}, a, kExtent);
+    EXPECT_NEAR(model.attribute(a)[0], -step, 1e-6 * step);
+    EXPECT_NEAR(model.attribute(a)[1], step, 1e-6 * step);
+    EXPECT_EQ(model.attribute(a)[2], 0);
+  }
+}
+
+// Kingma and Ba's algorithm 1 in double, for one parameter.
+class PlainAdam {
+ public:
+  double Step(double gradient, double rate) {
+    ++steps_;
+    first_ = 0.9 * first_ + 0.1 * gradient;
+    second_ = 0.999 * second_ + 0.001 * gradient * gradient;
+    return -rate * (first_ / (1 - std::pow(0.9, steps_))) / std::sqrt(second_ / (1 - std::pow(0.999, steps_)));
+  }
+
+ private:
+  double first_ = 0, second_ = 0;
+  int steps_ = 0;
+};
+
+TEST(Adam, FollowsThePlainAlgorithm) {
+  SplatModel model;
+  model.Resize(0, 5000);  // more than one task
+  vesta::test::Random random(1);
+  std::vector<PlainAdam> plain(model.data.size());
+  std::vector<double> expected(model.data.size());
+  Adam adam({}, kExtent);
+  for (int step = 0; step < 50; ++step) {
+    // Gradients with a mean, so that the moved distances do not cancel.
+    std::vector<float> gradient = random.NormalVector<float>(model.data.size());
+    for (float& value : gradient) value = 1e3f * (value + 1.5f);
+    const double factor = std::pow(0.98, step);
+    adam.Step(model, gradient.data(), model.num_attributes(), factor);
+    for (std::size_t k = 0; k < plain.size(); ++k) {
+      const double rate = factor * RateOf({}, static_cast<int>(k / 5000), kExtent);
+      expected[k] += plain[k].Step(gradient[k], rate);
+    }
+  }
+  for (std::size_t k = 0; k < plain.size(); ++k) {
+    ASSERT_NEAR(model.data[k], expected[k], 1e-5 * std::abs(expected[k])) << k;
+  }
+}
+
+// Attributes past the active ones stay where they are.
+TEST(Adam, MovesActiveAttributesOnly) {
+  SplatModel model = test::RandomModel(4, 2, 2);
+  const SplatModel before = model;
+  const std::vector<float> gradient(model.data.size(), 1.0f);
+  Adam adam({}, kExtent);
+  adam.Step(model, gradient.data(), splat::NumAttributes(1), 1);
+  for (int a = 0; a < model.num_attributes(); ++a) {
+    for (Index i = 0; i < model.count; ++i) {
+      EXPECT_EQ(model.attribute(a)[i] != before.attribute(a)[i], a < splat::NumAttributes(1)) << a;
+    }
+  }
+}
+
+// By how much the opacity of Gaussian i moves in a step with this gradient everywhere.
+float MoveOfOpacity(Adam& adam, SplatModel& model, float gradient, Index i) {
+  const float before = model.attribute(splat::kOpacity)[i];
+  const std::vector<float> all(model.data.size(), gradient);
+  adam.Step(model, all.data(), model.num_attributes(), 1);
+  return model.attribute(splat::kOpacity)[i] - before;
+}
+
+TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
+  SplatModel model;
+  model.Resize(0, 2);
+  Adam adam({}, kExtent), reference({}, kExtent);
+  SplatModel same = model;
+  // Gaussian 0 is pushed one way, Gaussian 1 the other.
+  std::vector<float> gradient(model.data.size());
+  for (std::size_t k = 0; k < gradient.size(); ++k) gradient[k] = k % 2 == 0 ? 1.0f : -1.0f;
+  for (int step = 0; step < 5; ++step) {
+    adam.Step(model, gradient.data(), model.num_attributes(), 1);
+    reference.Step(same, gradient.data(), same.num_attributes(), 1);
+  }
+  // 1 keeps its moments twice, 0 comes without.
+  adam.Rearrange({1, 0, 1}, {true, false, true}, model.num_attributes());
+  model.data = GatherRows(model.data, model.count, model.num_attributes(), {1, 0, 1});
+  model.count = 3;
+  EXPECT_EQ(model.attribute(splat::kOpacity)[0], same.attribute(splat::kOpacity)[1]);
+  EXPECT_EQ(model.attribute(splat::kOpacity)[1], same.attribute(splat::kOpacity)[0]);
+  const SplatModel before = model;
+  const std::vector<float> none(model.data.size(), 0.0f);
+  adam.Step(model, none.data(), model.num_attributes(), 1);
+  reference.Step(same, none.data(), same.num_attributes(), 1);
+  for (int a = 0; a < model.num_attributes(); ++a) {
+    EXPECT_EQ(model.attribute(a)[0], same.attribute(a)[1]);
+    EXPECT_EQ(model.attribute(a)[1], before.attribute(a)[1]) << "no moment, no gradient, no move";
+    EXPECT_EQ(model.attribute(a)[2], same.attribute(a)[1]);
+    EXPECT_NE(model.attribute(a)[0], before.attribute(a)[0]);
+  }
+}
+
+TEST(Adam, ResetForgetsOneAttribute) {
+  SplatModel model;
+  model.Resize(0, 2);
+  Adam adam({}, kExtent);
+  MoveOfOpacity(adam, model, 1.0f, 0);
+  adam.Reset(splat::kOpacity);
+  const SplatModel before = model;
+  EXPECT_EQ(MoveOfOpacity(adam, model, 0.0f, 0), 0);
+  EXPECT_NE(model.attribute(splat::kMean)[0], before.attribute(splat::kMean)[0]);
+}
+
+TEST(Adam, RearrangeAndResetBeforeTheFirstStepDoNothing) {
+  SplatModel model;
+  model.Resize(0, 2);
+  Adam adam({}, kExtent);
+  adam.Rearrange({0, 1}, {true, false}, model.num_attributes());
+  adam.Reset(splat::kOpacity);
+  EXPECT_NEAR(MoveOfOpacity(adam, model, 1.0f, 1), -LearningRates().opacity, 1e-7);
+}
+
+TEST(Adam, UnseenParametersStayForever) {
+  SplatModel model = test::RandomModel(3, 0, 3);
+  SplatModel before = model;
+  const std::vector<float> none(model.data.size(), 0.0f);
+  Adam adam({}, kExtent);
+  for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
+  EXPECT_EQ(model.data, before.data);
+  // And those that are no longer seen come to rest.
+  MoveOfOpacity(adam, model, 1e-3f, 0);
+  for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
+  before = model;
+  EXPECT_EQ(MoveOfOpacity(adam, model, 0.0f, 0), 0);
+  EXPECT_EQ(model.data, before.data);
+  for (const float value : model.data) EXPECT_TRUE(std::isfinite(value));
+}
+
+TEST(Adam, GatherRowsTakesRowsOfEveryAttribute) {
+  const std::vector<float> data = {1, 2, 3, 10, 20, 30};
+  EXPECT_EQ(GatherRows(data, 3, 2, {2, 2, 0, 1}), (std::vector<float>{3, 3, 1, 2, 30, 30, 10, 20}));
+  EXPECT_TRUE(GatherRows(data, 3, 2, {}).empty());
+}
+
+}  // namespace
+}  // namespace vesta::gs

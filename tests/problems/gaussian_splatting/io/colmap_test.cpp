@@ -1,0 +1,91 @@
+#include "problems/gaussian_splatting/io/colmap.h"
+
+#include "tests/problems/gaussian_splatting/io/test_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+class ColmapFormats : public testing::TestWithParam<ColmapFormat> {};
+INSTANTIATE_TEST_SUITE_P(All, ColmapFormats, testing::Values(ColmapFormat::kBinary, ColmapFormat::kText));
+
+TEST_P(ColmapFormats, RoundTripIsExact) {
+  const TempFolder folder;
+  const ColmapModel model = ExampleModel();
+  WriteColmapModel(model, folder / "sparse/0", GetParam());
+  ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
+}
+
+TEST(Colmap, ReadsTheObservationsOfABinaryModelAway) {
+  const TempFolder folder;
+  ColmapModel model = ExampleModel();
+  model.images.resize(1);
+  model.points.resize(1);
+  WriteColmapModel(model, folder.path(), ColmapFormat::kBinary);
+  // Two 2-D points of the image, one track element of the point, in place of their zero counts.
+  std::string images = ReadBytes(folder / "images.bin");
+  images.replace(images.size() - 8, 8, std::string("\2\0\0\0\0\0\0\0", 8) + std::string(48, 'o'));
+  WriteBytes(folder / "images.bin", images);
+  std::string points = ReadBytes(folder / "points3D.bin");
+  points.replace(points.size() - 8, 8, std::string("\1\0\0\0\0\0\0\0", 8) + std::string(8, 't'));
+  WriteBytes(folder / "points3D.bin", points);
+  ExpectSameModel(ReadColmapModel(folder.path()), model);
+}
+
+// As COLMAP itself prints: comments, observations, tracks, \r\n.
+TEST(Colmap, ReadsTextOfOtherHands) {
+  const TempFolder folder;
+  WriteBytes(folder / "cameras.txt", "# Camera list\r\n#\r\n\r\n1 SIMPLE_PINHOLE 60 40 50.5 30 20\r\n");
+  WriteBytes(
+      folder / "images.txt",
+      "# Image list\n2 1 0 0 0 0.5 0 -1 1 one.jpg\n1.5 2.5 7 8.5 9.5 -1\n5 1 0 0 0 0 0 0 1 name with space.png\n\n"
+      "3 0 1 0 0 0 0 0 1 two.jpg");
+  WriteBytes(folder / "points3D.txt", "7 1 2 3 10 20 30 0.5 2 0 5 1\n");
+  const ColmapModel model = ReadColmapModel(folder.path());
+  ASSERT_EQ(model.images.size(), 3u);
+  EXPECT_EQ(model.images[0].name, "one.jpg");
+  EXPECT_EQ(model.images[0].translation, (std::array<double, 3>{0.5, 0, -1}));
+  EXPECT_EQ(model.images[1].name, "name with space.png");
+  EXPECT_EQ(model.images[2].rotation, (std::array<double, 4>{0, 1, 0, 0}));
+  EXPECT_EQ(model.cameras[0].camera.fy, 50.5);
+  EXPECT_EQ(model.cameras[0].camera.cy, 20);
+  EXPECT_EQ(model.points[0].color, (std::array<std::uint8_t, 3>{10, 20, 30}));
+}
+
+TEST(Colmap, SceneHasNormalisedPosesSortedByName) {
+  const TempFolder folder;
+  WriteColmapModel(ExampleModel(), folder / "sparse/0", ColmapFormat::kBinary);
+  const Scene scene = ReadColmapScene(folder.path(), "images_2");
+  ASSERT_EQ(scene.views.size(), 3u);
+  EXPECT_EQ(scene.views[0].name, "a 1.jpg");
+  EXPECT_EQ(scene.views[0].image_path, folder / "images_2/a 1.jpg");
+  EXPECT_EQ(scene.views[0].camera.width, 30);
+  EXPECT_TRUE(scene.views[0].is_test);
+  EXPECT_FALSE(scene.views[1].is_test || scene.views[2].is_test);
+  for (const View& view : scene.views) {
+    const auto& r = view.rotation;
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 3; ++b) {
+        const double dot = r[3 * a] * r[3 * b] + r[3 * a + 1] * r[3 * b + 1] + r[3 * a + 2] * r[3 * b + 2];
+        EXPECT_NEAR(dot, a == b ? 1 : 0, 1e-14);
+      }
+    }
+  }
+  ASSERT_EQ(scene.points.size(), 4);
+  EXPECT_EQ(scene.points.positions[3][1], -1.0f);
+  EXPECT_EQ(scene.points.colors[3], (std::array<float, 3>{0, 3 / 255.0f, 1}));
+}
+
+// A quarter turn about z takes x to y: the convention is world to camera, w x y z.
+TEST(Colmap, QuaternionTurnsWorldIntoCamera) {
+  const TempFolder folder;
+  ColmapModel model = ExampleModel();
+  model.images.resize(1);
+  model.images[0].rotation = {2, 0, 0, 2};
+  WriteColmapModel(model, folder / "sparse", ColmapFormat::kText);
+  const Scene scene = ReadColmapScene(folder.path(), "images");
+  const std::array<double, 9> expected{0, -1, 0, 1, 0, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(scene.views[0].rotation[i], expected[i], 1e-15);
+}
+
+}  // namespace
+}  // namespace vesta::gs

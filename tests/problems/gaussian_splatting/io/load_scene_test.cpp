@@ -1,0 +1,129 @@
+#include "problems/gaussian_splatting/io/load_scene.h"
+
+#include <gmock/gmock.h>
+
+#include "problems/gaussian_splatting/io/colmap.h"
+#include "tests/problems/gaussian_splatting/io/test_images.h"
+#include "tests/problems/gaussian_splatting/io/test_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+// 9 views of 60 x 40.
+class LoadSceneTest : public testing::Test {
+ protected:
+  LoadSceneTest() {
+    model_ = ExampleModel();
+    const ColmapImage image = model_.images[0];
+    model_.images.clear();
+    for (std::uint32_t i = 0; i < 9; ++i) {
+      model_.images.push_back(image);
+      model_.images.back().id = i;
+      model_.images.back().name = "view" + std::to_string(i) + ".png";
+      WriteBytes(ImagePath(i), ExampleJpeg(60, 40));
+    }
+    WriteModel();
+  }
+  void WriteModel() { WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kBinary); }
+  std::string ImagePath(std::uint32_t i) const { return folder_ / ("images/view" + std::to_string(i) + ".png"); }
+  void ExpectRefused(const std::string& part, const LoadSceneOptions& options = {}) {
+    ExpectError([&] { LoadScene(folder_.path(), options); }, part);
+  }
+  TempFolder folder_;
+  ColmapModel model_;
+};
+
+TEST_F(LoadSceneTest, LoadsAllPixels) {
+  const Scene scene = LoadScene(folder_.path());
+  ASSERT_EQ(scene.views.size(), 9u);
+  const Image expected = LoadImage(ImagePath(0));
+  for (const View& view : scene.views) {
+    EXPECT_EQ(view.image.rgb, expected.rgb);
+    EXPECT_EQ(view.camera.fx, model_.cameras[0].camera.fx);
+  }
+  EXPECT_TRUE(scene.views[0].is_test && scene.views[8].is_test);
+  EXPECT_EQ(scene.points.size(), 4);
+}
+
+TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
+  LoadSceneOptions options;
+  options.downscale = 7;
+  const Scene scene = LoadScene(folder_.path(), options);
+  const View& view = scene.views[3];
+  EXPECT_EQ(view.image.width, 8);
+  EXPECT_EQ(view.image.height, 5);
+  EXPECT_EQ(view.camera.width, 8);
+  EXPECT_DOUBLE_EQ(view.camera.fx, model_.cameras[0].camera.fx * 8 / 60);
+  EXPECT_DOUBLE_EQ(view.camera.cy, model_.cameras[0].camera.cy * 5 / 40);
+  EXPECT_EQ(view.image.rgb, ResizeArea(LoadImage(ImagePath(3)), 8, 5).rgb);
+}
+
+TEST_F(LoadSceneTest, SmallerCopiesOfTheImagesRescaleTheCamera) {
+  for (std::uint32_t i = 0; i < 9; ++i)
+    WriteBytes(folder_ / ("images_4/view" + std::to_string(i) + ".png"), ExampleJpeg(16, 10));
+  LoadSceneOptions options;
+  options.image_folder = "images_4";
+  const Scene scene = LoadScene(folder_.path(), options);
+  EXPECT_EQ(scene.views[1].camera.width, 16);
+  EXPECT_DOUBLE_EQ(scene.views[1].camera.fx, model_.cameras[0].camera.fx * 16 / 60);
+  WriteBytes(folder_ / "images_4/view5.png", ExampleJpeg(16, 12));
+  ExpectRefused("images_4/view5.png: 16 x 12 pixels, but its camera has 60 x 40", options);
+}
+
+TEST_F(LoadSceneTest, AlphaIsCompositedOverTheBackground) {
+  Image clear(60, 40);
+  SavePng(ImagePath(2), clear);
+  std::string rgba = EncodePng({60, 40, 6, 8, false, std::vector<std::uint8_t>(60 * 40 * 4, 0)});
+  WriteBytes(ImagePath(3), rgba);
+  LoadSceneOptions options;
+  options.background = {1, 0.5f, 0.25f};
+  const Scene scene = LoadScene(folder_.path(), options);
+  EXPECT_EQ(scene.views[2].image.plane(1)[7], 0);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_EQ(scene.views[3].image.plane(c)[7], options.background[static_cast<std::size_t>(c)]);
+}
+
+TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
+  std::filesystem::remove(ImagePath(4));
+  ExpectRefused("view4.png: no such image, but the model in " + folder_.path() +
+                " names it (1 of 9 images are missing)");
+  WriteBytes(ImagePath(4), "no image");
+  ExpectRefused("view4.png: not a JPEG or PNG image");
+  WriteBytes(ImagePath(4), ExampleJpeg(40, 60));
+  ExpectRefused("another aspect ratio");
+  model_.images[4].name = std::string(300, 'n');
+  WriteModel();
+  ExpectRefused("nnn: no such image, but the model");
+  model_.images.resize(1);
+  WriteModel();
+  ExpectRefused("no view is left to train on");
+  std::filesystem::remove_all(folder_ / "sparse");
+  ExpectRefused("not a scene; it has neither sparse/0 (COLMAP) nor transforms.json");
+  ExpectError([&] { LoadScene(folder_ / "nowhere"); }, "nowhere: no such scene folder");
+  ExpectError([&] { LoadScene(ImagePath(0)); }, "no such scene folder");
+}
+
+TEST_F(LoadSceneTest, ATruncatedModelIsRefusedAtEveryPlace) {
+  const std::string path = folder_ / "sparse/0/images.bin", bytes = ReadBytes(path);
+  for (std::size_t k = 0; k < 20; ++k) {
+    WriteBytes(path, bytes.substr(0, k * bytes.size() / 20));
+    ExpectRefused("images.bin: byte ");
+  }
+}
+
+TEST_F(LoadSceneTest, FindsNerfScenes) {
+  std::filesystem::remove_all(folder_ / "sparse");
+  std::string frames;
+  for (const char* name : {"view0", "view1"}) {
+    frames += std::string(frames.empty() ? "" : ",") + R"({"file_path": "images/)" + name +
+              R"(", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})";
+  }
+  WriteBytes(folder_ / "transforms.json", R"({"camera_angle_x": 1.0, "frames": [)" + frames + "]}");
+  const Scene scene = LoadScene(folder_.path());
+  ASSERT_EQ(scene.views.size(), 2u);
+  EXPECT_EQ(scene.views[1].image.width, 60);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,201 @@
+#include "problems/gaussian_splatting/io/nerf.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/problems/gaussian_splatting/io/test_images.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+using nlohmann::json;
+
+json Identity() { return {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}; }
+
+json ExampleTransforms() {
+  json top = {{"fl_x", 50.0}, {"fl_y", 51.0}, {"cx", 19.5}, {"cy", 15.5}, {"w", 40}, {"h", 30}};
+  for (const char* name : {"images/b.jpg", "./images/a", "images/c.JPG"}) {
+    top["frames"].push_back({{"file_path", name}, {"transform_matrix", Identity()}});
+  }
+  return top;
+}
+
+class NerfTest : public testing::Test {
+ protected:
+  void Write(const json& top, const char* name = "transforms.json") { WriteBytes(folder_ / name, top.dump()); }
+  Scene Read() const { return ReadNerfScene(folder_.path(), {}); }
+  void ExpectRefused(const json& top, const std::string& part) {
+    Write(top);
+    ExpectError([&] { Read(); }, part);
+  }
+  TempFolder folder_;
+};
+
+TEST_F(NerfTest, ReadsIntrinsicsNamesAndRandomPoints) {
+  json top = ExampleTransforms();
+  top["frames"][2]["fl_x"] = 60.0;
+  Write(top);
+  const Scene scene = Read();
+  ASSERT_EQ(scene.views.size(), 3u);
+  EXPECT_EQ(scene.views[0].name, "images/a.png");
+  EXPECT_EQ(scene.views[0].image_path, folder_ / "images/a.png");
+  EXPECT_EQ(scene.views[1].name, "images/b.jpg");
+  EXPECT_EQ(scene.views[2].name, "images/c.JPG");
+  EXPECT_TRUE(scene.views[0].is_test && !scene.views[1].is_test);
+  const Camera& camera = scene.views[0].camera;
+  EXPECT_TRUE(camera.width == 40 && camera.height == 30 && camera.fx == 50 && camera.fy == 51 && camera.cx == 19.5 &&
+              camera.cy == 15.5);
+  EXPECT_EQ(scene.views[2].camera.fx, 60) << "a frame's own value comes first";
+  ASSERT_EQ(scene.points.size(), 10000);
+  double mean = 0;
+  for (const auto& p : scene.points.positions) {
+    for (float v : p) {
+      ASSERT_LE(std::abs(v), 1.3f);
+      mean += v / 30000;
+    }
+  }
+  EXPECT_NEAR(mean, 0, 0.02);
+  EXPECT_EQ(ReadNerfScene(folder_.path(), {10, 0}).points.positions[9], scene.points.positions[9]);
+  EXPECT_NE(ReadNerfScene(folder_.path(), {10, 1}).points.positions[9], scene.points.positions[9]);
+}
+
+// A camera at (1, 2, 3) that looks along -x, up is z: in our axes x right = +y, y down = -z, z forward = -x.
+TEST_F(NerfTest, PosesAreTurnedIntoOurAxes) {
+  json top = ExampleTransforms();
+  top["frames"][0]["transform_matrix"] = {{0, 0, 1.0000001, 1}, {1, 0, 0, 2}, {0, 1, 0, 3}, {0, 0, 0, 1}};
+  Write(top);
+  const Scene scene = Read();
+  const View& view = scene.views[1];
+  const std::array<double, 9> expected{0, 1, 0, 0, 0, -1, -1, 0, 0};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(view.rotation[i], expected[i], 1e-15);
+  const auto center = CameraCenter(view);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(center[i], static_cast<double>(i + 1), 1e-15);
+}
+
+TEST_F(NerfTest, BlenderScenesHaveAnAngleAndTheirOwnSplit) {
+  WriteBytes(folder_ / "train/r_0.png", ExampleJpeg(40, 30));
+  WriteBytes(folder_ / "train/r_1.png", ExampleJpeg(40, 30));
+  WriteBytes(folder_ / "test/r_0.png", ExampleJpeg(20, 30));
+  json train = {{"camera_angle_x", 0.8}}, test = train;
+  for (const char* name : {"./train/r_0", "./train/r_1"}) {
+    train["frames"].push_back({{"file_path", name}, {"transform_matrix", Identity()}});
+  }
+  test["frames"].push_back({{"file_path", "./test/r_0"}, {"transform_matrix", Identity()}});
+  Write(train, "transforms_train.json");
+  Write(test, "transforms_test.json");
+  EXPECT_TRUE(IsNerfScene(folder_.path()));
+  const Scene scene = Read();
+  ASSERT_EQ(scene.views.size(), 3u);
+  EXPECT_EQ(scene.views[0].name, "test/r_0.png");
+  EXPECT_TRUE(scene.views[0].is_test);
+  EXPECT_FALSE(scene.views[1].is_test || scene.views[2].is_test);
+  EXPECT_EQ(scene.views[0].camera.width, 20) << "the size comes from the image";
+  EXPECT_DOUBLE_EQ(scene.views[1].camera.fx, 20 / std::tan(0.4));
+  EXPECT_EQ(scene.views[1].camera.fy, scene.views[1].camera.fx);
+  EXPECT_EQ(scene.views[1].camera.cx, 20);
+  EXPECT_EQ(scene.views[1].camera.cy, 15);
+  std::filesystem::remove(folder_ / "transforms_test.json");
+  EXPECT_TRUE(Read().views[0].is_test) << "every 8th without a test file";
+}
+
+TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  Write(ExampleTransforms());
+  WriteBytes(folder_ / "points3d.ply", header + "1 2 3 255 0 51\n4 5 6 0 0 0\n");
+  EXPECT_EQ(Read().points.size(), 2);
+  EXPECT_EQ(Read().points.colors[0], (std::array<float, 3>{1, 0, 0.2f}));
+  json top = ExampleTransforms();
+  top["ply_file_path"] = "mine.ply";
+  Write(top);
+  ExpectError([&] { Read(); }, "mine.ply: no such file");
+  WriteBytes(folder_ / "mine.ply", header + "7 8 9 0 0 0\n4 5 6 0 0 0\n");
+  EXPECT_EQ(Read().points.positions[0], (std::array<float, 3>{7, 8, 9}));
+}
+
+TEST_F(NerfTest, RefusesWhatItCannotUse) {
+  const json good = ExampleTransforms();
+  json bad = good;
+  bad["k1"] = 0.1;
+  ExpectRefused(bad, "transforms.json: frame 0: the lens distortion k1 is not zero");
+  bad = good;
+  bad["frames"][1]["p2"] = -0.1;
+  ExpectRefused(bad, "frame 1: the lens distortion p2 is not zero; only pinhole cameras are read: undistort");
+  bad = good;
+  bad["camera_model"] = "OPENCV_FISHEYE";
+  ExpectRefused(bad, "the camera model OPENCV_FISHEYE is not a pinhole");
+  bad = good;
+  bad["is_fisheye"] = true;
+  ExpectRefused(bad, "is_fisheye is set");
+  bad = good;
+  bad["fl_x"] = 0;
+  ExpectRefused(bad, "frame 0: the focal lengths 0, 51 are unusable");
+  bad = good;
+  bad.erase("fl_x");
+  bad.erase("fl_y");
+  ExpectRefused(bad, "give fl_x or camera_angle_x");
+  bad["camera_angle_x"] = 0.0;
+  ExpectRefused(bad, "are unusable");
+  bad = good;
+  bad["fl_x"] = "fifty";
+  ExpectRefused(bad, "fl_x is not a number");
+  bad = good;
+  bad["w"] = 0;
+  ExpectRefused(bad, "the image size 0 x 30 is unusable");
+  bad = good;
+  bad.erase("w");
+  ExpectRefused(bad, "images/b.jpg: no such file");
+  bad = good;
+  bad["frames"][1].erase("file_path");
+  ExpectRefused(bad, "frame 1: the frame has no readable file_path");
+  bad = good;
+  bad["frames"][1]["file_path"] = "images/b.jpg";
+  ExpectRefused(bad, "image images/b.jpg occurs twice");
+  bad = good;
+  bad["frames"][1] = 7;
+  ExpectRefused(bad, "frame 1: not an object");
+  bad = good;
+  bad["frames"] = json::array();
+  ExpectRefused(bad, "transforms.json: it has no frames");
+  ExpectRefused(json::array(), "it has no frames");
+  ExpectRefused(json("text"), "it has no frames");
+  WriteBytes(folder_ / "transforms.json", good.dump().substr(0, 100));
+  ExpectError([&] { Read(); }, "transforms.json: not valid JSON");
+}
+
+TEST_F(NerfTest, RefusesPosesThatAreNone) {
+  json bad = ExampleTransforms();
+  json& pose = bad["frames"][2]["transform_matrix"];
+  const char* const kNoNumbers = "frame 2: transform_matrix is not 4 x 4 finite numbers";
+  const char* const kNoRotation = "frame 2: transform_matrix is not a rotation and a translation";
+  pose[1] = {0, 1, 0};
+  ExpectRefused(bad, kNoNumbers);
+  pose = {1, 2, 3};
+  ExpectRefused(bad, kNoNumbers);
+  pose = Identity();
+  pose[0][3] = nullptr;
+  ExpectRefused(bad, kNoNumbers);
+  pose = Identity();
+  pose[0][0] = 2;
+  ExpectRefused(bad, kNoRotation);
+  pose[0][0] = -1;
+  ExpectRefused(bad, kNoRotation);
+  pose[0][0] = 0;
+  ExpectRefused(bad, kNoRotation);
+  bad["frames"][2].erase("transform_matrix");
+  ExpectRefused(bad, "frame 2: the frame has no transform_matrix");
+}
+
+TEST_F(NerfTest, OverwrittenBytesLoadOrAreRefused) {
+  int refused = 0;
+  ForDamagedCopies(ExampleTransforms().dump(), 250, [&](const std::string& damaged) {
+    WriteBytes(folder_ / "transforms.json", damaged);
+    refused += ErrorOf([&] { ReadNerfScene(folder_.path(), {10, 0}); }).empty() ? 0 : 1;
+  });
+  EXPECT_GT(refused, 0);
+}
+
+}  // namespace
+}  // namespace vesta::gs

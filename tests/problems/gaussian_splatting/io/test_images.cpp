@@ -1,0 +1,91 @@
+#include "tests/problems/gaussian_splatting/io/test_images.h"
+
+#include <png.h>
+
+#include <cstdio>
+#include <cstdlib>
+// jpeglib.h needs the above.
+#include <jpeglib.h>
+
+namespace vesta::gs {
+namespace {
+
+constexpr std::uint8_t kPalette[3][3] = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}};
+
+void AppendBytes(png_structp png, png_bytep bytes, std::size_t size) {
+  static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(bytes), size);
+}
+
+}  // namespace
+
+const std::uint8_t (*PaletteColors())[3] { return kPalette; }
+
+std::string EncodePng(const PngSource& source) {
+  std::string out;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  png_set_write_fn(png, &out, AppendBytes, nullptr);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(source.width), static_cast<png_uint_32>(source.height),
+               source.bit_depth, source.color_type, source.interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  if (source.color_type == PNG_COLOR_TYPE_PALETTE) {
+    png_color palette[3];
+    for (int i = 0; i < 3; ++i) palette[i] = {kPalette[i][0], kPalette[i][1], kPalette[i][2]};
+    png_byte alpha[3] = {255, 255, 128};
+    png_set_PLTE(png, info, palette, 3);
+    png_set_tRNS(png, info, alpha, 3, nullptr);
+  }
+  png_write_info(png, info);
+  const std::size_t row_bytes = png_get_rowbytes(png, info);
+  std::vector<png_bytep> rows;
+  rows.reserve(static_cast<std::size_t>(source.height));
+  for (int y = 0; y < source.height; ++y) {
+    rows.push_back(const_cast<png_bytep>(source.bytes.data()) + static_cast<std::size_t>(y) * row_bytes);
+  }
+  png_write_image(png, rows.data());
+  png_write_end(png, info);
+  png_destroy_write_struct(&png, &info);
+  return out;
+}
+
+std::string EncodeJpeg(const JpegSource& source) {
+  jpeg_compress_struct info;
+  jpeg_error_mgr errors;
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* buffer = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &buffer, &size);
+  info.image_width = static_cast<JDIMENSION>(source.width);
+  info.image_height = static_cast<JDIMENSION>(source.height);
+  info.input_components = source.components;
+  info.in_color_space = source.components == 1 ? JCS_GRAYSCALE : source.components == 3 ? JCS_RGB : JCS_CMYK;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, 100, TRUE);
+  if (source.progressive) jpeg_simple_progression(&info);
+  jpeg_start_compress(&info, TRUE);
+  const std::size_t row_bytes = static_cast<std::size_t>(source.width) * static_cast<std::size_t>(source.components);
+  while (info.next_scanline < info.image_height) {
+    JSAMPROW row = const_cast<JSAMPROW>(source.bytes.data()) + info.next_scanline * row_bytes;
+    jpeg_write_scanlines(&info, &row, 1);
+  }
+  jpeg_finish_compress(&info);
+  jpeg_destroy_compress(&info);
+  std::string out(reinterpret_cast<const char*>(buffer), size);
+  std::free(buffer);
+  return out;
+}
+
+std::string ExampleJpeg(int width, int height, bool progressive) {
+  JpegSource source{width, height, 3, progressive, {}};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      source.bytes.push_back(static_cast<std::uint8_t>(255 * x / width));
+      source.bytes.push_back(static_cast<std::uint8_t>(255 * y / height));
+      source.bytes.push_back(static_cast<std::uint8_t>((3 * x + 5 * y) % 256));
+    }
+  }
+  return EncodeJpeg(source);
+}
+
+}  // namespace vesta::gs

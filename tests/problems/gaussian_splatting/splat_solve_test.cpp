@@ -1,0 +1,109 @@
+// The engine on a splatting problem: a perturbed model is fitted back to its own images.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "solver/levenberg_marquardt.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+// Images of a random model, and that model perturbed as the start.
+struct FitBack {
+  test::RingProblem<float> ring{4, 30, 1, 100};
+  FitBack() {
+    Scene scene = test::RingOfCameras(4, 40, 30, false);
+    const SplatModel truth = test::RandomModel(30, 1, 100);
+    test::RenderTruth(truth, 0, &scene);
+    const SplatModel start = test::Perturbed(truth, 0.05, 101);
+    std::copy(start.data.begin(), start.data.end(), ring.x.begin());
+    ring.options.background = {0, 0, 0};
+    ring.options.weights.l1_floor = 1e-3;
+    for (std::size_t v = 0; v < scene.views.size(); ++v) {
+      std::copy(scene.views[v].image.rgb.begin(), scene.views[v].image.rgb.end(), ring.truth[v].begin());
+    }
+  }
+};
+
+vesta::LmOptions SplatLmOptions(StepRule rule) {
+  vesta::LmOptions options;
+  options.max_iterations = 12;
+  options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
+  options.SetStepRule(rule);
+  options.column_scaling = ColumnScaling::kNone;
+  options.normal_system.metric.group_median_floor = 1e-6;
+  options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
+  options.normal_system.pcg.max_iterations = 10;
+  return options;
+}
+
+// Every accepted step lowers the cost, every other one leaves it; the cost of the x returned is what is reported.
+void ExpectDescent(const LmSummary& summary, SplatProblem<float>& problem, const HostBuffer<float>& x) {
+  ASSERT_GT(summary.num_accepted, 0);
+  for (std::size_t i = 1; i < summary.iterations.size(); ++i) {
+    const double before = summary.iterations[i - 1].cost, after = summary.iterations[i].cost;
+    if (summary.iterations[i].accepted) {
+      EXPECT_LT(after, before) << "iteration " << i;
+    } else {
+      EXPECT_EQ(after, before) << "iteration " << i;
+    }
+  }
+  EXPECT_EQ(problem.Cost(x), summary.final_cost);
+}
+
+TEST(SplatSolve, FitsAModelBackToItsImages) {
+  FitBack fit;
+  SplatProblem<float> problem = fit.ring.Make();
+  CpuBackend<float> backend;
+  const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kSoft), backend, problem, fit.ring.x);
+  ExpectDescent(summary, problem, fit.ring.x);
+  EXPECT_LT(summary.final_cost, summary.initial_cost / 10) << summary.FullReport();
+}
+
+TEST(SplatSolve, EveryStepRuleDescends) {
+  for (const StepRule rule : {StepRule::kCeres, StepRule::kNielsen, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1,
+                              StepRule::k3dgsLmV2, StepRule::kSoft}) {
+    SCOPED_TRACE(ToString(rule));
+    FitBack fit;
+    SplatProblem<float> problem = fit.ring.Make();
+    CpuBackend<float> backend;
+    const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(rule), backend, problem, fit.ring.x);
+    ExpectDescent(summary, problem, fit.ring.x);
+    EXPECT_LT(summary.final_cost, summary.initial_cost / 2) << summary.FullReport();
+  }
+}
+
+TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
+  for (const BatchMode mode : {BatchMode::kMerge, BatchMode::kExact}) {
+    for (const double rates_damping : {0.3, 0.0}) {
+      SCOPED_TRACE(testing::Message() << ToString(mode) << ", damping by rates " << rates_damping);
+      FitBack fit;
+      fit.ring.options.num_batches = 2;
+      fit.ring.options.rates_damping = rates_damping;
+      SplatProblem<float> problem = fit.ring.Make();
+      CpuBackend<float> backend;
+      vesta::LmOptions options = SplatLmOptions(StepRule::kSoft);
+      options.batch_mode = mode;
+      options.line_search.enabled = mode == BatchMode::kMerge;
+      const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, fit.ring.x);
+      ExpectDescent(summary, problem, fit.ring.x);
+      EXPECT_LT(summary.final_cost, 0.8 * summary.initial_cost) << summary.FullReport();
+    }
+  }
+}
+
+// The start with a Gaussian that is not finite is no worse a start: the engine solves for the others.
+TEST(SplatSolve, AGaussianThatIsNotFiniteStopsNobodyElse) {
+  FitBack fit;
+  fit.ring.x[4] = std::numeric_limits<float>::quiet_NaN();
+  SplatProblem<float> problem = fit.ring.Make();
+  CpuBackend<float> backend;
+  const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kSoft), backend, problem, fit.ring.x);
+  ExpectDescent(summary, problem, fit.ring.x);
+  EXPECT_LT(summary.final_cost, 0.8 * summary.initial_cost) << summary.FullReport();
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,26 @@
+// A scene that trains in a blink: a random model rendered into a ring of views, its means with noise as points.
+#pragma once
+
+#include "problems/gaussian_splatting/train/trainer.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs::test {
+
+inline Scene TrainingScene() {
+  Scene scene = RingOfCameras(12, 40, 30, true);
+  RenderTruth(RandomModel(60, 1, 7), 0.05, &scene);
+  return scene;
+}
+
+inline TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
+  TrainOptions options;
+  options.adam.iterations = adam_iterations;
+  options.lm.iterations = lm_iterations;
+  options.sh_degree = 1;
+  options.density.interval = 20;
+  options.density.max_gaussians = 100;
+  options.seed = 3;
+  return options;
+}
+
+}  // namespace vesta::gs::test

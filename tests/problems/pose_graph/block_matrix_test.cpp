@@ -1,0 +1,47 @@
+#include "problems/pose_graph/block_matrix.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/problems/pose_graph/dense_matrix.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::pose_graph {
+namespace {
+
+TEST(BlockPattern, NeighborsAscendAndRepeatsAreOneBlock) {
+  const BlockPattern::Pair pairs[] = {{3, 1}, {0, 1}, {1, 3}, {2, 0}};
+  const BlockPattern pattern(4, pairs);
+  EXPECT_EQ(pattern.num_rows(), 4);
+  EXPECT_EQ(pattern.num_blocks(), 3);
+  EXPECT_EQ(pattern.block_of_pair()[0], pattern.block_of_pair()[2]);
+  const std::vector<std::vector<Index>> expected = {{1, 2}, {0, 3}, {0}, {1}};
+  for (Index row = 0; row < 4; ++row) {
+    std::vector<Index> rows;
+    for (const auto& neighbor : pattern.neighbors(row)) rows.push_back(neighbor.row);
+    EXPECT_EQ(rows, expected[static_cast<std::size_t>(row)]);
+  }
+}
+
+TEST(BlockPattern, RefusesPairsOutOfRange) {
+  const BlockPattern::Pair same[] = {{1, 1}}, outside[] = {{0, 2}}, negative[] = {{-1, 0}};
+  ExpectError([&] { BlockPattern(2, same); }, "block (1, 1) of 2 rows");
+  ExpectError([&] { BlockPattern(2, outside); }, "block (2, 0) of 2 rows");
+  ExpectError([&] { BlockPattern(2, negative); }, "block (0, -1) of 2 rows");
+}
+
+TEST(BlockMatrix, AppliesAsTheDenseMatrix) {
+  for (const int d : {3, 6}) {
+    test::Random random(1);
+    const BlockMatrix matrix = test::RandomMatrix(40, 60, d, &random);
+    const Eigen::MatrixXd dense = test::Dense(matrix);
+    EXPECT_EQ((dense - dense.transpose()).norm(), 0);
+    const std::vector<double> x = random.NormalVector<double>(static_cast<std::size_t>(matrix.size()));
+    std::vector<double> y(x.size());
+    matrix.Apply({x.data(), matrix.size()}, {y.data(), matrix.size()});
+    const Eigen::VectorXd expected = dense * test::Vector(x);
+    EXPECT_LE((test::Vector(y) - expected).norm(), 1e-13 * expected.norm());
+  }
+}
+
+}  // namespace
+}  // namespace vesta::pose_graph

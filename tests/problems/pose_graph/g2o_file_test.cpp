@@ -1,0 +1,137 @@
+#include "problems/pose_graph/g2o_file.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/problems/pose_graph/ring_graph.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::pose_graph {
+namespace {
+
+constexpr const char* kTwoPoses =
+    "# a comment\n"
+    "EDGE_SE2 7 -3 1 0.5 0.25 4 1 0.5 5 0.25 6\n"
+    "\n"
+    "VERTEX_SE2 -3 0.1 0.2 +0.3\r\n"
+    "VERTEX_SE2 7 1e1 2 3 \n"
+    "FIX 7\n";
+constexpr const char* kInSpace =
+    "VERTEX_SE3:QUAT 0 1 2 3 0.1 0.2 0.3 0.9\n"
+    "VERTEX_SE3:QUAT 1 4 5 6 0 0 0 1\n"
+    "EDGE_SE3:QUAT 0 1 1 2 3 0 0 2 0 1 0 0 0 0 0 2 0 0 0 0 3 0 0 0 4 0 0 5 0 6";
+
+class G2oFile : public testing::Test {
+ protected:
+  std::string Write(const std::string& text) {
+    std::string path = folder_ / "graph.g2o";
+    WriteBytes(path, text);
+    return path;
+  }
+  PoseGraph Read(const std::string& text) { return ReadG2o(Write(text)); }
+  // The error must name the file and contain `part`.
+  void Refuses(const std::string& text, const std::string& part) {
+    const std::string path = Write(text);
+    const std::string error = ErrorOf([&] { ReadG2o(path); });
+    EXPECT_THAT(error, testing::HasSubstr(path));
+    EXPECT_THAT(error, testing::HasSubstr(part));
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(G2oFile, ReadsThePlane) {
+  const PoseGraph graph = Read(kTwoPoses);
+  EXPECT_EQ(graph.space, PoseSpace::kSe2);
+  EXPECT_EQ(graph.ids, (std::vector<Index>{-3, 7}));
+  EXPECT_EQ(graph.poses, (std::vector<double>{0.1, 0.2, 0.3, 10, 2, 3}));
+  EXPECT_EQ(graph.fixed, std::vector<Index>{1});
+  ASSERT_EQ(graph.num_edges(), 1);
+  EXPECT_EQ(graph.edges[0].from, 1);
+  EXPECT_EQ(graph.edges[0].to, 0);
+  EXPECT_EQ(graph.measurements, (std::vector<double>{1, 0.5, 0.25}));
+  EXPECT_EQ(graph.information, (std::vector<double>{4, 1, 0.5, 5, 0.25, 6}));
+}
+
+TEST_F(G2oFile, ReadsSpaceWithUnitQuaternions) {
+  const PoseGraph graph = Read(kInSpace);
+  EXPECT_EQ(graph.space, PoseSpace::kSe3);
+  const double norm = std::sqrt(0.95);
+  const double expected[7] = {1, 2, 3, 0.9 / norm, 0.1 / norm, 0.2 / norm, 0.3 / norm};
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_NEAR(graph.poses[i], expected[i], 1e-15);
+  EXPECT_EQ(graph.measurements, (std::vector<double>{1, 2, 3, 0, 0, 0, 1}));
+}
+
+TEST_F(G2oFile, WhatIsWrittenIsReadBack) {
+  for (const PoseGraph& graph : {test::RingGraph<Se2>(10, 0.1, 1), test::RingGraph<Se3>(10, 0.1, 2)}) {
+    PoseGraph written = graph;
+    written.fixed = {0, 4};
+    const std::string path = folder_ / "out.g2o";
+    WriteG2o(written, path);
+    const PoseGraph read = ReadG2o(path);
+    EXPECT_EQ(read.space, written.space);
+    EXPECT_EQ(read.ids, written.ids);
+    EXPECT_EQ(read.fixed, written.fixed);
+    EXPECT_EQ(read.information, written.information);
+    ASSERT_EQ(read.num_edges(), written.num_edges());
+    for (std::size_t e = 0; e < read.edges.size(); ++e) {
+      EXPECT_EQ(read.edges[e].from, written.edges[e].from);
+      EXPECT_EQ(read.edges[e].to, written.edges[e].to);
+    }
+    ASSERT_EQ(read.poses.size(), written.poses.size());
+    ASSERT_EQ(read.measurements.size(), written.measurements.size());
+    const double tolerance = written.space == PoseSpace::kSe2 ? 0 : 1e-15;
+    for (std::size_t i = 0; i < read.poses.size(); ++i) EXPECT_NEAR(read.poses[i], written.poses[i], tolerance);
+    for (std::size_t i = 0; i < read.measurements.size(); ++i) {
+      EXPECT_NEAR(read.measurements[i], written.measurements[i], tolerance);
+    }
+  }
+}
+
+TEST_F(G2oFile, RefusesWithTheLine) {
+  const std::string two = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 0 0 0\n";
+  Refuses("", "no vertices");
+  Refuses("# nothing\n", "no vertices");
+  Refuses(two + "VERTEX_XY 2 0 0\n", "line 3: unknown tag VERTEX_XY");
+  Refuses(two + "EDGE_SE3_QUAT 0 1\n", "line 3: unknown tag EDGE_SE3_QUAT");
+  Refuses(two + "VERTEX_SE3:QUAT 2 0 0 0 0 0 0 1\n", "line 3: poses of the plane and of space");
+  Refuses(two + "VERTEX_SE2 1 0 0 0\n", "line 3: vertex 1 comes twice");
+  Refuses(two + "VERTEX_SE2 2 0 0\n", "line 3: the line ends before the end of the pose");
+  Refuses(two + "VERTEX_SE2 2 0 0 0 0\n", "line 3: more words than VERTEX_SE2 takes");
+  Refuses(two + "VERTEX_SE2 2.5 0 0 0\n", "line 3: 2.5 as the vertex's id is not a whole number");
+  Refuses(two + "VERTEX_SE2 2 0 nan 0\n", "line 3: nan in the pose is not a finite number");
+  Refuses(two + "VERTEX_SE2 2 0 1e999 0\n", "line 3: 1e999 in the pose");
+  Refuses(two + "VERTEX_SE2 2 0 0x 0\n", "line 3: 0x in the pose");
+  Refuses(two + "EDGE_SE2 0 0 1 0 0 1 0 0 1 0 1\n", "line 3: the edge goes from vertex 0 to itself");
+  Refuses(two + "EDGE_SE2 0 9 1 0 0 1 0 0 1 0 1\n", "line 3: there is no vertex 9");
+  Refuses(two + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0\n", "line 3: the line ends before the end of the information matrix");
+  Refuses(two + "EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n", "line 3: the information matrix is not positive definite");
+  Refuses(two + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 0\n", "line 3: the information matrix is not positive definite");
+  Refuses(two + "FIX\n", "line 3: the line ends");
+  Refuses(two + "FIX 0 5\n", "line 3: there is no vertex 5");
+  Refuses("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 0\n", "line 1: the quaternion is not of unit length");
+  ExpectError([&] { ReadG2o(folder_ / "absent.g2o"); }, "no such file");
+  ExpectError([&] { WriteG2o({}, folder_ / "absent/out.g2o"); }, "absent/out.g2o");
+}
+
+TEST_F(G2oFile, EveryTruncationIsReadOrRefused) {
+  for (const std::string text : {kTwoPoses, kInSpace}) {
+    int read = 0;
+    for (std::size_t length = 0; length < text.size(); ++length) {
+      const std::string path = Write(text.substr(0, length));
+      if (ErrorOf([&] { ReadG2o(path); }).empty()) ++read;
+    }
+    EXPECT_LT(read, static_cast<int>(text.size()) / 2);
+  }
+}
+
+TEST_F(G2oFile, DamageNeverDoesMoreThanThrow) {
+  int refused = 0;
+  ForDamagedCopies(kInSpace, 500, [&](const std::string& damaged) {
+    const std::string path = Write(damaged);
+    if (!ErrorOf([&] { ReadG2o(path); }).empty()) ++refused;
+  });
+  EXPECT_GT(refused, 250);
+}
+
+}  // namespace
+}  // namespace vesta::pose_graph

@@ -1,0 +1,45 @@
+// Graphs of the field, against the best costs known.
+#include <gtest/gtest.h>
+
+#include "kernels/core/text_file.h"
+#include "problems/pose_graph/g2o_file.h"
+#include "problems/pose_graph/pose_graph_problem.h"
+#include "solver/levenberg_marquardt.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::pose_graph {
+namespace {
+
+using B = CpuBackend<double>;
+
+// What Ceres's sparse Cholesky reaches with the residual of its pose-graph example.
+struct Known {
+  const char* name;
+  double cost;
+};
+
+class PoseGraphData : public testing::TestWithParam<Known> {};
+
+TEST_P(PoseGraphData, ReachesTheBestCostKnown) {
+  const std::string folder = DataFolder() + "/nlls/g2o/";
+  const std::string path = folder + GetParam().name + ".g2o";
+  if (!FileExists(path)) GTEST_SKIP() << "no " << path << ": set VESTA_DATA to a folder with nlls/g2o";
+  PoseGraphProblem problem(ReadG2o(path), {.whitening = Whitening::kLower});
+  B backend;
+  B::Vector x(problem.num_parameters());
+  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  LmOptions options = PoseGraphOptions();
+  options.max_iterations = 100;
+  options.function_tolerance = 1e-10;
+  const LmSummary summary = SolveLm(options, backend, problem, x.view());
+  EXPECT_LE(summary.final_cost, (1 + 1e-8) * GetParam().cost) << summary.FullReport();
+}
+
+INSTANTIATE_TEST_SUITE_P(Graphs, PoseGraphData,
+                         testing::Values(Known{"sphere2500", 6.757560928e2}, Known{"input_M3500_g2o", 6.895647547e1},
+                                         Known{"intel", 2.293877685e1}, Known{"smallGrid3D", 5.126990278e2},
+                                         Known{"tinyGrid3D", 9.259683211}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+}  // namespace
+}  // namespace vesta::pose_graph

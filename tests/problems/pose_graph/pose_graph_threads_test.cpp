@@ -1,0 +1,67 @@
+// The same bits for any number of threads.
+#include <gtest/gtest.h>
+
+#include "kernels/core/parallel.h"
+#include "problems/pose_graph/pose_graph_problem.h"
+#include "solver/derivative_check.inl"
+#include "solver/levenberg_marquardt.h"
+#include "tests/problems/pose_graph/ring_graph.h"
+
+namespace vesta::pose_graph {
+namespace {
+
+using B = CpuBackend<double>;
+
+template <class Space>
+std::vector<std::vector<double>> Results(const PoseGraph& graph) {
+  PoseGraphProblem problem(graph);
+  B backend;
+  B::Vector x(problem.num_parameters()), v(problem.num_tangent()), out(v.size());
+  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  FillRandom(backend, 1, v.view());
+  std::vector<std::vector<double>> results{{problem.Cost(x)}};
+  const auto keep = [&](const B::Vector& values) { results.emplace_back(values.begin(), values.end()); };
+  const auto linearization = problem.Linearize(x, 0);
+  linearization->Gradient(out);
+  keep(out);
+  linearization->ApplyH(v, out);
+  keep(out);
+  LmOptions options = PoseGraphOptions();
+  options.max_iterations = 3;
+  SolveLm(options, backend, problem, x.view());
+  keep(x);
+  return results;
+}
+
+template <class Space>
+void ExpectSameForAnyNumber(const PoseGraph& graph) {
+  const int before = NumThreads();
+  SetNumThreads(1);
+  const auto expected = Results<Space>(graph);
+  for (const int threads : {2, 3}) {
+    SetNumThreads(threads);
+    EXPECT_TRUE(Results<Space>(graph) == expected) << threads;
+  }
+  SetNumThreads(before);
+}
+
+TEST(PoseGraphThreads, Ring) {
+  ExpectSameForAnyNumber<Se2>(test::RingGraph<Se2>(500, 0.1, 1));
+  ExpectSameForAnyNumber<Se3>(test::RingGraph<Se3>(500, 0.1, 2));
+}
+
+TEST(PoseGraphThreads, GridOfLargeFronts) {
+  // Chords between neighbouring rows of a square make fronts that are shared among threads.
+  PoseGraph graph = test::RingGraph<Se3>(324, 0.1, 3);
+  const std::vector<double> measurement = {0, 0, 0, 1, 0, 0, 0};
+  const std::vector<double> information(graph.information.begin(), graph.information.begin() + 21);
+  for (Index i = 18; i < graph.num_poses(); ++i) {
+    graph.edges.push_back({i, i - 18});
+    graph.measurements.insert(graph.measurements.end(), measurement.begin(), measurement.end());
+    graph.information.insert(graph.information.end(), information.begin(), information.end());
+  }
+  ExpectSameForAnyNumber<Se3>(graph);
+}
+
+}  // namespace
+}  // namespace vesta::pose_graph

@@ -1,0 +1,92 @@
+// Pose graphs made for tests: a walk round a ring with chords across it, measured with noise.
+#pragma once
+
+#include <algorithm>
+#include <numbers>
+#include <vector>
+
+#include "problems/pose_graph/pose_graph.h"
+#include "problems/pose_graph/se2.h"
+#include "problems/pose_graph/se3.h"
+#include "tests/support/random.h"
+
+namespace vesta::test {
+
+// A random symmetric positive definite matrix G G^T + I, its upper triangle row by row.
+inline std::vector<double> RandomInformation(int size, Random* random) {
+  const auto n = static_cast<std::size_t>(size);
+  const std::vector<double> g = random->NormalVector<double>(n * n);
+  std::vector<double> upper;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = i; k < n; ++k) {
+      double sum = i == k ? 1 : 0;
+      for (std::size_t j = 0; j < n; ++j) sum += g[n * i + j] * g[n * k + j];
+      upper.push_back(sum);
+    }
+  }
+  return upper;
+}
+
+// The measurement of pose b from pose a whose residual is zero.
+template <class Space>
+std::vector<double> ExactMeasurement(const double* a, const double* b) {
+  std::vector<double> measurement(Space::kPose);
+  if constexpr (Space::kPose == 7) measurement[3] = 1;
+  double residual[Space::kTangent];
+  Space::Residual(a, b, measurement.data(), residual);
+  if constexpr (Space::kPose == 7) {
+    double inverse[4];
+    pose_graph::Se3::Conjugate(a + 3, inverse);
+    std::copy(residual, residual + 3, measurement.begin());
+    pose_graph::Se3::Multiply(inverse, b + 3, measurement.data() + 3);
+  } else {
+    std::copy(residual, residual + 3, measurement.begin());
+  }
+  return measurement;
+}
+
+// num_poses on a ring of radius 10; each joined to the next and to one across. Poses and measurements are off by
+// noise, information matrices are random.
+template <class Space>
+pose_graph::PoseGraph RingGraph(Index num_poses, double noise, std::uint64_t seed) {
+  constexpr auto kPose = static_cast<std::size_t>(Space::kPose);
+  Random random(seed);
+  pose_graph::PoseGraph graph;
+  graph.space = Space::kPose == 7 ? pose_graph::PoseSpace::kSe3 : pose_graph::PoseSpace::kSe2;
+  const auto moved = [&](const double* pose, double size) {
+    std::vector<double> delta = random.NormalVector<double>(Space::kTangent), result(kPose);
+    for (double& d : delta) d *= size;
+    Space::Plus(pose, delta.data(), result.data());
+    return result;
+  };
+  std::vector<double> truth;
+  for (Index i = 0; i < num_poses; ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(num_poses);
+    std::vector<double> pose = {10 * std::cos(angle), 10 * std::sin(angle), angle};
+    if (Space::kPose == 7) pose = {pose[0], pose[1], 0.3 * angle, std::cos(angle / 2), 0, 0, std::sin(angle / 2)};
+    pose = moved(pose.data(), 0.1);
+    truth.insert(truth.end(), pose.begin(), pose.end());
+    const std::vector<double> start = moved(pose.data(), noise);
+    graph.poses.insert(graph.poses.end(), start.begin(), start.end());
+    graph.ids.push_back(100 + 3 * i);
+  }
+  const auto join = [&](Index from, Index to) {
+    const double* poses = truth.data();
+    const std::vector<double> exact = ExactMeasurement<Space>(poses + from * Space::kPose, poses + to * Space::kPose);
+    const std::vector<double> measured = moved(exact.data(), noise);
+    graph.edges.push_back({from, to});
+    graph.measurements.insert(graph.measurements.end(), measured.begin(), measured.end());
+    const std::vector<double> information = RandomInformation(Space::kTangent, &random);
+    graph.information.insert(graph.information.end(), information.begin(), information.end());
+  };
+  for (Index i = 0; i < num_poses; ++i) {
+    join(i, (i + 1) % num_poses);
+    if (i % 3 == 0) join((i + num_poses / 2) % num_poses, i);
+  }
+  // The same pair twice, once in each direction.
+  join(0, 1);
+  join(1, 0);
+  return graph;
+}
+
+}  // namespace vesta::test

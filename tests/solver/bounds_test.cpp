@@ -1,0 +1,98 @@
+#include "solver/bounds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "kernels/core/check.h"
+#include "problems/toy/rosenbrock.h"
+#include "solver/levenberg_marquardt.h"
+#include "solver/residual_blocks.h"
+#include "tests/solver/linear_problem.h"
+
+namespace vesta {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+LmOptions Options(LinearSolverKind kind) {
+  LmOptions options;
+  options.max_iterations = 200;
+  options.function_tolerance = 1e-14;
+  options.normal_system.linear_solver = kind;
+  options.normal_system.pcg = {.max_iterations = 50, .relative_tolerance = 1e-12, .model_tolerance = 0};
+  return options;
+}
+
+TEST(Bounds, HoldTheMinimumOnTheFace) {
+  Cpu backend;
+  for (const auto kind : {LinearSolverKind::kPcg, LinearSolverKind::kDenseQr, LinearSolverKind::kLsmr}) {
+    ResidualBlocks<Rosenbrock, Cpu> inner(2, std::vector<Rosenbrock>(1));
+    BoundedProblem<Cpu> problem(inner, {-kInf, -kInf}, {0.5, kInf});
+    Cpu::Vector x = Vector({-1.2, 1});
+    const LmSummary summary = SolveLm<Cpu>(Options(kind), backend, problem, x.view());
+    EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
+    EXPECT_EQ(x[0], 0.5) << ToString(kind);
+    EXPECT_NEAR(x[1], 0.25, 1e-7) << ToString(kind);
+  }
+}
+
+TEST(Bounds, ThatDoNotBindChangeNothing) {
+  Cpu backend;
+  ResidualBlocks<Rosenbrock, Cpu> inner(2, std::vector<Rosenbrock>(1));
+  BoundedProblem<Cpu> problem(inner, {-100, -100}, {100, 100});
+  Cpu::Vector x = Vector({-1.2, 1}), y = Vector({-1.2, 1});
+  const LmOptions options = Options(LinearSolverKind::kDenseQr);
+  SolveLm<Cpu>(options, backend, problem, x.view());
+  SolveLm<Cpu>(options, backend, inner, y.view());
+  EXPECT_NEAR(x[0], y[0], 1e-8);
+  EXPECT_NEAR(x[1], y[1], 1e-8);
+}
+
+// Every vertex, edge and face of a box around a linear problem, against a search over all sets of active bounds.
+TEST(Bounds, ABoxAroundALinearProblem) {
+  Cpu backend;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    srand(seed);
+    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(6, 3);
+    const Eigen::VectorXd b = 2 * Eigen::VectorXd::Random(6);
+    LinearProblem inner({{a, b}});
+    BoundedProblem<Cpu> problem(inner, {-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3});
+    double best = kInf;
+    for (int set = 0; set < 27; ++set) {
+      Eigen::Vector3d x;
+      std::vector<int> free;
+      for (int k = 0, s = set; k < 3; ++k, s /= 3) {
+        x[k] = 0.3 * (s % 3 - 1);
+        if (s % 3 == 1) free.push_back(k);
+      }
+      if (!free.empty()) {
+        Eigen::MatrixXd columns(6, static_cast<Index>(free.size()));
+        for (std::size_t k = 0; k < free.size(); ++k) columns.col(static_cast<Index>(k)) = a.col(free[k]);
+        const Eigen::VectorXd solved = columns.householderQr().solve(b - a * x);
+        for (std::size_t k = 0; k < free.size(); ++k) x[free[k]] = solved[static_cast<Index>(k)];
+      }
+      if (x.cwiseAbs().maxCoeff() <= 0.3) best = std::min(best, 0.5 * (a * x - b).squaredNorm());
+    }
+    Cpu::Vector x(3);
+    const LmSummary summary = SolveLm<Cpu>(Options(LinearSolverKind::kDenseQr), backend, problem, x.view());
+    EXPECT_LE(summary.final_cost, best * (1 + 1e-9)) << seed << summary.FullReport();
+    EXPECT_TRUE(problem.IsFeasible(x));
+  }
+}
+
+TEST(Bounds, RefuseWhatIsEmptyAndAStartOutside) {
+  Cpu backend;
+  ResidualBlocks<Rosenbrock, Cpu> inner(2, std::vector<Rosenbrock>(1));
+  EXPECT_THROW(BoundedProblem<Cpu>(inner, {1, 0}, {1, 1}), Error);
+  EXPECT_THROW(BoundedProblem<Cpu>(inner, {0}, {1}), Error);
+  EXPECT_THROW(BoundedProblem<Cpu>(inner, {std::nan(""), 0}, {1, 1}), Error);
+  BoundedProblem<Cpu> problem(inner, {0, 0}, {1, 1});
+  Cpu::Vector x = Vector({2, 0.5});
+  EXPECT_EQ(SolveLm<Cpu>(LmOptions(), backend, problem, x.view()).status, LmStatus::kInfeasible);
+  EXPECT_EQ(x[0], 2);
+}
+
+}  // namespace
+}  // namespace vesta

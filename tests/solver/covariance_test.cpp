@@ -1,0 +1,86 @@
+#include "solver/covariance.h"
+
+#include <ceres/ceres.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "solver/ceres/to_ceres.h"
+#include "tests/solver/linear_problem.h"
+
+namespace vesta {
+namespace {
+
+struct Line {
+  static constexpr int kResiduals = 1, kParameters = 2;
+  double t;
+  template <class T>
+  void operator()(const T* p, T* r) const {
+    using std::exp;
+    r[0] = exp(p[0] * T(t)) + p[1] * T(t);
+  }
+};
+
+TEST(Covariance, IsTheInverseOfTheNormalMatrix) {
+  const auto first = RandomBatch(8, 4, 1), second = RandomBatch(6, 4, 2);
+  LinearProblem problem({first, second});
+  const Covariance covariance = EstimateCovariance(problem, Cpu::Vector(4));
+  const Eigen::MatrixXd expected = (first.a.transpose() * first.a + second.a.transpose() * second.a).inverse();
+  ASSERT_EQ(covariance.size, 4);
+  EXPECT_EQ(covariance.rank, 4);
+  for (int r = 0; r < 4; ++r) {
+    for (int c = 0; c < 4; ++c) {
+      EXPECT_NEAR(covariance(r, c), expected(r, c), 1e-10 * std::sqrt(expected(r, r) * expected(c, c)));
+    }
+  }
+}
+
+TEST(Covariance, TellsOfDirectionsWithoutInformation) {
+  LinearProblem::Batch batch = RandomBatch(8, 3, 1);
+  batch.a.col(2) = batch.a.col(0) * 3;
+  LinearProblem problem({batch});
+  const Covariance refused = EstimateCovariance(problem, Cpu::Vector(3));
+  EXPECT_EQ(refused.rank, 2);
+  EXPECT_TRUE(refused.values.empty());
+  const Covariance truncated =
+      EstimateCovariance(problem, Cpu::Vector(3), {.relative_threshold = 1e-12, .truncate = true});
+  ASSERT_EQ(truncated.values.size(), 9U);
+  // A generalised inverse: H C H = H.
+  Eigen::Map<const Eigen::MatrixXd> c(truncated.values.data(), 3, 3);
+  const Eigen::MatrixXd h = batch.a.transpose() * batch.a;
+  EXPECT_LE((h * c * h - h).norm(), 1e-10 * h.norm());
+  LinearProblem zero({{Eigen::MatrixXd::Zero(2, 2), Eigen::VectorXd::Zero(2)}});
+  EXPECT_EQ(EstimateCovariance(zero, Cpu::Vector(2)).rank, 0);
+}
+
+TEST(Covariance, AgreesWithCeres) {
+  std::vector<Line> lines;
+  for (int i = 0; i < 10; ++i) lines.push_back({0.1 * i});
+  ResidualBlocks<Line, Cpu> problem(2, lines);
+  Cpu::Vector x = Vector({0.3, -0.2});
+  double values[2] = {x[0], x[1]};
+  ceres::Problem theirs;
+  for (const Line& line : lines) theirs.AddResidualBlock(ToCeres(line), nullptr, values);
+  ceres::Covariance::Options options;
+  options.algorithm_type = ceres::DENSE_SVD;
+  ceres::Covariance ceres_covariance(options);
+  ASSERT_TRUE(
+      ceres_covariance.Compute(std::vector<std::pair<const double*, const double*>>{{values, values}}, &theirs));
+  double expected[4];
+  ASSERT_TRUE(ceres_covariance.GetCovarianceBlock(values, values, expected));
+  const Covariance covariance = EstimateCovariance(problem, x);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(covariance.values[static_cast<std::size_t>(k)], expected[k], 1e-11 * expected[0]);
+}
+
+TEST(Covariance, RefusesWhatIsTooLarge) {
+  LinearProblem problem({{Eigen::MatrixXd::Zero(20000, 5001), Eigen::VectorXd::Zero(20000)}});
+  EXPECT_THROW(EstimateCovariance(problem, Cpu::Vector(5001)), Error);
+}
+
+}  // namespace
+}  // namespace vesta

@@ -1,0 +1,457 @@
+#include "solver/levenberg_marquardt.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/toy/exponential_fit.h"
+#include "problems/toy/rosenbrock.h"
+#include "solver/residual_blocks.h"
+#include "tests/solver/dense_operator.h"
+#include "tests/solver/linear_problem.h"
+
+namespace vesta {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+LmOptions Tight() {
+  LmOptions options;
+  options.max_iterations = 200;
+  options.function_tolerance = 0;
+  options.gradient_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-15;
+  options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  options.normal_system.pcg = {.max_iterations = 100, .relative_tolerance = 1e-14, .model_tolerance = 0};
+  return options;
+}
+
+// Another problem with its costs and residuals passed through functions.
+class Tampered final : public Problem<Cpu> {
+ public:
+  explicit Tampered(Problem<Cpu>& inner) : inner_(inner) {}
+  Index num_parameters() const override { return inner_.num_parameters(); }
+  double Cost(Cpu::ConstView x) override { return on_cost(x, inner_.Cost(x)); }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int batch) override {
+    ++linearizations;
+    if (linearizations < poisoned_linearization) return inner_.Linearize(x, batch);
+    Cpu().Fill(kNaN, poisoned_.view());
+    return inner_.Linearize(poisoned_, batch);
+  }
+  std::function<double(Cpu::ConstView, double)> on_cost = [](Cpu::ConstView, double cost) { return cost; };
+  int linearizations = 0;
+  int poisoned_linearization = std::numeric_limits<int>::max();
+
+ private:
+  Problem<Cpu>& inner_;
+  Cpu::Vector poisoned_{inner_.num_parameters()};
+};
+
+class LmTest : public ::testing::Test {
+ protected:
+  ResidualBlocks<Rosenbrock, Cpu> rosenbrock_{2, std::vector<Rosenbrock>(1)};
+  Tampered tampered_{rosenbrock_};
+  Cpu::Vector x_ = Vector({-1.2, 1});
+  Cpu backend_;
+};
+
+TEST_F(LmTest, EveryRuleReachesTheMinimum) {
+  for (const StepRule rule : {StepRule::kCeres, StepRule::kNielsen, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1,
+                              StepRule::k3dgsLmV2, StepRule::kSoft}) {
+    LmOptions options = Tight();
+    options.SetStepRule(rule);
+    Cpu::Vector x = Vector({-1.2, 1});
+    const LmSummary summary = SolveLm(options, backend_, rosenbrock_, x.view());
+    EXPECT_LE(summary.final_cost, 1e-20) << ToString(rule) << "\n" << summary.FullReport();
+    EXPECT_NEAR(x[0], 1, 1e-9) << ToString(rule);
+    EXPECT_EQ(summary.final_cost, rosenbrock_.Cost(x)) << ToString(rule);
+  }
+}
+
+TEST_F(LmTest, CostsFallWithEveryAcceptedStepAndStayWithEveryRejectedOne) {
+  const LmSummary summary = SolveLm(Tight(), backend_, rosenbrock_, x_.view());
+  double cost = summary.initial_cost;
+  int accepted = 0, rejected = 0;
+  for (std::size_t i = 1; i < summary.iterations.size(); ++i) {
+    const LmIteration& row = summary.iterations[i];
+    EXPECT_EQ(row.iteration, static_cast<int>(i));
+    if (row.accepted) {
+      EXPECT_LT(row.cost, cost);
+      ++accepted;
+    } else {
+      EXPECT_EQ(row.cost, cost);
+      ++rejected;
+    }
+    cost = row.cost;
+  }
+  EXPECT_EQ(accepted, summary.num_accepted);
+  EXPECT_EQ(rejected, summary.num_rejected);
+  EXPECT_GT(rejected, 0);
+  EXPECT_EQ(cost, summary.final_cost);
+}
+
+TEST_F(LmTest, RejectedIterationsDoNotLinearizeAgain) {
+  const LmSummary summary = SolveLm(Tight(), backend_, tampered_, x_.view());
+  EXPECT_GT(summary.num_rejected, 0);
+  EXPECT_EQ(tampered_.linearizations, summary.num_linearizations);
+  EXPECT_LE(summary.num_linearizations, summary.num_accepted + 1);
+}
+
+TEST_F(LmTest, ALinearProblemTakesOneUndampedStep) {
+  LinearProblem problem({RandomBatch(10, 4, 9)});
+  LmOptions options = Tight();
+  options.step_control.initial_lambda = options.step_control.min_lambda = 1e-16;
+  Cpu::Vector x(4);
+  const LmSummary summary = SolveLm(options, backend_, problem, x.view());
+  ASSERT_GE(summary.iterations.size(), 2u);
+  EXPECT_NEAR(summary.iterations[1].rho, 1, 1e-9);
+  EXPECT_LE(summary.iterations[1].cost - summary.final_cost, 1e-12 * summary.initial_cost);
+}
+
+TEST_F(LmTest, StopsForEachOfItsReasons) {
+  const auto status_with = [&](const std::function<void(LmOptions&)>& change, const LmCallback& callback = {}) {
+    LmOptions options = Tight();
+    change(options);
+    Cpu::Vector x = Vector({-1.2, 1});
+    const LmSummary summary = SolveLm(options, backend_, rosenbrock_, x.view(), callback);
+    EXPECT_FALSE(summary.message.empty());
+    EXPECT_LE(summary.final_cost, summary.initial_cost);
+    return summary.status;
+  };
+  EXPECT_EQ(status_with([](LmOptions& o) { o.function_tolerance = 0.5; }), LmStatus::kFunctionTolerance);
+  EXPECT_EQ(status_with([](LmOptions& o) { o.gradient_tolerance = 1e9; }), LmStatus::kGradientTolerance);
+  EXPECT_EQ(status_with([](LmOptions& o) { o.parameter_tolerance = 1; }), LmStatus::kParameterTolerance);
+  EXPECT_EQ(status_with([](LmOptions& o) { o.max_iterations = 2; }), LmStatus::kMaxIterations);
+  EXPECT_EQ(status_with([](LmOptions& o) { o.max_iterations = 0; }), LmStatus::kMaxIterations);
+  EXPECT_EQ(status_with([](LmOptions& o) { o.max_seconds = 1e-9; }), LmStatus::kTimeLimit);
+  EXPECT_EQ(status_with([](LmOptions& o) { o.max_consecutive_rejects = 1; }), LmStatus::kNoDecrease);
+  EXPECT_EQ(status_with([](LmOptions&) {},
+                        [](const LmIteration& row) {
+                          return row.iteration == 3 ? CallbackResult::kStop : CallbackResult::kContinue;
+                        }),
+            LmStatus::kStoppedByCallback);
+}
+
+TEST_F(LmTest, TheCallbackSeesEveryIteration) {
+  std::vector<int> seen;
+  const LmSummary summary = SolveLm(Tight(), backend_, rosenbrock_, x_.view(), [&](const LmIteration& row) {
+    seen.push_back(row.iteration);
+    return CallbackResult::kContinue;
+  });
+  ASSERT_EQ(seen.size(), summary.iterations.size());
+  for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(seen[i], static_cast<int>(i));
+}
+
+TEST_F(LmTest, OneStepAtATimeIsTheSameSolve) {
+  LmStepper<Cpu> stepper(Tight(), backend_, rosenbrock_, x_);
+  while (!stepper.done()) stepper.Step();
+  EXPECT_EQ(stepper.Step().iteration, stepper.summary().iterations.back().iteration);
+  const LmSummary summary = SolveLm(Tight(), backend_, rosenbrock_, x_.view());
+  EXPECT_EQ(stepper.summary().iterations.size(), summary.iterations.size());
+  EXPECT_EQ(stepper.cost(), summary.final_cost);
+  EXPECT_EQ(stepper.x()[0], x_[0]);
+}
+
+TEST_F(LmTest, NaNAtTheStartIsAStatus) {
+  x_[0] = kNaN;
+  const LmSummary summary = SolveLm(Tight(), backend_, rosenbrock_, x_.view());
+  EXPECT_EQ(summary.status, LmStatus::kNonFinite);
+  EXPECT_TRUE(std::isnan(x_[0]));
+  EXPECT_EQ(x_[1], 1);
+}
+
+TEST_F(LmTest, NaNInTheFirstLinearizationIsAStatus) {
+  tampered_.poisoned_linearization = 1;
+  const LmSummary summary = SolveLm(Tight(), backend_, tampered_, x_.view());
+  EXPECT_EQ(summary.status, LmStatus::kNonFinite);
+  EXPECT_EQ(x_[0], -1.2);
+  EXPECT_EQ(x_[1], 1);
+}
+
+TEST_F(LmTest, NaNInALaterLinearizationKeepsTheBest) {
+  tampered_.poisoned_linearization = 4;
+  const LmSummary summary = SolveLm(Tight(), backend_, tampered_, x_.view());
+  EXPECT_EQ(summary.status, LmStatus::kNonFinite);
+  EXPECT_EQ(summary.num_accepted, 3);
+  EXPECT_LT(summary.final_cost, summary.initial_cost);
+  EXPECT_EQ(rosenbrock_.Cost(x_), summary.final_cost);
+}
+
+TEST_F(LmTest, TrialsThatAreNotFiniteAreRejectedAndSurvived) {
+  // Beyond a wall at x0 = -1 the first trials have no cost.
+  for (const double wall : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}) {
+    int blocked = 0;
+    tampered_.on_cost = [&](Cpu::ConstView x, double cost) {
+      if (x[0] <= -1.1 || blocked >= 4) return cost;
+      ++blocked;
+      return wall;
+    };
+    Cpu::Vector x = Vector({-1.2, 1});
+    const LmSummary summary = SolveLm(Tight(), backend_, tampered_, x.view());
+    EXPECT_GE(summary.num_rejected, 4);
+    EXPECT_LE(summary.final_cost, 1e-20);
+  }
+}
+
+TEST_F(LmTest, WhenNoTrialIsFiniteTheStartComesBack) {
+  tampered_.on_cost = [](Cpu::ConstView x, double cost) { return x[0] == -1.2 && x[1] == 1 ? cost : kNaN; };
+  LmOptions options = Tight();
+  options.max_consecutive_rejects = 10;
+  const LmSummary summary = SolveLm(options, backend_, tampered_, x_.view());
+  EXPECT_EQ(summary.status, LmStatus::kNoDecrease);
+  EXPECT_EQ(summary.num_accepted, 0);
+  EXPECT_EQ(x_[0], -1.2);
+}
+
+TEST_F(LmTest, ARejectAtTheUpperBoundEndsTheSolve) {
+  tampered_.on_cost = [](Cpu::ConstView x, double cost) { return x[0] == -1.2 && x[1] == 1 ? cost : kNaN; };
+  LmOptions options = Tight();
+  options.step_control.max_lambda = 1e-2;
+  const LmSummary summary = SolveLm(options, backend_, tampered_, x_.view());
+  EXPECT_EQ(summary.status, LmStatus::kNoDecrease);
+  EXPECT_LT(summary.num_rejected, 10);
+}
+
+TEST_F(LmTest, BacktrackingTriesShorterStepsBeforeSolvingAgain) {
+  // By hand: the Gauss-Newton step from (-1.2, 1) ends at (1, -3.84), cost 1171; half of it costs 103; a tenth of
+  // it ends at (-0.98, 0.516), cost 11.8, below the 12.1 of the start.
+  LmOptions options = Tight();
+  options.SetStepRule(StepRule::kSoft);
+  options.step_control.initial_lambda = 1e-10;
+  options.step_control.backtracking = {0.5, 0.1};
+  options.max_iterations = 1;
+  const LmSummary summary = SolveLm(options, backend_, rosenbrock_, x_.view());
+  const LmIteration& row = summary.iterations.back();
+  EXPECT_TRUE(row.accepted) << summary.FullReport();
+  EXPECT_EQ(row.trials, 3);
+  EXPECT_EQ(row.gamma, 0.1);
+  EXPECT_NEAR(x_[0], -0.98, 1e-6);
+  EXPECT_NEAR(x_[1], 0.516, 1e-6);
+  EXPECT_EQ(summary.num_linearizations, 1);  // none for a step that will not be taken
+  // The model along the Gauss-Newton step is 12.1 (1 - gamma)^2.
+  EXPECT_NEAR(row.rho, (12.1 - row.cost) / (12.1 * (1 - 0.81)), 1e-6);
+}
+
+TEST_F(LmTest, TheLineSearchLooksAtASubset) {
+  const auto samples = ExponentialSamples(200);
+  ResidualBlocks<ExponentialFit, Cpu> problem(2, samples);
+  LmOptions options = Tight();
+  options.line_search.enabled = true;
+  Cpu::Vector with = Vector({0, 0}), without = Vector({0, 0});
+  const LmSummary searched = SolveLm(options, backend_, problem, with.view());
+  options.line_search.enabled = false;
+  const LmSummary plain = SolveLm(options, backend_, problem, without.view());
+  EXPECT_GT(searched.num_subset_evaluations, searched.num_accepted);
+  EXPECT_EQ(plain.num_subset_evaluations, 0);
+  EXPECT_NEAR(searched.final_cost, plain.final_cost, 1e-9 * plain.final_cost);
+}
+
+// At its minimum this cost is 5, and feels a change of x by 1e-8 in its last digit only: the gradient finds the rest.
+struct FarFit {
+  static constexpr int kResiduals = 1, kParameters = 1;
+  double t, y;
+  template <class T>
+  void operator()(const T* x, T* r) const {
+    using std::exp;
+    r[0] = exp(x[0] * T(t)) - T(y);
+  }
+};
+
+TEST_F(LmTest, TheGradientGivesTheDigitsThatTheCostCannot) {
+  std::vector<FarFit> functors;
+  functors.reserve(10);
+  for (int i = 0; i < 10; ++i) functors.push_back({0.1 * i, i % 2 == 0 ? 2.0 : 0.0});
+  // The root of the gradient, by bisection in long double.
+  const auto slope = [&](long double x) {
+    long double sum = 0;
+    for (const FarFit& f : functors) {
+      const long double e = std::exp(x * f.t);
+      sum += (e - f.y) * e * f.t;
+    }
+    return sum;
+  };
+  long double low = -3, high = 3;
+  for (int k = 0; k < 100; ++k) ((slope((low + high) / 2) < 0) ? low : high) = (low + high) / 2;
+  ResidualBlocks<FarFit, Cpu> problem(1, functors);
+  LmOptions options;
+  options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
+  for (const double start : {-1.0, 0.5, 1.7}) {
+    Cpu::Vector x = Vector({start});
+    const LmSummary summary = SolveLm<Cpu>(options, backend_, problem, x.view());
+    EXPECT_NEAR(x[0], static_cast<double>(low), 1e-14) << summary.FullReport();
+    EXPECT_TRUE(IsConverged(summary.status));
+    EXPECT_LT(summary.iterations.size(), 40U);
+  }
+}
+
+TEST_F(LmTest, AnEmptyProblemIsSolved) {
+  ResidualBlocks<Rosenbrock, Cpu> nothing(0, {});
+  Cpu::Vector none;
+  EXPECT_TRUE(IsConverged(SolveLm(LmOptions(), backend_, nothing, none.view()).status));
+  // Parameters without residuals: every column is frozen.
+  ResidualBlocks<Rosenbrock, Cpu> free(3, {});
+  Cpu::Vector x = Vector({1, 2, 3});
+  const LmSummary summary = SolveLm(LmOptions(), backend_, free, x.view());
+  EXPECT_EQ(summary.status, LmStatus::kGradientTolerance);
+  EXPECT_EQ(summary.num_frozen, 3);
+  EXPECT_EQ(x[1], 2);
+}
+
+TEST_F(LmTest, AZeroResidualIsConverged) {
+  Cpu::Vector x = Vector({1, 1});
+  const LmSummary summary = SolveLm(LmOptions(), backend_, rosenbrock_, x.view());
+  EXPECT_EQ(summary.status, LmStatus::kGradientTolerance);
+  EXPECT_EQ(summary.final_cost, 0);
+  EXPECT_EQ(summary.num_accepted, 0);
+}
+
+TEST_F(LmTest, ParametersNobodyReadsStay) {
+  ResidualBlocks<Rosenbrock, Cpu> problem(4, std::vector<Rosenbrock>(1), {1, 3});
+  Cpu::Vector x = Vector({5, -1.2, 6, 1});
+  const LmSummary summary = SolveLm(Tight(), backend_, problem, x.view());
+  EXPECT_EQ(summary.num_frozen, 2);
+  EXPECT_EQ(x[0], 5);
+  EXPECT_EQ(x[2], 6);
+  EXPECT_NEAR(x[1], 1, 1e-9);
+}
+
+// A point on the unit circle, x of two numbers moved by one angle.
+class Circle final : public Problem<Cpu> {
+ public:
+  Index num_parameters() const override { return 2; }
+  Index num_tangent() const override { return 1; }
+  double Cost(Cpu::ConstView x) override { return 0.5 * Square(x[0] - 3) + 0.5 * Square(x[1] - 4); }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override { return std::make_unique<At>(x); }
+  void Plus(Cpu&, Cpu::ConstView x, Cpu::ConstView delta, Cpu::View out) override {
+    const double c = std::cos(delta[0]), s = std::sin(delta[0]);
+    out[0] = c * x[0] - s * x[1];
+    out[1] = s * x[0] + c * x[1];
+  }
+
+ private:
+  static double Square(double v) { return v * v; }
+  class At final : public Linearization<Cpu> {
+   public:
+    explicit At(Cpu::ConstView x) : residuals_(2), tangent_{-x[1], x[0]} {
+      residuals_[0] = x[0] - 3;
+      residuals_[1] = x[1] - 4;
+    }
+    Index num_residuals() const override { return 2; }
+    Index num_parameters() const override { return 1; }
+    Cpu::ConstView residuals() const override { return residuals_.view(); }
+    void ApplyJ(Cpu::ConstView v, Cpu::View u) override {
+      for (int i = 0; i < 2; ++i) u[i] = tangent_[i] * v[0];
+    }
+    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { g[0] = tangent_[0] * u[0] + tangent_[1] * u[1]; }
+    void DiagJTJ(Cpu::View d) override { d[0] = Square(tangent_[0]) + Square(tangent_[1]); }
+
+   private:
+    Cpu::Vector residuals_;
+    double tangent_[2];
+  };
+};
+
+TEST_F(LmTest, StepsFollowAManifold) {
+  Circle circle;
+  Cpu::Vector x = Vector({1, 0});
+  LmOptions options = Tight();
+  options.gradient_tolerance = 1e-9;
+  const LmSummary summary = SolveLm(options, backend_, circle, x.view());
+  EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
+  EXPECT_NEAR(x[0], 0.6, 1e-8);
+  EXPECT_NEAR(x[1], 0.8, 1e-8);
+  EXPECT_EQ(summary.num_tangent, 1);
+}
+
+TEST(LmFloat, FloatReachesWhatFloatCan) {
+  using B = CpuBackend<float>;
+  ResidualBlocks<ExponentialFit, B> problem(2, ExponentialSamples(100));
+  ResidualBlocks<ExponentialFit, Cpu> reference(2, ExponentialSamples(100));
+  B backend;
+  Cpu backend_double;
+  B::Vector x(2);
+  Cpu::Vector y(2);
+  LmOptions options = Tight();
+  options.function_tolerance = 1e-7;
+  const LmSummary summary = SolveLm(options, backend, problem, x.view());
+  SolveLm(Tight(), backend_double, reference, y.view());
+  EXPECT_TRUE(IsConverged(summary.status));
+  for (int k = 0; k < 2; ++k) EXPECT_NEAR(x[k], y[k], 1e-4);
+}
+
+TEST(LmThreads, BitsDoNotDependOnThreads) {
+  // Long enough for many chunks of every loop.
+  constexpr Index kSize = 30000;
+  const std::vector<Rosenbrock> links(kSize - 1);
+  ResidualBlocks<Rosenbrock, Cpu> problem(kSize, links, RosenbrockChain(kSize));
+  Cpu backend;
+  Cpu::Vector x[2] = {Cpu::Vector(kSize), Cpu::Vector(kSize)};
+  LmOptions options;
+  options.max_iterations = 5;
+  double costs[2];
+  for (const int threads : {1, 2}) {
+    SetNumThreads(threads);
+    Cpu::Vector& mine = x[threads - 1];
+    for (Index i = 0; i < kSize; ++i) mine[i] = std::sin(static_cast<double>(i));
+    costs[threads - 1] = SolveLm(options, backend, problem, mine.view()).final_cost;
+  }
+  SetNumThreads(0);
+  EXPECT_EQ(costs[0], costs[1]);
+  for (Index i = 0; i < kSize; ++i) ASSERT_EQ(x[0][i], x[1][i]);
+}
+
+TEST(LmOptionsTest, EachIsCheckedWithOneLine) {
+  const std::vector<std::function<void(LmOptions&)>> mistakes = {
+      [](LmOptions& o) { o.max_iterations = -1; },
+      [](LmOptions& o) { o.function_tolerance = kNaN; },
+      [](LmOptions& o) { o.max_seconds = 0; },
+      [](LmOptions& o) { o.max_consecutive_rejects = 0; },
+      [](LmOptions& o) { o.step_control.initial_lambda = -1; },
+      [](LmOptions& o) { o.normal_system.pcg.max_iterations = -1; },
+      [](LmOptions& o) { o.normal_system.pcg.relative_tolerance = -1; },
+      [](LmOptions& o) { o.normal_system.lsmr.relative_tolerance = 0; },
+      [](LmOptions& o) { o.normal_system.lsmr.max_iterations = -1; },
+      [](LmOptions& o) { o.normal_system.metric.min_diagonal = 0; },
+      [](LmOptions& o) { o.normal_system.metric.group_median_floor = -1; },
+      [](LmOptions& o) { o.line_search.unit_fraction = 0; },
+      [](LmOptions& o) { o.line_search.shrink = 1; },
+  };
+  LmOptions().Validate();
+  for (const auto& mistake : mistakes) {
+    LmOptions options;
+    mistake(options);
+    try {
+      options.Validate();
+      ADD_FAILURE() << "accepted";
+    } catch (const Error& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+  }
+  ResidualBlocks<Rosenbrock, Cpu> problem(2, std::vector<Rosenbrock>(1));
+  Cpu backend;
+  Cpu::Vector wrong(3);
+  EXPECT_THROW(SolveLm(LmOptions(), backend, problem, wrong.view()), Error);
+}
+
+TEST(LmSummaryTest, ReportsSayWhatHappened) {
+  ResidualBlocks<Rosenbrock, Cpu> problem(2, std::vector<Rosenbrock>(1));
+  Cpu backend;
+  Cpu::Vector x = Vector({-1.2, 1});
+  const LmSummary summary = SolveLm(LmOptions(), backend, problem, x.view());
+  const std::string brief = summary.BriefReport(), full = summary.FullReport();
+  EXPECT_EQ(brief.find('\n'), std::string::npos);
+  EXPECT_NE(brief.find("converged"), std::string::npos);
+  EXPECT_NE(full.find("dense QR (auto: a Jacobian of 2 x 2)"), std::string::npos);
+  // A row for each iteration below the heading.
+  const auto table = full.find(" iter ");
+  ASSERT_NE(table, std::string::npos);
+  EXPECT_EQ(std::count(full.begin() + static_cast<std::ptrdiff_t>(table), full.end(), '\n'),
+            static_cast<std::ptrdiff_t>(summary.iterations.size()) + 1);
+}
+
+}  // namespace
+}  // namespace vesta

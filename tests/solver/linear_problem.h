@@ -1,0 +1,90 @@
+// Linear least squares 1/2 |A x - b|^2 with dense A, in batches of rows: everything about it is known exactly.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "solver/problem.h"
+#include "tests/solver/dense_operator.h"
+
+namespace vesta {
+
+class LinearProblem final : public Problem<Cpu> {
+ public:
+  struct Batch {
+    Eigen::MatrixXd a;
+    Eigen::VectorXd b;
+  };
+  explicit LinearProblem(std::vector<Batch> batches) : batches_(std::move(batches)) {}
+
+  Index num_parameters() const override { return batches_.front().a.cols(); }
+  int num_batches() const override { return static_cast<int>(batches_.size()); }
+  double Cost(Cpu::ConstView x) override {
+    double cost = 0;
+    for (const Batch& batch : batches_) cost += 0.5 * (batch.a * AsEigen(x) - batch.b).squaredNorm();
+    return cost;
+  }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int batch) override {
+    ++linearizations;
+    return std::make_unique<Rows>(batches_[static_cast<std::size_t>(batch)], x, groups);
+  }
+  bool DampingMetric(Cpu::ConstView, Cpu::ConstView diag_h, Cpu::View metric) override {
+    if (own_metric <= 0) return false;
+    Cpu().Fill(own_metric, metric);
+    last_diag_h = AsEigen(diag_h);
+    return true;
+  }
+
+  std::vector<BlockGroup> groups;
+  double own_metric = 0;
+  Eigen::VectorXd last_diag_h;
+  int linearizations = 0;
+
+ private:
+  class Rows final : public Linearization<Cpu> {
+   public:
+    Rows(const Batch& batch, Cpu::ConstView x, std::vector<BlockGroup> groups)
+        : a_(batch.a), groups_(std::move(groups)), residuals_(batch.b.size()) {
+      AsEigen(residuals_.view()) = a_ * AsEigen(x) - batch.b;
+    }
+    Index num_residuals() const override { return a_.rows(); }
+    Index num_parameters() const override { return a_.cols(); }
+    Cpu::ConstView residuals() const override { return residuals_.view(); }
+    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = a_ * AsEigen(v); }
+    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { AsEigen(g) = a_.transpose() * AsEigen(u); }
+    void DiagJTJ(Cpu::View d) override { AsEigen(d) = a_.colwise().squaredNorm().transpose(); }
+    std::vector<BlockGroup> block_groups() const override { return groups_; }
+    void BlockGram(BlockDiagonal<Cpu>& blocks) override {
+      const Eigen::MatrixXd h = a_.transpose() * a_;
+      for (std::size_t g = 0; g < groups_.size(); ++g) {
+        const BlockGroup& group = groups_[g];
+        for (Index i = 0; i < group.count; ++i) {
+          for (int r = 0; r < group.size; ++r) {
+            for (int c = 0; c <= r; ++c) {
+              blocks.values(static_cast<int>(g))[PackedLower(r, c) * group.count + i] =
+                  h(group.Parameter(i, r), group.Parameter(i, c));
+            }
+          }
+        }
+      }
+    }
+
+   private:
+    const Eigen::MatrixXd& a_;
+    std::vector<BlockGroup> groups_;
+    Cpu::Vector residuals_;
+  };
+
+  std::vector<Batch> batches_;
+};
+
+// Random rows, columns of very different scales.
+inline LinearProblem::Batch RandomBatch(int rows, int cols, unsigned seed) {
+  srand(seed);
+  Eigen::MatrixXd a = Eigen::MatrixXd::Random(rows, cols);
+  for (int c = 0; c < cols; ++c) a.col(c) *= std::pow(10.0, c - cols / 2);
+  return {a, Eigen::VectorXd::Random(rows)};
+}
+
+}  // namespace vesta

@@ -1,0 +1,103 @@
+#include "solver/manifold.h"
+
+#include <ceres/ceres.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+Eigen::VectorXd Plus(const Manifold& manifold, const Eigen::VectorXd& x, const Eigen::VectorXd& delta) {
+  Eigen::VectorXd out(manifold.ambient_size());
+  manifold.Plus(x.data(), delta.data(), out.data());
+  return out;
+}
+
+RowMajor PlusJacobian(const Manifold& manifold, const Eigen::VectorXd& x) {
+  RowMajor jacobian(manifold.ambient_size(), manifold.tangent_size());
+  manifold.PlusJacobian(x.data(), jacobian.data());
+  return jacobian;
+}
+
+// The properties every manifold has, at one x: Plus(x, 0) = x, in place or not, and the Jacobian against differences.
+void Check(const Manifold& manifold, const Eigen::VectorXd& x) {
+  ASSERT_EQ(x.size(), manifold.ambient_size());
+  const int n = manifold.tangent_size();
+  EXPECT_EQ((Plus(manifold, x, Eigen::VectorXd::Zero(n)) - x).norm(), 0);
+  Eigen::VectorXd delta = Eigen::VectorXd::Random(n), in_place = x;
+  manifold.Plus(in_place.data(), delta.data(), in_place.data());
+  EXPECT_EQ((in_place - Plus(manifold, x, delta)).norm(), 0);
+  const RowMajor jacobian = PlusJacobian(manifold, x);
+  const double h = 1e-5;
+  for (int k = 0; k < n; ++k) {
+    const Eigen::VectorXd step = h * Eigen::VectorXd::Unit(n, k);
+    const Eigen::VectorXd slope = (Plus(manifold, x, step) - Plus(manifold, x, -step)) / (2 * h);
+    EXPECT_LE((slope - jacobian.col(k)).norm(), 1e-9 * (1 + x.norm())) << "column " << k;
+  }
+}
+
+TEST(Manifold, PlusAndItsJacobian) {
+  srand(7);
+  for (int trial = 0; trial < 5; ++trial) {
+    const Eigen::Vector4d q = Eigen::Vector4d::Random().normalized();
+    Check(QuaternionManifold(QuaternionManifold::Order::kWxyz), q);
+    Check(QuaternionManifold(QuaternionManifold::Order::kXyzw), q);
+    Check(UnitVectorManifold(3), 2.5 * Eigen::Vector3d::Random());
+    Check(UnitVectorManifold(2), Eigen::Vector2d::Random());
+    Check(UnitVectorManifold(5), Eigen::VectorXd::Random(5));
+    Check(EuclideanManifold(3), Eigen::Vector3d::Random());
+    Check(SubsetManifold(4, {2, 0}), Eigen::Vector4d::Random());
+    Eigen::VectorXd pose(7);
+    pose << q, Eigen::Vector3d::Random();
+    Check(ProductManifold({std::make_shared<QuaternionManifold>(), std::make_shared<EuclideanManifold>(3)}), pose);
+  }
+  // The reflection's own axis, both ends.
+  Check(UnitVectorManifold(3), Eigen::Vector3d(0, 0, 1));
+  Check(UnitVectorManifold(3), Eigen::Vector3d(0, 0, -1));
+}
+
+TEST(Manifold, QuaternionsTurnAsCeressDo) {
+  srand(8);
+  const ceres::QuaternionManifold wxyz;
+  const ceres::EigenQuaternionManifold xyzw;
+  for (const auto& [ours, theirs] : std::initializer_list<std::pair<QuaternionManifold, const ceres::Manifold*>>{
+           {QuaternionManifold(QuaternionManifold::Order::kWxyz), &wxyz},
+           {QuaternionManifold(QuaternionManifold::Order::kXyzw), &xyzw}}) {
+    for (const double scale : {1e-12, 1e-3, 1.0, 4.0}) {
+      const Eigen::Vector4d q = Eigen::Vector4d::Random().normalized();
+      const Eigen::Vector3d delta = scale * Eigen::Vector3d::Random();
+      Eigen::Vector4d expected;
+      ASSERT_TRUE(theirs->Plus(q.data(), delta.data(), expected.data()));
+      EXPECT_LE((Plus(ours, q, delta) - expected).norm(), 1e-15 * 4);
+      RowMajor jacobian(4, 3);
+      ASSERT_TRUE(theirs->PlusJacobian(q.data(), jacobian.data()));
+      EXPECT_LE((PlusJacobian(ours, q) - jacobian).norm(), 1e-15 * 4);
+    }
+  }
+}
+
+TEST(Manifold, UnitVectorsKeepTheirLength) {
+  srand(9);
+  const UnitVectorManifold manifold(4);
+  Eigen::VectorXd x = 3 * Eigen::Vector4d::Random();
+  const double length = x.norm();
+  for (int step = 0; step < 100; ++step) x = Plus(manifold, x, Eigen::Vector3d::Random());
+  EXPECT_NEAR(x.norm(), length, 1e-13 * length);
+}
+
+TEST(Manifold, RefusesSizesThatAreNone) {
+  EXPECT_THROW(UnitVectorManifold(1), Error);
+  EXPECT_THROW(EuclideanManifold(0), Error);
+  EXPECT_THROW(SubsetManifold(3, {3}), Error);
+  EXPECT_THROW(SubsetManifold(3, {1, 1}), Error);
+  EXPECT_THROW(SubsetManifold(2, {0, 1}), Error);
+}
+
+}  // namespace
+}  // namespace vesta

@@ -1,0 +1,173 @@
+#include "solver/normal_system.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/solver/linear_problem.h"
+
+namespace vesta {
+namespace {
+
+NormalSystemOptions Tight(PreconditionerKind kind = PreconditionerKind::kJacobi) {
+  NormalSystemOptions options;
+  options.linear_solver = LinearSolverKind::kPcg;
+  options.preconditioner = kind;
+  options.pcg = {.max_iterations = 200, .relative_tolerance = 1e-14, .model_tolerance = 0};
+  return options;
+}
+
+class NormalSystemTest : public ::testing::Test {
+ protected:
+  ColumnScale<Cpu> ScaleOf(NormalSystem<Cpu>& system, ColumnScaling scaling = ColumnScaling::kInverseRoot) {
+    return MakeColumnScale<Cpu>(scaling, backend_, system.diagonal());
+  }
+  Cpu backend_;
+  PcgWorkspace<Cpu> workspace_;
+};
+
+TEST_F(NormalSystemTest, SolvesTheDampedSumOfBatches) {
+  const auto first = RandomBatch(8, 5, 1), second = RandomBatch(6, 5, 2);
+  LinearProblem problem({first, second});
+  const Cpu::Vector x = Vector({1, 2, 3, 4, 5});
+  const Eigen::MatrixXd h = first.a.transpose() * first.a + second.a.transpose() * second.a;
+  const Eigen::VectorXd g = first.a.transpose() * (first.a * AsEigen(x.view()) - first.b) +
+                            second.a.transpose() * (second.a * AsEigen(x.view()) - second.b);
+  const double lambda = 0.3;
+  Eigen::MatrixXd damped = h;
+  damped.diagonal() += lambda * h.diagonal();
+  const Eigen::VectorXd expected = -damped.ldlt().solve(g);
+
+  problem.groups = {{5, 1, 0, 1, 5}};
+  for (const auto kind :
+       {PreconditionerKind::kIdentity, PreconditionerKind::kJacobi, PreconditionerKind::kBlockJacobi}) {
+    NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
+    EXPECT_EQ(system.num_residuals(), 14);
+    EXPECT_LE((AsEigen(system.gradient()) - g).norm(), 1e-13 * g.norm());
+    EXPECT_LE((AsEigen(system.diagonal()) - h.diagonal()).norm(), 1e-14 * h.diagonal().norm());
+    const auto scale = ScaleOf(system);
+    auto options = Tight(kind);
+    if (kind == PreconditionerKind::kIdentity) options.pcg.max_iterations = 5000;
+    system.Prepare(options, x, scale);
+    Cpu::Vector step(5);
+    const auto solution = system.Solve(lambda, workspace_, step);
+    EXPECT_EQ(solution.pcg.status, PcgStatus::kConverged) << ToString(kind);
+    EXPECT_LE((AsEigen(step.view()) - expected).norm(), 1e-9 * expected.norm()) << ToString(kind);
+    if (kind == PreconditionerKind::kBlockJacobi) {
+      // One block is the whole matrix: exact but for rounding.
+      EXPECT_LE(solution.pcg.iterations, 3);
+    }
+  }
+}
+
+TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
+  const auto batch = RandomBatch(9, 5, 3);
+  LinearProblem problem({batch});
+  const Cpu::Vector x = Vector({1, -2, 3, -4, 5});
+  const Eigen::MatrixXd h = batch.a.transpose() * batch.a;
+  for (const auto scaling : {ColumnScaling::kNone, ColumnScaling::kInverseRoot, ColumnScaling::kOnePlusInverse}) {
+    for (const int iterations : {1, 2, 3}) {
+      NormalSystem<Cpu> system(backend_, problem, x, {0});
+      const auto scale = ScaleOf(system, scaling);
+      auto options = Tight();
+      options.pcg.max_iterations = iterations;
+      system.Prepare(options, x, scale);
+      Cpu::Vector step(5), moved(5);
+      const auto solution = system.Solve(0.7, workspace_, step);
+      const double curvature = AsEigen(step.view()).dot(h * AsEigen(step.view()));
+      EXPECT_NEAR(solution.curvature, curvature, 1e-11 * curvature);
+      EXPECT_NEAR(system.Curvature(step), curvature, 1e-12 * curvature);
+      // The problem is linear: the model is the cost.
+      problem.Plus(backend_, x, step, moved);
+      const double decrease = problem.Cost(x) - problem.Cost(moved);
+      EXPECT_NEAR(-solution.gradient_dot_step - 0.5 * solution.curvature, decrease, 1e-11 * problem.Cost(x));
+    }
+  }
+}
+
+TEST_F(NormalSystemTest, FrozenColumnsStay) {
+  auto batch = RandomBatch(9, 5, 4);
+  batch.a.col(2).setZero();
+  LinearProblem problem({batch});
+  const Cpu::Vector x(5);
+  for (const auto kind : {PreconditionerKind::kIdentity, PreconditionerKind::kJacobi}) {
+    NormalSystem<Cpu> system(backend_, problem, x, {0});
+    const auto scale = ScaleOf(system);
+    system.Prepare(Tight(kind), x, scale);
+    EXPECT_EQ(system.num_frozen(), 1);
+    EXPECT_EQ(scale.square[2], 1);
+    Cpu::Vector step(5);
+    system.Solve(1e-3, workspace_, step);
+    EXPECT_EQ(step[2], 0);
+    EXPECT_GT(std::abs(step[1]), 0);
+    EXPECT_TRUE(backend_.AllFinite(step));
+  }
+}
+
+TEST_F(NormalSystemTest, TheProblemsMetricReplacesTheDiagonal) {
+  const auto batch = RandomBatch(9, 4, 5);
+  LinearProblem problem({batch});
+  problem.own_metric = 2.5;
+  const Cpu::Vector x = Vector({1, 1, 1, 1});
+  NormalSystem<Cpu> system(backend_, problem, x, {0});
+  const auto scale = ScaleOf(system);
+  system.Prepare(Tight(), x, scale);
+  Cpu::Vector step(4);
+  system.Solve(0.2, workspace_, step);
+  const Eigen::MatrixXd h = batch.a.transpose() * batch.a;
+  const Eigen::VectorXd g = batch.a.transpose() * (batch.a * AsEigen(x.view()) - batch.b);
+  const Eigen::VectorXd expected = -(h + 0.5 * Eigen::MatrixXd::Identity(4, 4)).ldlt().solve(g);
+  EXPECT_LE((AsEigen(step.view()) - expected).norm(), 1e-10 * expected.norm());
+  EXPECT_LE((problem.last_diag_h - h.diagonal()).norm(), 1e-13 * h.norm());
+}
+
+TEST_F(NormalSystemTest, AnUndampedPreconditionerFindsTheSameStep) {
+  LinearProblem problem({RandomBatch(9, 4, 6)});
+  const Cpu::Vector x = Vector({1, 1, 1, 1});
+  Cpu::Vector steps[2] = {Cpu::Vector(4), Cpu::Vector(4)};
+  for (const bool damp : {false, true}) {
+    NormalSystem<Cpu> system(backend_, problem, x, {0});
+    const auto scale = ScaleOf(system);
+    auto options = Tight();
+    options.damp_preconditioner = damp;
+    options.metric.min_diagonal = 1;  // so that the two differ by more than a factor
+    system.Prepare(options, x, scale);
+    system.Solve(0.5, workspace_, steps[damp ? 1 : 0]);
+  }
+  EXPECT_LE((AsEigen(steps[0].view()) - AsEigen(steps[1].view())).norm(), 1e-11 * AsEigen(steps[0].view()).norm());
+}
+
+TEST_F(NormalSystemTest, ScalesAndClamps) {
+  const Cpu::Vector d = Vector({0, 4, 9, 1e-20});
+  const auto root = MakeColumnScale<Cpu>(ColumnScaling::kInverseRoot, backend_, d);
+  EXPECT_EQ(root.inverse_square[0], 1);
+  EXPECT_EQ(root.inverse_square[1], 4);
+  EXPECT_EQ(root.square[2], 1.0 / 9);
+  const auto ceres = MakeColumnScale<Cpu>(ColumnScaling::kOnePlusInverse, backend_, d);
+  EXPECT_EQ(ceres.inverse_square[0], 1);
+  EXPECT_EQ(ceres.inverse_square[2], 16);
+  // Later the columns have other norms: what counts is their size in units of the start's.
+  const Cpu::Vector later = Vector({1e-9, 4, 9e-9, 1});
+  Cpu::Vector metric(4);
+  DiagonalMetric<Cpu>({}, backend_, later, root, {}, metric);
+  EXPECT_DOUBLE_EQ(metric[0], 1e-6);
+  EXPECT_DOUBLE_EQ(metric[1], 4);
+  EXPECT_DOUBLE_EQ(metric[2], 9e-6);
+  EXPECT_DOUBLE_EQ(metric[3], 1);
+}
+
+TEST_F(NormalSystemTest, TheFloorFollowsTheGroupsMedian) {
+  // Two groups of single entries: medians 100 and 1 of the positive values.
+  const Cpu::Vector d = Vector({1e-3, 100, 1e5, 0, 1, 2, 1e-4});
+  const auto scale = MakeColumnScale<Cpu>(ColumnScaling::kNone, backend_, d);
+  Cpu::Vector metric(7);
+  DampingMetricOptions options;
+  options.min_diagonal = 1e-12;
+  options.group_median_floor = 1e-2;
+  DiagonalMetric<Cpu>(options, backend_, d, scale, {{1, 4, 0, 4, 1}, {1, 3, 4, 3, 1}}, metric);
+  const double expected[] = {1, 100, 1e5, 1, 1, 2, 1e-2};
+  for (Index k = 0; k < 7; ++k) EXPECT_DOUBLE_EQ(metric[k], expected[k]) << k;
+}
+
+}  // namespace
+}  // namespace vesta

@@ -1,0 +1,37 @@
+// Real spherical harmonics from associated Legendre functions, by recurrence: an evaluation that shares nothing with
+// the polynomials of kernels/math/spherical_harmonics.h.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+namespace vesta::test {
+
+// basis[l^2 + l + m] at the unit direction d, with the Condon-Shortley phase: sqrt(2) N P_l^|m|(cos theta) times
+// cos(m phi) for m > 0 and sin(|m| phi) for m < 0.
+template <class T>
+void LegendreShBasis(int degree, const T d[3], T* basis) {
+  // (x + i y)^m = sin^m(theta) e^{i m phi}; legendre below is P_l^m / sin^m(theta), a polynomial in z.
+  T re(1.0), im(0.0), diagonal(1.0);
+  for (int m = 0; m <= degree; ++m) {
+    T before(0.0), legendre = diagonal;
+    for (int l = m; l <= degree; ++l) {
+      if (l > m) {
+        const T next = (static_cast<double>(2 * l - 1) * d[2] * legendre - static_cast<double>(l + m - 1) * before) /
+                       static_cast<double>(l - m);
+        before = legendre, legendre = next;
+      }
+      double norm2 = (2 * l + 1) / (4 * std::numbers::pi);
+      for (int k = l - m + 1; k <= l + m; ++k) norm2 /= k;
+      const double norm = std::sqrt(m == 0 ? norm2 : 2 * norm2);
+      basis[l * l + l + m] = norm * legendre * re;
+      if (m > 0) basis[l * l + l - m] = norm * legendre * im;
+    }
+    diagonal = diagonal * static_cast<double>(-(2 * m + 1));
+    const T turned = re * d[0] - im * d[1];
+    im = re * d[1] + im * d[0], re = turned;
+  }
+}
+
+}  // namespace vesta::test

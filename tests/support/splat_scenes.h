@@ -1,0 +1,78 @@
+// Random splat models in front of random views.
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/view.h"
+#include "tests/support/random.h"
+
+namespace vesta::test {
+
+// A view of random pose with its principal point off the centre.
+splat::PinholeView RandomView(Random& random, int width, int height);
+
+// How a random model looks. Lengths are in pixels of the view it is made for.
+struct SceneOptions {
+  std::string name;
+  int width = 37, height = 21;
+  int count = 40;
+  int sh_degree = 3;
+  double sigma_min = 0.7, sigma_max = 6;  // longest standard deviation
+  double aspect_max = 4;                  // longest over the other two
+  double opacity_min = 0.1, opacity_max = 0.9;
+  double border = 0.2;   // means lie this share of the image beyond its borders
+  double behind = 0;     // share of the Gaussians behind the camera
+  bool extreme = false;  // sums over all Gaussians are ill-conditioned too
+};
+inline std::ostream& operator<<(std::ostream& os, const SceneOptions& options) { return os << options.name; }
+
+// A model and a view. Parameters are exact in float, so that both precisions see the same model.
+struct Scene {
+  splat::PinholeView view;
+  int count = 0, sh_degree = 0, active_sh_degree = 0;
+  std::vector<double> x;  // layout.h
+  double background[3] = {0.2, 0.5, 0.9};
+
+  double& At(int attribute, int i) { return x[static_cast<std::size_t>(Index{attribute} * count + i)]; }
+  double At(int attribute, int i) const { return x[static_cast<std::size_t>(Index{attribute} * count + i)]; }
+};
+
+Scene RandomScene(const SceneOptions& options, std::uint64_t seed);
+
+// The kinds of scene that the operators are tested on: sizes that are no multiples of the tile, needles, splats below a
+// pixel, splats larger than the image, capped alphas, closed pixels, means behind the camera and beyond the clamp.
+std::vector<SceneOptions> SceneKinds();
+
+// A scene put into a View of precision S, rendered.
+template <class S>
+struct RenderedView {
+  std::vector<S> x;
+  splat::Model<S> model;
+  splat::View<S> view;
+  splat::ViewWorkspace<S> workspace;
+  std::vector<S> image;
+
+  explicit RenderedView(const Scene& scene)
+      : x(scene.x.begin(), scene.x.end()), model{x.data(), scene.count, scene.sh_degree, scene.active_sh_degree} {
+    view.Build(model, scene.view, scene.background, workspace);
+    image.resize(static_cast<std::size_t>(3 * view.num_pixels()));
+    view.Render(image.data());
+  }
+  std::vector<S> ApplyJ(const std::vector<S>& dx) {
+    std::vector<S> d_image(image.size());
+    view.ApplyJ(model, dx.data(), d_image.data(), workspace);
+    return d_image;
+  }
+  std::vector<S> ApplyJT(const std::vector<S>& u) {
+    std::vector<S> g(x.size());
+    view.AddJT(model, image.data(), u.data(), g.data(), workspace);
+    return g;
+  }
+};
+
+}  // namespace vesta::test

@@ -1,0 +1,16 @@
+// What tools/check_isa_symbols.py must report: an inline function outside the inline namespace of its instruction set,
+// and, among the same object's symbols, nothing else.
+#include "kernels/math/isa.h"
+
+namespace vesta {
+
+[[gnu::noinline]] inline float PlantedOutside(float x) { return x * x + 1.0F; }
+
+inline namespace VESTA_ISA {
+
+[[gnu::noinline]] inline float PlantedInside(float x) { return PlantedOutside(x) - x; }
+
+float UsePlanted(float x) { return PlantedInside(x); }
+
+}  // namespace VESTA_ISA
+}  // namespace vesta
