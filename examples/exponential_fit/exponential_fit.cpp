@@ -1,0 +1,41 @@
+// Fits y = a exp(-b t) to twenty readings: a whole program with vesta.
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "solver/covariance.h"
+#include "solver/levenberg_marquardt.h"
+#include "solver/residual_blocks.h"
+
+// One reading: what the curve is too high by at its time.
+struct Decay {
+  static constexpr int kResiduals = 1, kParameters = 2;  // a, b
+  double t, y;
+
+  template <class T>
+  void operator()(const T* p, T* r) const {
+    using std::exp;
+    r[0] = p[0] * exp(-p[1] * T(t)) - T(y);
+  }
+};
+
+int main() {
+  std::vector<Decay> readings;  // of a = 3, b = 0.7, each off by up to 0.01
+  readings.reserve(20);
+  for (int i = 0; i < 20; ++i) readings.push_back({0.25 * i, 3 * std::exp(-0.7 * 0.25 * i) + 0.01 * (i % 3 - 1)});
+
+  using Backend = vesta::CpuBackend<double>;
+  Backend backend;
+  vesta::ResidualBlocks<Decay, Backend> problem(2, readings);
+  Backend::Vector x(2);  // starts at zeros
+  const vesta::LmSummary summary = vesta::SolveLm({}, backend, problem, x.view());
+  std::puts(summary.BriefReport().c_str());
+
+  const vesta::Covariance covariance = vesta::EstimateCovariance(problem, x);
+  const double variance = 2 * summary.final_cost / (20 - 2);  // of one reading, estimated from the fit
+  for (int k = 0; k < 2; ++k) {
+    std::printf("%s = %.4f +- %.4f\n", k == 0 ? "a" : "b", x[k], std::sqrt(variance * covariance(k, k)));
+  }
+  const bool found = std::abs(x[0] - 3) < 0.02 && std::abs(x[1] - 0.7) < 0.02;
+  return vesta::IsConverged(summary.status) && found ? 0 : 1;
+}
