@@ -75,20 +75,15 @@ void Run(const Arguments& arguments) {
   B backend;
   B::Vector x(problem.num_parameters());
   backend.Fill(problem.UniformStart(), x);
-
-  LmOptions options;
-  options.function_tolerance = 0;
-  options.gradient_tolerance = 1e-8;
-  options.normal_system.linear_solver = LinearSolverKind::kPcg;
-  options.normal_system.preconditioner = PreconditionerKind::kJacobi;
   fmt::print("{} unknowns, {} residuals, {} entries of J\n", problem.num_parameters(), problem.num_residuals(),
              problem.jacobian_entries());
-  const LmSummary summary = SolveLm(options, backend, problem, x.view(), [](const LmIteration& row) {
+  const auto print_row = [](const LmIteration& row) {
     fmt::print("iteration {:2}: cost {:.6e}, gradient {:.2e}, {} PCG iterations, {:.1f} s\n", row.iteration, row.cost,
                row.gradient_max_norm, row.pcg_iterations, row.seconds);
     std::fflush(stdout);
     return CallbackResult::kContinue;
-  });
+  };
+  const LmSummary summary = SolveLm(deconvolution::PhotonImageOptions(), backend, problem, x.view(), print_row);
   const double peak = PeakGib();  // before the comparison, which is no part of the solve
   fmt::print("{}\n", summary.BriefReport());
   const Errors errors = Compare(side, apertures, x, scene);

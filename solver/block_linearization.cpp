@@ -6,6 +6,7 @@
 
 #include "kernels/core/parallel.h"
 #include "solver/block_reduced_system.h"
+#include "solver/sparse_cholesky/block_normal_matrix.h"
 
 namespace vesta {
 
@@ -22,7 +23,8 @@ struct BlockLinearization::Scratch {
 };
 
 BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstView x)
-    : storage_(problem.storage_),
+    : problem_(problem),
+      storage_(problem.storage_),
       jacobian_(problem.Structure(), std::move(storage_)),
       residuals_(problem.Structure().num_residuals()) {
   const auto rows = static_cast<Index>(problem.Structure().rows().size());
@@ -91,6 +93,11 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, I
     for (int i = 0; i < row.num_residuals; ++i) s += f[i] * f[i];
     LossCorrection(loss->Evaluate(s), s).Apply(row.num_residuals, row.width, f, values, row.width, 1);
   }
+}
+
+const BlockMatrix& BlockLinearization::NormalMatrix() {
+  if (!normal_matrix_) normal_matrix_ = problem_.NormalMatrix().Sum(jacobian_);
+  return *normal_matrix_;
 }
 
 std::unique_ptr<ReducedSystem<BlockLinearization::B>> BlockLinearization::MakeReducedSystem() {

@@ -3,10 +3,11 @@
 
 #include "solver/block_jacobian.h"
 #include "solver/block_problem.h"
+#include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta {
 
-class BlockLinearization final : public Linearization<CpuBackend<double>> {
+class BlockLinearization final : public Linearization<CpuBackend<double>>, public NormalMatrixSource {
  public:
   using B = CpuBackend<double>;
   // Evaluates all residuals and Jacobians, manifolds and losses applied. The problem must outlive this object and not
@@ -23,14 +24,17 @@ class BlockLinearization final : public Linearization<CpuBackend<double>> {
   std::vector<BlockGroup> block_groups() const override { return jacobian_.structure().groups(); }
   void BlockGram(BlockDiagonal<B>& blocks) override { jacobian_.Gram(BlockJacobian::Part::kAll, blocks); }
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
+  const BlockMatrix& NormalMatrix() override;
 
  private:
   struct Scratch;
   void EvaluateRow(const BlockProblem& problem, ConstView x, Index row, Scratch& scratch);
 
+  const BlockProblem& problem_;
   B::Vector& storage_;  // the problem's: a Jacobian's memory goes from one linearization to the next
   BlockJacobian jacobian_;
-  B::Vector residuals_;  // corrected for the losses, as the Jacobian is
+  B::Vector residuals_;                               // corrected for the losses, as the Jacobian is
+  std::shared_ptr<const BlockMatrix> normal_matrix_;  // once asked for
 };
 
 }  // namespace vesta

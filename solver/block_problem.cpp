@@ -1,5 +1,7 @@
 #include "solver/block_problem.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,6 +10,8 @@
 #include "kernels/core/parallel.h"
 #include "solver/block_linearization.h"
 #include "solver/bounds.h"
+#include "solver/sparse_cholesky/block_normal_matrix.h"
+#include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta {
 
@@ -83,6 +87,13 @@ void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, st
   terms_.push_back({std::move(cost), std::move(loss)});
 }
 
+void BlockProblem::Changed() {
+  structure_.reset();
+  normal_matrix_.reset();
+  cholesky_.reset();
+  cholesky_declined_ = false;
+}
+
 const BlockStructure& BlockProblem::Structure() const {
   if (!structure_) structure_.emplace(parameters_, residuals_, options_.eliminate);
   return *structure_;
@@ -137,7 +148,42 @@ std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVie
 }
 
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
-  return options_.make_preconditioner ? options_.make_preconditioner() : nullptr;
+  if (options_.make_preconditioner) return options_.make_preconditioner();
+  const auto entries = static_cast<double>(Structure().num_values());
+  const double sums = BlockNormalMatrix::Multiplications(Structure()), allowed = kCholeskyPerEntry * entries - sums;
+  if (!cholesky_ && !cholesky_declined_) {
+    if (allowed > 0) cholesky_ = PlanCholesky(allowed);
+    cholesky_declined_ = !cholesky_;
+  }
+  if (!cholesky_ || cholesky_->plan().multiplications > allowed) {
+    return std::make_unique<BlockJacobiPreconditioner<B>>(
+        fmt::format(" (a sparse Cholesky factor would take over {} GiB, or over {} multiplications an entry of J)",
+                    options_.max_factor_gib, kCholeskyPerEntry));
+  }
+  return std::make_unique<SparseCholeskyPreconditioner>(
+      cholesky_,
+      fmt::format(" ({:.1f} multiplications an entry of J)", (sums + cholesky_->plan().multiplications) / entries));
+}
+
+std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakeSparseCholesky() {
+  if (!cholesky_) cholesky_ = PlanCholesky(std::numeric_limits<double>::infinity());
+  if (!cholesky_) {
+    Fail("preconditioner = {}: the factor would take more than max_factor_gib = {}; raise that or choose kBlockJacobi",
+         ToString(PreconditionerKind::kSparseCholesky), options_.max_factor_gib);
+  }
+  return std::make_unique<SparseCholeskyPreconditioner>(cholesky_);
+}
+
+BlockNormalMatrix& BlockProblem::NormalMatrix() const {
+  if (!normal_matrix_) normal_matrix_ = std::make_shared<BlockNormalMatrix>(Structure());
+  return *normal_matrix_;
+}
+
+std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplications) const {
+  const double max_bytes = options_.max_factor_gib * 0x1p30;
+  if (!(max_bytes > 0)) Fail("max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
+  if (BlockNormalMatrix::Bytes(Structure()) > max_bytes) return nullptr;
+  return SparseCholesky::Plan(NormalMatrix().pattern(), max_bytes, max_multiplications);
 }
 
 void BlockProblem::Plus(B& backend, ConstView x, ConstView delta, View out) {

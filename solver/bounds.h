@@ -40,6 +40,7 @@ class BoundedProblem final : public Problem<B> {
   std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override { return inner_.Linearize(x, batch); }
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override { return inner_.DampingMetric(x, diag_h, D); }
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
+  std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return true; }
   bool IsFeasible(ConstView x) override;

@@ -38,6 +38,11 @@ std::unique_ptr<Preconditioner<B>> BoundedProblem<B>::MakePreconditioner() {
 }
 
 template <Backend B>
+std::unique_ptr<Preconditioner<B>> BoundedProblem<B>::MakeSparseCholesky() {
+  return inner_.MakeSparseCholesky();
+}
+
+template <Backend B>
 void BoundedProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
   inner_.Plus(backend, x, delta, out);
   std::vector<S> host = Host(out);

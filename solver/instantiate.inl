@@ -29,8 +29,7 @@ template class IdentityPreconditioner<InstantiatedBackend>;
 template class JacobiPreconditioner<InstantiatedBackend>;
 template class BlockJacobiPreconditioner<InstantiatedBackend>;
 template std::unique_ptr<Preconditioner<InstantiatedBackend>> MakePreconditioner(
-    PreconditionerKind, Problem<InstantiatedBackend>&, std::span<Linearization<InstantiatedBackend>* const>,
-    std::string*);
+    PreconditionerKind, Problem<InstantiatedBackend>&, std::span<Linearization<InstantiatedBackend>* const>);
 template LsmrSummary SolveLsmr(const LsmrOptions&, InstantiatedBackend&, LinearMap<InstantiatedBackend>&,
                                InstantiatedBackend::ConstView, InstantiatedBackend::View);
 template DenseJacobian MakeDenseJacobian(InstantiatedBackend&, std::span<Linearization<InstantiatedBackend>* const>,

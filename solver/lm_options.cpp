@@ -18,6 +18,8 @@ const char* ToString(PreconditionerKind kind) {
       return "block Jacobi";
     case PreconditionerKind::kProblem:
       return "the problem's preconditioner";
+    case PreconditionerKind::kSparseCholesky:
+      return "sparse Cholesky";
   }
   return "unknown";
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "solver/linear_operator.h"
 #include "solver/problem.h"
@@ -18,6 +19,9 @@ enum class PreconditionerKind {
   kJacobi,       // 1 / (diag(H) + lambda D)
   kBlockJacobi,  // the problem's diagonal blocks of H, damped; kJacobi where the problem has none
   kProblem,      // the problem's own (Problem::MakePreconditioner); as kAuto where it has none
+  // The exact factor of H + lambda D (Problem::MakeSparseCholesky): an iteration or two solve the system. Error where
+  // the problem cannot give one (it has no blocks) or its factor would be over the problem's max_factor_gib.
+  kSparseCholesky,
 };
 const char* ToString(PreconditionerKind kind);
 
@@ -27,13 +31,13 @@ class Preconditioner : public LinearOperator<B> {
   // H = the sum over the batches; diag_h its diagonal.
   virtual void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) = 0;
   virtual void SetDamping(double lambda, typename B::ConstView metric) = 0;
+  // What it is, for the summary.
+  virtual std::string description() const { return ToString(PreconditionerKind::kProblem); }
 };
 
-// description: what was made, with `kind` resolved.
 template <Backend B>
 std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, Problem<B>& problem,
-                                                      std::span<Linearization<B>* const> batches,
-                                                      std::string* description = nullptr);
+                                                      std::span<Linearization<B>* const> batches);
 
 template <Backend B>
 class IdentityPreconditioner final : public Preconditioner<B> {
@@ -43,6 +47,7 @@ class IdentityPreconditioner final : public Preconditioner<B> {
   void Apply(typename B::ConstView x, typename B::View y) override;
   void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
   void SetDamping(double lambda, typename B::ConstView metric) override;
+  std::string description() const override { return ToString(PreconditionerKind::kIdentity); }
 
  private:
   Index size_;
@@ -56,6 +61,7 @@ class JacobiPreconditioner final : public Preconditioner<B> {
   void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
   // Entries whose damped diagonal is 0 stay 0.
   void SetDamping(double lambda, typename B::ConstView metric) override;
+  std::string description() const override { return ToString(PreconditionerKind::kJacobi); }
 
  private:
   typename B::Vector diagonal_, inverse_;
@@ -64,12 +70,16 @@ class JacobiPreconditioner final : public Preconditioner<B> {
 template <Backend B>
 class BlockJacobiPreconditioner final : public Preconditioner<B> {
  public:
+  // why: added to the description.
+  explicit BlockJacobiPreconditioner(std::string why = "") : why_(std::move(why)) {}
   Index size() const override;
   void Apply(typename B::ConstView x, typename B::View y) override;
   void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
   void SetDamping(double lambda, typename B::ConstView metric) override;
+  std::string description() const override { return ToString(PreconditionerKind::kBlockJacobi) + why_; }
 
  private:
+  std::string why_;
   std::optional<BlockDiagonal<B>> gram_, factors_;
 };
 

@@ -1,28 +1,27 @@
 // Bodies of solver/preconditioner.h.
 #pragma once
 
+#include "kernels/core/check.h"
 #include "solver/preconditioner.h"
 
 namespace vesta {
 
 template <Backend B>
 std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, Problem<B>& problem,
-                                                      std::span<Linearization<B>* const> batches,
-                                                      std::string* description) {
-  std::unique_ptr<Preconditioner<B>> made;
-  const bool chosen = kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem;
-  if (chosen) {
-    made = problem.MakePreconditioner();
-    kind = made ? PreconditionerKind::kProblem : PreconditionerKind::kBlockJacobi;
+                                                      std::span<Linearization<B>* const> batches) {
+  if (kind == PreconditionerKind::kSparseCholesky) {
+    auto factor = problem.MakeSparseCholesky();
+    if (!factor) Fail("preconditioner = {} needs a problem of blocks; choose kAuto", ToString(kind));
+    return factor;
   }
-  if (kind == PreconditionerKind::kBlockJacobi && (batches.empty() || batches.front()->block_groups().empty())) {
-    kind = PreconditionerKind::kJacobi;
+  if (kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem) {
+    if (auto made = problem.MakePreconditioner()) return made;
+    kind = PreconditionerKind::kBlockJacobi;
   }
-  if (kind == PreconditionerKind::kIdentity) made = std::make_unique<IdentityPreconditioner<B>>();
-  if (kind == PreconditionerKind::kJacobi) made = std::make_unique<JacobiPreconditioner<B>>();
-  if (kind == PreconditionerKind::kBlockJacobi) made = std::make_unique<BlockJacobiPreconditioner<B>>();
-  if (description) *description = ToString(kind);
-  return made;
+  if (kind == PreconditionerKind::kIdentity) return std::make_unique<IdentityPreconditioner<B>>();
+  const bool has_blocks = !batches.empty() && !batches.front()->block_groups().empty();
+  if (kind == PreconditionerKind::kBlockJacobi && has_blocks) return std::make_unique<BlockJacobiPreconditioner<B>>();
+  return std::make_unique<JacobiPreconditioner<B>>();
 }
 
 template <Backend B>

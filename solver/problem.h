@@ -96,6 +96,9 @@ class Problem {
 
   // A preconditioner of the problem's own (PreconditionerKind::kProblem), made once for each linearised x; null: none.
   virtual std::unique_ptr<Preconditioner<B>> MakePreconditioner();
+  // The exact factor of H + lambda D (PreconditionerKind::kSparseCholesky), likewise; null: the problem has none.
+  // Throws Error where it would be too large.
+  virtual std::unique_ptr<Preconditioner<B>> MakeSparseCholesky();
 
   // out = x (+) delta on the manifold. Default: x + delta. out must not overlap the inputs. Where the problem has
   // bounds the result lies within them: projected onto them after the step.

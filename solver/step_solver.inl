@@ -42,21 +42,41 @@ StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename
   return solution;
 }
 
+// y = M^-1 x, then 0 where columns are frozen: M may couple them with others, the system does not.
+template <Backend B>
+class MaskedPreconditioner final : public LinearOperator<B> {
+ public:
+  MaskedPreconditioner(B& backend, LinearOperator<B>& inner, typename B::ConstView mask)
+      : backend_(backend), inner_(inner), mask_(mask) {}
+  Index size() const override { return inner_.size(); }
+  void Apply(typename B::ConstView x, typename B::View y) override {
+    inner_.Apply(x, y);
+    if (!mask_.empty()) backend_.Multiply(mask_, y, y);
+  }
+
+ private:
+  B& backend_;
+  LinearOperator<B>& inner_;
+  typename B::ConstView mask_;
+};
+
 template <Backend B>
 class PcgStep final : public StepSolver<B> {
  public:
-  PcgStep(const NormalSystemOptions& options, const StepSystem<B>& system, std::string* preconditioner)
+  PcgStep(const NormalSystemOptions& options, const StepSystem<B>& system)
       : options_(options),
         system_(system),
-        preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches, preconditioner)) {
+        preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
     preconditioner_->SetLinearization(system.batches, system.diagonal);
   }
+  std::string preconditioner() const { return preconditioner_->description(); }
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
     preconditioner_->SetDamping(options_.damp_preconditioner ? lambda : 0.0, system_.metric);
     DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
                                     system_.mask);
-    const PcgSummary pcg = SolvePcg<B>(options_.pcg, system_.backend, damped, system_.rhs, *preconditioner_, workspace,
-                                       step, system_.scale.square);
+    MaskedPreconditioner<B> masked(system_.backend, *preconditioner_, system_.mask);
+    const PcgSummary pcg =
+        SolvePcg<B>(options_.pcg, system_.backend, damped, system_.rhs, masked, workspace, step, system_.scale.square);
     return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), step), step);
   }
 
@@ -289,9 +309,9 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
       solver = std::make_unique<step_internal::DenseQrStep<B>>(system);
       break;
     default: {
-      std::string preconditioner;
-      solver = std::make_unique<step_internal::PcgStep<B>>(options, system, &preconditioner);
-      name += fmt::format(", {}", preconditioner);
+      auto pcg = std::make_unique<step_internal::PcgStep<B>>(options, system);
+      name += fmt::format(", {}", pcg->preconditioner());
+      solver = std::move(pcg);
     }
   }
   solver->set_description(name + why);

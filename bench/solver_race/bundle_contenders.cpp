@@ -71,6 +71,7 @@ std::vector<Contender> BundleContenders(const std::function<BundleData()>& data,
   };
   LmOptions pcg;
   pcg.normal_system.linear_solver = LinearSolverKind::kPcg;
+  pcg.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
   native("vesta", bundle::BundleLmOptions());
   native("vesta PCG", pcg);
   bridge("vesta bridge auto", LmOptions());

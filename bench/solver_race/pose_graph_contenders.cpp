@@ -41,7 +41,8 @@ std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOp
   pcg.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
   native("vesta", pose_graph::PoseGraphOptions());
   native("vesta PCG block Jacobi", pcg);
-  with_ceres("vesta bridge", [=](ceres::Problem& problem) { return SolveByBridge(pcg, problem, race); });
+  with_ceres("vesta bridge", [=](ceres::Problem& problem) { return SolveByBridge(LmOptions(), problem, race); });
+  with_ceres("vesta bridge block Jacobi", [=](ceres::Problem& problem) { return SolveByBridge(pcg, problem, race); });
   const auto ceres_solver = [&](const std::string& name, const CeresSolver& solver) {
     with_ceres(name, [=](ceres::Problem& problem) { return SolveByCeres(solver, problem, race); });
   };

@@ -129,6 +129,14 @@ std::unique_ptr<Linearization<CpuBackend<double>>> PhotonImage::Linearize(ConstV
   return std::make_unique<AtX>(*this, x);
 }
 
+LmOptions PhotonImageOptions() {
+  LmOptions options;
+  options.function_tolerance = 0;
+  options.gradient_tolerance = 1e-8;
+  options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  return options;
+}
+
 HostBuffer<double> Expose(Index side, const std::vector<Aperture>& apertures, HostSpan<const double> image) {
   CodedBlur blur(side, apertures);
   HostBuffer<double> frames(blur.num_frames() * blur.frame_size());

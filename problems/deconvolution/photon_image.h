@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "problems/deconvolution/coded_blur.h"
+#include "solver/lm_options.h"
 #include "solver/problem.h"
 
 namespace vesta::deconvolution {
@@ -42,6 +43,10 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
   HostBuffer<double> counts_;
   HostBuffer<double> plane_;  // one frame
 };
+
+// Options that find the light of every pixel to 1e-6 of itself where the counts are free of noise: conjugate gradients,
+// so no Jacobian, and no stop by the change of the cost.
+LmOptions PhotonImageOptions();
 
 // Expected counts of an image of light s >= 0: the frames, one after the other.
 HostBuffer<double> Expose(Index side, const std::vector<Aperture>& apertures, HostSpan<const double> image);

@@ -48,7 +48,8 @@ PoseGraphLayout MakeLayout(EdgeTerms terms, Index num_poses, std::span<const Ind
     }
   }
 
-  layout.pattern = std::make_shared<BlockPattern>(static_cast<Index>(layout.pose_of_row.size()), pairs);
+  const std::vector<int> sizes(layout.pose_of_row.size(), layout.tangent());
+  layout.pattern = std::make_shared<BlockPattern>(sizes, pairs);
   const std::vector<Index>& block_of_pair = layout.pattern->block_of_pair();
   layout.first_edge.assign(At(layout.pattern->num_blocks()) + 1, 0);
   for (const Index block : block_of_pair) ++layout.first_edge[At(block) + 1];

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "problems/pose_graph/block_matrix.h"
 #include "problems/pose_graph/edge_terms.h"
+#include "solver/sparse_cholesky/block_matrix.h"
 
 namespace vesta::pose_graph {
 

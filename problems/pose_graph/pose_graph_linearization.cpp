@@ -25,7 +25,7 @@ PoseGraphLinearization::PoseGraphLinearization(const PoseGraphLayout& layout, Co
     : layout_(layout),
       residuals_(layout.terms.num_edges() * layout.tangent()),
       jacobian_(residuals_.size() * 2 * layout.tangent()),
-      hessian_(layout.pattern, layout.tangent()) {
+      hessian_(layout.pattern) {
   const Index d = layout.tangent();
   ParallelFor(layout.terms.num_edges(), kGrain, [&](Index e) {
     layout_.terms.Linearize(e, x.data(), residuals_.data() + e * d, jacobian_.data() + e * 2 * d * d);

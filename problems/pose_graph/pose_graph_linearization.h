@@ -5,10 +5,11 @@
 
 #include "problems/pose_graph/pose_graph_layout.h"
 #include "solver/problem.h"
+#include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta::pose_graph {
 
-class PoseGraphLinearization final : public Linearization<CpuBackend<double>> {
+class PoseGraphLinearization final : public Linearization<CpuBackend<double>>, public NormalMatrixSource {
  public:
   using B = CpuBackend<double>;
 
@@ -26,7 +27,7 @@ class PoseGraphLinearization final : public Linearization<CpuBackend<double>> {
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
 
-  const BlockMatrix& hessian() const { return hessian_; }
+  const BlockMatrix& NormalMatrix() override { return hessian_; }
 
  private:
   template <int D>

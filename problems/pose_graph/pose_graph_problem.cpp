@@ -9,7 +9,7 @@
 #include "problems/pose_graph/pose_graph_linearization.h"
 #include "problems/pose_graph/se2.h"
 #include "problems/pose_graph/se3.h"
-#include "solver/preconditioner.h"
+#include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta::pose_graph {
 namespace {
@@ -66,28 +66,6 @@ PoseGraphLayout LayOut(const PoseGraph& graph, const PoseGraphModel& model) {
   return MakeLayout(MakeTerms(graph, model), graph.num_poses(), held);
 }
 
-// The Cholesky factor of H + lambda D.
-class CholeskyPreconditioner final : public Preconditioner<CpuBackend<double>> {
- public:
-  using B = CpuBackend<double>;
-  explicit CholeskyPreconditioner(std::shared_ptr<BlockCholesky> factor) : factor_(std::move(factor)) {}
-
-  Index size() const override { return linearization_ == nullptr ? 0 : linearization_->num_parameters(); }
-  void Apply(B::ConstView x, B::View y) override { factor_->Solve(x, y); }
-  void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstView /*diag_h*/) override {
-    VESTA_CHECK(batches.size() == 1, "a pose graph has one batch, not {}", batches.size());
-    linearization_ = dynamic_cast<const PoseGraphLinearization*>(batches.front());
-    VESTA_CHECK(linearization_ != nullptr, "this preconditioner is for linearizations of its own problem");
-  }
-  void SetDamping(double lambda, B::ConstView metric) override {
-    factor_->Factorize(linearization_->hessian(), lambda, metric);
-  }
-
- private:
-  std::shared_ptr<BlockCholesky> factor_;
-  const PoseGraphLinearization* linearization_ = nullptr;
-};
-
 template <class Space>
 void MovePoses(const PoseGraphLayout& layout, const double* x, const double* delta, double* out) {
   ParallelFor(static_cast<Index>(layout.row_of_pose.size()), kGrain, [&](Index pose) {
@@ -111,23 +89,20 @@ class PoseGraphProblem::Impl {
     if (!(max_factor_gib > 0)) Fail("pose graph: max_factor_gib is {}; it must be positive", max_factor_gib);
   }
 
-  // The factor of the last preconditioner where that is gone, since its memory is large; otherwise another one. Null
-  // where it is too large.
-  std::shared_ptr<BlockCholesky> Factor() {
-    if (!plan) plan = std::make_shared<EliminationPlan>(PlanElimination(*layout.pattern));
-    const double bytes = plan->factor_blocks * layout.tangent() * layout.tangent() * sizeof(double);
-    if (bytes > max_factor_gib * 0x1p30) return nullptr;
-    if (!factor || factor.use_count() > 1) factor = std::make_shared<BlockCholesky>(plan, layout.tangent());
-    return factor;
+  // Null where the factor would be too large. Planned once.
+  const std::shared_ptr<SparseCholesky>& Cholesky() {
+    if (!planned) cholesky = SparseCholesky::Plan(*layout.pattern, max_factor_gib * 0x1p30);
+    planned = true;
+    return cholesky;
   }
 
   std::vector<double> start;
   PoseGraphLayout layout;
+  double max_factor_gib;
 
  private:
-  double max_factor_gib;
-  std::shared_ptr<const EliminationPlan> plan;
-  std::shared_ptr<BlockCholesky> factor;
+  bool planned = false;
+  std::shared_ptr<SparseCholesky> cholesky;
 };
 
 PoseGraphProblem::PoseGraphProblem(const PoseGraph& graph, const PoseGraphModel& model)
@@ -162,8 +137,14 @@ std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(C
 }
 
 std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakePreconditioner() {
-  std::shared_ptr<BlockCholesky> factor = impl_->Factor();
-  return factor ? std::make_unique<CholeskyPreconditioner>(std::move(factor)) : nullptr;
+  const std::shared_ptr<SparseCholesky>& cholesky = impl_->Cholesky();
+  return cholesky ? std::make_unique<SparseCholeskyPreconditioner>(cholesky) : nullptr;
+}
+
+std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakeSparseCholesky() {
+  auto made = MakePreconditioner();
+  if (!made) Fail("pose graph: its factor would take more than max_factor_gib = {}; raise that", impl_->max_factor_gib);
+  return made;
 }
 
 void PoseGraphProblem::Plus(B& /*backend*/, ConstView x, ConstView delta, View out) {

@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "problems/pose_graph/block_cholesky.h"
 #include "problems/pose_graph/pose_graph.h"
 #include "solver/lm_options.h"
 #include "solver/loss.h"
@@ -48,6 +47,8 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>> {
   // The exact sparse Cholesky factor of the damped H: conjugate gradients then take an iteration or two. Null where it
   // would be larger than the model allows; the engine then goes on with the diagonal blocks.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
+  // The same; throws Error where it would be larger.
+  std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
 
   // The poses of the graph it was made from, a start for the solver.

@@ -186,6 +186,13 @@ LmOptions FromCeres(const ceres::Solver::Options& from) {
       system.preconditioner = from.preconditioner_type == ceres::IDENTITY ? PreconditionerKind::kIdentity
                                                                           : PreconditionerKind::kBlockJacobi;
       break;
+    case ceres::SPARSE_NORMAL_CHOLESKY:
+      system.linear_solver = LinearSolverKind::kPcg;
+      system.preconditioner = PreconditionerKind::kSparseCholesky;
+      // To rounding, as a direct solver; the second test is for systems whose rounding is above the first.
+      system.pcg.relative_tolerance = 1e-10;
+      system.pcg.model_tolerance = 1e-4;
+      break;
     default:
       system.linear_solver = LinearSolverKind::kAuto;
   }

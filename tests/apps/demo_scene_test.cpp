@@ -47,7 +47,8 @@ TEST_F(DemoSceneTest, RaysEndOnSurfacesThatFaceThem) {
   std::vector<int> seen(scene.objects.size());
   for (const View& view : CameraPath(8, 40, 30)) {
     for (int pixel = 0; pixel < 40 * 30; ++pixel) {
-      const Vec3 direction = RayDirection(view, pixel % 40 + 0.5, pixel / 40 + 0.5);
+      const int column = pixel % 40, row = pixel / 40;
+      const Vec3 direction = RayDirection(view, column + 0.5, row + 0.5);
       const Hit hit = Intersect(scene, view.position, direction);
       ASSERT_NEAR(Length(hit.normal), 1, 1e-9);
       ASSERT_LT(Dot(hit.normal, direction), 1e-3);

@@ -115,6 +115,7 @@ TEST_F(BlockProblemTest, EliminationGivesTheSameMinimum) {
   options.max_iterations = 200;
   options.function_tolerance = 1e-15;
   options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
   options.normal_system.pcg = {.max_iterations = 1000, .relative_tolerance = 1e-12, .model_tolerance = 0};
   const LmSummary a = SolveLm<Cpu>(options, backend_, plain.problem, plain.x.view());
   options.normal_system.linear_solver = LinearSolverKind::kAuto;
@@ -215,7 +216,7 @@ TEST_F(BlockProblemTest, TakesAPreconditionerOfTheCallersOwn) {
   LmOptions options;
   options.normal_system.linear_solver = LinearSolverKind::kPcg;
   const LmSummary summary = SolveLm<Cpu>(options, backend_, scene.problem, scene.x.view());
-  EXPECT_EQ(summary.linear_solver, "PCG, the problem's preconditioner");
+  EXPECT_EQ(summary.linear_solver, "PCG, Jacobi");
   EXPECT_EQ(made, summary.num_linearizations);
 }
 

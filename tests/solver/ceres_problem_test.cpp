@@ -5,7 +5,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <cstring>
 
 #include "kernels/core/check.h"
 #include "solver/bounds.h"
@@ -85,6 +84,7 @@ struct Mixture {
   }
   struct Pose {
     double q[4], t[3];
+    bool operator==(const Pose&) const = default;
   } poses[4];
   double direction[3], offset[2] = {0, 0};
   ceres::Problem problem;
@@ -144,6 +144,12 @@ TEST(CeresProblemTest, ReachesCeressMinimum) {
   options.linear_solver_type = ceres::DENSE_QR;
   ceres::Solver::Summary expected;
   ceres::Solve(options, &theirs.problem, &expected);
+  ceres::Solver::Options cholesky = options;
+  cholesky.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  Mixture by_factor;
+  const LmSummary exact = ceres_bridge::Solve(ceres_bridge::FromCeres(cholesky), by_factor.problem);
+  EXPECT_LE(exact.final_cost, expected.final_cost * (1 + 1e-8)) << exact.FullReport();
+  EXPECT_NE(exact.linear_solver.find("sparse Cholesky"), std::string::npos);
   for (const auto kind : {LinearSolverKind::kDenseQr, LinearSolverKind::kPcg, LinearSolverKind::kLsmr}) {
     Mixture fresh;
     LmOptions lm = ceres_bridge::FromCeres(options);
@@ -158,7 +164,7 @@ TEST(CeresProblemTest, ReachesCeressMinimum) {
     EXPECT_NEAR(cost, summary.final_cost, 1e-13 * cost) << "the answer is in the parameter blocks";
     EXPECT_GE(fresh.offset[0], -0.01);
     EXPECT_LE(fresh.offset[0], 0.01);
-    EXPECT_EQ(std::memcmp(&fresh.poses[0], &ours.poses[0], sizeof(fresh.poses[0])), 0) << "constant blocks stay";
+    EXPECT_EQ(fresh.poses[0], ours.poses[0]) << "constant blocks stay";
     EXPECT_EQ(fresh.poses[3].t[1], ours.poses[3].t[1]);
   }
 }
@@ -177,6 +183,11 @@ TEST(CeresProblemTest, OptionsCarryOver) {
   EXPECT_EQ(options.normal_system.pcg.model_tolerance, 0.01);
   EXPECT_EQ(options.normal_system.linear_solver, LinearSolverKind::kPcg);
   EXPECT_EQ(options.normal_system.preconditioner, PreconditionerKind::kBlockJacobi);
+  from.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  const NormalSystemOptions exact = ceres_bridge::FromCeres(from).normal_system;
+  EXPECT_EQ(exact.linear_solver, LinearSolverKind::kPcg);
+  EXPECT_EQ(exact.preconditioner, PreconditionerKind::kSparseCholesky);
+  EXPECT_LE(exact.pcg.relative_tolerance, 1e-10);
   double nowhere = 0;
   ceres::Problem empty;
   EXPECT_THROW(CeresProblem(empty).block(&nowhere), Error);

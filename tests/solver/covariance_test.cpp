@@ -59,6 +59,7 @@ TEST(Covariance, TellsOfDirectionsWithoutInformation) {
 
 TEST(Covariance, AgreesWithCeres) {
   std::vector<Line> lines;
+  lines.reserve(10);
   for (int i = 0; i < 10; ++i) lines.push_back({0.1 * i});
   ResidualBlocks<Line, Cpu> problem(2, lines);
   Cpu::Vector x = Vector({0.3, -0.2});

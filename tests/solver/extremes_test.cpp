@@ -52,7 +52,7 @@ class Extremes : public ::testing::TestWithParam<LinearSolverKind> {
   LmSummary Solve(Problem<Cpu>& problem, Cpu::Vector& x, const LmOptions& options) {
     const double before = problem.Cost(x);
     const Eigen::VectorXd given = AsEigen(x.view());
-    const LmSummary summary = SolveLm<Cpu>(options, backend_, problem, x.view());
+    LmSummary summary = SolveLm<Cpu>(options, backend_, problem, x.view());
     EXPECT_NE(summary.status, LmStatus::kRunning);
     EXPECT_FALSE(summary.message.empty());
     EXPECT_FALSE(summary.FullReport().empty());

@@ -250,44 +250,6 @@ TEST_F(LmTest, TheLineSearchLooksAtASubset) {
   EXPECT_NEAR(searched.final_cost, plain.final_cost, 1e-9 * plain.final_cost);
 }
 
-// At its minimum this cost is 5, and feels a change of x by 1e-8 in its last digit only: the gradient finds the rest.
-struct FarFit {
-  static constexpr int kResiduals = 1, kParameters = 1;
-  double t, y;
-  template <class T>
-  void operator()(const T* x, T* r) const {
-    using std::exp;
-    r[0] = exp(x[0] * T(t)) - T(y);
-  }
-};
-
-TEST_F(LmTest, TheGradientGivesTheDigitsThatTheCostCannot) {
-  std::vector<FarFit> functors;
-  functors.reserve(10);
-  for (int i = 0; i < 10; ++i) functors.push_back({0.1 * i, i % 2 == 0 ? 2.0 : 0.0});
-  // The root of the gradient, by bisection in long double.
-  const auto slope = [&](long double x) {
-    long double sum = 0;
-    for (const FarFit& f : functors) {
-      const long double e = std::exp(x * f.t);
-      sum += (e - f.y) * e * f.t;
-    }
-    return sum;
-  };
-  long double low = -3, high = 3;
-  for (int k = 0; k < 100; ++k) ((slope((low + high) / 2) < 0) ? low : high) = (low + high) / 2;
-  ResidualBlocks<FarFit, Cpu> problem(1, functors);
-  LmOptions options;
-  options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
-  for (const double start : {-1.0, 0.5, 1.7}) {
-    Cpu::Vector x = Vector({start});
-    const LmSummary summary = SolveLm<Cpu>(options, backend_, problem, x.view());
-    EXPECT_NEAR(x[0], static_cast<double>(low), 1e-14) << summary.FullReport();
-    EXPECT_TRUE(IsConverged(summary.status));
-    EXPECT_LT(summary.iterations.size(), 40U);
-  }
-}
-
 TEST_F(LmTest, AnEmptyProblemIsSolved) {
   ResidualBlocks<Rosenbrock, Cpu> nothing(0, {});
   Cpu::Vector none;

@@ -169,11 +169,7 @@ TEST(PhotonImage, RecoversTheImageWithTheSameBitsOnAnyNumberOfThreads) {
     B backend;
     B::Vector x(problem.num_parameters());
     backend.Fill(problem.UniformStart(), x);
-    LmOptions options;
-    options.function_tolerance = 0;
-    options.gradient_tolerance = 1e-8;
-    options.normal_system.linear_solver = LinearSolverKind::kPcg;
-    const LmSummary summary = SolveLm(options, backend, problem, x.view());
+    const LmSummary summary = SolveLm(PhotonImageOptions(), backend, problem, x.view());
     EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
     double worst = 0;
     for (Index k = 0; k < x.size(); ++k) worst = std::max(worst, std::abs(std::exp(x[k]) / scene[k] - 1));

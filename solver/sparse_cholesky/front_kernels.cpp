@@ -1,4 +1,4 @@
-#include "problems/pose_graph/front_kernels.h"
+#include "solver/sparse_cholesky/front_kernels.h"
 
 #include "kernels/math/isa.h"
 
@@ -6,19 +6,17 @@ namespace vesta {
 
 // Defined by front_kernels.simd.cpp, once in each namespace.
 inline namespace baseline {
-const pose_graph::FrontKernels& CompiledFrontKernels();
+const FrontKernels& CompiledFrontKernels();
 }  // namespace baseline
 
 #if defined(__x86_64__)
 namespace avx2 {
-const pose_graph::FrontKernels& CompiledFrontKernels();
+const FrontKernels& CompiledFrontKernels();
 }  // namespace avx2
 namespace avx512 {
-const pose_graph::FrontKernels& CompiledFrontKernels();
+const FrontKernels& CompiledFrontKernels();
 }  // namespace avx512
 #endif
-
-namespace pose_graph {
 
 const FrontKernels& FrontKernelsFor([[maybe_unused]] Isa isa) {
 #if defined(__x86_64__)
@@ -28,5 +26,4 @@ const FrontKernels& FrontKernelsFor([[maybe_unused]] Isa isa) {
   return baseline::CompiledFrontKernels();
 }
 
-}  // namespace pose_graph
 }  // namespace vesta

@@ -1,13 +1,13 @@
-#include "problems/pose_graph/front_kernels.h"
+#include "solver/sparse_cholesky/front_kernels.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
-#include "tests/problems/pose_graph/dense_matrix.h"
+#include "tests/solver/sparse_cholesky/dense_matrix.h"
 #include "tests/support/cpu_isas.h"
 
-namespace vesta::pose_graph {
+namespace vesta {
 namespace {
 
 // A random positive definite front, its first columns as a panel.
@@ -26,7 +26,7 @@ struct Front {
 
   Eigen::MatrixXd matrix;
   HostBuffer<double> values;
-  Panel panel;
+  FrontPanel panel;
   std::vector<double> least;
 };
 
@@ -36,8 +36,8 @@ class FrontKernelsOf : public testing::TestWithParam<Isa> {
 };
 
 TEST_P(FrontKernelsOf, FactorizeAndUpdateAsTheDenseFactor) {
-  for (const Index rows : {3, 6, 9, 21, 48, 75}) {
-    for (const Index pivots : {Index{3}, Index{6}, rows / 6 * 3, rows}) {
+  for (const Index rows : {1, 2, 3, 5, 6, 9, 16, 21, 48, 67, 75}) {
+    for (const Index pivots : {Index{1}, Index{2}, Index{3}, Index{6}, Index{11}, rows / 2, rows}) {
       if (pivots == 0 || pivots > rows) continue;
       Front front(rows, pivots, 1);
       EXPECT_EQ(kernels().factorize(front.panel, front.least.data()), 0);
@@ -50,7 +50,7 @@ TEST_P(FrontKernelsOf, FactorizeAndUpdateAsTheDenseFactor) {
       }
       const Index below = rows - pivots, stride = PaddedRows(below);
       HostBuffer<double> update(stride * below);
-      const Index middle = below / 2 / 3 * 3;
+      const Index middle = below / 2;
       kernels().subtract_outer(front.panel, update.data(), stride, 0, middle);
       kernels().subtract_outer(front.panel, update.data(), stride, middle, below);
       const Eigen::MatrixXd L2 = L.block(pivots, 0, below, pivots);
@@ -65,8 +65,8 @@ TEST_P(FrontKernelsOf, FactorizeAndUpdateAsTheDenseFactor) {
 }
 
 TEST_P(FrontKernelsOf, SolveAsTheDenseFactor) {
-  for (const Index rows : {3, 9, 30, 51}) {
-    Front front(rows, rows / 2 / 3 * 3 + (rows == 3 ? 3 : 0), 2);
+  for (const Index rows : {1, 3, 4, 9, 11, 30, 51, 61}) {
+    Front front(rows, (rows + 1) / 2, 2);
     const Index pivots = front.panel.pivots;
     kernels().factorize(front.panel, front.least.data());
     Eigen::MatrixXd L = Eigen::MatrixXd::Identity(rows, rows);
@@ -100,4 +100,4 @@ INSTANTIATE_TEST_SUITE_P(Isas, FrontKernelsOf, testing::ValuesIn(test::CpuIsas()
                          [](const auto& tested) { return std::string(IsaName(tested.param)); });
 
 }  // namespace
-}  // namespace vesta::pose_graph
+}  // namespace vesta

@@ -1,4 +1,4 @@
-#include "problems/pose_graph/front_kernels.h"
+#include "solver/sparse_cholesky/front_kernels.h"
 
 #include <cmath>
 #include <xsimd/xsimd.hpp>
@@ -9,7 +9,6 @@ namespace vesta {
 inline namespace VESTA_ISA {
 namespace {
 
-using pose_graph::Panel;
 using V = xsimd::batch<double>;
 constexpr Index kLanes = static_cast<Index>(V::size);
 
@@ -50,7 +49,7 @@ inline void UpdateTile(const double* a, const double* b, Index stride, Index cou
 template <int kColumns>
 void UpdateStrip(const double* a, const double* b, Index stride, Index count, double* c, Index c_stride, Index rows) {
   // With the operands, as many accumulators as sixteen registers hold.
-  constexpr int kBatches = 12 / kColumns;
+  constexpr int kBatches = kColumns == 1 ? 4 : 12 / kColumns;
   Index r = 0;
   for (; r + (kBatches - 1) * kLanes < rows; r += kBatches * kLanes) {
     UpdateTile<kColumns, kBatches>(a + r, b, stride, count, c + r, c_stride);
@@ -60,7 +59,7 @@ void UpdateStrip(const double* a, const double* b, Index stride, Index count, do
 
 // Columns first..first + kColumns of the panel: takes off what the columns before them contribute, then factorises.
 template <int kColumns>
-Index FactorizeStrip(const Panel& panel, Index first, const double* least) {
+Index FactorizeStrip(const FrontPanel& panel, Index first, const double* least) {
   // Batches begin at whole multiples of their width; rows above the diagonal take part and mean nothing.
   const Index begin = first / kLanes * kLanes;
   double* const columns = panel.values + first * panel.stride;
@@ -92,14 +91,15 @@ Index FactorizeStrip(const Panel& panel, Index first, const double* least) {
   return raised;
 }
 
-Index Factorize(const Panel& panel, const double* least) {
+Index Factorize(const FrontPanel& panel, const double* least) {
   Index raised = 0, first = 0;
   for (; first + 6 <= panel.pivots; first += 6) raised += FactorizeStrip<6>(panel, first, least);
-  if (first < panel.pivots) raised += FactorizeStrip<3>(panel, first, least);
+  for (; first + 3 <= panel.pivots; first += 3) raised += FactorizeStrip<3>(panel, first, least);
+  for (; first < panel.pivots; ++first) raised += FactorizeStrip<1>(panel, first, least);
   return raised;
 }
 
-void SubtractOuter(const Panel& panel, double* update, Index update_stride, Index begin, Index end) {
+void SubtractOuter(const FrontPanel& panel, double* update, Index update_stride, Index begin, Index end) {
   const double* below = panel.values + panel.pivots;
   const Index rows = panel.rows - panel.pivots;
   Index first = begin;
@@ -109,60 +109,70 @@ void SubtractOuter(const Panel& panel, double* update, Index update_stride, Inde
                  update_stride, rows - top);
   };
   for (; first + 6 <= end; first += 6) strip(UpdateStrip<6>);
-  if (first < end) strip(UpdateStrip<3>);
+  for (; first + 3 <= end; first += 3) strip(UpdateStrip<3>);
+  for (; first < end; ++first) strip(UpdateStrip<1>);
 }
 
-constexpr int kSolveColumns = 3;
-
-void Forward(const Panel& panel, double* x) {
-  for (Index first = 0; first < panel.pivots; first += kSolveColumns) {
-    const double* column[kSolveColumns];
-    for (int c = 0; c < kSolveColumns; ++c) {
-      column[c] = panel.values + (first + c) * panel.stride;
-      double value = x[first + c];
-      for (int k = 0; k < c; ++k) value -= column[k][first + c] * x[first + k];
-      x[first + c] = value / column[c][first + c];
-    }
-    Index r = first + kSolveColumns;
-    for (; r + kLanes <= panel.rows; r += kLanes) {
-      V sum = V::load_unaligned(x + r);
-      for (int c = 0; c < kSolveColumns; ++c)
-        sum = SubtractProduct(V::load_unaligned(column[c] + r), V(x[first + c]), sum);
-      sum.store_unaligned(x + r);
-    }
-    for (; r < panel.rows; ++r) {
-      for (int c = 0; c < kSolveColumns; ++c) x[r] -= column[c][r] * x[first + c];
-    }
+// Columns first..first + kColumns of a front's part of solving L y = x.
+template <int kColumns>
+void ForwardStrip(const FrontPanel& panel, Index first, double* x) {
+  const double* column[kColumns];
+  for (int c = 0; c < kColumns; ++c) {
+    column[c] = panel.values + (first + c) * panel.stride;
+    double value = x[first + c];
+    for (int k = 0; k < c; ++k) value -= column[k][first + c] * x[first + k];
+    x[first + c] = value / column[c][first + c];
+  }
+  Index r = first + kColumns;
+  for (; r + kLanes <= panel.rows; r += kLanes) {
+    V sum = V::load_unaligned(x + r);
+    for (int c = 0; c < kColumns; ++c) sum = SubtractProduct(V::load_unaligned(column[c] + r), V(x[first + c]), sum);
+    sum.store_unaligned(x + r);
+  }
+  for (; r < panel.rows; ++r) {
+    for (int c = 0; c < kColumns; ++c) x[r] -= column[c][r] * x[first + c];
   }
 }
 
-void Backward(const Panel& panel, double* x) {
-  for (Index first = panel.pivots - kSolveColumns; first >= 0; first -= kSolveColumns) {
-    V sum[kSolveColumns];
-    const double* column[kSolveColumns];
-    for (int c = 0; c < kSolveColumns; ++c) {
-      column[c] = panel.values + (first + c) * panel.stride;
-      sum[c] = V(0.0);
-    }
-    Index r = first + kSolveColumns;
-    for (; r + kLanes <= panel.rows; r += kLanes) {
-      const V below = V::load_unaligned(x + r);
-      for (int c = 0; c < kSolveColumns; ++c) sum[c] = SubtractProduct(V::load_unaligned(column[c] + r), below, sum[c]);
-    }
-    for (int c = kSolveColumns - 1; c >= 0; --c) {
-      double value = x[first + c] + xsimd::hadd(sum[c]);
-      for (Index i = r; i < panel.rows; ++i) value -= column[c][i] * x[i];
-      for (int k = c + 1; k < kSolveColumns; ++k) value -= column[c][first + k] * x[first + k];
-      x[first + c] = value / column[c][first + c];
-    }
+// The same of L^T y = x.
+template <int kColumns>
+void BackwardStrip(const FrontPanel& panel, Index first, double* x) {
+  V sum[kColumns];
+  const double* column[kColumns];
+  for (int c = 0; c < kColumns; ++c) {
+    column[c] = panel.values + (first + c) * panel.stride;
+    sum[c] = V(0.0);
   }
+  Index r = first + kColumns;
+  for (; r + kLanes <= panel.rows; r += kLanes) {
+    const V below = V::load_unaligned(x + r);
+    for (int c = 0; c < kColumns; ++c) sum[c] = SubtractProduct(V::load_unaligned(column[c] + r), below, sum[c]);
+  }
+  for (int c = kColumns - 1; c >= 0; --c) {
+    double value = x[first + c] + xsimd::hadd(sum[c]);
+    for (Index i = r; i < panel.rows; ++i) value -= column[c][i] * x[i];
+    for (int k = c + 1; k < kColumns; ++k) value -= column[c][first + k] * x[first + k];
+    x[first + c] = value / column[c][first + c];
+  }
+}
+
+void Forward(const FrontPanel& panel, double* x) {
+  Index first = 0;
+  for (; first + 3 <= panel.pivots; first += 3) ForwardStrip<3>(panel, first, x);
+  for (; first < panel.pivots; ++first) ForwardStrip<1>(panel, first, x);
+}
+
+void Backward(const FrontPanel& panel, double* x) {
+  Index end = panel.pivots;
+  for (; end % 3 != 0; --end) BackwardStrip<1>(panel, end - 1, x);
+  for (; end > 0; end -= 3) BackwardStrip<3>(panel, end - 3, x);
 }
 
 }  // namespace
 
-const pose_graph::FrontKernels& CompiledFrontKernels();
-const pose_graph::FrontKernels& CompiledFrontKernels() {
-  static constexpr pose_graph::FrontKernels kKernels = {Factorize, SubtractOuter, Forward, Backward};
+const FrontKernels& CompiledFrontKernels();
+const FrontKernels& CompiledFrontKernels() {
+  static constexpr FrontKernels kKernels = {Factorize, SubtractOuter, Forward, Backward};
   return kKernels;
 }
 

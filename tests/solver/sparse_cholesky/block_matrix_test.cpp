@@ -1,18 +1,24 @@
-#include "problems/pose_graph/block_matrix.h"
+#include "solver/sparse_cholesky/block_matrix.h"
 
 #include <gtest/gtest.h>
 
-#include "tests/problems/pose_graph/dense_matrix.h"
+#include "tests/solver/sparse_cholesky/dense_matrix.h"
 #include "tests/support/test_files.h"
 
-namespace vesta::pose_graph {
+namespace vesta {
 namespace {
 
 TEST(BlockPattern, NeighborsAscendAndRepeatsAreOneBlock) {
   const BlockPattern::Pair pairs[] = {{3, 1}, {0, 1}, {1, 3}, {2, 0}};
-  const BlockPattern pattern(4, pairs);
+  const std::vector<int> sizes = {2, 5, 1, 2};
+  const BlockPattern pattern(sizes, pairs);
   EXPECT_EQ(pattern.num_rows(), 4);
   EXPECT_EQ(pattern.num_blocks(), 3);
+  EXPECT_EQ(pattern.num_scalars(), 10);
+  EXPECT_EQ(pattern.offset(2), 7);
+  EXPECT_EQ(pattern.uniform_size(), 0);
+  EXPECT_EQ(pattern.diagonal_value(4), 4 + 25 + 1 + 4);
+  EXPECT_EQ(pattern.block_value(3), 10 + 2 + 10);
   EXPECT_EQ(pattern.block_of_pair()[0], pattern.block_of_pair()[2]);
   const std::vector<std::vector<Index>> expected = {{1, 2}, {0, 3}, {0}, {1}};
   for (Index row = 0; row < 4; ++row) {
@@ -23,16 +29,18 @@ TEST(BlockPattern, NeighborsAscendAndRepeatsAreOneBlock) {
 }
 
 TEST(BlockPattern, RefusesPairsOutOfRange) {
+  const std::vector<int> sizes = {3, 3}, empty = {3, 0};
   const BlockPattern::Pair same[] = {{1, 1}}, outside[] = {{0, 2}}, negative[] = {{-1, 0}};
-  ExpectError([&] { BlockPattern(2, same); }, "block (1, 1) of 2 rows");
-  ExpectError([&] { BlockPattern(2, outside); }, "block (2, 0) of 2 rows");
-  ExpectError([&] { BlockPattern(2, negative); }, "block (0, -1) of 2 rows");
+  ExpectError([&] { BlockPattern(sizes, same); }, "block (1, 1) of 2 rows");
+  ExpectError([&] { BlockPattern(sizes, outside); }, "block (2, 0) of 2 rows");
+  ExpectError([&] { BlockPattern(sizes, negative); }, "block (0, -1) of 2 rows");
+  ExpectError([&] { BlockPattern(empty, {}); }, "a row of blocks of size 0");
 }
 
 TEST(BlockMatrix, AppliesAsTheDenseMatrix) {
-  for (const int d : {3, 6}) {
+  for (const auto& repeated : std::vector<std::vector<int>>{{3}, {6}, {1}, {5}, {1, 2, 3}, {6, 3, 11}}) {
     test::Random random(1);
-    const BlockMatrix matrix = test::RandomMatrix(40, 60, d, &random);
+    const BlockMatrix matrix = test::RandomMatrix(test::Sizes(40, repeated), 60, &random);
     const Eigen::MatrixXd dense = test::Dense(matrix);
     EXPECT_EQ((dense - dense.transpose()).norm(), 0);
     const std::vector<double> x = random.NormalVector<double>(static_cast<std::size_t>(matrix.size()));
@@ -44,4 +52,4 @@ TEST(BlockMatrix, AppliesAsTheDenseMatrix) {
 }
 
 }  // namespace
-}  // namespace vesta::pose_graph
+}  // namespace vesta
