@@ -2,7 +2,7 @@
 //
 // With w = alpha T and S = what lies behind a splat, already weighted (the final colour minus what has been accumulated
 // up to and including the splat),
-//   d colour / d c = w,   d colour / d alpha = T c - S / (1 - alpha),   d alpha = alpha psi,
+//   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
 //   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h)
 // so adjoint and Gram go front to back too and no per-pixel state is stored between passes.
 #pragma once
@@ -22,8 +22,7 @@ struct ForwardPass {
     for (int k = 0; k < 3; ++k) c[k] = V(splat.color[k]);
   }
   void BeginRow(S) {}
-  void Pixels(int offset, const V&, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V weight = Select(counts, alpha.value * before, V(0));
+  void Pixels(int offset, const V&, const V&, const V& weight) {
     for (int k = 0; k < 3; ++k) L::Store(color[k] + offset, Fma(weight, c[k], L::Load(color[k] + offset)));
   }
   void EndRow() {}
@@ -36,7 +35,7 @@ struct TangentPass {
   using L = Lanes<V>;
   const SplatTangent<S>* tangents;
   alignas(64) S d_color[3][kTilePixels] = {};
-  alignas(64) S d_transmittance[kTilePixels] = {};
+  alignas(64) S minus_dT[kTilePixels] = {};  // of the transmittance
   V c[3], dc[3], rho, row_linear, row_constant;
   const S* w = nullptr;
 
@@ -49,17 +48,16 @@ struct TangentPass {
     row_linear = V(w[kXi] + w[kKappa] * q);
     row_constant = V(w[kLambda] - q * (w[kZeta] + w[kSigma] * q));
   }
-  void Pixels(int offset, const V& p, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V psi = row_constant - p * Fma(rho, p, row_linear);
-    const V d_alpha_T = Select(counts & alpha.differentiable, alpha.value * psi * before, V(0));
-    const V dT = L::Load(d_transmittance + offset);
-    const V weight = Select(counts, alpha.value * before, V(0));
-    const V d_weight = Select(counts, Fma(alpha.value, dT, d_alpha_T), V(0));
+  void Pixels(int offset, const V& p, const V& alpha, const V& weight) {
+    const V psi = Fnma(p, Fma(rho, p, row_linear), row_constant);
+    const V d_alpha_T = MovingAlpha(alpha, weight) * psi;
+    const V before = L::Load(minus_dT + offset);
+    const V d_weight = Fnma(alpha, before, d_alpha_T);
     for (int k = 0; k < 3; ++k) {
       L::Store(d_color[k] + offset, Fma(weight, dc[k], Fma(d_weight, c[k], L::Load(d_color[k] + offset))));
     }
-    // Not dT - d_weight, which behind opaque splats is a small difference of large numbers.
-    L::Store(d_transmittance + offset, Select(counts, Fma(dT, V(1) - alpha.value, -d_alpha_T), dT));
+    // Not before + d_weight, which behind opaque splats is a small difference of large numbers.
+    L::Store(minus_dT + offset, Fma(before, V(1) - alpha, d_alpha_T));
   }
   void EndRow() {}
   void EndSplat(std::int64_t) {}
@@ -72,35 +70,36 @@ struct AdjointPass {
   SplatTangent<S>* sums;              // [pairs], relative to the whole list
   alignas(64) S u[3][kTilePixels];    // cotangent of the image
   alignas(64) S behind[kTilePixels];  // u . S
-  V c[3], total[kSplatTangent], vq, vqq;
+  V c[3], total[kSplatTangent], vq;
 
   void BeginSplat(std::uint32_t, const Splat<S>& splat) {
     for (int k = 0; k < 3; ++k) c[k] = V(splat.color[k]);
     for (V& t : total) t = V(0);
   }
-  void BeginRow(S q) { vq = V(q), vqq = V(q * q); }
-  void Pixels(int offset, const V& p, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V weight = Select(counts, alpha.value * before, V(0));
+  void BeginRow(S q) { vq = V(q); }
+  void Pixels(int offset, const V& p, const V& alpha, const V& weight) {
     const V u0 = L::Load(u[0] + offset), u1 = L::Load(u[1] + offset), u2 = L::Load(u[2] + offset);
-    const V cu = Fma(c[0], u0, Fma(c[1], u1, c[2] * u2));
-    const V rest = L::Load(behind + offset) - weight * cu;
+    const V share = weight * Fma(c[0], u0, Fma(c[1], u1, c[2] * u2));
+    const V rest = L::Load(behind + offset) - share;
     L::Store(behind + offset, rest);
     total[kColor] = Fma(weight, u0, total[kColor]);
     total[kColor + 1] = Fma(weight, u1, total[kColor + 1]);
     total[kColor + 2] = Fma(weight, u2, total[kColor + 2]);
-    const V by_alpha = before * cu - rest / (V(1) - alpha.value);
-    const V g = Select(counts & alpha.differentiable, by_alpha * alpha.value, V(0));
-    const V gp = g * p;
+    // By log alpha, as long as that is free to move.
+    const V g = MovingAlpha(alpha, Fnma(rest, alpha * Reciprocal(V(1) - alpha), share));
+    const V gp = g * p, gq = g * vq;
     total[kLambda] = total[kLambda] + g;
-    total[kXi] = total[kXi] - gp;
-    total[kRho] = total[kRho] - gp * p;
-    total[kZeta] = total[kZeta] - g * vq;
-    total[kKappa] = total[kKappa] - gp * vq;
-    total[kSigma] = total[kSigma] - g * vqq;
+    total[kXi] = total[kXi] + gp;
+    total[kZeta] = total[kZeta] + gq;
+    total[kRho] = Fma(gp, p, total[kRho]);
+    total[kKappa] = Fma(gq, p, total[kKappa]);
+    total[kSigma] = Fma(gq, vq, total[kSigma]);
   }
   void EndRow() {}
   void EndSplat(std::int64_t pair) {
-    for (int k = 0; k < kSplatTangent; ++k) sums[pair].w[k] = L::Sum(total[k]);
+    S* w = sums[pair].w;
+    L::template SumEach<kSplatTangent>(total, w);
+    for (int k = 0; k < kLambda; ++k) w[k] = -w[k];
   }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
 };
@@ -130,24 +129,22 @@ struct GramPass {
       for (V& m : channel) m = V(0);
     }
   }
-  void Pixels(int offset, const V& p, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V w = Select(counts, alpha.value * before, V(0));
-    const V alpha_moves = Select(counts & alpha.differentiable, alpha.value, V(0));
-    const V inv = V(1) / (V(1) - alpha.value);
+  void Pixels(int offset, const V& p, const V& alpha, const V& weight_here) {
+    const V odds = alpha * Reciprocal(V(1) - alpha);
     V m(0);
     for (int k = 0; k < 3; ++k) {
-      const V rest = L::Load(behind[k] + offset) - w * c[k];
+      const V share = weight_here * c[k];
+      const V rest = L::Load(behind[k] + offset) - share;
       L::Store(behind[k] + offset, rest);
       const V omega = L::Load(weight[k] + offset);
-      const V d = (before * c[k] - rest * inv) * alpha_moves;  // d colour / d log alpha
-      const V omega_d = omega * d;
+      const V d = MovingAlpha(alpha, Fnma(rest, odds, share));  // d colour / d log alpha
+      const V omega_d = omega * d, omega_w = omega * weight_here;
       m = Fma(omega_d, d, m);
-      V x = omega_d * w;
-      color[k] = Fma(omega * w, w, color[k]);
+      color[k] = Fma(omega_w, weight_here, color[k]);
+      const V x = omega_w * d, xp = x * p;
       row_cross[k][0] = row_cross[k][0] + x;
-      x = x * p;
-      row_cross[k][1] = row_cross[k][1] + x;
-      row_cross[k][2] = Fma(x, p, row_cross[k][2]);
+      row_cross[k][1] = row_cross[k][1] + xp;
+      row_cross[k][2] = Fma(xp, p, row_cross[k][2]);
     }
     row_shape[0] = row_shape[0] + m;
     for (int a = 1; a < 5; ++a) {
@@ -168,11 +165,9 @@ struct GramPass {
   }
   void EndSplat(std::int64_t pair) {
     S* out = sums[pair].m;
-    for (int i = 0; i < kMoments4; ++i) *out++ = L::Sum(shape[i]);
-    for (int k = 0; k < 3; ++k) {
-      for (int i = 0; i < kMoments2; ++i) *out++ = L::Sum(cross[k][i]);
-    }
-    for (int k = 0; k < 3; ++k) *out++ = L::Sum(color[k]);
+    L::template SumEach<kMoments4>(shape, out);
+    L::template SumEach<3 * kMoments2>(cross[0], out + kMoments4);
+    L::template SumEach<3>(color, out + kMoments4 + 3 * kMoments2);
   }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
 };

@@ -27,7 +27,7 @@ void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tan
   TraverseTile<V>(lists, tile, pass, transmittance);
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   for (int k = 0; k < 3; ++k) {
-    for (int i = 0; i < kTilePixels; ++i) pass.d_color[k][i] += pass.d_transmittance[i] * lists.background[k];
+    for (int i = 0; i < kTilePixels; ++i) pass.d_color[k][i] -= pass.minus_dT[i] * lists.background[k];
     StorePlane(lists, WindowOf(lists, tile), pass.d_color[k], d_image + k * plane);
   }
 }

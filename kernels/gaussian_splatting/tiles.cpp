@@ -17,7 +17,7 @@ template <class S>
 S ExtremeX(const Splat<S>& splat, S y0, S y1, S dy_at_reach, S sign) {
   const S dy = std::clamp(sign * dy_at_reach, y0 - splat.v, y1 - splat.v);
   const S q = splat.s * dy;
-  return splat.u - splat.beta * dy + sign * std::sqrt(std::max(splat.support - q * q, S(0))) / splat.r;
+  return splat.u - splat.beta * dy + sign * std::sqrt(std::max(splat.support - q * q, S(0))) * splat.inv_r;
 }
 
 // Calls visit(tile) for every tile the splat touches, by ascending tile.
@@ -26,7 +26,7 @@ void VisitTiles(const Splat<S>& splat, int tiles_x, int tiles_y, int width, int 
   constexpr S kSize(kTileSize), kHalf(0.5);
   const S reach_y = std::sqrt(splat.support) / splat.s;
   const S slope = splat.beta / splat.s;
-  const S reach_x = std::sqrt(splat.support * (S(1) / (splat.r * splat.r) + slope * slope));
+  const S reach_x = std::sqrt(splat.support * (splat.inv_r * splat.inv_r + slope * slope));
   // dx = p / r - beta q / s is largest at q = -slope / |(1 / r, slope)| sqrt(support).
   const S dy_at_reach = -slope * splat.support / (splat.s * reach_x);
   const auto clip = [](S value, int limit) { return static_cast<int>(std::clamp(value, S(0), static_cast<S>(limit))); };
