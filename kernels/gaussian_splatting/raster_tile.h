@@ -56,7 +56,7 @@ void GramTile(const TileLists<S>& lists, int tile, const S* image, const S* omeg
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   const TileWindow window = WindowOf(lists, tile);
   for (int k = 0; k < 3; ++k) {
-    LoadPlane(lists, window, omega + k * plane, pass.weight[k]);
+    LoadPlane(lists, window, omega + k * plane, pass.omega[k]);
     LoadPlane(lists, window, image + k * plane, pass.behind[k]);
   }
   TraverseTile<V>(lists, tile, pass, transmittance);

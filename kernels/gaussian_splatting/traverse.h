@@ -78,12 +78,10 @@ inline void StorePlane(const TileLists<S>& lists, const TileWindow& window, cons
 }
 
 // Pass has
-//   BeginSplat(rank, splat), BeginRow(q),
-//   Pixels(offset, p, alpha, weight)       offset into the tile; alpha and weight as in Blend
-//   EndRow(), EndSplat(pair), Skip(pair)   pair: position in lists.ranks; Skip where all pixels are closed
+//   State Begin(rank, splat)                what it keeps for one splat, a local object so that it lives in registers
+//   Pixels(state, q, offset, p, blend)      one vector of pixels; offset into the tile
+//   End(state, pair), Skip(pair)            pair: position in lists.ranks; Skip where all pixels are closed
 // At the end transmittance[i] is what passes all splats.
-//
-// Always inlined, or the sums that a pass keeps for one splat live in memory instead of registers.
 template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseTile(const TileLists<S>& lists, int tile, Pass& pass, S* transmittance) {
   using L = Lanes<V>;
@@ -102,24 +100,30 @@ template <class V, class S, class Pass>
     }
   }
   const V iota = L::Iota();
-  const S half(0.5);
-  SplatRows<V, S> rows;
+  const S left = static_cast<S>(window.x0) + S(0.5), top = static_cast<S>(window.y0) + S(0.5);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
+  // One splat ahead, so that the rows to visit are known when the loop over them begins.
+  SplatRows<V, S> prepared[2];
+  const auto prepare = [&](std::int64_t next) {
+    const Splat<S>& splat = lists.splats[lists.ranks[next]];
+    prepared[next & 1].Set(splat, splat.u - left, splat.v - top);
+  };
+  if (pair < end) prepare(pair);
   for (; pair < end; ++pair) {
     std::uint32_t any_open = 0;
     for (const std::uint32_t mask : open) any_open |= mask;
     if (any_open == 0) break;
+    if (pair + 1 < end) prepare(pair + 1);
+    const SplatRows<V, S>& rows = prepared[pair & 1];
     const std::uint32_t rank = lists.ranks[pair];
     const Splat<S>& splat = lists.splats[rank];
-    rows.Set(splat, splat.u - (static_cast<S>(window.x0) + half), splat.v - (static_cast<S>(window.y0) + half));
-    pass.BeginSplat(rank, splat);
+    typename Pass::State state = pass.Begin(rank, splat);
     const V r(splat.r), log2_opacity(splat.log2_opacity);
     for (int k = 0; k < kVectors; ++k) {
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
       for (std::uint32_t todo = rows.meets[k] & open[k]; todo != 0; todo &= todo - 1) {
         const int row = std::countr_zero(todo), offset = row * kTileSize + k * L::kWidth;
-        pass.BeginRow(rows.q[row]);
         const V p = (columns - V(rows.centre[row])) * r;
         const V before = L::Load(ahead + offset);
         Blend<V> blend = BlendSplat(before, Fnma(p, p, log2_opacity - V(rows.q2[row])));
@@ -129,11 +133,10 @@ template <class V, class S, class Pass>
           if (!Any(blend.transmittance > V(0))) open[k] &= ~(1U << row);
         }
         L::Store(ahead + offset, blend.transmittance);
-        pass.Pixels(offset, p, blend.alpha, blend.weight);
-        pass.EndRow();
+        pass.Pixels(state, rows.q[row], offset, p, blend);
       }
     }
-    pass.EndSplat(pair);
+    pass.End(state, pair);
   }
   for (; pair < end; ++pair) pass.Skip(pair);
   for (int i = 0; i < kTilePixels; ++i) transmittance[i] += ahead[i];
