@@ -53,6 +53,13 @@ void Run(const Arguments& arguments) {
                 {"pixels", static_cast<double>(view.num_pixels())}});
   };
   view.Build(model, pinhole, background, workspace);
+  const splat::VisitCounts visits = view.CountVisits();
+  fmt::print(
+      "{} pairs walked of {}, {:.2f} vectors a pair, {:.3f} of them useful, {:.2f} pixels in each, {:.1f} splats a "
+      "pixel\n",
+      visits.pairs, view.num_pairs(), static_cast<double>(visits.vectors) / visits.pairs,
+      static_cast<double>(visits.useful) / visits.vectors, static_cast<double>(visits.pixels) / visits.useful,
+      static_cast<double>(visits.pixels) / view.num_pixels());
   add("forward", [&] { view.Render(image.data()); });
   add("build (project, sort, bin)", [&] { view.Build(model, pinhole, background, workspace); });
   add("tangent J v", [&] { view.ApplyJ(model, dx.data(), d_image.data(), workspace); });

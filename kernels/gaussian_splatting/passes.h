@@ -1,4 +1,4 @@
-// The four raster passes over one tile: image, tangent, adjoint and Gram sums.
+// The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit.
 //
 // With w = alpha T and S = what lies behind a splat, already weighted (the final colour minus what has been accumulated
 // up to and including the splat),
@@ -11,6 +11,26 @@
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
+
+template <class V, class S>
+struct CountPass {
+  using L = Lanes<V>;
+  VisitCounts counts;
+
+  struct State {};
+  State Begin(std::uint32_t, const Splat<S>&) {
+    ++counts.pairs;
+    return {};
+  }
+  void Pixels(State&, S, int, const V&, const Blend<V>& blend) {
+    const std::uint32_t bits = L::Bits(blend.alpha > V(0));
+    ++counts.vectors;
+    counts.useful += bits != 0 ? 1 : 0;
+    counts.pixels += std::popcount(bits);
+  }
+  void End(State&, std::int64_t) {}
+  void Skip(std::int64_t) {}
+};
 
 template <class V, class S>
 struct ForwardPass {

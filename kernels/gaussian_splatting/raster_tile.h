@@ -63,8 +63,16 @@ void GramTile(const TileLists<S>& lists, int tile, const S* image, const S* omeg
 }
 
 template <class V, class S>
+VisitCounts CountTile(const TileLists<S>& lists, int tile) {
+  alignas(64) S transmittance[kTilePixels];
+  CountPass<V, S> pass;
+  TraverseTile<V>(lists, tile, pass, transmittance);
+  return pass.counts;
+}
+
+template <class V, class S>
 RasterKernels<S> MakeRasterKernels() {
-  return {&ForwardTile<V, S>, &TangentTile<V, S>, &AdjointTile<V, S>, &GramTile<V, S>};
+  return {&ForwardTile<V, S>, &TangentTile<V, S>, &AdjointTile<V, S>, &GramTile<V, S>, &CountTile<V, S>};
 }
 
 }  // namespace VESTA_ISA

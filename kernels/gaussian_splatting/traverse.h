@@ -31,15 +31,16 @@ template <class V, class S>
 struct SplatRows {
   using L = Lanes<V>;
   static constexpr int kVectors = kTileSize / L::kWidth;
-  alignas(64) S q[kTileSize];       // vertical offset in whitened coordinates
-  alignas(64) S q2[kTileSize];      // its square
-  alignas(64) S centre[kTileSize];  // column where p = 0
-  std::uint32_t meets[kVectors];    // bit y of meets[k]: row y, pixels k * width and on
+  alignas(64) S q[kTileSize];     // vertical offset in whitened coordinates
+  alignas(64) S peak[kTileSize];  // log2 of the opacity, less q^2
+  alignas(64) S p0[kTileSize];    // p at column 0
+  std::uint32_t meets[kVectors];  // bit y of meets[k]: row y, pixels k * width and on
 
   // u, v: the splat's mean relative to the centre of the tile's first pixel.
   void Set(const Splat<S>& splat, S u, S v) {
     using std::ceil, std::floor, std::sqrt;
-    const V iota = L::Iota(), s(splat.s), beta(splat.beta), support(splat.support), inv_r(splat.inv_r), mean(u);
+    const V iota = L::Iota(), s(splat.s), beta(splat.beta), support(splat.support), inv_r(splat.inv_r), r(splat.r),
+            mean(u), log2_opacity(splat.log2_opacity);
     for (std::uint32_t& rows : meets) rows = 0;
     for (int row = 0; row < kTileSize; row += L::kWidth) {
       const V dy = iota + V(static_cast<S>(row) - v);
@@ -49,8 +50,8 @@ struct SplatRows {
       // The first and the last pixel within reach, so that rows between two pixels are left out.
       const V first = ceil(middle - half_width), last = floor(middle + half_width);
       L::Store(q + row, vq);
-      L::Store(q2 + row, vq2);
-      L::Store(centre + row, middle);
+      L::Store(peak + row, log2_opacity - vq2);
+      L::Store(p0 + row, -(middle * r));
       const auto reaches = rest > V(0);
       for (int k = 0; k < kVectors; ++k) {
         const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
@@ -119,14 +120,14 @@ template <class V, class S, class Pass>
     const std::uint32_t rank = lists.ranks[pair];
     const Splat<S>& splat = lists.splats[rank];
     typename Pass::State state = pass.Begin(rank, splat);
-    const V r(splat.r), log2_opacity(splat.log2_opacity);
+    const V r(splat.r);
     for (int k = 0; k < kVectors; ++k) {
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
       for (std::uint32_t todo = rows.meets[k] & open[k]; todo != 0; todo &= todo - 1) {
         const int row = std::countr_zero(todo), offset = row * kTileSize + k * L::kWidth;
-        const V p = (columns - V(rows.centre[row])) * r;
+        const V p = Fma(columns, r, V(rows.p0[row]));
         const V before = L::Load(ahead + offset);
-        Blend<V> blend = BlendSplat(before, Fnma(p, p, log2_opacity - V(rows.q2[row])));
+        Blend<V> blend = BlendSplat(before, Fnma(p, p, V(rows.peak[row])));
         if (Any(blend.closes)) [[unlikely]] {
           Close(blend);
           L::Store(transmittance + offset, Select(blend.closes, before, L::Load(transmittance + offset)));

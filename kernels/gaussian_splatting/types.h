@@ -81,4 +81,12 @@ struct TileLists {
   S background[3];
 };
 
+// How a raster pass spends itself, in vectors of pixels of the instruction set's width.
+struct VisitCounts {
+  std::int64_t pairs = 0;    // of splat and tile, before all pixels of the tile are closed
+  std::int64_t vectors = 0;  // visited
+  std::int64_t useful = 0;   // of those, with a pixel that the splat is part of
+  std::int64_t pixels = 0;   // that it is part of
+};
+
 }  // namespace vesta::splat

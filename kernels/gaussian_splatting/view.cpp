@@ -69,6 +69,20 @@ TileLists<S> View<S>::Lists() const {
 }
 
 template <class S>
+VisitCounts View<S>::CountVisits() const {
+  const TileLists<S> lists = Lists();
+  VisitCounts sum;
+  for (int tile = 0; tile < bins_.num_tiles(); ++tile) {
+    const VisitCounts counts = GetRasterKernels<S>().count(lists, tile);
+    sum.pairs += counts.pairs;
+    sum.vectors += counts.vectors;
+    sum.useful += counts.useful;
+    sum.pixels += counts.pixels;
+  }
+  return sum;
+}
+
+template <class S>
 void View<S>::Render(S* image) const {
   const TileLists<S> lists = Lists();
   const auto& kernels = GetRasterKernels<S>();

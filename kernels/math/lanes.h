@@ -36,30 +36,30 @@ struct Elementary<FloatLanes> {
 
 inline bool Any(const FloatMask& m) { return xsimd::any(m); }
 
+// c0 + c1 x + ... + c5 x^5, by Estrin's scheme: one operation more than Horner's and three fifths of its latency.
+inline FloatLanes Quintic(const FloatLanes& x, float c0, float c1, float c2, float c3, float c4, float c5) {
+  const FloatLanes x2 = x * x;
+  const FloatLanes low = Fma(FloatLanes(c1), x, FloatLanes(c0)), middle = Fma(FloatLanes(c3), x, FloatLanes(c2));
+  const FloatLanes high = Fma(FloatLanes(c5), x, FloatLanes(c4));
+  return Fma(Fma(high, x2, middle), x2, low);
+}
+
 // 2^x where mask is set and x lies in [-126, 0], 0 where it is not. Relative error at most 5e-7 (a minimax polynomial
 // of degree 5, 8e-8, and its rounding), with and without fused multiply-adds.
 inline FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512DQ__)
   // 2^x = 2^floor(x) 2^f. The hardware gives f in [0, 1) and the scaling in one instruction each.
   const FloatLanes f = _mm512_reduce_ps(x, 0x01);
-  FloatLanes p(0.0018775766584552267f);
-  p = Fma(p, f, FloatLanes(0.008989340131009826f));
-  p = Fma(p, f, FloatLanes(0.055826318019286086f));
-  p = Fma(p, f, FloatLanes(0.24015361705587057f));
-  p = Fma(p, f, FloatLanes(0.6931530731988381f));
-  p = Fma(p, f, FloatLanes(0.9999999250635514f));
+  const FloatLanes p = Quintic(f, 0.9999999250635514f, 0.6931530731988381f, 0.24015361705587057f, 0.055826318019286086f,
+                               0.008989340131009826f, 0.0018775766584552267f);
   return _mm512_maskz_scalef_ps(mask, p, x);
 #else
   // Adding 1.5 * 2^23 leaves the rounded integer n in the low mantissa bits; shifted up by 23 they are the exponent.
   const FloatLanes magic(12582912.0f);
   const FloatLanes biased = x + magic;
   const FloatLanes f = x - (biased - magic);
-  FloatLanes p(0.0013276471873520587f);
-  p = Fma(p, f, FloatLanes(0.009675541333494672f));
-  p = Fma(p, f, FloatLanes(0.055507132738658184f));
-  p = Fma(p, f, FloatLanes(0.24022119723863694f));
-  p = Fma(p, f, FloatLanes(0.693146967064535f));
-  p = Fma(p, f, FloatLanes(1.0000000716546757f));
+  const FloatLanes p = Quintic(f, 1.0000000716546757f, 0.693146967064535f, 0.24022119723863694f, 0.055507132738658184f,
+                               0.009675541333494672f, 0.0013276471873520587f);
   const auto exponent = xsimd::bitwise_cast<xsimd::batch<int32_t>>(biased) << 23;
   return Select(mask, xsimd::bitwise_cast<FloatLanes>(xsimd::bitwise_cast<xsimd::batch<int32_t>>(p) + exponent),
                 FloatLanes(0));
