@@ -9,6 +9,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
+#include "problems/gaussian_splatting/train/adam.h"
 #include "problems/gaussian_splatting/train/metrics.h"
 
 namespace vesta::bench {
@@ -69,6 +70,24 @@ void Run(const Arguments& arguments) {
   add("Gram blocks", [&] {
     view.AddGram(model, image.data(), linearization.diagonal.data(), blocks.data(), sh_diagonal.data(), workspace);
   });
+  // One iteration of Adam as training has it: one view at full size, every Gaussian it sees updated.
+  gs::SplatModel trained = splats;
+  gs::Adam adam(gs::LearningRates(), scene.extent);
+  PhotometricLoss<float> adam_loss({.l1_floor = 0});
+  std::size_t next = 0;
+  const auto iteration = [&] {
+    const gs::View& target = scene.views[next++ % scene.views.size()];
+    const splat::Model<float> x = gs::ToKernelModel(trained);
+    view.Build(x, gs::ToPinhole(target, gs::NearPlane(scene)), background, workspace);
+    view.Render(image.data());
+    adam_loss.Gradient(image, HostSpan<const float>(target.image.rgb.data(), shape.NumValues()), shape, d_image);
+    gradient.Resize(static_cast<Index>(trained.data.size()));
+    view.AddJT(x, image.data(), d_image.data(), gradient.data(), workspace);
+    adam.Step(trained, gradient.data(), splat::NumAttributes(x.active_sh_degree), 1e-3);
+  };
+  add("loss gradient", [&] { adam_loss.Gradient(image, truth, shape, d_image); });
+  add("Adam step", [&] { adam.Step(trained, gradient.data(), splat::NumAttributes(model.active_sh_degree), 1e-3); });
+  add("Adam iteration, all views in turn", iteration);
   report.Finish(arguments.Flag("json", ""));
 }
 
