@@ -8,6 +8,13 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
+// alpha = min(0.99, 2^exponent) where that is at least 1/255, else 0: what an open pixel blends.
+template <class V>
+inline V EvaluateAlpha(const V& exponent) {
+  using S = typename Lanes<V>::Scalar;
+  return Min(MaskedExp2(exponent >= V(static_cast<S>(kLog2AlphaFloor)), exponent), V(static_cast<S>(kAlphaCap)));
+}
+
 // What d alpha is multiplied by to give d log alpha's share: alpha, or 0 at the cap, where alpha stands still.
 template <class V>
 inline V MovingAlpha(const V& alpha, const V& value) {
@@ -23,18 +30,18 @@ struct Blend {
   typename Lanes<V>::Mask closes;
 };
 
-// One step front to back. transmittance: in front of the splat, 0 for closed pixels. alpha = min(0.99, 2^exponent)
-// where that is at least 1/255 and the pixel is open. A splat that would bring the transmittance below 1e-4 closes the
-// pixel and is itself left out, as in 3DGS: where closes has any, Close must follow.
+// One step front to back. transmittance: in front of the splat, 0 for closed pixels; alpha: from EvaluateAlpha. A splat
+// that would bring the transmittance below 1e-4 closes the pixel and is itself left out, as in 3DGS: where closes has
+// any, Close must follow.
 template <class V>
-inline Blend<V> BlendSplat(const V& transmittance, const V& exponent) {
+inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   using S = typename Lanes<V>::Scalar;
-  const auto counts = (transmittance > V(0)) & (exponent >= V(static_cast<S>(kLog2AlphaFloor)));
+  const auto open = transmittance > V(0);
   Blend<V> blend;
-  blend.alpha = Min(MaskedExp2(counts, exponent), V(static_cast<S>(kAlphaCap)));
+  blend.alpha = Select(open, alpha, V(0));
   blend.weight = blend.alpha * transmittance;
   blend.transmittance = Fnma(blend.alpha, transmittance, transmittance);
-  blend.closes = counts & (blend.transmittance < V(static_cast<S>(kTransmittanceStop)));
+  blend.closes = open & (blend.transmittance < V(static_cast<S>(kTransmittanceStop)));
   return blend;
 }
 

@@ -117,17 +117,13 @@ struct AdjointPass {
     const V g = MovingAlpha(blend.alpha, Fnma(rest, blend.alpha * Reciprocal(V(1) - blend.alpha), share));
     const V gp = g * p, gq = g * q;
     total[kLambda] = total[kLambda] + g;
-    total[kXi] = total[kXi] + gp;
-    total[kZeta] = total[kZeta] + gq;
-    total[kRho] = Fma(gp, p, total[kRho]);
-    total[kKappa] = Fma(gq, p, total[kKappa]);
-    total[kSigma] = Fma(gq, q, total[kSigma]);
+    total[kXi] = total[kXi] - gp;
+    total[kZeta] = total[kZeta] - gq;
+    total[kRho] = Fnma(gp, p, total[kRho]);
+    total[kKappa] = Fnma(gq, p, total[kKappa]);
+    total[kSigma] = Fnma(gq, q, total[kSigma]);
   }
-  void End(State& state, std::int64_t pair) {
-    S* w = sums[pair].w;
-    L::template SumEach<kSplatTangent>(state.total, w);
-    for (int k = 0; k < kLambda; ++k) w[k] = -w[k];
-  }
+  void End(State& state, std::int64_t pair) { L::template SumEach<kSplatTangent>(state.total, sums[pair].w); }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
 };
 

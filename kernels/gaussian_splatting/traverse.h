@@ -31,10 +31,10 @@ template <class V, class S>
 struct SplatRows {
   using L = Lanes<V>;
   static constexpr int kVectors = kTileSize / L::kWidth;
-  alignas(64) S q[kTileSize];     // vertical offset in whitened coordinates
-  alignas(64) S peak[kTileSize];  // log2 of the opacity, less q^2
-  alignas(64) S p0[kTileSize];    // p at column 0
-  std::uint32_t meets[kVectors];  // bit y of meets[k]: row y, pixels k * width and on
+  alignas(64) S q[kTileSize];              // vertical offset in whitened coordinates
+  alignas(64) S peak[kTileSize + 1] = {};  // log2 of the opacity, less q^2; and one more, of no row
+  alignas(64) S p0[kTileSize + 1] = {};    // p at column 0; likewise
+  std::uint32_t meets[kVectors];           // bit y of meets[k]: row y, pixels k * width and on
 
   // u, v: the splat's mean relative to the centre of the tile's first pixel.
   void Set(const Splat<S>& splat, S u, S v) {
@@ -123,11 +123,20 @@ template <class V, class S, class Pass>
     const V r(splat.r);
     for (int k = 0; k < kVectors; ++k) {
       const V columns = iota + V(static_cast<S>(k * L::kWidth));
-      for (std::uint32_t todo = rows.meets[k] & open[k]; todo != 0; todo &= todo - 1) {
-        const int row = std::countr_zero(todo), offset = row * kTileSize + k * L::kWidth;
-        const V p = Fma(columns, r, V(rows.p0[row]));
+      std::uint32_t todo = rows.meets[k] & open[k];
+      if (todo == 0) continue;
+      // alpha one row ahead of what uses it: its latency would otherwise fill the processor's queue of instructions.
+      int row = std::countr_zero(todo);
+      V p = Fma(columns, r, V(rows.p0[row])), alpha = EvaluateAlpha(Fnma(p, p, V(rows.peak[row])));
+      do {
+        todo &= todo - 1;
+        const int next = std::countr_zero(todo | 1U << kTileSize);
+        const V next_p = Fma(columns, r, V(rows.p0[next]));
+        const V next_alpha = EvaluateAlpha(Fnma(next_p, next_p, V(rows.peak[next])));
+
+        const int offset = row * kTileSize + k * L::kWidth;
         const V before = L::Load(ahead + offset);
-        Blend<V> blend = BlendSplat(before, Fnma(p, p, V(rows.peak[row])));
+        Blend<V> blend = BlendSplat(before, alpha);
         if (Any(blend.closes)) [[unlikely]] {
           Close(blend);
           L::Store(transmittance + offset, Select(blend.closes, before, L::Load(transmittance + offset)));
@@ -135,7 +144,8 @@ template <class V, class S, class Pass>
         }
         L::Store(ahead + offset, blend.transmittance);
         pass.Pixels(state, rows.q[row], offset, p, blend);
-      }
+        row = next, p = next_p, alpha = next_alpha;
+      } while (todo != 0);
     }
     pass.End(state, pair);
   }

@@ -127,9 +127,13 @@ inline void SumLanes(const FloatLanes* v, float* out) {
   if constexpr (kNow == kWidth) {
     part[0].store_unaligned(out);
   } else {
+#if defined(__AVX512F__)
+    _mm512_mask_storeu_ps(out, static_cast<__mmask16>((1U << kNow) - 1), part[0]);
+#else
     alignas(64) float sums[kWidth];
     part[0].store_aligned(sums);
     for (int i = 0; i < kNow; ++i) out[i] = sums[i];
+#endif
   }
   if constexpr (kCount > kWidth) SumLanes<kCount - kWidth>(v + kWidth, out + kWidth);
 }
