@@ -64,7 +64,7 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
   for (Index k = 0; k < count; ++k) splat_begin_[k + 1] += splat_begin_[k];
   const Index pairs = splat_begin_[count];
   VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view", pairs);
-  tiles_of_splat_.Resize(pairs);
+  tiles_of_splat_.ResizeForOverwrite(pairs);
   ParallelFor(count, kGrain, [&](Index k) {
     Index at = splat_begin_[k];
     VisitTiles(splats[k], tiles_x_, tiles_y_, width, height,
@@ -83,7 +83,7 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
       ++mine[tiles_of_splat_[e]];
     }
   });
-  tile_begin_.Resize(tiles + 1);
+  tile_begin_.ResizeForOverwrite(tiles + 1);
   std::uint32_t first = 0;
   for (Index tile = 0; tile < tiles; ++tile) {
     tile_begin_[tile] = first;
@@ -91,8 +91,8 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
       first += std::exchange(cursor[static_cast<std::size_t>(slice * tiles + tile)], first);
   }
   tile_begin_[tiles] = first;
-  ranks_.Resize(pairs);
-  pairs_of_splat_.Resize(pairs);
+  ranks_.ResizeForOverwrite(pairs);
+  pairs_of_splat_.ResizeForOverwrite(pairs);
   ParallelFor(slices, 1, [&](Index slice) {
     std::uint32_t* mine = cursor.data() + slice * tiles;
     for (Index k = slice_begin(slice); k < slice_begin(slice + 1); ++k) {
