@@ -81,7 +81,6 @@ void Run(const Arguments& arguments) {
     view.Build(x, gs::ToPinhole(target, gs::NearPlane(scene)), background, workspace);
     view.Render(image.data());
     adam_loss.Gradient(image, HostSpan<const float>(target.image.rgb.data(), shape.NumValues()), shape, d_image);
-    gradient.Resize(static_cast<Index>(trained.data.size()));
     view.AddJT(x, image.data(), d_image.data(), gradient.data(), workspace);
     adam.Step(trained, gradient.data(), splat::NumAttributes(x.active_sh_degree), 1e-3);
   };

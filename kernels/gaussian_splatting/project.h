@@ -104,6 +104,14 @@ VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<
   w[kSigma] = two_ln2 * d.s / shape.s;
 }
 
+// The cotangent of the screen mean (u, v) within w_bar, the cotangent of a whitened tangent.
+template <class T>
+VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, const T* w_bar, T& u_bar, T& v_bar) {
+  const T two_ln2(kTwoLn2);
+  u_bar = -two_ln2 * r * w_bar[kXi];
+  v_bar = Fma(beta, u_bar, -two_ln2 * s * w_bar[kZeta]);
+}
+
 // Adjoint of Project followed by WhitenTangent: from the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3],
 // quaternion_bar[4] (overwritten).
 template <class S, class T>
@@ -112,8 +120,8 @@ VESTA_HD inline void ProjectAdjoint(const Camera<S>& camera, const T quaternion[
                                     T quaternion_bar[4]) {
   using std::sqrt;
   const T two_ln2(kTwoLn2), rho_bar = two_ln2 * w_bar[kRho], sigma_bar = two_ln2 * w_bar[kSigma];
-  const T u_bar = -two_ln2 * shape.r * w_bar[kXi];
-  const T v_bar = Fma(shape.beta, u_bar, -two_ln2 * shape.s * w_bar[kZeta]);
+  T u_bar, v_bar;
+  ScreenMeanAdjoint(shape.r, shape.s, shape.beta, w_bar, u_bar, v_bar);
   // log r = (log C - log det) / 2, log s = -log C / 2, (r / s) d beta = (-dB + (B / C) dC) / sqrt(det)
   const T kappa = two_ln2 * w_bar[kKappa] / sqrt(state.det);
   const T B_bar = -kappa;

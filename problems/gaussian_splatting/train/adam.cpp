@@ -17,7 +17,7 @@ double RateOf(const LearningRates& rates, int attribute, double extent) {
   return attribute < splat::kSh + 3 ? rates.sh_dc : rates.sh_rest;
 }
 
-void Adam::Step(SplatModel& model, const float* gradient, int num_attributes, double factor) {
+void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
   if (first_.empty()) {
     count_ = model.count;
     first_.assign(model.data.size(), 0.0f);

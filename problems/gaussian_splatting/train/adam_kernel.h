@@ -13,14 +13,13 @@ inline constexpr float kAdamSecondFloor = 1e-30f, kAdamFirstFloor = 1e-30f;
 
 struct AdamRange {
   Index size;
-  const float* gradient;
-  float *parameters, *first, *second;  // moments; all of `size` values that do not overlap
-  float rate;                          // divided by the first moment's bias correction
-  float root_correction2;              // 1 / sqrt(1 - beta2^steps)
+  float *gradient, *parameters, *first, *second;  // the last two: moments; all of `size` values that do not overlap
+  float rate;                                     // divided by the first moment's bias correction
+  float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
 };
 
-// parameters -= rate * first / (sqrt(second) * root_correction2), the moments brought up to date first. Memory bound:
-// reads 16 bytes a parameter and writes 12.
+// parameters -= rate * first / (sqrt(second) * root_correction2), the moments brought up to date first; then gradient =
+// 0, since it is at hand and the next one is summed up from there. Memory bound: reads and writes 16 bytes a parameter.
 using AdamUpdate = void (*)(const AdamRange& range);
 
 // For an instruction set that the CPU has.

@@ -20,6 +20,7 @@ void UpdateAt(const AdamRange& range, Index i) {
   V m = beta1 * L::Load(range.first + i) + rest1 * g;
   m = Select(abs(m) < V(gs::kAdamFirstFloor), V(0), m);
   const V v = beta2 * L::Load(range.second + i) + (rest2 * g * g + V(gs::kAdamSecondFloor));
+  L::Store(range.gradient + i, V(0));
   L::Store(range.first + i, m);
   L::Store(range.second + i, v);
   const V step = V(range.rate) * m / (sqrt(v) * V(range.root_correction2));
