@@ -9,6 +9,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
+#include "problems/gaussian_splatting/train/adam.h"
 #include "problems/gaussian_splatting/train/metrics.h"
 
 namespace vesta::bench {
@@ -53,6 +54,13 @@ void Run(const Arguments& arguments) {
                 {"pixels", static_cast<double>(view.num_pixels())}});
   };
   view.Build(model, pinhole, background, workspace);
+  const splat::VisitCounts visits = view.CountVisits();
+  fmt::print(
+      "{} pairs walked of {}, {:.2f} vectors a pair, {:.3f} of them useful, {:.2f} pixels in each, {:.1f} splats a "
+      "pixel\n",
+      visits.pairs, view.num_pairs(), static_cast<double>(visits.vectors) / visits.pairs,
+      static_cast<double>(visits.useful) / visits.vectors, static_cast<double>(visits.pixels) / visits.useful,
+      static_cast<double>(visits.pixels) / view.num_pixels());
   add("forward", [&] { view.Render(image.data()); });
   add("build (project, sort, bin)", [&] { view.Build(model, pinhole, background, workspace); });
   add("tangent J v", [&] { view.ApplyJ(model, dx.data(), d_image.data(), workspace); });
@@ -62,6 +70,23 @@ void Run(const Arguments& arguments) {
   add("Gram blocks", [&] {
     view.AddGram(model, image.data(), linearization.diagonal.data(), blocks.data(), sh_diagonal.data(), workspace);
   });
+  // One iteration of Adam as training has it: one view at full size, every Gaussian it sees updated.
+  gs::SplatModel trained = splats;
+  gs::Adam adam(gs::LearningRates(), scene.extent);
+  PhotometricLoss<float> adam_loss({.l1_floor = 0});
+  std::size_t next = 0;
+  const auto iteration = [&] {
+    const gs::View& target = scene.views[next++ % scene.views.size()];
+    const splat::Model<float> x = gs::ToKernelModel(trained);
+    view.Build(x, gs::ToPinhole(target, gs::NearPlane(scene)), background, workspace);
+    view.Render(image.data());
+    adam_loss.Gradient(image, HostSpan<const float>(target.image.rgb.data(), shape.NumValues()), shape, d_image);
+    view.AddJT(x, image.data(), d_image.data(), gradient.data(), workspace);
+    adam.Step(trained, gradient.data(), splat::NumAttributes(x.active_sh_degree), 1e-3);
+  };
+  add("loss gradient", [&] { adam_loss.Gradient(image, truth, shape, d_image); });
+  add("Adam step", [&] { adam.Step(trained, gradient.data(), splat::NumAttributes(model.active_sh_degree), 1e-3); });
+  add("Adam iteration, all views in turn", iteration);
   report.Finish(arguments.Flag("json", ""));
 }
 

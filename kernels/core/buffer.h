@@ -22,24 +22,34 @@ class Buffer<T, Host> {
  public:
   Buffer() = default;
   explicit Buffer(Index size) { Resize(size); }
-  Buffer(Buffer&& other) noexcept : data_(std::move(other.data_)), size_(std::exchange(other.size_, 0)) {}
+  Buffer(Buffer&& other) noexcept
+      : data_(std::move(other.data_)),
+        size_(std::exchange(other.size_, 0)),
+        capacity_(std::exchange(other.capacity_, 0)) {}
   Buffer& operator=(Buffer&& other) noexcept {
     data_ = std::move(other.data_);
     size_ = std::exchange(other.size_, 0);
+    capacity_ = std::exchange(other.capacity_, 0);
     return *this;
   }
 
-  // Discards the contents; all elements become T{}. Reuses the allocation when the size is unchanged.
+  // Discards the contents; all elements become T{}. Keeps its memory where that suffices, as do the functions below.
   void Resize(Index size) {
-    if (size != size_) {
-      data_.reset(size > 0 ? static_cast<T*>(::operator new(static_cast<std::size_t>(size) * sizeof(T), kAlignment))
-                           : nullptr);
-      size_ = size;
-    }
+    ResizeForOverwrite(size);
     std::fill_n(data_.get(), size_, T{});
   }
+  // Discards the contents; the elements hold anything until they are written.
+  void ResizeForOverwrite(Index size) {
+    if (size > capacity_) {
+      data_.reset();
+      capacity_ = size_ = 0;
+      data_.reset(static_cast<T*>(::operator new(static_cast<std::size_t>(size) * sizeof(T), kAlignment)));
+      capacity_ = size;
+    }
+    size_ = size;
+  }
   void CopyFrom(Span<const T, Host> other) {
-    if (other.size() != size_) Resize(other.size());
+    ResizeForOverwrite(other.size());
     std::copy_n(other.data(), size_, data_.get());
   }
 
@@ -64,7 +74,7 @@ class Buffer<T, Host> {
     void operator()(T* p) const { ::operator delete(p, kAlignment); }
   };
   std::unique_ptr<T, Free> data_;
-  Index size_ = 0;
+  Index size_ = 0, capacity_ = 0;
 };
 
 template <class T>

@@ -19,7 +19,7 @@ struct KeyValue {
 inline void RadixSort(HostBuffer<KeyValue>& items, HostBuffer<KeyValue>& scratch) {
   constexpr int kBits = 11, kBuckets = 1 << kBits, kPasses = 3;
   const Index n = items.size();
-  if (scratch.size() != n) scratch.Resize(n);
+  scratch.ResizeForOverwrite(n);
   std::array<std::array<std::uint32_t, kBuckets>, kPasses> histogram{};
   for (const KeyValue& item : items) {
     for (int pass = 0; pass < kPasses; ++pass) {

@@ -8,43 +8,49 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
+// alpha = min(0.99, 2^exponent) where that is at least 1/255, else 0: what an open pixel blends.
 template <class V>
-struct Alpha {
-  V value;                                 // min(0.99, opacity exp(...))
-  typename Lanes<V>::Mask counts;          // at or above 1/255
-  typename Lanes<V>::Mask differentiable;  // below the cap: at the cap d alpha = 0
-};
-
-// p, q: whitened offset of the pixel; opacity after the sigmoid.
-template <class V>
-inline Alpha<V> EvaluateAlpha(const V& p, const V& half_q2, const V& opacity) {
-  const V raw = opacity * FalloffExp(-Fma(V(0.5f) * p, p, half_q2));
-  const V cap(static_cast<typename Lanes<V>::Scalar>(kAlphaCap));
-  Alpha<V> alpha;
-  alpha.value = Min(raw, cap);
-  alpha.counts = raw >= V(static_cast<typename Lanes<V>::Scalar>(kAlphaFloor));
-  alpha.differentiable = raw < cap;
-  return alpha;
+inline V EvaluateAlpha(const V& exponent) {
+  using S = typename Lanes<V>::Scalar;
+  return Min(MaskedExp2(exponent >= V(static_cast<S>(kLog2AlphaFloor)), exponent), V(static_cast<S>(kAlphaCap)));
 }
 
+// What d alpha is multiplied by to give d log alpha's share: alpha, or 0 at the cap, where alpha stands still.
 template <class V>
-struct BlendResult {
-  typename Lanes<V>::Mask counts;  // this splat is part of the pixel's colour
-  V transmittance;                 // the new state
+inline V MovingAlpha(const V& alpha, const V& value) {
+  return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));
+}
+
+// What a splat does to the pixels of a vector.
+template <class V>
+struct Blend {
+  V alpha;          // 0 where the splat is no part of the pixel
+  V weight;         // alpha T, its share of the pixel's colour
+  V transmittance;  // behind it
+  typename Lanes<V>::Mask closes;
 };
 
-// One step front to back. The state is the transmittance T in front of the splat; a closed pixel keeps -T. A splat that
-// would bring T below 1e-4 closes the pixel and is itself left out, as in 3DGS.
+// One step front to back. transmittance: in front of the splat, 0 for closed pixels; alpha: from EvaluateAlpha. A splat
+// that would bring the transmittance below 1e-4 closes the pixel and is itself left out, as in 3DGS: where closes has
+// any, Close must follow.
 template <class V>
-inline BlendResult<V> Blend(const V& transmittance, const Alpha<V>& alpha) {
-  const V next = transmittance * (V(1) - alpha.value);
+inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
+  using S = typename Lanes<V>::Scalar;
   const auto open = transmittance > V(0);
-  const auto opaque = next < V(static_cast<typename Lanes<V>::Scalar>(kTransmittanceStop));
-  const auto reached = open & alpha.counts;
-  BlendResult<V> result;
-  result.counts = reached & !opaque;
-  result.transmittance = Select(result.counts, next, Select(reached, -transmittance, transmittance));
-  return result;
+  Blend<V> blend;
+  blend.alpha = Select(open, alpha, V(0));
+  blend.weight = blend.alpha * transmittance;
+  blend.transmittance = Fnma(blend.alpha, transmittance, transmittance);
+  blend.closes = open & (blend.transmittance < V(static_cast<S>(kTransmittanceStop)));
+  return blend;
+}
+
+// Takes the splat out of the pixels that it closes: they blend nothing and are closed from here on.
+template <class V>
+inline void Close(Blend<V>& blend) {
+  blend.alpha = Select(blend.closes, V(0), blend.alpha);
+  blend.weight = Select(blend.closes, V(0), blend.weight);
+  blend.transmittance = Select(blend.closes, V(0), blend.transmittance);
 }
 
 }  // namespace VESTA_ISA

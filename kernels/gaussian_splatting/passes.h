@@ -1,8 +1,8 @@
-// The four raster passes over one tile: image, tangent, adjoint and Gram sums.
+// The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit.
 //
 // With w = alpha T and S = what lies behind a splat, already weighted (the final colour minus what has been accumulated
 // up to and including the splat),
-//   d colour / d c = w,   d colour / d alpha = T c - S / (1 - alpha),   d alpha = alpha psi,
+//   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
 //   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h)
 // so adjoint and Gram go front to back too and no per-pixel state is stored between passes.
 #pragma once
@@ -13,21 +13,42 @@ namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 template <class V, class S>
+struct CountPass {
+  using L = Lanes<V>;
+  VisitCounts counts;
+
+  struct State {};
+  State Begin(std::uint32_t, const Splat<S>&) {
+    ++counts.pairs;
+    return {};
+  }
+  void Pixels(State&, S, int, const V&, const Blend<V>& blend) {
+    const std::uint32_t bits = L::Bits(blend.alpha > V(0));
+    ++counts.vectors;
+    counts.useful += bits != 0 ? 1 : 0;
+    counts.pixels += std::popcount(bits);
+  }
+  void End(State&, std::int64_t) {}
+  void Skip(std::int64_t) {}
+};
+
+template <class V, class S>
 struct ForwardPass {
   using L = Lanes<V>;
   alignas(64) S color[3][kTilePixels] = {};
-  V c[3];
 
-  void BeginSplat(std::uint32_t, const Splat<S>& splat) {
-    for (int k = 0; k < 3; ++k) c[k] = V(splat.color[k]);
+  struct State {
+    V c[3];
+  };
+  State Begin(std::uint32_t, const Splat<S>& splat) const {
+    return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}};
   }
-  void BeginRow(S) {}
-  void Pixels(int offset, const V&, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V weight = Select(counts, alpha.value * before, V(0));
-    for (int k = 0; k < 3; ++k) L::Store(color[k] + offset, Fma(weight, c[k], L::Load(color[k] + offset)));
+  void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
+    for (int k = 0; k < 3; ++k) {
+      L::Store(color[k] + offset, Fma(blend.weight, state.c[k], L::Load(color[k] + offset)));
+    }
   }
-  void EndRow() {}
-  void EndSplat(std::int64_t) {}
+  void End(State&, std::int64_t) {}
   void Skip(std::int64_t) {}
 };
 
@@ -36,33 +57,34 @@ struct TangentPass {
   using L = Lanes<V>;
   const SplatTangent<S>* tangents;
   alignas(64) S d_color[3][kTilePixels] = {};
-  alignas(64) S d_transmittance[kTilePixels] = {};
-  V c[3], dc[3], rho, row_linear, row_constant;
-  const S* w = nullptr;
+  alignas(64) S minus_dT[kTilePixels] = {};  // of the transmittance
 
-  void BeginSplat(std::uint32_t rank, const Splat<S>& splat) {
-    w = tangents[rank].w;
-    for (int k = 0; k < 3; ++k) c[k] = V(splat.color[k]), dc[k] = V(w[kColor + k]);
-    rho = V(w[kRho]);
+  struct State {
+    const S* w;
+    V c[3], dc[3], rho;
+  };
+  State Begin(std::uint32_t rank, const Splat<S>& splat) const {
+    const S* w = tangents[rank].w;
+    return {w,
+            {V(splat.color[0]), V(splat.color[1]), V(splat.color[2])},
+            {V(w[kColor]), V(w[kColor + 1]), V(w[kColor + 2])},
+            V(w[kRho])};
   }
-  void BeginRow(S q) {
-    row_linear = V(w[kXi] + w[kKappa] * q);
-    row_constant = V(w[kLambda] - q * (w[kZeta] + w[kSigma] * q));
-  }
-  void Pixels(int offset, const V& p, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V psi = row_constant - p * Fma(rho, p, row_linear);
-    const V d_alpha_T = Select(counts & alpha.differentiable, alpha.value * psi * before, V(0));
-    const V dT = L::Load(d_transmittance + offset);
-    const V weight = Select(counts, alpha.value * before, V(0));
-    const V d_weight = Select(counts, Fma(alpha.value, dT, d_alpha_T), V(0));
+  void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
+    const S* w = state.w;
+    const V linear(w[kXi] + w[kKappa] * q), constant(w[kLambda] - q * (w[kZeta] + w[kSigma] * q));
+    const V psi = Fnma(p, Fma(state.rho, p, linear), constant);
+    const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
+    const V before = L::Load(minus_dT + offset);
+    const V d_weight = Fnma(blend.alpha, before, d_alpha_T);
     for (int k = 0; k < 3; ++k) {
-      L::Store(d_color[k] + offset, Fma(weight, dc[k], Fma(d_weight, c[k], L::Load(d_color[k] + offset))));
+      const V sum = Fma(d_weight, state.c[k], L::Load(d_color[k] + offset));
+      L::Store(d_color[k] + offset, Fma(blend.weight, state.dc[k], sum));
     }
-    // Not dT - d_weight, which behind opaque splats is a small difference of large numbers.
-    L::Store(d_transmittance + offset, Select(counts, Fma(dT, V(1) - alpha.value, -d_alpha_T), dT));
+    // Not before + d_weight, which behind opaque splats is a small difference of large numbers.
+    L::Store(minus_dT + offset, Fma(before, V(1) - blend.alpha, d_alpha_T));
   }
-  void EndRow() {}
-  void EndSplat(std::int64_t) {}
+  void End(State&, std::int64_t) {}
   void Skip(std::int64_t) {}
 };
 
@@ -72,36 +94,36 @@ struct AdjointPass {
   SplatTangent<S>* sums;              // [pairs], relative to the whole list
   alignas(64) S u[3][kTilePixels];    // cotangent of the image
   alignas(64) S behind[kTilePixels];  // u . S
-  V c[3], total[kSplatTangent], vq, vqq;
 
-  void BeginSplat(std::uint32_t, const Splat<S>& splat) {
-    for (int k = 0; k < 3; ++k) c[k] = V(splat.color[k]);
-    for (V& t : total) t = V(0);
+  struct State {
+    V c[3], total[kSplatTangent];
+  };
+  State Begin(std::uint32_t, const Splat<S>& splat) const {
+    State state;
+    for (int k = 0; k < 3; ++k) state.c[k] = V(splat.color[k]);
+    for (V& sum : state.total) sum = V(0);
+    return state;
   }
-  void BeginRow(S q) { vq = V(q), vqq = V(q * q); }
-  void Pixels(int offset, const V& p, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V weight = Select(counts, alpha.value * before, V(0));
-    const V u0 = L::Load(u[0] + offset), u1 = L::Load(u[1] + offset), u2 = L::Load(u[2] + offset);
-    const V cu = Fma(c[0], u0, Fma(c[1], u1, c[2] * u2));
-    const V rest = L::Load(behind + offset) - weight * cu;
+  void Pixels(State& state, S row_q, int offset, const V& p, const Blend<V>& blend) {
+    const V u0 = L::Load(u[0] + offset), u1 = L::Load(u[1] + offset), u2 = L::Load(u[2] + offset), q(row_q);
+    V* total = state.total;
+    const V share = blend.weight * Fma(state.c[0], u0, Fma(state.c[1], u1, state.c[2] * u2));
+    const V rest = L::Load(behind + offset) - share;
     L::Store(behind + offset, rest);
-    total[kColor] = Fma(weight, u0, total[kColor]);
-    total[kColor + 1] = Fma(weight, u1, total[kColor + 1]);
-    total[kColor + 2] = Fma(weight, u2, total[kColor + 2]);
-    const V by_alpha = before * cu - rest / (V(1) - alpha.value);
-    const V g = Select(counts & alpha.differentiable, by_alpha * alpha.value, V(0));
-    const V gp = g * p;
+    total[kColor] = Fma(blend.weight, u0, total[kColor]);
+    total[kColor + 1] = Fma(blend.weight, u1, total[kColor + 1]);
+    total[kColor + 2] = Fma(blend.weight, u2, total[kColor + 2]);
+    // By log alpha, as long as that is free to move.
+    const V g = MovingAlpha(blend.alpha, Fnma(rest, blend.alpha * Reciprocal(V(1) - blend.alpha), share));
+    const V gp = g * p, gq = g * q;
     total[kLambda] = total[kLambda] + g;
     total[kXi] = total[kXi] - gp;
-    total[kRho] = total[kRho] - gp * p;
-    total[kZeta] = total[kZeta] - g * vq;
-    total[kKappa] = total[kKappa] - gp * vq;
-    total[kSigma] = total[kSigma] - g * vqq;
+    total[kZeta] = total[kZeta] - gq;
+    total[kRho] = Fnma(gp, p, total[kRho]);
+    total[kKappa] = Fnma(gq, p, total[kKappa]);
+    total[kSigma] = Fnma(gq, q, total[kSigma]);
   }
-  void EndRow() {}
-  void EndSplat(std::int64_t pair) {
-    for (int k = 0; k < kSplatTangent; ++k) sums[pair].w[k] = L::Sum(total[k]);
-  }
+  void End(State& state, std::int64_t pair) { L::template SumEach<kSplatTangent>(state.total, sums[pair].w); }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
 };
 
@@ -109,72 +131,58 @@ template <class V, class S>
 struct GramPass {
   using L = Lanes<V>;
   SplatGram<S>* sums;
-  alignas(64) S weight[3][kTilePixels];  // omega, the curvature of the loss by each colour
-  alignas(64) S behind[3][kTilePixels];
-  V c[3], shape[kMoments4], cross[3][kMoments2], color[3];
-  V row_shape[5], row_cross[3][3];
-  S q = S(0);
+  alignas(64) S omega[3][kTilePixels];   // the curvature of the loss by each colour
+  alignas(64) S behind[3][kTilePixels];  // S
 
-  void BeginSplat(std::uint32_t, const Splat<S>& splat) {
-    for (int k = 0; k < 3; ++k) c[k] = V(splat.color[k]);
-    for (V& m : shape) m = V(0);
+  struct State {
+    V c[3], shape[kMoments4], cross[3][kMoments2], color[3];
+  };
+  State Begin(std::uint32_t, const Splat<S>& splat) const {
+    State state;
+    for (V& m : state.shape) m = V(0);
     for (int k = 0; k < 3; ++k) {
-      color[k] = V(0);
-      for (V& m : cross[k]) m = V(0);
+      state.c[k] = V(splat.color[k]);
+      state.color[k] = V(0);
+      for (V& m : state.cross[k]) m = V(0);
     }
+    return state;
   }
-  void BeginRow(S row_q) {
-    q = row_q;
-    for (V& m : row_shape) m = V(0);
-    for (auto& channel : row_cross) {
-      for (V& m : channel) m = V(0);
-    }
-  }
-  void Pixels(int offset, const V& p, const Alpha<V>& alpha, const typename L::Mask& counts, const V& before) {
-    const V w = Select(counts, alpha.value * before, V(0));
-    const V alpha_moves = Select(counts & alpha.differentiable, alpha.value, V(0));
-    const V inv = V(1) / (V(1) - alpha.value);
+  void Pixels(State& state, S row_q, int offset, const V& p, const Blend<V>& blend) {
+    const V odds = blend.alpha * Reciprocal(V(1) - blend.alpha);
+    const S q2 = row_q * row_q;
+    const V q_power[5] = {V(1), V(row_q), V(q2), V(q2 * row_q), V(q2 * q2)};
     V m(0);
     for (int k = 0; k < 3; ++k) {
-      const V rest = L::Load(behind[k] + offset) - w * c[k];
+      const V share = blend.weight * state.c[k];
+      const V rest = L::Load(behind[k] + offset) - share;
       L::Store(behind[k] + offset, rest);
-      const V omega = L::Load(weight[k] + offset);
-      const V d = (before * c[k] - rest * inv) * alpha_moves;  // d colour / d log alpha
-      const V omega_d = omega * d;
-      m = Fma(omega_d, d, m);
-      V x = omega_d * w;
-      color[k] = Fma(omega * w, w, color[k]);
-      row_cross[k][0] = row_cross[k][0] + x;
-      x = x * p;
-      row_cross[k][1] = row_cross[k][1] + x;
-      row_cross[k][2] = Fma(x, p, row_cross[k][2]);
+      const V curvature = L::Load(omega[k] + offset);
+      const V d = MovingAlpha(blend.alpha, Fnma(rest, odds, share));  // d colour / d log alpha
+      const V curvature_w = curvature * blend.weight;
+      m = Fma(curvature * d, d, m);
+      state.color[k] = Fma(curvature_w, blend.weight, state.color[k]);
+      AddMonomials<2>(curvature_w * d, p, q_power, state.cross[k]);
     }
-    row_shape[0] = row_shape[0] + m;
-    for (int a = 1; a < 5; ++a) {
-      m = m * p;
-      row_shape[a] = row_shape[a] + m;
-    }
+    AddMonomials<4>(m, p, q_power, state.shape);
   }
-  void EndRow() {
-    V power(1);  // q^b
-    for (int b = 0; b < 5; ++b, power = power * V(q)) {
-      for (int a = 0; a + b < 5; ++a) shape[MonomialIndex(a, b)] = Fma(power, row_shape[a], shape[MonomialIndex(a, b)]);
-      if (b >= 3) continue;
-      for (int k = 0; k < 3; ++k) {
-        for (int a = 0; a + b < 3; ++a)
-          cross[k][MonomialIndex(a, b)] = Fma(power, row_cross[k][a], cross[k][MonomialIndex(a, b)]);
-      }
-    }
-  }
-  void EndSplat(std::int64_t pair) {
+  void End(State& state, std::int64_t pair) {
     S* out = sums[pair].m;
-    for (int i = 0; i < kMoments4; ++i) *out++ = L::Sum(shape[i]);
-    for (int k = 0; k < 3; ++k) {
-      for (int i = 0; i < kMoments2; ++i) *out++ = L::Sum(cross[k][i]);
-    }
-    for (int k = 0; k < 3; ++k) *out++ = L::Sum(color[k]);
+    L::template SumEach<kMoments4>(state.shape, out);
+    L::template SumEach<3 * kMoments2>(state.cross[0], out + kMoments4);
+    L::template SumEach<3>(state.color, out + kMoments4 + 3 * kMoments2);
   }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
+
+ private:
+  // sums[MonomialIndex(a, b)] += m p^a q^b for a + b <= kDegree. q_power[b] = q^b.
+  template <int kDegree>
+  static void AddMonomials(V m, const V& p, const V* q_power, V* sums) {
+    for (int a = 0; a <= kDegree; ++a) {
+      sums[MonomialIndex(a, 0)] = sums[MonomialIndex(a, 0)] + m;
+      for (int b = 1; a + b <= kDegree; ++b) sums[MonomialIndex(a, b)] = Fma(m, q_power[b], sums[MonomialIndex(a, b)]);
+      if (a < kDegree) m = m * p;
+    }
+  }
 };
 
 }  // namespace VESTA_ISA

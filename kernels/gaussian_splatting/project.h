@@ -87,8 +87,8 @@ VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], 
   SplatShape<T> shape;
   shape.u = Fma(T(camera.fx), x, T(camera.cx));
   shape.v = Fma(T(camera.fy), y, T(camera.cy));
-  shape.r = sqrt(state.C / state.det);
-  shape.s = T(1) / sqrt(state.C);
+  shape.r = T(kWhitening) * sqrt(state.C / state.det);
+  shape.s = T(kWhitening) / sqrt(state.C);
   shape.beta = -state.B / state.C;
   return shape;
 }
@@ -96,11 +96,20 @@ VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], 
 // Tangent in whitened coordinates from a shape and its derivative (the v and d parts of a SplatShape<Dual<T>>).
 template <class T>
 VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
-  w[kXi] = -shape.r * Fma(shape.beta, d.v, d.u);
-  w[kZeta] = -shape.s * d.v;
-  w[kRho] = d.r / shape.r;
-  w[kKappa] = shape.r / shape.s * d.beta;
-  w[kSigma] = d.s / shape.s;
+  const T two_ln2(kTwoLn2);
+  w[kXi] = -two_ln2 * shape.r * Fma(shape.beta, d.v, d.u);
+  w[kZeta] = -two_ln2 * shape.s * d.v;
+  w[kRho] = two_ln2 * d.r / shape.r;
+  w[kKappa] = two_ln2 * shape.r / shape.s * d.beta;
+  w[kSigma] = two_ln2 * d.s / shape.s;
+}
+
+// The cotangent of the screen mean (u, v) within w_bar, the cotangent of a whitened tangent.
+template <class T>
+VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, const T* w_bar, T& u_bar, T& v_bar) {
+  const T two_ln2(kTwoLn2);
+  u_bar = -two_ln2 * r * w_bar[kXi];
+  v_bar = Fma(beta, u_bar, -two_ln2 * s * w_bar[kZeta]);
 }
 
 // Adjoint of Project followed by WhitenTangent: from the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3],
@@ -110,13 +119,14 @@ VESTA_HD inline void ProjectAdjoint(const Camera<S>& camera, const T quaternion[
                                     const SplatShape<T>& shape, const T* w_bar, T mean_bar[3], T log_scale_bar[3],
                                     T quaternion_bar[4]) {
   using std::sqrt;
-  const T u_bar = -shape.r * w_bar[kXi];
-  const T v_bar = Fma(shape.beta, u_bar, -shape.s * w_bar[kZeta]);
+  const T two_ln2(kTwoLn2), rho_bar = two_ln2 * w_bar[kRho], sigma_bar = two_ln2 * w_bar[kSigma];
+  T u_bar, v_bar;
+  ScreenMeanAdjoint(shape.r, shape.s, shape.beta, w_bar, u_bar, v_bar);
   // log r = (log C - log det) / 2, log s = -log C / 2, (r / s) d beta = (-dB + (B / C) dC) / sqrt(det)
-  const T kappa = w_bar[kKappa] / sqrt(state.det);
+  const T kappa = two_ln2 * w_bar[kKappa] / sqrt(state.det);
   const T B_bar = -kappa;
-  const T C_bar = (T(0.5f) * (w_bar[kRho] - w_bar[kSigma]) + kappa * state.B) / state.C;
-  const T det_bar = T(-0.5f) * w_bar[kRho] / state.det;
+  const T C_bar = (T(0.5f) * (rho_bar - sigma_bar) + kappa * state.B) / state.C;
+  const T det_bar = T(-0.5f) * rho_bar / state.det;
 
   const T *m = state.M0, *n = state.M1;
   const T c[3] = {m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]};

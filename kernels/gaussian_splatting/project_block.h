@@ -77,9 +77,9 @@ void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const 
 }
 
 template <class V>
-V Logarithm(const V& x) {
-  using std::log;
-  return log(x);
+V Log2(const V& x) {
+  using std::log2;
+  return log2(x);
 }
 
 template <class V, class S, int Degree>
@@ -95,8 +95,9 @@ void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t b
     const ProjectedBlock<V, S> b(camera, block, model.x);
     const SplatShape<V>& shape = b.shape;
     // Slightly enlarged: the raster passes use it to skip pixels, alpha itself decides.
-    const V ratio = Max(b.opacity / floor_opacity, V(1));
-    const V support = V(static_cast<S>(2.0002)) * Logarithm(ratio) + V(static_cast<S>(1e-3));
+    const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
+    const V support =
+        V(static_cast<S>(1.0001)) * (log2_opacity - V(static_cast<S>(kLog2AlphaFloor))) + V(static_cast<S>(1e-3));
     const V reach_x = sqrt(support * (V(1) / (shape.r * shape.r) + Square(shape.beta / shape.s)));
     const V reach_y = sqrt(support) / shape.s;
     // Comparisons with NaN are false, so everything not finite is left out.
@@ -118,32 +119,29 @@ void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t b
                         (color[1] > -huge) & (color[2] > -huge);
     L::StoreMask(is_seen, seen & finite);
 
-    constexpr int kFields = 10;
+    constexpr int kFields = 11;
     alignas(64) S field[kFields][L::kWidth], depth[L::kWidth];
     const V values[kFields] = {shape.u,
                                shape.v,
                                shape.r,
                                shape.s,
                                shape.beta,
-                               b.opacity,
+                               log2_opacity,
                                support,
                                Max(color[0], V(0)),
                                Max(color[1], V(0)),
-                               Max(color[2], V(0))};
+                               Max(color[2], V(0)),
+                               V(1) / shape.r};
     for (int k = 0; k < kFields; ++k) L::Store(field[k], values[k]);
     L::Store(depth, b.state.t[2]);
     for (int lane = 0; lane < block.n; ++lane) {
       if (!is_seen[lane]) continue;
       key[i + lane] = std::bit_cast<std::uint32_t>(static_cast<float>(depth[lane]));
-      splats[i + lane] = {field[0][lane],
-                          field[1][lane],
-                          field[2][lane],
-                          field[3][lane],
-                          field[4][lane],
-                          field[5][lane],
-                          field[6][lane],
-                          {field[7][lane], field[8][lane], field[9][lane]},
-                          {}};
+      splats[i + lane] = {field[0][lane],  field[1][lane],
+                          field[2][lane],  field[3][lane],
+                          field[4][lane],  field[5][lane],
+                          field[6][lane],  {field[7][lane], field[8][lane], field[9][lane]},
+                          field[10][lane], {}};
     }
   }
 }

@@ -17,6 +17,8 @@ struct RasterKernels {
   void (*adjoint)(const TileLists<S>& lists, int tile, const S* image, const S* u, SplatTangent<S>* pair_sums);
   // For each pair of the tile the Gram sums under the non-negative weights omega (3 planes).
   void (*gram)(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums);
+  // What each of these visits.
+  VisitCounts (*count)(const TileLists<S>& lists, int tile);
 };
 
 // S = float: SIMD over pixels. S = double: one pixel at a time, from the same source; the reference of the tests.

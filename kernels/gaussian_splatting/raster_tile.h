@@ -27,7 +27,7 @@ void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tan
   TraverseTile<V>(lists, tile, pass, transmittance);
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   for (int k = 0; k < 3; ++k) {
-    for (int i = 0; i < kTilePixels; ++i) pass.d_color[k][i] += pass.d_transmittance[i] * lists.background[k];
+    for (int i = 0; i < kTilePixels; ++i) pass.d_color[k][i] -= pass.minus_dT[i] * lists.background[k];
     StorePlane(lists, WindowOf(lists, tile), pass.d_color[k], d_image + k * plane);
   }
 }
@@ -56,15 +56,23 @@ void GramTile(const TileLists<S>& lists, int tile, const S* image, const S* omeg
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   const TileWindow window = WindowOf(lists, tile);
   for (int k = 0; k < 3; ++k) {
-    LoadPlane(lists, window, omega + k * plane, pass.weight[k]);
+    LoadPlane(lists, window, omega + k * plane, pass.omega[k]);
     LoadPlane(lists, window, image + k * plane, pass.behind[k]);
   }
   TraverseTile<V>(lists, tile, pass, transmittance);
 }
 
 template <class V, class S>
+VisitCounts CountTile(const TileLists<S>& lists, int tile) {
+  alignas(64) S transmittance[kTilePixels];
+  CountPass<V, S> pass;
+  TraverseTile<V>(lists, tile, pass, transmittance);
+  return pass.counts;
+}
+
+template <class V, class S>
 RasterKernels<S> MakeRasterKernels() {
-  return {&ForwardTile<V, S>, &TangentTile<V, S>, &AdjointTile<V, S>, &GramTile<V, S>};
+  return {&ForwardTile<V, S>, &TangentTile<V, S>, &AdjointTile<V, S>, &GramTile<V, S>, &CountTile<V, S>};
 }
 
 }  // namespace VESTA_ISA

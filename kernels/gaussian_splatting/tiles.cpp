@@ -17,7 +17,7 @@ template <class S>
 S ExtremeX(const Splat<S>& splat, S y0, S y1, S dy_at_reach, S sign) {
   const S dy = std::clamp(sign * dy_at_reach, y0 - splat.v, y1 - splat.v);
   const S q = splat.s * dy;
-  return splat.u - splat.beta * dy + sign * std::sqrt(std::max(splat.support - q * q, S(0))) / splat.r;
+  return splat.u - splat.beta * dy + sign * std::sqrt(std::max(splat.support - q * q, S(0))) * splat.inv_r;
 }
 
 // Calls visit(tile) for every tile the splat touches, by ascending tile.
@@ -26,7 +26,7 @@ void VisitTiles(const Splat<S>& splat, int tiles_x, int tiles_y, int width, int 
   constexpr S kSize(kTileSize), kHalf(0.5);
   const S reach_y = std::sqrt(splat.support) / splat.s;
   const S slope = splat.beta / splat.s;
-  const S reach_x = std::sqrt(splat.support * (S(1) / (splat.r * splat.r) + slope * slope));
+  const S reach_x = std::sqrt(splat.support * (splat.inv_r * splat.inv_r + slope * slope));
   // dx = p / r - beta q / s is largest at q = -slope / |(1 / r, slope)| sqrt(support).
   const S dy_at_reach = -slope * splat.support / (splat.s * reach_x);
   const auto clip = [](S value, int limit) { return static_cast<int>(std::clamp(value, S(0), static_cast<S>(limit))); };
@@ -64,7 +64,7 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
   for (Index k = 0; k < count; ++k) splat_begin_[k + 1] += splat_begin_[k];
   const Index pairs = splat_begin_[count];
   VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view", pairs);
-  tiles_of_splat_.Resize(pairs);
+  tiles_of_splat_.ResizeForOverwrite(pairs);
   ParallelFor(count, kGrain, [&](Index k) {
     Index at = splat_begin_[k];
     VisitTiles(splats[k], tiles_x_, tiles_y_, width, height,
@@ -83,7 +83,7 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
       ++mine[tiles_of_splat_[e]];
     }
   });
-  tile_begin_.Resize(tiles + 1);
+  tile_begin_.ResizeForOverwrite(tiles + 1);
   std::uint32_t first = 0;
   for (Index tile = 0; tile < tiles; ++tile) {
     tile_begin_[tile] = first;
@@ -91,8 +91,8 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
       first += std::exchange(cursor[static_cast<std::size_t>(slice * tiles + tile)], first);
   }
   tile_begin_[tiles] = first;
-  ranks_.Resize(pairs);
-  pairs_of_splat_.Resize(pairs);
+  ranks_.ResizeForOverwrite(pairs);
+  pairs_of_splat_.ResizeForOverwrite(pairs);
   ParallelFor(slices, 1, [&](Index slice) {
     std::uint32_t* mine = cursor.data() + slice * tiles;
     for (Index k = slice_begin(slice); k < slice_begin(slice + 1); ++k) {

@@ -1,7 +1,8 @@
-// The loop that every raster pass shares: the splats of a tile front to back, the rows and vectors of pixels each one
-// may touch, alpha and transmittance. A pass adds what it does with one (splat, vector of pixels).
+// The loop that every raster pass shares: the splats of a tile front to back, the vectors of pixels each one may touch,
+// alpha and transmittance. A pass adds what it does with one (splat, vector of pixels).
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -25,46 +26,40 @@ inline TileWindow WindowOf(const TileLists<S>& lists, int tile) {
   return {x0, y0, w < kTileSize ? w : kTileSize, h < kTileSize ? h : kTileSize};
 }
 
-// The integers i in [0, kTileSize) with lo <= i <= hi, as [first, last]; empty when first > last. lo and hi are finite.
-template <class S>
-inline void ClipToTile(S lo, S hi, int& first, int& last) {
-  const S limit(kTileSize);
-  const S a = lo < S(0) ? S(0) : (lo > limit ? limit : lo);
-  const S b = hi < S(-1) ? S(0) : (hi > limit - S(1) ? limit : hi + S(1));
-  first = static_cast<int>(a);
-  first += static_cast<S>(first) < a ? 1 : 0;
-  last = static_cast<int>(b) - 1;
-}
-
-// For each row of a tile the support of one splat, in pixel centres relative to the tile's first.
-template <class S>
-struct SplatRows {
-  alignas(64) S q[kTileSize];                  // whitened vertical offset
-  alignas(64) S centre[kTileSize];             // where p = 0
-  alignas(64) S lo[kTileSize], hi[kTileSize];  // columns it may reach, clipped to the tile; lo > hi where none
-};
-
-// u, v: the splat's mean relative to the centre of the tile's first pixel. Fills rows first..last, rounded outwards to
-// whole vectors.
+// Where one splat may reach in a tile: row by row its place, and the rows it meets in each column of vectors.
 template <class V, class S>
-inline void ComputeRows(const Splat<S>& splat, S u, S v, int first, int last, SplatRows<S>& rows) {
-  using std::sqrt;
+struct SplatRows {
   using L = Lanes<V>;
-  const V iota = L::Iota(), inv_r(S(1) / splat.r), s(splat.s), beta(splat.beta), support(splat.support);
-  const V none_lo(static_cast<S>(kTileSize)), none_hi(static_cast<S>(-1));
-  for (int row = first / L::kWidth * L::kWidth; row <= last; row += L::kWidth) {
-    const V dy = iota + V(static_cast<S>(row) - v);
-    const V q = s * dy;
-    const V rest = support - q * q;
-    const V centre = V(u) - beta * dy;
-    const V half_width = sqrt(Max(rest, V(0))) * inv_r;
-    const auto meets = rest > V(0);
-    L::Store(rows.q + row, q);
-    L::Store(rows.centre + row, centre);
-    L::Store(rows.lo + row, Select(meets, Max(centre - half_width, V(0)), none_lo));
-    L::Store(rows.hi + row, Select(meets, Min(centre + half_width, V(static_cast<S>(kTileSize - 1))), none_hi));
+  static constexpr int kVectors = kTileSize / L::kWidth;
+  alignas(64) S q[kTileSize];              // vertical offset in whitened coordinates
+  alignas(64) S peak[kTileSize + 1] = {};  // log2 of the opacity, less q^2; and one more, of no row
+  alignas(64) S p0[kTileSize + 1] = {};    // p at column 0; likewise
+  std::uint32_t meets[kVectors];           // bit y of meets[k]: row y, pixels k * width and on
+
+  // u, v: the splat's mean relative to the centre of the tile's first pixel.
+  void Set(const Splat<S>& splat, S u, S v) {
+    using std::ceil, std::floor, std::sqrt;
+    const V iota = L::Iota(), s(splat.s), beta(splat.beta), support(splat.support), inv_r(splat.inv_r), r(splat.r),
+            mean(u), log2_opacity(splat.log2_opacity);
+    for (std::uint32_t& rows : meets) rows = 0;
+    for (int row = 0; row < kTileSize; row += L::kWidth) {
+      const V dy = iota + V(static_cast<S>(row) - v);
+      const V vq = s * dy, vq2 = vq * vq, rest = support - vq2;
+      const V middle = mean - beta * dy;
+      const V half_width = sqrt(Max(rest, V(0))) * inv_r;
+      // The first and the last pixel within reach, so that rows between two pixels are left out.
+      const V first = ceil(middle - half_width), last = floor(middle + half_width);
+      L::Store(q + row, vq);
+      L::Store(peak + row, log2_opacity - vq2);
+      L::Store(p0 + row, -(middle * r));
+      const auto reaches = rest > V(0);
+      for (int k = 0; k < kVectors; ++k) {
+        const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
+        meets[k] |= L::Bits(reaches & (Max(first, from) <= Min(last, to))) << row;
+      }
+    }
   }
-}
+};
 
 // Copies one plane of a planar image into a tile (row stride 16, zero outside the image), and back.
 template <class S>
@@ -84,73 +79,78 @@ inline void StorePlane(const TileLists<S>& lists, const TileWindow& window, cons
 }
 
 // Pass has
-//   BeginSplat(rank, splat), BeginRow(q),
-//   Pixels(offset, p, alpha, counts, transmittance)   transmittance in front of the splat; offset into the tile
-//   EndRow(), EndSplat(pair), Skip(pair)               pair: position in lists.ranks; Skip where all pixels are closed
-// At the end transmittance[i] is what passes all splats, positive for pixels of the image.
-//
-// Always inlined, or the sums that a pass keeps for one splat live in memory instead of registers.
+//   State Begin(rank, splat)                what it keeps for one splat, a local object so that it lives in registers
+//   Pixels(state, q, offset, p, blend)      one vector of pixels; offset into the tile
+//   End(state, pair), Skip(pair)            pair: position in lists.ranks; Skip where all pixels are closed
+// At the end transmittance[i] is what passes all splats.
 template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseTile(const TileLists<S>& lists, int tile, Pass& pass, S* transmittance) {
   using L = Lanes<V>;
-  constexpr int kVectors = kTileSize / L::kWidth;
+  constexpr int kVectors = SplatRows<V, S>::kVectors;
   const TileWindow window = WindowOf(lists, tile);
-  bool open[kTileSize * kVectors];
-  int num_open = 0;
+  // What passes the splats so far, 0 where the pixel is closed; transmittance[] keeps what passed when it closed.
+  alignas(64) S ahead[kTilePixels];
+  std::uint32_t open[kVectors] = {};  // bit y: a pixel of row y is open
   for (int y = 0; y < kTileSize; ++y) {
     for (int x = 0; x < kTileSize; ++x) {
-      transmittance[y * kTileSize + x] = x < window.width && y < window.height ? S(1) : S(-1);
+      ahead[y * kTileSize + x] = x < window.width && y < window.height ? S(1) : S(0);
+      transmittance[y * kTileSize + x] = S(0);
     }
     for (int k = 0; k < kVectors; ++k) {
-      open[y * kVectors + k] = y < window.height && k * L::kWidth < window.width;
-      num_open += open[y * kVectors + k] ? 1 : 0;
+      if (y < window.height && k * L::kWidth < window.width) open[k] |= 1U << y;
     }
   }
   const V iota = L::Iota();
-  const S half(0.5);
-  SplatRows<S> rows;
+  const S left = static_cast<S>(window.x0) + S(0.5), top = static_cast<S>(window.y0) + S(0.5);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
-  for (; pair < end && num_open > 0; ++pair) {
+  // One splat ahead, so that the rows to visit are known when the loop over them begins.
+  SplatRows<V, S> prepared[2];
+  const auto prepare = [&](std::int64_t next) {
+    const Splat<S>& splat = lists.splats[lists.ranks[next]];
+    prepared[next & 1].Set(splat, splat.u - left, splat.v - top);
+  };
+  if (pair < end) prepare(pair);
+  for (; pair < end; ++pair) {
+    std::uint32_t any_open = 0;
+    for (const std::uint32_t mask : open) any_open |= mask;
+    if (any_open == 0) break;
+    if (pair + 1 < end) prepare(pair + 1);
+    const SplatRows<V, S>& rows = prepared[pair & 1];
     const std::uint32_t rank = lists.ranks[pair];
     const Splat<S>& splat = lists.splats[rank];
-    pass.BeginSplat(rank, splat);
-    const S u = splat.u - (static_cast<S>(window.x0) + half), v = splat.v - (static_cast<S>(window.y0) + half);
-    const S reach = std::sqrt(splat.support) / splat.s;
-    int row, last_row;
-    ClipToTile(v - reach, v + reach, row, last_row);
-    ComputeRows<V>(splat, u, v, row, last_row, rows);
-    const V r(splat.r), opacity(splat.opacity);
-    for (; row <= last_row; ++row) {
-      const S lo = rows.lo[row], hi = rows.hi[row];
-      if (!(lo <= hi)) continue;
-      const int first = static_cast<int>(lo), last = static_cast<int>(hi);
-      const S q = rows.q[row];
-      const V half_q2(half * q * q), left(rows.centre[row]);
-      pass.BeginRow(q);
-      for (int k = first / L::kWidth; k <= last / L::kWidth; ++k) {
-        if (!open[row * kVectors + k]) continue;
-        const V p = (iota + V(static_cast<S>(k * L::kWidth)) - left) * r;
-        const Alpha<V> alpha = EvaluateAlpha(p, half_q2, opacity);
-        if (!Any(alpha.counts)) continue;
+    typename Pass::State state = pass.Begin(rank, splat);
+    const V r(splat.r);
+    for (int k = 0; k < kVectors; ++k) {
+      const V columns = iota + V(static_cast<S>(k * L::kWidth));
+      std::uint32_t todo = rows.meets[k] & open[k];
+      if (todo == 0) continue;
+      // alpha one row ahead of what uses it: its latency would otherwise fill the processor's queue of instructions.
+      int row = std::countr_zero(todo);
+      V p = Fma(columns, r, V(rows.p0[row])), alpha = EvaluateAlpha(Fnma(p, p, V(rows.peak[row])));
+      do {
+        todo &= todo - 1;
+        const int next = std::countr_zero(todo | 1U << kTileSize);
+        const V next_p = Fma(columns, r, V(rows.p0[next]));
+        const V next_alpha = EvaluateAlpha(Fnma(next_p, next_p, V(rows.peak[next])));
+
         const int offset = row * kTileSize + k * L::kWidth;
-        const V before = L::Load(transmittance + offset);
-        const BlendResult<V> blended = Blend(before, alpha);
-        L::Store(transmittance + offset, blended.transmittance);
-        pass.Pixels(offset, p, alpha, blended.counts, before);
-        if (!Any(blended.transmittance > V(0))) {
-          open[row * kVectors + k] = false;
-          --num_open;
+        const V before = L::Load(ahead + offset);
+        Blend<V> blend = BlendSplat(before, alpha);
+        if (Any(blend.closes)) [[unlikely]] {
+          Close(blend);
+          L::Store(transmittance + offset, Select(blend.closes, before, L::Load(transmittance + offset)));
+          if (!Any(blend.transmittance > V(0))) open[k] &= ~(1U << row);
         }
-      }
-      pass.EndRow();
+        L::Store(ahead + offset, blend.transmittance);
+        pass.Pixels(state, rows.q[row], offset, p, blend);
+        row = next, p = next_p, alpha = next_alpha;
+      } while (todo != 0);
     }
-    pass.EndSplat(pair);
+    pass.End(state, pair);
   }
   for (; pair < end; ++pair) pass.Skip(pair);
-  for (int i = 0; i < kTilePixels; ++i) {
-    if (transmittance[i] < S(0)) transmittance[i] = -transmittance[i];
-  }
+  for (int i = 0; i < kTilePixels; ++i) transmittance[i] += ahead[i];
 }
 
 }  // namespace VESTA_ISA

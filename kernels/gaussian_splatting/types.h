@@ -25,23 +25,31 @@ inline constexpr double kTransmittanceStop = 1e-4;
 // Variance of the low-pass filter added to both screen axes, pixels squared.
 inline constexpr double kLowPass = 0.3;
 
+// log2 of the alpha floor.
+inline constexpr double kLog2AlphaFloor = -7.994353436858858;
+// sqrt(log2(e) / 2): the unit of whitened coordinates, chosen so that the falloff is a power of two.
+inline constexpr double kWhitening = 0.8493218002880191;
+inline constexpr double kTwoLn2 = 1.3862943611198906;
+
 // One Gaussian seen in one view, in whitened form (docs/mathematics.md). With d = pixel - (u, v), B and C the xy and yy
 // entries of the screen covariance and det its determinant,
-//   p = r (d_x + beta d_y),  q = s d_y,  alpha = min(0.99, opacity exp(-(p^2 + q^2) / 2)),
-//   r = sqrt(C / det),  beta = -B / C,  s = 1 / sqrt(C):
+//   p = r (d_x + beta d_y),  q = s d_y,  alpha = min(0.99, opacity 2^-(p^2 + q^2)),
+//   r = w sqrt(C / det),  beta = -B / C,  s = w / sqrt(C),  w = kWhitening:
 // the Cholesky factor of the conic. It never cancels, unlike the quadratic form of the conic on needles.
 template <class S>
 struct Splat {
   S u, v;  // pixel mean
   S r, s, beta;
-  S opacity;   // after the sigmoid
-  S support;   // alpha >= 1/255 where p^2 + q^2 <= 2 ln(255 opacity); slightly enlarged, only used to skip pixels
-  S color[3];  // after the clamp at 0
-  S pad[2];
+  S log2_opacity;  // of the opacity after the sigmoid
+  S support;       // alpha >= 1/255 where p^2 + q^2 <= log2(255 opacity); slightly enlarged, only used to skip pixels
+  S color[3];      // after the clamp at 0
+  S inv_r;         // 1 / r
+  S pad;
 };
 
 // A tangent or cotangent of a Splat in whitened coordinates: xi, zeta (shift), rho, kappa, sigma (shape), lambda
-// (log-opacity), colour. A tangent moves the exponent by -(p (xi + kappa q + rho p) + q (zeta + sigma q)).
+// (log-opacity), colour. A tangent moves log alpha by lambda - p (xi + kappa q + rho p) - q (zeta + sigma q): the first
+// five are 2 ln 2 times what moves p and q.
 inline constexpr int kXi = 0, kZeta = 1, kRho = 2, kKappa = 3, kSigma = 4, kLambda = 5, kColor = 6;
 inline constexpr int kSplatTangent = 9;
 inline constexpr int kSplatShape = 6;  // those before the colour
@@ -71,6 +79,14 @@ struct TileLists {
   const std::uint32_t* ranks;      // ascending within a tile
   int width, height, tiles_x, tiles_y;
   S background[3];
+};
+
+// How a raster pass spends itself, in vectors of pixels of the instruction set's width.
+struct VisitCounts {
+  std::int64_t pairs = 0;    // of splat and tile, before all pixels of the tile are closed
+  std::int64_t vectors = 0;  // visited
+  std::int64_t useful = 0;   // of those, with a pixel that the splat is part of
+  std::int64_t pixels = 0;   // that it is part of
 };
 
 }  // namespace vesta::splat

@@ -10,7 +10,7 @@ constexpr Index kTileGrain = 4;
 
 template <class T>
 void EnsureSize(HostBuffer<T>& buffer, Index size) {
-  if (buffer.size() < size) buffer.Resize(size + size / 8);
+  if (buffer.size() < size) buffer.ResizeForOverwrite(size + size / 8);
 }
 
 // splat_sums[k] = the sum of pair_sums over the pairs of splat k, in the fixed order of its tiles. Record holds kN
@@ -45,14 +45,14 @@ void View<S>::Build(const Model<S>& model, const PinholeView& view, const double
   });
   Index seen = 0;
   for (Index i = 0; i < count; ++i) seen += workspace.keys[i] != kNotSeen ? 1 : 0;
-  if (workspace.order.size() != seen) workspace.order.Resize(seen);
+  workspace.order.ResizeForOverwrite(seen);
   Index at = 0;
   for (Index i = 0; i < count; ++i) {
     if (workspace.keys[i] != kNotSeen) workspace.order[at++] = {workspace.keys[i], static_cast<std::uint32_t>(i)};
   }
   RadixSort(workspace.order, workspace.order_scratch);
-  splats_.Resize(seen);
-  rank_of_.Resize(count);
+  splats_.ResizeForOverwrite(seen);
+  rank_of_.ResizeForOverwrite(count);
   std::fill_n(rank_of_.data(), count, -1);
   ParallelFor(seen, kGaussianGrain, [&](Index k) {
     const std::uint32_t i = workspace.order[k].value;
@@ -66,6 +66,20 @@ template <class S>
 TileLists<S> View<S>::Lists() const {
   return {splats_.data(),  bins_.tile_begin(), bins_.ranks(),   pinhole_.width,
           pinhole_.height, bins_.tiles_x(),    bins_.tiles_y(), {background_[0], background_[1], background_[2]}};
+}
+
+template <class S>
+VisitCounts View<S>::CountVisits() const {
+  const TileLists<S> lists = Lists();
+  VisitCounts sum;
+  for (int tile = 0; tile < bins_.num_tiles(); ++tile) {
+    const VisitCounts counts = GetRasterKernels<S>().count(lists, tile);
+    sum.pairs += counts.pairs;
+    sum.vectors += counts.vectors;
+    sum.useful += counts.useful;
+    sum.pixels += counts.pixels;
+  }
+  return sum;
 }
 
 template <class S>

@@ -37,6 +37,8 @@ class View {
   HostSpan<const std::int32_t> rank_of() const { return rank_of_; }
   HostSpan<const Splat<S>> splats() const { return splats_; }
 
+  // What a raster pass over this view visits; takes about as long as Render.
+  VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
   void Render(S* image) const;
   // d_image = J dx; dx laid out as x.

@@ -126,6 +126,10 @@ struct Elementary<Dual<T>> {
     using E = Elementary<T>;
     return {E::Fma(a.v, b.v, c.v), E::Fma(a.d, b.v, E::Fma(a.v, b.d, c.d))};
   }
+  VESTA_HD static Dual<T> Fnma(const Dual<T>& a, const Dual<T>& b, const Dual<T>& c) {
+    using E = Elementary<T>;
+    return {E::Fnma(a.v, b.v, c.v), E::Fnma(a.d, b.v, E::Fnma(a.v, b.d, c.d))};
+  }
   VESTA_HD static Dual<T> Max(const Dual<T>& a, const Dual<T>& b) { return Select(a < b, b, a); }
   VESTA_HD static Dual<T> Min(const Dual<T>& a, const Dual<T>& b) { return Select(b < a, b, a); }
 };

@@ -2,6 +2,7 @@
 // compiled for, and plain double as a batch of one. Included by *.simd.cpp and the headers they share only.
 #pragma once
 
+#include <cstdint>
 #include <xsimd/xsimd.hpp>
 
 #include "kernels/math/scalar.h"
@@ -22,8 +23,12 @@ struct Elementary<FloatLanes> {
   static FloatLanes Fma(const FloatLanes& a, const FloatLanes& b, const FloatLanes& c) {
     return _mm512_fmadd_ps(a, b, c);
   }
+  static FloatLanes Fnma(const FloatLanes& a, const FloatLanes& b, const FloatLanes& c) {
+    return _mm512_fnmadd_ps(a, b, c);
+  }
 #else
   static FloatLanes Fma(const FloatLanes& a, const FloatLanes& b, const FloatLanes& c) { return xsimd::fma(a, b, c); }
+  static FloatLanes Fnma(const FloatLanes& a, const FloatLanes& b, const FloatLanes& c) { return xsimd::fnma(a, b, c); }
 #endif
   static FloatLanes Max(const FloatLanes& a, const FloatLanes& b) { return xsimd::max(a, b); }
   static FloatLanes Min(const FloatLanes& a, const FloatLanes& b) { return xsimd::min(a, b); }
@@ -31,27 +36,113 @@ struct Elementary<FloatLanes> {
 
 inline bool Any(const FloatMask& m) { return xsimd::any(m); }
 
-// exp for arguments at or below zero: 2^n e^r by a degree-5 polynomial on |r| <= ln(2) / 2 (minimax fit, 8e-8
-// relative). Relative error at most 1e-6 down to -87, with and without fused multiply-adds; arguments below -87 give
-// 2^-126 or so instead of less.
-inline FloatLanes FalloffExp(const FloatLanes& argument) {
-  const FloatLanes x = xsimd::max(argument, FloatLanes(-87.0f));
+// c0 + c1 x + ... + c5 x^5, by Estrin's scheme: one operation more than Horner's and three fifths of its latency.
+inline FloatLanes Quintic(const FloatLanes& x, float c0, float c1, float c2, float c3, float c4, float c5) {
+  const FloatLanes x2 = x * x;
+  const FloatLanes low = Fma(FloatLanes(c1), x, FloatLanes(c0)), middle = Fma(FloatLanes(c3), x, FloatLanes(c2));
+  const FloatLanes high = Fma(FloatLanes(c5), x, FloatLanes(c4));
+  return Fma(Fma(high, x2, middle), x2, low);
+}
+
+// 2^x where mask is set and x lies in [-126, 0], 0 where it is not. Relative error at most 5e-7 (a minimax polynomial
+// of degree 5, 8e-8, and its rounding), with and without fused multiply-adds.
+inline FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
+#if defined(__AVX512DQ__)
+  // 2^x = 2^floor(x) 2^f. The hardware gives f in [0, 1) and the scaling in one instruction each.
+  const FloatLanes f = _mm512_reduce_ps(x, 0x01);
+  const FloatLanes p = Quintic(f, 0.9999999250635514f, 0.6931530731988381f, 0.24015361705587057f, 0.055826318019286086f,
+                               0.008989340131009826f, 0.0018775766584552267f);
+  return _mm512_maskz_scalef_ps(mask, p, x);
+#else
   // Adding 1.5 * 2^23 leaves the rounded integer n in the low mantissa bits; shifted up by 23 they are the exponent.
   const FloatLanes magic(12582912.0f);
-  const FloatLanes biased = Fma(x, FloatLanes(1.44269504f), magic);
-  // ln 2 in two parts, the first so short that its product with n is exact (Cody and Waite).
-  const FloatLanes minus_n = magic - biased;
-  const FloatLanes r =
-      xsimd::fma(minus_n, FloatLanes(-2.12194440e-4f), xsimd::fma(minus_n, FloatLanes(0.693359375f), x));
-  FloatLanes p(0.008297654272423164f);
-  p = xsimd::fma(p, r, FloatLanes(0.041915381947485494f));
-  p = xsimd::fma(p, r, FloatLanes(0.1666757474074756f));
-  p = xsimd::fma(p, r, FloatLanes(0.4999889485174459f));
-  p = xsimd::fma(p, r, FloatLanes(0.9999996919879881f));
-  p = xsimd::fma(p, r, FloatLanes(1.0000000716546023f));
+  const FloatLanes biased = x + magic;
+  const FloatLanes f = x - (biased - magic);
+  const FloatLanes p = Quintic(f, 1.0000000716546757f, 0.693146967064535f, 0.24022119723863694f, 0.055507132738658184f,
+                               0.009675541333494672f, 0.0013276471873520587f);
   const auto exponent = xsimd::bitwise_cast<xsimd::batch<int32_t>>(biased) << 23;
-  return xsimd::bitwise_cast<FloatLanes>(xsimd::bitwise_cast<xsimd::batch<int32_t>>(p) + exponent);
+  return Select(mask, xsimd::bitwise_cast<FloatLanes>(xsimd::bitwise_cast<xsimd::batch<int32_t>>(p) + exponent),
+                FloatLanes(0));
+#endif
 }
+
+// 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7 (an estimate of the hardware and one Newton step).
+inline FloatLanes Reciprocal(const FloatLanes& x) {
+#if defined(__AVX512F__)
+  const FloatLanes guess = _mm512_rcp14_ps(x);
+#elif defined(__AVX2__)
+  const FloatLanes guess = _mm256_rcp_ps(x);
+#else
+  return FloatLanes(1) / x;
+#endif
+#if defined(__AVX2__)
+  return Fma(guess, Fnma(x, guess, FloatLanes(1)), guess);
+#endif
+}
+
+#if defined(__SSE2__)
+// The lanes of a and those of b, added up by pairs: each level halves what is left of each sum, and after the last one
+// lane i holds the sum of the i-th batch.
+template <int kLevel>
+inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
+#if defined(__AVX512F__)
+  if constexpr (kLevel == 0) return _mm512_add_ps(_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+  if constexpr (kLevel == 1) {
+    const __m512d x = _mm512_castps_pd(a), y = _mm512_castps_pd(b);
+    return _mm512_add_ps(_mm512_castpd_ps(_mm512_unpacklo_pd(x, y)), _mm512_castpd_ps(_mm512_unpackhi_pd(x, y)));
+  }
+  if constexpr (kLevel >= 2) return _mm512_add_ps(_mm512_shuffle_f32x4(a, b, 0x88), _mm512_shuffle_f32x4(a, b, 0xdd));
+#elif defined(__AVX2__)
+  if constexpr (kLevel == 0) return _mm256_add_ps(_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+  if constexpr (kLevel == 1) {
+    const __m256d x = _mm256_castps_pd(a), y = _mm256_castps_pd(b);
+    return _mm256_add_ps(_mm256_castpd_ps(_mm256_unpacklo_pd(x, y)), _mm256_castpd_ps(_mm256_unpackhi_pd(x, y)));
+  }
+  if constexpr (kLevel >= 2) {
+    return _mm256_add_ps(_mm256_permute2f128_ps(a, b, 0x20), _mm256_permute2f128_ps(a, b, 0x31));
+  }
+#else
+  if constexpr (kLevel == 0) return _mm_add_ps(_mm_unpacklo_ps(a, b), _mm_unpackhi_ps(a, b));
+  if constexpr (kLevel >= 1) return _mm_add_ps(_mm_movelh_ps(a, b), _mm_movehl_ps(b, a));
+#endif
+}
+
+// v[0] = v[0..kCount) folded from kLevel on.
+template <int kLevel, int kCount>
+inline void FoldAll(FloatLanes* v) {
+  if constexpr ((1 << kLevel) < static_cast<int>(FloatLanes::size)) {
+    for (int i = 0; i < kCount / 2; ++i) v[i] = FoldLanes<kLevel>(v[2 * i], v[2 * i + 1]);
+    if constexpr (kCount % 2 == 1) v[kCount / 2] = FoldLanes<kLevel>(v[kCount - 1], v[kCount - 1]);
+    FoldAll<kLevel + 1, (kCount + 1) / 2>(v);
+  }
+}
+
+// out[i] = the sum of the lanes of v[i].
+template <int kCount>
+inline void SumLanes(const FloatLanes* v, float* out) {
+  constexpr int kWidth = static_cast<int>(FloatLanes::size), kNow = kCount < kWidth ? kCount : kWidth;
+  FloatLanes part[kNow];
+  for (int i = 0; i < kNow; ++i) part[i] = v[i];
+  FoldAll<0, kNow>(part);
+  if constexpr (kNow == kWidth) {
+    part[0].store_unaligned(out);
+  } else {
+#if defined(__AVX512F__)
+    _mm512_mask_storeu_ps(out, static_cast<__mmask16>((1U << kNow) - 1), part[0]);
+#else
+    alignas(64) float sums[kWidth];
+    part[0].store_aligned(sums);
+    for (int i = 0; i < kNow; ++i) out[i] = sums[i];
+#endif
+  }
+  if constexpr (kCount > kWidth) SumLanes<kCount - kWidth>(v + kWidth, out + kWidth);
+}
+#else
+template <int kCount>
+inline void SumLanes(const FloatLanes* v, float* out) {
+  for (int i = 0; i < kCount; ++i) out[i] = xsimd::hadd(v[i]);
+}
+#endif
 
 // How a lane type is loaded, stored and summed. Width 1 for plain scalars.
 template <class V>
@@ -62,7 +153,13 @@ struct Lanes {
   static V Load(const V* p) { return *p; }
   static void Store(V* p, const V& x) { *p = x; }
   static V Iota() { return V(0); }
-  static V Sum(const V& x) { return x; }
+  // out[i] = the sum of the lanes of v[i].
+  template <int kCount>
+  static void SumEach(const V* v, V* out) {
+    for (int i = 0; i < kCount; ++i) out[i] = v[i];
+  }
+  // Lane i in bit i.
+  static std::uint32_t Bits(bool m) { return m ? 1 : 0; }
   static void StoreMask(bool* p, bool m) { *p = m; }
   static bool LoadMask(const bool* p) { return *p; }
 };
@@ -79,7 +176,25 @@ struct Lanes<FloatLanes> {
     for (int i = 0; i < kWidth; ++i) lane[i] = static_cast<float>(i);
     return FloatLanes::load_aligned(lane);
   }
-  static float Sum(const FloatLanes& x) { return xsimd::hadd(x); }
+  template <int kCount>
+  static void SumEach(const FloatLanes* v, float* out) {
+    SumLanes<kCount>(v, out);
+  }
+  static std::uint32_t Bits(const FloatMask& m) {
+#if defined(__AVX512F__)
+    return m.data;
+#elif defined(__AVX2__)
+    return static_cast<std::uint32_t>(_mm256_movemask_ps(m));
+#elif defined(__SSE2__)
+    return static_cast<std::uint32_t>(_mm_movemask_ps(m));
+#else
+    bool lane[kWidth];
+    StoreMask(lane, m);
+    std::uint32_t bits = 0;
+    for (int i = 0; i < kWidth; ++i) bits |= static_cast<std::uint32_t>(lane[i]) << i;
+    return bits;
+#endif
+  }
   static void StoreMask(bool* p, const FloatMask& m) { m.store_unaligned(p); }
   static FloatMask LoadMask(const bool* p) { return FloatMask::load_unaligned(p); }
 };

@@ -24,6 +24,7 @@ struct Elementary {
   }
   // Scalars round twice: std::fma without hardware support would cost fifty times as much.
   VESTA_HD static T Fma(const T& a, const T& b, const T& c) { return a * b + c; }
+  VESTA_HD static T Fnma(const T& a, const T& b, const T& c) { return c - a * b; }
   VESTA_HD static T Max(const T& a, const T& b) { return a < b ? b : a; }
   VESTA_HD static T Min(const T& a, const T& b) { return b < a ? b : a; }
 };
@@ -36,6 +37,11 @@ VESTA_HD inline T Select(const Mask& condition, const T& a, const T& b) {
 template <class T>
 VESTA_HD inline T Fma(const T& a, const T& b, const T& c) {
   return Elementary<T>::Fma(a, b, c);
+}
+// c - a * b, likewise.
+template <class T>
+VESTA_HD inline T Fnma(const T& a, const T& b, const T& c) {
+  return Elementary<T>::Fnma(a, b, c);
 }
 template <class T>
 VESTA_HD inline T Max(const T& a, const T& b) {
@@ -54,9 +60,12 @@ VESTA_HD inline T Square(const T& x) {
   return x * x;
 }
 
-// exp for arguments at or below zero, the only ones a splat's falloff has. Full precision for double.
-VESTA_HD inline double FalloffExp(double x) { return std::exp(x); }
-VESTA_HD inline float FalloffExp(float x) { return std::exp(x); }
+// 2^x where mask is set, else 0.
+VESTA_HD inline double MaskedExp2(bool mask, double x) { return mask ? std::exp2(x) : 0.0; }
+VESTA_HD inline float MaskedExp2(bool mask, float x) { return mask ? std::exp2(x) : 0.0f; }
+
+VESTA_HD inline double Reciprocal(double x) { return 1 / x; }
+VESTA_HD inline float Reciprocal(float x) { return 1 / x; }
 
 VESTA_HD inline bool Any(bool mask) { return mask; }
 

@@ -5,16 +5,9 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/train/adam_kernel.h"
 
 namespace vesta::gs {
-namespace {
-
-constexpr float kBeta1 = 0.9f, kBeta2 = 0.999f;
-// Added to the second moment at every step, it settles at 1e-27: its root takes the part of Adam's epsilon, and no
-// moment ever becomes a denormal number, which would cost a hundred times the work.
-constexpr float kSecondFloor = 1e-30f, kFirstFloor = 1e-30f;
-
-}  // namespace
 
 double RateOf(const LearningRates& rates, int attribute, double extent) {
   if (attribute < splat::kLogScale) return rates.position * extent;
@@ -24,15 +17,17 @@ double RateOf(const LearningRates& rates, int attribute, double extent) {
   return attribute < splat::kSh + 3 ? rates.sh_dc : rates.sh_rest;
 }
 
-void Adam::Step(SplatModel& model, const float* gradient, int num_attributes, double factor) {
+void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
   if (first_.empty()) {
     count_ = model.count;
     first_.assign(model.data.size(), 0.0f);
     second_.assign(model.data.size(), 0.0f);
   }
   ++steps_;
-  const double correction1 = 1 - std::pow(double{kBeta1}, steps_), correction2 = 1 - std::pow(double{kBeta2}, steps_);
+  const double correction1 = 1 - std::pow(double{kAdamBeta1}, steps_),
+               correction2 = 1 - std::pow(double{kAdamBeta2}, steps_);
   const float root_correction2 = static_cast<float>(1 / std::sqrt(correction2));
+  const AdamUpdate update = AdamUpdateFor(ActiveIsa());
   const Index count = model.count;
   constexpr Index kGrain = 4096;
   const Index chunks = (count + kGrain - 1) / kGrain;
@@ -41,16 +36,13 @@ void Adam::Step(SplatModel& model, const float* gradient, int num_attributes, do
     const Index begin = task % chunks * kGrain, n = std::min(kGrain, count - begin);
     const auto rate = static_cast<float>(RateOf(rates_, attribute, extent_) * factor / correction1);
     const Index offset = attribute * count + begin;
-    const float* __restrict g = gradient + offset;
-    float* __restrict x = model.data.data() + offset;
-    float* __restrict m = first_.data() + offset;
-    float* __restrict v = second_.data() + offset;
-    for (Index i = 0; i < n; ++i) {
-      const float first = kBeta1 * m[i] + (1 - kBeta1) * g[i];
-      m[i] = std::fabs(first) < kFirstFloor ? 0.0f : first;
-      v[i] = kBeta2 * v[i] + ((1 - kBeta2) * g[i] * g[i] + kSecondFloor);
-      x[i] -= rate * m[i] / (std::sqrt(v[i]) * root_correction2);
-    }
+    update({.size = n,
+            .gradient = gradient + offset,
+            .parameters = model.data.data() + offset,
+            .first = first_.data() + offset,
+            .second = second_.data() + offset,
+            .rate = rate,
+            .root_correction2 = root_correction2});
   });
 }
 

@@ -15,9 +15,9 @@ class Adam {
  public:
   Adam(const LearningRates& rates, double extent) : rates_(rates), extent_(extent) {}
 
-  // model -= step, for attributes [0, num_attributes), all rates times `factor`; gradient laid out as the model.
-  // Moments are made on first use. Parallel.
-  void Step(SplatModel& model, const float* gradient, int num_attributes, double factor);
+  // model -= step, for attributes [0, num_attributes), all rates times `factor`; gradient laid out as the model,
+  // zero afterwards. Moments are made on first use. Parallel.
+  void Step(SplatModel& model, float* gradient, int num_attributes, double factor);
 
   // Follow a change of the model: Gaussian i of the new model is source[i] of the old one, with its moments where
   // keep[i], else with none.

@@ -82,7 +82,8 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     view.Build(x, ToPinhole(target, near), options.background.data(), workspace);
     view.Render(image.rgb.data());
     const PhotometricValue value = loss.Gradient(rendered, truth, shape, image_gradient);
-    gradient.Resize(attributes * model.count);
+    // Adam leaves it at zero.
+    if (gradient.size() != attributes * model.count) gradient.Resize(attributes * model.count);
     view.AddJT(x, image.rgb.data(), image_gradient.data(), gradient.data(), workspace);
     const auto values = static_cast<double>(shape.NumValues());
     // The gradient is that of a sum over pixels; Adam's steps do not depend on its scale.

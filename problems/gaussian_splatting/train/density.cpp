@@ -6,6 +6,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/project.h"
 #include "kernels/math/quaternion.h"
 
 namespace vesta::gs {
@@ -64,8 +65,8 @@ void DensityControl::Observe(const splat::View<float>& view, const splat::SplatT
     if (rank < 0) return;
     const splat::Splat<float>& splat = view.splats()[rank];
     const float* w = splat_cotangents[rank].w;
-    const float by_u = -splat.r * w[splat::kXi];
-    const float by_v = splat.beta * by_u - splat.s * w[splat::kZeta];
+    float by_u, by_v;
+    splat::ScreenMeanAdjoint(splat.r, splat.s, splat.beta, w, by_u, by_v);
     pull_[static_cast<std::size_t>(i)] += std::hypot(by_u * half_width, by_v * half_height);
     ++seen_[static_cast<std::size_t>(i)];
   });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "tests/kernels/gaussian_splatting/reference.h"
 #include "tests/support/splat_scenes.h"
@@ -64,6 +65,23 @@ TEST_P(Rendering, FloatAgreesButForDecisionsWithinRounding) {
 }
 
 // The scenes do what their names say, so the operators' tests on them mean something.
+TEST_P(Rendering, CountsWhatIsVisited) {
+  const Scene scene = test::RandomScene(GetParam(), 4);
+  const reference::Image<double> expected = Reference(scene);
+  const std::int64_t blended = std::accumulate(expected.blended.begin(), expected.blended.end(), std::int64_t{0});
+  const VisitCounts exact = RenderedView<double>(scene).view.CountVisits();
+  // A pixel is a vector of its own in double.
+  EXPECT_EQ(exact.pixels, blended);
+  EXPECT_EQ(exact.useful, blended);
+  const RenderedView<float> rendered(scene);
+  const VisitCounts counts = rendered.view.CountVisits();
+  EXPECT_NEAR(static_cast<double>(counts.pixels), static_cast<double>(blended),
+              0.01 * static_cast<double>(blended) + 5);
+  EXPECT_LE(counts.useful, counts.vectors);
+  EXPECT_LE(counts.useful, counts.pixels);
+  EXPECT_LE(counts.pairs, rendered.view.num_pairs());
+}
+
 TEST(Scenes, ReachTheDecisionsTheyAreFor) {
   for (const SceneOptions& options : test::SceneKinds()) {
     const reference::Image<double> image = Reference(test::RandomScene(options, 0));

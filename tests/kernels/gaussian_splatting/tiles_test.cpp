@@ -50,7 +50,9 @@ double LeastExponent(const Splat<double>& s, double x0, double x1, double y0, do
   return least;
 }
 
-Splat<double> InDouble(const Splat<float>& s) { return {s.u, s.v, s.r, s.s, s.beta, s.opacity, s.support, {}, {}}; }
+Splat<double> InDouble(const Splat<float>& s) {
+  return {s.u, s.v, s.r, s.s, s.beta, s.log2_opacity, s.support, {}, s.inv_r, {}};
+}
 const Splat<double>& InDouble(const Splat<double>& s) { return s; }
 
 // Against brute force over all tiles and pixels; `rounding` is how far, relative to the support, a border may be
@@ -66,7 +68,7 @@ void CheckLists(const SceneOptions& options, double rounding) {
     for (Index rank = 0; rank < rendered.view.num_splats(); ++rank) {
       const Splat<double> splat = InDouble(rendered.view.splats()[rank]);
       // alpha >= 1/255 lies well within the support.
-      EXPECT_LT(2 * std::log(255 * splat.opacity), splat.support * (1 - 1e-5));
+      EXPECT_LT(std::log2(255) + splat.log2_opacity, splat.support * (1 - 1e-5));
       for (int tile = 0; tile < bins.num_tiles(); ++tile) {
         const int x0 = tile % bins.tiles_x() * kTileSize, y0 = tile / bins.tiles_x() * kTileSize;
         const int x1 = std::min(x0 + kTileSize, options.width), y1 = std::min(y0 + kTileSize, options.height);
@@ -81,7 +83,7 @@ void CheckLists(const SceneOptions& options, double rounding) {
         double peak = 0;
         for (int y = y0; y < y1; ++y) {
           for (int x = x0; x < x1; ++x) {
-            peak = std::max(peak, splat.opacity * std::exp(-0.5 * Exponent(splat, x + 0.5, y + 0.5)));
+            peak = std::max(peak, std::exp2(splat.log2_opacity - Exponent(splat, x + 0.5, y + 0.5)));
           }
         }
         if (peak >= 1.0 / 255) {

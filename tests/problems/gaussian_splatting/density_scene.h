@@ -32,8 +32,8 @@ struct DensityScene {
       const splat::Splat<float>& splat = view.splats()[rank];
       const float by_u = static_cast<float>(kLossScale / 32) * pull[static_cast<std::size_t>(i)];
       float* w = cotangents[static_cast<std::size_t>(rank)].w;
-      w[splat::kXi] = -by_u / splat.r;
-      w[splat::kZeta] = splat.beta * by_u / splat.s;
+      w[splat::kXi] = -by_u / (static_cast<float>(splat::kTwoLn2) * splat.r);
+      w[splat::kZeta] = splat.beta * by_u / (static_cast<float>(splat::kTwoLn2) * splat.s);
     }
     control.Observe(view, cotangents.data(), kLossScale);
   }

@@ -1,0 +1,20 @@
+// The functions of kernels/math/lanes.h of one instruction set, over arrays, for the test.
+#pragma once
+
+#include <cstdint>
+
+namespace vesta {
+
+struct LaneFunctions {
+  int width;
+  // y[i] = MaskedExp2(mask[i], x[i]); count is a multiple of 16, as below.
+  void (*masked_exp2)(const float* x, const bool* mask, float* y, int count);
+  // y[i] = Reciprocal(x[i]).
+  void (*reciprocal)(const float* x, float* y, int count);
+  // out[k] = the sum of x[k * width .. (k + 1) * width), for the first n of 36 vectors, n = 1, 3, 9, 15, 16, 18, 36.
+  void (*sum_each)(const float* x, int n, float* out);
+  // Bit i: x[i] > 0, i < width.
+  std::uint32_t (*positive_bits)(const float* x);
+};
+
+}  // namespace vesta

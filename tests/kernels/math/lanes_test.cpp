@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "kernels/core/cpu_dispatch.h"
+#include "tests/kernels/math/lane_functions.h"
+#include "tests/support/cpu_isas.h"
+
+namespace vesta {
+
+inline namespace baseline {
+LaneFunctions CompiledLaneFunctions();
+}
+#if defined(__x86_64__)
+namespace avx2 {
+LaneFunctions CompiledLaneFunctions();
+}
+namespace avx512 {
+LaneFunctions CompiledLaneFunctions();
+}
+#endif
+
+namespace {
+
+LaneFunctions LaneFunctionsOf(Isa isa) {
+  switch (isa) {
+#if defined(__x86_64__)
+    case Isa::kAvx512:
+      return avx512::CompiledLaneFunctions();
+    case Isa::kAvx2:
+      return avx2::CompiledLaneFunctions();
+#endif
+    default:
+      return baseline::CompiledLaneFunctions();
+  }
+}
+
+// The greatest relative error of 2^x at 2^20 points of [lo, 0].
+double WorstError(const LaneFunctions& lanes, double lo) {
+  constexpr int kCount = 1 << 20;
+  std::vector<float> x(kCount), y(kCount);
+  const auto mask = std::make_unique<bool[]>(kCount);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    x[i] = static_cast<float>(lo * static_cast<double>(i) / (kCount - 1));
+    mask[i] = true;
+  }
+  lanes.masked_exp2(x.data(), mask.get(), y.data(), kCount);
+  double worst = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double exact = std::exp2(static_cast<double>(x[i]));
+    worst = std::max(worst, std::abs(y[i] - exact) / exact);
+  }
+  return worst;
+}
+
+TEST(Lanes, Exp2AgreesWithTheStandardLibraryOverItsRange) {
+  for (const Isa isa : test::CpuIsas()) {
+    SCOPED_TRACE(IsaName(isa));
+    // log2(1/255) = -7.99 is where alpha ends for opacity 1; the rest is never blended.
+    EXPECT_LE(WorstError(LaneFunctionsOf(isa), -8), 3e-7);
+    EXPECT_LE(WorstError(LaneFunctionsOf(isa), -126), 5e-7);
+  }
+}
+
+TEST(Lanes, Exp2IsOneAtZeroAndZeroWhereMasked) {
+  for (const Isa isa : test::CpuIsas()) {
+    SCOPED_TRACE(IsaName(isa));
+    const float x[16] = {0.0f, -0.0f, -1.0f, -126.0f, -127.0f, -1e4f, -1e30f, -HUGE_VALF, NAN, 0.0f, 1e30f, HUGE_VALF};
+    const bool mask[16] = {true, true, true, true};
+    float y[16];
+    LaneFunctionsOf(isa).masked_exp2(x, mask, y, 16);
+    EXPECT_NEAR(y[0], 1, 1.2e-7);
+    EXPECT_NEAR(y[1], 1, 1.2e-7);
+    EXPECT_NEAR(y[2], 0.5, 1e-7);
+    EXPECT_NEAR(y[3], 0x1p-126, 0x1p-126 * 1e-6);
+    for (int i = 4; i < 16; ++i) EXPECT_EQ(y[i], 0) << x[i];
+  }
+}
+
+TEST(Lanes, ReciprocalAgreesWithDivisionOverItsRange) {
+  for (const Isa isa : test::CpuIsas()) {
+    SCOPED_TRACE(IsaName(isa));
+    constexpr int kCount = 1 << 20;
+    std::vector<float> x(kCount), y(kCount);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      // From 2^-100 to 2^100, all mantissas, both signs.
+      x[i] = static_cast<float>(std::exp2(-100 + 200 * static_cast<double>(i) / kCount)) * (i % 2 == 0 ? 1.0f : -1.0f);
+    }
+    LaneFunctionsOf(isa).reciprocal(x.data(), y.data(), kCount);
+    double worst = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) worst = std::max(worst, std::abs(static_cast<double>(y[i]) * x[i] - 1));
+    EXPECT_LE(worst, 3e-7);
+  }
+}
+
+TEST(Lanes, SumEachAddsTheLanesOfEachVector) {
+  for (const Isa isa : test::CpuIsas()) {
+    const LaneFunctions lanes = LaneFunctionsOf(isa);
+    std::vector<float> x(static_cast<std::size_t>(36 * lanes.width));
+    // Integers, so that sums are exact in any order, and no two vectors alike.
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<float>(i * i % 1009);
+    for (const int n : {1, 3, 9, 15, 16, 18, 36}) {
+      SCOPED_TRACE(testing::Message() << IsaName(isa) << ", " << n << " vectors");
+      std::vector<float> sums(static_cast<std::size_t>(n) + 1, -1.0f);
+      lanes.sum_each(x.data(), n, sums.data());
+      for (int k = 0; k < n; ++k) {
+        float expected = 0;
+        for (int i = 0; i < lanes.width; ++i) expected += x[static_cast<std::size_t>(k * lanes.width + i)];
+        EXPECT_EQ(sums[static_cast<std::size_t>(k)], expected) << k;
+      }
+      EXPECT_EQ(sums.back(), -1) << "written past the end";
+    }
+  }
+}
+
+TEST(Lanes, BitsAreInTheOrderOfTheLanes) {
+  for (const Isa isa : test::CpuIsas()) {
+    SCOPED_TRACE(IsaName(isa));
+    const LaneFunctions lanes = LaneFunctionsOf(isa);
+    for (int lane = 0; lane < lanes.width; ++lane) {
+      std::vector<float> x(16, 0.0f);
+      x[static_cast<std::size_t>(lane)] = 1;
+      EXPECT_EQ(lanes.positive_bits(x.data()), 1U << lane);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vesta
