@@ -1,6 +1,7 @@
 // A damped system with a block-diagonal group of parameters eliminated: the Schur complement, as an operator.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
@@ -33,6 +34,11 @@ class ReducedSystem : public LinearOperator<B> {
   virtual std::vector<BlockGroup> kept_groups() const = 0;
   // The diagonal blocks of S, damping included, into a matrix made from kept_groups(). Overwrites.
   virtual void DiagonalBlocks(BlockDiagonal<B>& blocks) = 0;
+  // An operator near S^-1 for the present damping, better than the inverse of those blocks and valid until the next
+  // SetDamping. Null: there is none that pays.
+  virtual LinearOperator<B>* Factorize() { return nullptr; }
+  // What Factorize gives, for reports; empty: nothing.
+  virtual std::string factor_description() const { return ""; }
 };
 
 }  // namespace vesta

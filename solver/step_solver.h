@@ -37,7 +37,8 @@ struct LsmrOptions {
 
 struct NormalSystemOptions {
   LinearSolverKind linear_solver = LinearSolverKind::kAuto;
-  // Of kPcg; kReducedPcg takes kIdentity to mean none, everything else Schur-Jacobi.
+  // Of kPcg. kReducedPcg takes kIdentity to mean none, kJacobi and kBlockJacobi the diagonal blocks of the Schur
+  // complement (Schur-Jacobi), and the others the problem's factor of it where there is one, else Schur-Jacobi.
   PreconditionerKind preconditioner = PreconditionerKind::kAuto;
   // false: the preconditioner is built from H alone, as the 3DGS-LM paper has it.
   bool damp_preconditioner = true;

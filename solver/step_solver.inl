@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "kernels/core/check.h"
@@ -107,20 +109,30 @@ class ReducedPcgStep final : public StepSolver<B> {
  public:
   ReducedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
                  std::unique_ptr<ReducedSystem<B>> reduced)
-      : options_(options),
-        system_(system),
-        reduced_(std::move(reduced)),
-        schur_jacobi_(*reduced_),
-        reduced_rhs_(reduced_->size()) {}
+      : options_(options), system_(system), reduced_(std::move(reduced)), reduced_rhs_(reduced_->size()) {
+    const PreconditionerKind kind = options.preconditioner;
+    const bool wants_factor = kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem ||
+                              kind == PreconditionerKind::kSparseCholesky;
+    const std::string factor = wants_factor ? reduced_->factor_description() : "";
+    if (kind == PreconditionerKind::kSparseCholesky && factor.empty()) {
+      Fail("preconditioner = {}: this problem gives no factor of its reduced system; choose automatic", ToString(kind));
+    }
+    factorize_ = !factor.empty();
+    preconditioner_ = kind == PreconditionerKind::kIdentity ? ToString(kind) : factorize_ ? factor : "Schur-Jacobi";
+    if (!factorize_ && kind != PreconditionerKind::kIdentity) schur_jacobi_.emplace(*reduced_);
+  }
+  const std::string& preconditioner() const { return preconditioner_; }
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
     const Index kept = reduced_->size();
     reduced_->SetDamping(lambda, system_.metric);
     reduced_->ReduceRhs(system_.rhs, reduced_rhs_);
     IdentityPreconditioner<B> identity(kept);
     LinearOperator<B>* preconditioner = &identity;
-    if (options_.preconditioner != PreconditionerKind::kIdentity) {
-      schur_jacobi_.Update(*reduced_);
-      preconditioner = &schur_jacobi_;
+    if (factorize_) {
+      preconditioner = reduced_->Factorize();
+    } else if (schur_jacobi_) {
+      schur_jacobi_->Update(*reduced_);
+      preconditioner = &*schur_jacobi_;
     }
     const auto kept_step = step.subspan(0, kept);
     const PcgSummary pcg = SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner,
@@ -134,7 +146,9 @@ class ReducedPcgStep final : public StepSolver<B> {
   NormalSystemOptions options_;
   StepSystem<B> system_;
   std::unique_ptr<ReducedSystem<B>> reduced_;
-  SchurJacobi<B> schur_jacobi_;
+  bool factorize_ = false;
+  std::string preconditioner_;
+  std::optional<SchurJacobi<B>> schur_jacobi_;
   typename B::Vector reduced_rhs_;
 };
 
@@ -299,9 +313,12 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
   std::unique_ptr<StepSolver<B>> solver;
   std::string name = ToString(kind);
   switch (kind) {
-    case LinearSolverKind::kReducedPcg:
-      solver = std::make_unique<step_internal::ReducedPcgStep<B>>(options, system, std::move(reduced));
+    case LinearSolverKind::kReducedPcg: {
+      auto pcg = std::make_unique<step_internal::ReducedPcgStep<B>>(options, system, std::move(reduced));
+      name += fmt::format(", {}", pcg->preconditioner());
+      solver = std::move(pcg);
       break;
+    }
     case LinearSolverKind::kLsmr:
       solver = std::make_unique<step_internal::LsmrStep<B>>(options.lsmr, system);
       break;

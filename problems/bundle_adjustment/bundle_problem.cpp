@@ -23,7 +23,8 @@ bool FormReducedMatrix(ReducedForm form, const Structure& structure) {
 
 BundleContext::BundleContext(const BundleData& data, BundleProblemOptions given)
     : options(std::move(given)), structure(data) {
-  pattern = structure.MakeBlockPattern(!FormReducedMatrix(options.reduced_form, structure));
+  pattern = structure.MakeReducedPattern(!FormReducedMatrix(options.reduced_form, structure));
+  if (options.factorize_reduced) cholesky = ReducedCholeskyPlan::Make(pattern);
 }
 
 HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstView x) {
@@ -40,6 +41,8 @@ LmOptions BundleLmOptions() {
   // Measured on the BAL problems and generated ones. Products with the reduced matrix cost little beside what comes
   // before them, so each system is solved rather well. Steps that fail are shortened before anything is solved again.
   options.normal_system.pcg.model_tolerance = 0.01;
+  // Met at once where the reduced matrix is factorised.
+  options.normal_system.pcg.relative_tolerance = 1e-8;
   options.SetStepRule(StepRule::kSoft);
   options.step_control.initial_lambda = 1e-4;
   return options;

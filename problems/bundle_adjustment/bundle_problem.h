@@ -27,6 +27,8 @@ struct BundleProblemOptions {
   std::shared_ptr<const Loss> loss = nullptr;
   JacobianStorage storage = JacobianStorage::kDouble;
   ReducedForm reduced_form = ReducedForm::kAuto;
+  // Whether the explicit form is factorised, where that costs no more than some hundred products with it.
+  bool factorize_reduced = true;
   // Instruction set of the passes; the CPU must have it.
   Isa isa = ActiveIsa();
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "problems/bundle_adjustment/bundle_problem.h"
+#include "problems/bundle_adjustment/reduced_cholesky.h"
 
 namespace vesta::bundle::internal {
 
@@ -50,7 +51,8 @@ struct BundleContext {
   BundleProblemOptions options;
   Structure structure;
   // The blocks of the reduced matrix that are formed: the diagonal ones, for the preconditioner, or all.
-  BlockPattern pattern;
+  ReducedPattern pattern;
+  std::shared_ptr<ReducedCholeskyPlan> cholesky;  // null: conjugate gradients with the diagonal blocks
   ArrayPool<float> float_pool;
   ArrayPool<double> double_pool;
 };

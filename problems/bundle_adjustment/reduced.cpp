@@ -135,7 +135,7 @@ void BundleReducedSystem<S>::StartDiagonalBlock(Index i, double* block) const {
 template <class S>
 void BundleReducedSystem<S>::FormBlocks() {
   if (std::exchange(formed_, true)) return;
-  const BlockPattern& pattern = context_.pattern;
+  const ReducedPattern& pattern = context_.pattern;
   if (blocks_.empty()) blocks_.Resize(kBlockSize * pattern.column.size());
   ParallelForChunks(structure_.num_cameras(), 1, [&](Index begin, Index end) {
     std::vector<Index> pair_first;
@@ -166,6 +166,20 @@ void BundleReducedSystem<S>::DiagonalBlocks(BlockDiagonal<Cpu>& blocks) {
       for (int c = 0; c <= r; ++c) values[PackedLower(r, c) * cameras + i] = block[kRowSize * r + kPointSize + c];
     }
   }
+}
+
+template <class S>
+LinearOperator<Cpu>* BundleReducedSystem<S>::Factorize() {
+  if (!context_.cholesky) return nullptr;
+  FormBlocks();
+  if (!factor_) factor_.emplace(*context_.cholesky);
+  factor_->Factorize(context_.pattern, blocks_.data());
+  return &*factor_;
+}
+
+template <class S>
+std::string BundleReducedSystem<S>::factor_description() const {
+  return context_.cholesky ? context_.cholesky->description() : "";
 }
 
 template class BundleReducedSystem<float>;

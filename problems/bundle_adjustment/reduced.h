@@ -29,6 +29,8 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   void BackSubstitute(ConstView rhs, View step) override;
   std::vector<BlockGroup> kept_groups() const override { return {CameraBlocks(structure_)}; }
   void DiagonalBlocks(BlockDiagonal<Cpu>& blocks) override;
+  LinearOperator<Cpu>* Factorize() override;
+  std::string factor_description() const override;
 
  private:
   Index Begin(Index chunk) const { return structure_.chunk_first(chunk); }
@@ -55,6 +57,7 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   HostBuffer<double> blocks_;  // of the matrix, as the pattern has them
   std::vector<Index> row_chunks_;
   std::optional<CameraSums> row_sums_;
+  std::optional<ReducedCholesky> factor_;
   bool formed_ = false;  // blocks_, for the present damping
 };
 

@@ -128,7 +128,7 @@ void Structure::ForEachPair(Index camera, bool diagonal_only, const Body& body) 
   }
 }
 
-void Structure::NumberBlocks(Index camera, const BlockPattern& pattern,
+void Structure::NumberBlocks(Index camera, const ReducedPattern& pattern,
                              std::vector<std::int32_t>& block_of_camera) const {
   block_of_camera.resize(static_cast<std::size_t>(num_cameras_));
   const Index row = pattern.row_first[camera];
@@ -137,7 +137,7 @@ void Structure::NumberBlocks(Index camera, const BlockPattern& pattern,
   }
 }
 
-void Structure::ListPairs(Index camera, const BlockPattern& pattern, std::vector<Index>& first,
+void Structure::ListPairs(Index camera, const ReducedPattern& pattern, std::vector<Index>& first,
                           std::vector<ObservationPair>& pairs) const {
   std::vector<std::int32_t> block_of_camera;
   NumberBlocks(camera, pattern, block_of_camera);
@@ -154,7 +154,7 @@ void Structure::ListPairs(Index camera, const BlockPattern& pattern, std::vector
   });
 }
 
-BlockPattern Structure::MakeBlockPattern(bool diagonal_only) const {
+ReducedPattern Structure::MakeReducedPattern(bool diagonal_only) const {
   std::vector<std::vector<std::int32_t>> rows(static_cast<std::size_t>(num_cameras_));
   ParallelForChunks(num_cameras_, 8, [&](Index begin, Index end) {
     std::vector<std::int32_t> seen_in_row(static_cast<std::size_t>(num_cameras_), -1);
@@ -171,7 +171,7 @@ BlockPattern Structure::MakeBlockPattern(bool diagonal_only) const {
       std::sort(row.begin() + 1, row.end());
     }
   });
-  BlockPattern pattern;
+  ReducedPattern pattern;
   pattern.diagonal_only = diagonal_only;
   pattern.row_first.Resize(num_cameras_ + 1);
   for (Index i = 0; i < num_cameras_; ++i) {

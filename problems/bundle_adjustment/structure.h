@@ -12,7 +12,7 @@
 namespace vesta::bundle {
 
 // Blocks of the reduced matrix at and right of the diagonal: (i, j), i <= j, is there when some point is seen by both.
-struct BlockPattern {
+struct ReducedPattern {
   bool diagonal_only = true;
   HostBuffer<Index> row_first;      // of row i: row_first[i]..row_first[i + 1] - 1, the diagonal first, then ascending
   HostBuffer<std::int32_t> column;  // of each block
@@ -54,16 +54,16 @@ class Structure {
   CameraSlice camera_observations(Index camera) const;
 
   // Which blocks the reduced matrix has; its diagonal ones alone on request. Costs about num_pairs() steps.
-  BlockPattern MakeBlockPattern(bool diagonal_only) const;
+  ReducedPattern MakeReducedPattern(bool diagonal_only) const;
   // The pairs of observations of one point, the first by this camera, that make up row `camera` of the matrix: those
   // of block k of the pattern are first[k - row_first[camera]] and what follows, as many as its pair_first says.
-  void ListPairs(Index camera, const BlockPattern& pattern, std::vector<Index>& first,
+  void ListPairs(Index camera, const ReducedPattern& pattern, std::vector<Index>& first,
                  std::vector<ObservationPair>& pairs) const;
 
  private:
   CameraSlice Range(Index begin, Index end) const;
   // block_of_camera[j] = the number within row `camera` of the block of camera j.
-  void NumberBlocks(Index camera, const BlockPattern& pattern, std::vector<std::int32_t>& block_of_camera) const;
+  void NumberBlocks(Index camera, const ReducedPattern& pattern, std::vector<std::int32_t>& block_of_camera) const;
   // Calls body(number in the camera's slice, position) for each pair of row `camera`.
   template <class Body>
   void ForEachPair(Index camera, bool diagonal_only, const Body& body) const;

@@ -157,11 +157,23 @@ TEST(StepSolver, DenseQrKeepsTheDigitsOfJ) {
   }
 }
 
+TEST(StepSolver, AFactorThatNobodyGivesIsRefused) {
+  Arrow arrow;
+  NormalSystemOptions options = Options(LinearSolverKind::kReducedPcg);
+  options.preconditioner = PreconditionerKind::kSparseCholesky;
+  try {
+    StepOf(arrow, options, Cpu::Vector(8), 1);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("gives no factor of its reduced system"), std::string::npos);
+  }
+}
+
 TEST(StepSolver, AutoSaysWhatItPickedAndWhy) {
   srand(1);
   Arrow arrow;
   EXPECT_EQ(StepOf(arrow, Options(LinearSolverKind::kAuto), Cpu::Vector(8), 1).description,
-            "PCG on the Schur complement (auto: the problem has a block-diagonal group to eliminate)");
+            "PCG on the Schur complement, Schur-Jacobi (auto: the problem has a block-diagonal group to eliminate)");
   LinearProblem small({RandomBatch(8, 5, 1)});
   EXPECT_EQ(StepOf(small, Options(LinearSolverKind::kAuto), Cpu::Vector(5), 1).description,
             "dense QR (auto: a Jacobian of 8 x 5)");

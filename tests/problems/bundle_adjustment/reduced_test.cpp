@@ -97,6 +97,20 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
         }
       }
     }
+    // The factor is that of S, where it is formed: S times what it gives is what it was given.
+    LinearOperator<Cpu>* factor = reduced_->Factorize();
+    ASSERT_EQ(factor != nullptr, GetParam().form == ReducedForm::kExplicit);
+    EXPECT_EQ(reduced_->factor_description().find("sparse Cholesky of ") == 0, factor != nullptr);
+    if (factor != nullptr) {
+      ASSERT_EQ(factor->size(), kept);
+      VectorXd given = VectorXd::LinSpaced(kept, -1, 2).cwiseProduct(scale.head(kept));
+      Cpu::Vector solved(kept), b(kept);
+      AsEigen(b) = given;
+      factor->Apply(b, solved);
+      const VectorXd back = schur * AsEigen(solved);
+      EXPECT_LE((back - given).cwiseQuotient(scale.head(kept)).norm(),
+                1e-9 * given.cwiseQuotient(scale.head(kept)).norm());
+    }
     // Reduce, solve densely, complete: the whole damped system is solved.
     Cpu backend;
     Cpu::Vector rhs(n), reduced_rhs(kept), step(n);

@@ -51,8 +51,16 @@ void ExpectCeresCost(const BundleData& data, LinearSolverKind linear_solver) {
   const double ceres = CeresCost(data);
   for (const JacobianStorage storage : {JacobianStorage::kDouble, JacobianStorage::kFloat}) {
     for (const ReducedForm form : {ReducedForm::kImplicit, ReducedForm::kExplicit}) {
-      const LmSummary summary = Solve(data, {.storage = storage, .reduced_form = form}, linear_solver);
-      EXPECT_LE(summary.final_cost, ceres + 1e-8 * ceres + 1e-14 * summary.initial_cost) << summary.FullReport();
+      for (const bool factorize : {true, false}) {
+        if (form == ReducedForm::kImplicit && factorize) continue;
+        const LmSummary summary =
+            Solve(data, {.storage = storage, .reduced_form = form, .factorize_reduced = factorize}, linear_solver);
+        EXPECT_LE(summary.final_cost, ceres + 1e-8 * ceres + 1e-14 * summary.initial_cost) << summary.FullReport();
+        if (linear_solver != LinearSolverKind::kReducedPcg) continue;
+        const char* const expected = factorize ? "PCG on the Schur complement, sparse Cholesky of "
+                                               : "PCG on the Schur complement, Schur-Jacobi";
+        EXPECT_EQ(summary.linear_solver.find(expected), 0U) << summary.linear_solver;
+      }
     }
   }
 }

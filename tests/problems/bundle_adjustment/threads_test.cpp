@@ -45,6 +45,10 @@ std::vector<double> Everything(JacobianStorage storage, ReducedForm form) {
   BlockDiagonal<Cpu> blocks(kept, reduced->kept_groups());
   reduced->DiagonalBlocks(blocks);
   add(blocks.all_values());
+  if (LinearOperator<Cpu>* factor = reduced->Factorize()) {
+    factor->Apply(v.view().subspan(0, kept), y);
+    add(y);
+  }
   reduced->BackSubstitute(v, w);
   add(w);
   return all;
