@@ -37,6 +37,8 @@ class View {
   HostSpan<const std::int32_t> rank_of() const { return rank_of_; }
   HostSpan<const Splat<S>> splats() const { return splats_; }
 
+  // For RasterKernels; valid until the next Build.
+  TileLists<S> Lists() const;
   // What a raster pass over this view visits; takes about as long as Render.
   VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
@@ -50,8 +52,6 @@ class View {
                ViewWorkspace<S>& workspace) const;
 
  private:
-  TileLists<S> Lists() const;
-
   PinholeView pinhole_{};
   S background_[3]{};
   HostBuffer<Splat<S>> splats_;

@@ -1,0 +1,205 @@
+// Time of each splatting pass, of the loss and of a whole iteration of Adam, beside the floors that docs/performance.md
+// derives:
+//
+//   kernels [SCENE PLY] [--threads 1,2] [--repeats N] [--scaling yes] [--json FILE]
+//
+// With a scene and a model of it their views are used; without, made-up ones. --scaling yes adds sizes up to a million
+// Gaussians and a million pixels, each twice the last.
+#include <fmt/format.h>
+
+#include "bench/kernel_times/vector_rate.h"
+#include "bench/kernel_times/workload.h"
+#include "bench/report.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/core/random.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/view.h"
+#include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/train/adam.h"
+#include "problems/gaussian_splatting/train/metrics.h"
+
+namespace vesta::bench {
+namespace {
+
+// Vector instructions of the formulas (docs/performance.md) for each vector of pixels that a splat is part of.
+constexpr double kForward = 18, kTangent = 28, kAdjoint = 38, kGram = 88;
+
+// All passes over one workload, with the memory they need.
+class Bench {
+ public:
+  Bench(const Workload& workload, int threads, int repeats, double rate, Report& report)
+      : workload_(workload), threads_(threads), repeats_(repeats), rate_(rate), report_(report) {
+    SetNumThreads(threads);
+    view_.Build(model(), workload.views.front(), background_, workspace_);
+    visits_ = view_.CountVisits();
+  }
+
+  void RasterPasses() {
+    const Index values = workload_.shape().NumValues();
+    HostBuffer<float> image(values), d_image(values), u(values);
+    HostBuffer<splat::SplatTangent<float>> tangents(view_.num_splats()), pair_sums(view_.num_pairs());
+    HostBuffer<splat::SplatGram<float>> pair_grams(view_.num_pairs());
+    CounterRandom random(1, 0);
+    for (float& value : u) value = static_cast<float>(random.Uniform());
+    for (auto& tangent : tangents) {
+      for (float& w : tangent.w) w = static_cast<float>(random.Uniform() - 0.5);
+    }
+    const splat::TileLists<float> lists = view_.Lists();
+    const splat::RasterKernels<float>& raster = splat::GetRasterKernels<float>();
+    const auto over_tiles = [&](const auto& pass) {
+      ParallelFor(Index{lists.tiles_x} * lists.tiles_y, 4, [&](Index tile) { pass(static_cast<int>(tile)); });
+    };
+    Add("forward", kForward, [&] { over_tiles([&](int tile) { raster.forward(lists, tile, image.data()); }); });
+    Add("tangent", kTangent,
+        [&] { over_tiles([&](int tile) { raster.tangent(lists, tile, tangents.data(), d_image.data()); }); });
+    Add("adjoint", kAdjoint,
+        [&] { over_tiles([&](int tile) { raster.adjoint(lists, tile, image.data(), u.data(), pair_sums.data()); }); });
+    Add("Gram", kGram,
+        [&] { over_tiles([&](int tile) { raster.gram(lists, tile, image.data(), u.data(), pair_grams.data()); }); });
+  }
+
+  void Operators() {
+    const ImageShape shape = workload_.shape();
+    const Index parameters = static_cast<Index>(workload_.model.data.size());
+    HostBuffer<float> image(shape.NumValues()), d_image(shape.NumValues()), weighted(shape.NumValues());
+    HostBuffer<float> dx(parameters), gradient(parameters), blocks(66 * workload_.model.count);
+    HostBuffer<float> sh_diagonal(parameters - splat::kSh * workload_.model.count);
+    CounterRandom random(2, 0);
+    for (float& value : dx) value = static_cast<float>(random.Uniform() - 0.5);
+    const HostSpan<const float> truth(workload_.photographs.front().data(), shape.NumValues());
+    PhotometricLoss<float> loss;
+    PhotometricLinearization<float> linearization;
+    view_.Render(image.data());
+    Add("project, sort, bin", 0, [&] { view_.Build(model(), workload_.views.front(), background_, workspace_); });
+    Add("J v", 0, [&] { view_.ApplyJ(model(), dx.data(), d_image.data(), workspace_); });
+    Add("loss gradient and W", 0, [&] { loss.Linearize(image, truth, shape, d_image, linearization); });
+    Add("W v", 0, [&] { loss.ApplyW(linearization, d_image, weighted); });
+    Add("J^T u", 0, [&] { view_.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
+    Add("Gram blocks", 0, [&] {
+      view_.AddGram(model(), image.data(), linearization.diagonal.data(), blocks.data(), sh_diagonal.data(),
+                    workspace_);
+    });
+  }
+
+  // As training has it: one view at full size, every Gaussian it sees updated; the views in turn.
+  double AdamIteration() {
+    const ImageShape shape = workload_.shape();
+    HostBuffer<float> image(shape.NumValues()), u(shape.NumValues());
+    gs::SplatModel trained = workload_.model;
+    HostBuffer<float> gradient(static_cast<Index>(trained.data.size()));
+    gs::Adam adam(gs::LearningRates(), workload_.extent);
+    PhotometricLoss<float> loss({.l1_floor = 0});
+    std::size_t next = 0;
+    const int attributes = splat::NumAttributes(trained.sh_degree);
+    const double ms = Add("Adam iteration", 0, [&] {
+      const std::size_t k = next++ % workload_.views.size();
+      const splat::Model<float> x = gs::ToKernelModel(trained);
+      view_.Build(x, workload_.views[k], background_, workspace_);
+      view_.Render(image.data());
+      loss.Gradient(image, HostSpan<const float>(workload_.photographs[k].data(), shape.NumValues()), shape, u);
+      view_.AddJT(x, image.data(), u.data(), gradient.data(), workspace_);
+      adam.Step(trained, gradient.data(), attributes, 1e-3);
+    });
+    Add("of that, Adam's step", 0, [&] { adam.Step(trained, gradient.data(), attributes, 1e-3); });
+    return ms;
+  }
+
+ private:
+  splat::Model<float> model() const { return gs::ToKernelModel(workload_.model); }
+
+  // instructions: of the floor, for each useful vector; 0: none is given.
+  template <class Body>
+  double Add(const char* pass, double instructions, const Body& body) {
+    const double ms = MedianMilliseconds(repeats_, body);
+    const double floor = instructions * static_cast<double>(visits_.useful) / (rate_ * threads_) / 1e6;
+    report_.Add(
+        {{"workload", workload_.name},
+         {"threads", static_cast<double>(threads_)},
+         {"pass", std::string(pass)},
+         {"ms", ms},
+         {"floor ms", floor},
+         {"% of floor", 100 * floor / ms},
+         {"ns per pixel and splat", 1e6 * ms / static_cast<double>(visits_.pixels)},
+         {"splats", static_cast<double>(view_.num_splats())},
+         {"pairs", static_cast<double>(view_.num_pairs())},
+         {"vectors a pair", static_cast<double>(visits_.vectors) / static_cast<double>(visits_.pairs)},
+         {"useful", static_cast<double>(visits_.useful) / static_cast<double>(visits_.vectors)},
+         {"lanes used", static_cast<double>(visits_.pixels) / static_cast<double>(visits_.useful)},
+         {"splats a pixel", static_cast<double>(visits_.pixels) / static_cast<double>(workload_.shape().PlaneSize())}});
+    return ms;
+  }
+
+  const Workload& workload_;
+  const int threads_, repeats_;
+  const double rate_;
+  Report& report_;
+  const double background_[3] = {0, 0, 0};
+  splat::View<float> view_;
+  splat::ViewWorkspace<float> workspace_;
+  splat::VisitCounts visits_;
+};
+
+std::vector<int> ThreadCounts(const std::string& list) {
+  std::vector<int> counts;
+  for (std::size_t begin = 0; begin < list.size();) {
+    const std::size_t end = std::min(list.find(',', begin), list.size());
+    counts.push_back(std::stoi(list.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return counts;
+}
+
+void Scaling(int threads, int repeats, double rate, Report& report) {
+  constexpr double kOverlap = 40, kMost = 2.1;
+  const auto series = [&](const char* what, const auto& size_at) {
+    double last = 0;
+    for (int k = 0; k < 4; ++k) {
+      const auto [gaussians, pixels] = size_at(k);
+      const Workload workload = MadeUpWorkload(gaussians, pixels, kOverlap);
+      const double ms = Bench(workload, threads, repeats, rate, report).AdamIteration();
+      if (last > 0) {
+        report.AddTarget(
+            {fmt::format("{} doubled, to {}", what, workload.name), ms / last, "x", kMost, ms / last <= kMost});
+      }
+      last = ms;
+    }
+  };
+  series("pixels", [](int k) { return std::pair<Index, Index>(100'000, Index{125'000} << k); });
+  series("Gaussians", [](int k) { return std::pair<Index, Index>(Index{125'000} << k, 1'000'000); });
+}
+
+void Run(const Arguments& arguments) {
+  if (arguments.positional.size() != 0 && arguments.positional.size() != 2) {
+    Fail("usage: kernels [SCENE PLY] [--threads 1,2 --repeats N --scaling yes --json FILE]");
+  }
+  const int repeats = std::stoi(arguments.Flag("repeats", "11"));
+  const std::vector<int> threads = ThreadCounts(arguments.Flag("threads", "1,2"));
+  const Workload workload = arguments.positional.empty()
+                                ? MadeUpWorkload(20'000, 190'000, 40)
+                                : RealWorkload(arguments.positional[0], arguments.positional[1]);
+  const double rate = VectorOperationsPerNanosecond(ActiveIsa());
+  fmt::print("{}: {:.2f} vector operations a nanosecond and thread\n", IsaName(ActiveIsa()), rate);
+  Report report("kernels");
+  for (const int count : threads) {
+    Bench bench(workload, count, repeats, rate, report);
+    bench.RasterPasses();
+    bench.Operators();
+    bench.AdamIteration();
+  }
+  if (arguments.Flag("scaling", "") == "yes") Scaling(threads.back(), 3, rate, report);
+  report.Finish(arguments.Flag("json", ""));
+}
+
+}  // namespace
+}  // namespace vesta::bench
+
+int main(int argc, char** argv) {
+  try {
+    vesta::bench::Run({argc, argv, {"threads", "repeats", "scaling", "json"}});
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "kernels: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,12 @@
+// How fast this CPU multiplies and adds vectors: what the floors of docs/performance.md are counted in.
+#pragma once
+
+#include "kernels/core/cpu_dispatch.h"
+
+namespace vesta::bench {
+
+// Fused multiply-adds of whole float vectors a nanosecond on one thread, with the instruction set's own width; the
+// best of a few runs of some milliseconds.
+double VectorOperationsPerNanosecond(Isa isa);
+
+}  // namespace vesta::bench

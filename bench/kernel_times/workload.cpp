@@ -1,0 +1,69 @@
+#include "bench/kernel_times/workload.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "kernels/core/check.h"
+#include "kernels/core/random.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/io/load_scene.h"
+#include "problems/gaussian_splatting/train/metrics.h"
+
+namespace vesta::bench {
+
+Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
+  const gs::Scene scene = gs::LoadScene(scene_path);
+  Workload workload;
+  workload.name = "photographs";
+  workload.model = gs::ReadSplatPly(ply);
+  workload.extent = scene.extent;
+  for (const gs::View& view : scene.views) {
+    workload.views.push_back(gs::ToPinhole(view, gs::NearPlane(scene)));
+    workload.photographs.push_back(view.image.rgb);
+    if (workload.views.back().width != workload.shape().width ||
+        workload.views.back().height != workload.shape().height) {
+      Fail("{}: its images differ in size; this benchmark wants one size", scene_path);
+    }
+  }
+  return workload;
+}
+
+Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap) {
+  Workload workload;
+  workload.name = fmt::format("{}k Gaussians, {}k pixels", gaussians / 1000, pixels / 1000);
+  const double height = std::round(std::sqrt(0.75 * static_cast<double>(pixels)));
+  const double width = std::round(static_cast<double>(pixels) / height);
+  splat::PinholeView view{};
+  view.R[0] = view.R[4] = view.R[8] = 1;
+  view.fx = view.fy = width;
+  view.cx = width / 2, view.cy = height / 2;
+  view.width = static_cast<int>(width), view.height = static_cast<int>(height);
+  view.near = 0.1;
+  workload.views.push_back(view);
+
+  constexpr double kOpacity = 0.5;
+  const double support = std::log2(kOpacity / splat::kAlphaFloor) / (splat::kWhitening * splat::kWhitening);
+  const double variance = overlap * width * height / (static_cast<double>(gaussians) * 3.14159265358979 * support);
+  const double sigma = std::sqrt(std::max(variance - splat::kLowPass, 0.05));
+  CounterRandom random(7, 0);
+  workload.model.Resize(3, gaussians);
+  for (Index i = 0; i < gaussians; ++i) {
+    const auto set = [&](int attribute, double value) {
+      workload.model.attribute(attribute)[i] = static_cast<float>(value);
+    };
+    const double z = 2 + 2 * random.Uniform();
+    set(splat::kMean, (random.Uniform() - 0.5) * width * z / view.fx);
+    set(splat::kMean + 1, (random.Uniform() - 0.5) * height * z / view.fy);
+    set(splat::kMean + 2, z);
+    for (int k = 0; k < 3; ++k) set(splat::kLogScale + k, std::log(sigma * z / view.fx));
+    set(splat::kQuaternion, 1);
+    set(splat::kOpacity, std::log(kOpacity / (1 - kOpacity)));
+    for (int k = splat::kSh; k < workload.model.num_attributes(); ++k) set(k, 0.2 * (random.Uniform() - 0.5));
+  }
+  workload.photographs.emplace_back(static_cast<std::size_t>(workload.shape().NumValues()));
+  for (float& value : workload.photographs.back()) value = static_cast<float>(random.Uniform());
+  return workload;
+}
+
+}  // namespace vesta::bench

@@ -1,0 +1,31 @@
+// What the kernels are timed on: a model, views of it, and the photographs they are compared with.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kernels/gaussian_splatting/types.h"
+#include "kernels/image/image_shape.h"
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/scene.h"
+
+namespace vesta::bench {
+
+struct Workload {
+  std::string name;
+  gs::SplatModel model;
+  double extent = 1;  // of the scene
+  std::vector<splat::PinholeView> views;
+  std::vector<std::vector<float>> photographs;  // of each view, planar
+
+  ImageShape shape() const { return {views.front().width, views.front().height}; }
+};
+
+// A scene on disk and a model of it.
+Workload RealWorkload(const std::string& scene, const std::string& ply);
+
+// Round Gaussians of one size before one camera, all in the image and of opacity 0.5, such that `overlap` of them count
+// at a pixel were none hidden; 4:3 images of noise. SH degree 3.
+Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap);
+
+}  // namespace vesta::bench
