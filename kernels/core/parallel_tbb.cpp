@@ -32,13 +32,14 @@ int NumThreads() { return g_num_threads > 0 ? g_num_threads : tbb::info::default
 void ParallelForChunks(Index count, Index grain, const std::function<void(Index, Index)>& body) {
   if (count <= 0) return;
   const Index chunks = (count + grain - 1) / grain;
-  if (chunks == 1) return body(0, count);
+  const auto run = [&](Index begin, Index end) {
+    for (Index c = begin; c < end; ++c) body(c * grain, std::min(count, (c + 1) * grain));
+  };
+  // Starting oneTBB for one thread would cost a small problem a third of its time.
+  if (chunks == 1 || g_num_threads == 1) return run(0, chunks);
   tbb::parallel_for(
       tbb::blocked_range<Index>(0, chunks, 1),
-      [&](const tbb::blocked_range<Index>& range) {
-        for (Index c = range.begin(); c < range.end(); ++c) body(c * grain, std::min(count, (c + 1) * grain));
-      },
-      tbb::simple_partitioner());
+      [&](const tbb::blocked_range<Index>& range) { run(range.begin(), range.end()); }, tbb::simple_partitioner());
 }
 
 }  // namespace vesta

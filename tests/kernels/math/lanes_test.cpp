@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/core/cpu_dispatch.h"
+#include "kernels/core/span.h"
 #include "tests/kernels/math/lane_functions.h"
 #include "tests/support/cpu_isas.h"
 
@@ -107,7 +108,7 @@ TEST(Lanes, SumEachAddsTheLanesOfEachVector) {
       lanes.sum_each(x.data(), n, sums.data());
       for (int k = 0; k < n; ++k) {
         float expected = 0;
-        for (int i = 0; i < lanes.width; ++i) expected += x[static_cast<std::size_t>(k * lanes.width + i)];
+        for (int i = 0; i < lanes.width; ++i) expected += x[static_cast<std::size_t>(Index{k} * lanes.width + i)];
         EXPECT_EQ(sums[static_cast<std::size_t>(k)], expected) << k;
       }
       EXPECT_EQ(sums.back(), -1) << "written past the end";
