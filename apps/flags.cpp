@@ -11,7 +11,8 @@ DEFINE_string(json, "", "write the numbers to this file too");
 DEFINE_bool(truth, false, "put the photograph to the right of each rendered image");
 
 DEFINE_string(preset, "balanced", "where all other options start (default balanced)");
-DEFINE_int32(iterations, 0, "iterations of Adam, one view each; of bundle_adjust the most of Levenberg-Marquardt");
+DEFINE_int32(iterations, 0, "iterations of Adam; of bundle_adjust the most of Levenberg-Marquardt");
+DEFINE_int32(views_per_iteration, 1, "views whose mean gradient makes one iteration of Adam");
 DEFINE_int64(max_gaussians, 0, "most Gaussians that densification may make");
 DEFINE_bool(fixed_model, false, "no densification, all SH degrees from the start");
 DEFINE_int32(sh_degree, 3, "degree of the colours' spherical harmonics (default 3)");
@@ -74,6 +75,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"truth", kRender, Switch{}},
       {"preset", kLm, Choice{{"fast", "balanced", "best", "paper", "paper_code"}}},
       {"iterations", kTrain | kBundleAdjust, Range{0, kMany}},
+      {"views_per_iteration", kTrain, Range{1, kMany}},
       {"max_gaussians", kTrain, Range{1, kMany}},
       {"fixed_model", kTrain, Switch{}},
       {"sh_degree", kTrain, Range{0, 3}},
