@@ -187,13 +187,7 @@ int Main(int argc, char** argv) {
       {"methods", "lengths", "rate_factors", "views_per_iteration", "repeats", "evaluations", "json", "curves"});
   const auto training_views = static_cast<int>(std::count_if(setup.scene.views.begin(), setup.scene.views.end(),
                                                              [](const auto& view) { return !view.is_test; }));
-  std::ofstream curves;
-  const std::string curves_path = setup.arguments.Flag("curves", "");
-  if (!curves_path.empty()) {
-    curves.open(curves_path);
-    if (!curves) Fail("--curves={}: the file cannot be written", curves_path);
-    WriteCsvHeader(curves);
-  }
+  std::ofstream curves = OpenCurves(setup.arguments);
   std::vector<Outcome> outcomes;
   for (Method& method : SelectMethods(setup.arguments, setup.options, training_views)) {
     outcomes.push_back({.method = std::move(method), .repeats = {}, .stage_starts = {}, .curve = {}});
@@ -203,7 +197,7 @@ int Main(int argc, char** argv) {
   for (Outcome& outcome : outcomes) outcome.curve = MedianCurve(outcome.repeats);
 
   Report report("lm_vs_adam");
-  Tell(setup.scene_name, outcomes, &report, curves_path.empty() ? nullptr : &curves);
+  Tell(setup.scene_name, outcomes, &report, curves.is_open() ? &curves : nullptr);
   SetNumThreads(setup.threads);  // the report says on how many
   report.Finish(setup.arguments.Flag("json", ""));
   return 0;

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 
+#include "bench/training_race/adam_schedules.h"
 #include "kernels/core/check.h"
 
 namespace vesta::bench {
@@ -17,6 +17,7 @@ std::vector<int> Counts(const Arguments& arguments, const std::string& flag, con
   const std::vector<std::string> texts = SplitAtCommas(arguments.Flag(flag, ""));
   if (texts.empty()) return fallback;
   std::vector<int> counts;
+  counts.reserve(texts.size());
   for (const std::string& text : texts) counts.push_back(ParseCount(flag, text));
   std::sort(counts.begin(), counts.end());
   return counts;
@@ -34,20 +35,14 @@ std::vector<double> RateFactors(const Arguments& arguments, double ours) {
   return factors;
 }
 
-Method AdamMethod(gs::TrainOptions options, int iterations, double factor) {
-  options.lm.iterations = 0;
-  options.adam.iterations = iterations;
-  options.adam.rate_factor = factor;
-  return {fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, options};
+Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
+  return {fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, AdamAlone(ours, iterations, factor)};
 }
 
 Method LargeBatchMethod(const gs::TrainOptions& ours, int length, double factor, int views) {
-  Method method = AdamMethod(ours, std::max(1, length / views), factor * std::sqrt(views));
-  method.name += fmt::format(" of {} views", views);
-  method.kind = MethodKind::kLargeBatchAdam;
-  method.options.adam.views_per_iteration = views;
-  method.options.density.interval = std::max(1, ours.density.interval / views);
-  return method;
+  const gs::TrainOptions options = LargeBatchAdam(ours, length, factor, views);
+  return {fmt::format("adam {} x{:g} of {} views", options.adam.iterations, options.adam.rate_factor, views),
+          MethodKind::kLargeBatchAdam, options};
 }
 
 Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {

@@ -27,8 +27,7 @@ struct Method {
 //
 // adam: --lengths x --rate_factors; unless given, 1, 2 and 4 times the longer of ours' own Adam stage and 16 epochs of
 // the training views, and 1/2, 1 and 2 times ours' factor; and ours' own schedule beside them.
-// adam_batch: for each k of --views_per_iteration, the middle length over k iterations (as many views in all, as many
-// densifications) at the middle factor times the root of k.
+// adam_batch: for each number of --views_per_iteration LargeBatchAdam of the middle length at the middle factor.
 // Throws Error where a flag cannot be used.
 std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views);
 

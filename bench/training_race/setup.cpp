@@ -10,6 +10,7 @@
 #include "apps/flags.h"
 #include "apps/posed_model.h"
 #include "apps/train_flags.h"
+#include "bench/training_race/curve.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 
@@ -52,6 +53,16 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   if (FLAGS_downscale > 1) setup.scene_name += fmt::format("/{}", FLAGS_downscale);
   setup.scene = app::LoadSceneOver(path, app::BackgroundFromFlag());
   return setup;
+}
+
+std::ofstream OpenCurves(const Arguments& arguments) {
+  const std::string path = arguments.Flag("curves", "");
+  std::ofstream curves;
+  if (path.empty()) return curves;
+  curves.open(path);
+  if (!curves) Fail("--curves={}: the file cannot be written", path);
+  WriteCsvHeader(curves);
+  return curves;
 }
 
 int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv) {

@@ -1,6 +1,7 @@
 // What the benchmarks that train start from: `BENCH SCENE [flags of the benchmark] -- [flags of vesta train]`.
 #pragma once
 
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct RaceSetup {
 
 // known: the benchmark's own flags. Throws Error or UsageError, one line, for whatever cannot be used.
 RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known);
+
+// The file of --curves with its head; not open where the flag was not given. Throws Error where it cannot be written.
+std::ofstream OpenCurves(const Arguments& arguments);
 
 // main's body: runs `body`; what it throws is one line on stderr after the benchmark's name, and status 1.
 int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv);
