@@ -37,7 +37,7 @@ DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "recompute products with J (the one way so far)");
 
-DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default 0,0,0; else the .ply's)");
+DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default: the .ply's, else 0,0,0)");
 DEFINE_int32(downscale, 1, "divide the images' width and height by this");
 DEFINE_uint64(seed, 0, "start of the random numbers (default 0)");
 DEFINE_int32(threads, 0, "threads; 0: one for each core");
