@@ -18,6 +18,7 @@ class TileBins {
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }
   int num_tiles() const { return tiles_x_ * tiles_y_; }
+  Index num_splats() const { return splat_begin_.size() - 1; }
   // Number of (splat, tile) pairs.
   Index num_pairs() const { return ranks_.size(); }
   // [num_tiles + 1] first pair of each tile.
@@ -27,6 +28,8 @@ class TileBins {
   // [splats + 1] first entry of each splat in pairs_of_splat; [num_pairs] its pairs, by ascending tile.
   const std::int64_t* splat_begin() const { return splat_begin_.data(); }
   const std::uint32_t* pairs_of_splat() const { return pairs_of_splat_.data(); }
+  // [num_pairs] the tile of each of those.
+  const std::uint32_t* tiles_of_splat() const { return tiles_of_splat_.data(); }
 
  private:
   int tiles_x_ = 0, tiles_y_ = 0;

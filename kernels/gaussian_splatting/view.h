@@ -3,6 +3,7 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/core/radix_sort.h"
+#include "kernels/gaussian_splatting/jacobian_cache.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/raster_kernels.h"
 #include "kernels/gaussian_splatting/tiles.h"
@@ -17,6 +18,7 @@ struct ViewWorkspace {
   HostBuffer<KeyValue> order, order_scratch;
   HostBuffer<SplatTangent<S>> pair_sums, splat_sums;
   HostBuffer<SplatGram<S>> pair_grams, splat_grams;
+  HostBuffer<S> u_tiles;
 };
 
 // The image of a model in a view is y -> image after x -> y: J = J_raster J_project, both linear maps below at the x
@@ -43,6 +45,10 @@ class View {
   VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
   void Render(S* image) const;
+  // Keeps the raster's Jacobian until the next Build, for ApplyJ and AddJT to take their products from. image: from
+  // Render. Both then err as JacobianCache says.
+  void CacheJacobian(const S* image, CacheFormat format) { cache_.Build(Lists(), bins_, image, format); }
+  const JacobianCache<S>& cache() const { return cache_; }
   // d_image = J dx; dx laid out as x.
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
@@ -57,6 +63,7 @@ class View {
   HostBuffer<Splat<S>> splats_;
   HostBuffer<std::int32_t> rank_of_;
   TileBins bins_;
+  JacobianCache<S> cache_;
 };
 
 }  // namespace vesta::splat
