@@ -6,6 +6,8 @@
 // again, and psi follows from the place of the pixel alone.
 #pragma once
 
+#include <algorithm>
+
 #include "kernels/gaussian_splatting/cache_kernels.h"
 #include "kernels/gaussian_splatting/traverse.h"
 #include "kernels/math/packed_lanes.h"
@@ -44,6 +46,10 @@ template <class V, class Visit>
     }
   }
 }
+
+// Pairs of splat and tile, and of their entries lines of 64 bytes, that are asked for ahead of their use.
+inline constexpr int kAhead = 3, kLinesAhead = 6;
+inline void Prefetch(const void* p) { __builtin_prefetch(p); }
 
 template <class V, class S>
 struct MaskPass {
@@ -145,7 +151,13 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
   constexpr S kContrast = static_cast<S>(1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast));
   const TileWindow window = WindowOf(lists, tile);
   alignas(64) S d_color[3][kTilePixels] = {};
-  for (std::int64_t pair = lists.tile_begin[tile]; pair < lists.tile_begin[tile + 1]; ++pair) {
+  const std::int64_t end = lists.tile_begin[tile + 1];
+  for (std::int64_t pair = lists.tile_begin[tile]; pair < end; ++pair) {
+    // The entries of one tile's pairs lie far apart.
+    if (pair + kAhead < end) {
+      const E* next = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair + kAhead];
+      for (int line = 0; line < kLinesAhead; ++line) Prefetch(reinterpret_cast<const char*>(next) + 64 * line);
+    }
     const Splat<S>& splat = lists.splats[lists.ranks[pair]];
     const S* w = tangents[lists.ranks[pair]].w;
     const RowPlaces<V, S> place(splat, window);
@@ -186,6 +198,12 @@ template <class V, class S, class E>
 void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, const void* entries, std::int64_t begin,
                          std::int64_t end, const S* u_tiles, SplatTangent<S>* sums) {
   using L = Lanes<V>;
+  const std::int64_t first = cache.splat_begin[begin], last = cache.splat_begin[end];
+  if (first == last) {
+    std::fill_n(sums + begin, end - begin, SplatTangent<S>{});
+    return;
+  }
+  const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[cache.pairs_of_splat[first]];
   for (std::int64_t rank = begin; rank < end; ++rank) {
     const Splat<S>& splat = lists.splats[rank];
     const V r(splat.r);
@@ -193,10 +211,11 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
     for (V& sum : total) sum = V(0);
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
       const std::uint32_t pair = cache.pairs_of_splat[e];
+      // The entries follow each other, the masks do not.
+      if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
       const int tile = static_cast<int>(cache.tiles_of_splat[e]);
       const RowPlaces<V, S> place(splat, WindowOf(lists, tile));
       const S* u = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
-      const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair];
       ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
         const int n = std::popcount(bits), offset = row * kTileSize + k * L::kWidth;
         const V p = Fma(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(place.p0[row])), q(place.q[row]);

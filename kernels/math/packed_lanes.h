@@ -45,13 +45,17 @@ inline void StorePacked(E* to, std::uint32_t bits, const FloatLanes& x, const Co
 
 #if defined(__AVX512F__)
 
+// As many lanes as there are bits.
+inline __mmask16 FirstLanes(std::uint32_t bits) { return static_cast<__mmask16>((1U << std::popcount(bits)) - 1); }
+
 template <>
 struct PackedLanes<float, FloatLanes> {
   static FloatLanes Load(const float* p, std::uint32_t bits) {
     return _mm512_maskz_expandloadu_ps(static_cast<__mmask16>(bits), p);
   }
   static void Store(float* p, std::uint32_t bits, const FloatLanes& x) {
-    _mm512_mask_compressstoreu_ps(p, static_cast<__mmask16>(bits), x);
+    // In two steps: compressing into memory is slow on some processors.
+    _mm512_mask_storeu_ps(p, FirstLanes(bits), _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), x));
   }
 };
 
@@ -61,7 +65,15 @@ struct PackedLanes<Half, FloatLanes> {
     const __m512 all = _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
     return _mm512_maskz_expand_ps(static_cast<__mmask16>(bits), all);
   }
-  static void Store(Half* p, std::uint32_t bits, const FloatLanes& x) { StorePacked(p, bits, x, ToHalf); }
+  static void Store(Half* p, std::uint32_t bits, const FloatLanes& x) {
+    const __m512 packed = _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), x);
+    // As ToHalf.
+    const __m512 limit = _mm512_set1_ps(kLargestHalf);
+    const __m512 bounded = _mm512_max_ps(_mm512_min_ps(packed, limit), _mm512_sub_ps(_mm512_setzero_ps(), limit));
+    const __mmask16 counts = _mm512_cmp_ps_mask(_mm512_abs_ps(packed), _mm512_set1_ps(kSmallestHalf), _CMP_GE_OQ);
+    const __m256i halves = _mm512_cvtps_ph(_mm512_maskz_mov_ps(counts, bounded), _MM_FROUND_TO_NEAREST_INT);
+    _mm256_mask_storeu_epi16(p, FirstLanes(bits), halves);
+  }
 };
 
 #elif defined(__AVX2__)
