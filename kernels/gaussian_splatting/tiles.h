@@ -1,6 +1,8 @@
 // Which splats touch which tile.
 #pragma once
 
+#include <vector>
+
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/types.h"
 
@@ -14,6 +16,9 @@ class TileBins {
   // of threads.
   template <class S>
   void Build(HostSpan<const Splat<S>> splats, int width, int height);
+
+  // Drops the pairs of all tiles but those that are kept: [num_tiles].
+  void Keep(const std::vector<bool>& kept);
 
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }

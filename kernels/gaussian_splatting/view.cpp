@@ -128,7 +128,7 @@ void View<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, Vie
 
 template <class S>
 void View<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-                      ViewWorkspace<S>& workspace) const {
+                      ViewWorkspace<S>& workspace, S* sh_blocks) const {
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   const TileLists<S> lists = Lists();
@@ -139,7 +139,8 @@ void View<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* 
   SumPairs<S>(bins_, num_splats(), workspace.pair_grams.data(), workspace.splat_grams.data());
   const auto& project = GetProjectKernels<S>(model.active_sh_degree);
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
-    project.gram(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
+    project.gram(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
+                 sh_blocks);
   });
 }
 

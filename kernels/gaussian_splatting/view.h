@@ -1,6 +1,8 @@
 // One view of a model: the splats it sees, in order, and the operators between parameters and image.
 #pragma once
 
+#include <vector>
+
 #include "kernels/core/buffer.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/gaussian_splatting/jacobian_cache.h"
@@ -45,6 +47,11 @@ class View {
   VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
   void Render(S* image) const;
+  // From here on, until the next Build, the operators below see only the pixels of the tiles that are kept (tiles of 16
+  // x 16 pixels, row by row): J v is 0 at the others, and J^T and the Gram blocks leave them out. Takes the time of
+  // those kept alone.
+  void KeepTiles(const std::vector<bool>& kept) { bins_.Keep(kept); }
+  Index num_tiles() const { return bins_.num_tiles(); }
   // Keeps the raster's Jacobian until the next Build, for ApplyJ and AddJT to take their products from. image: from
   // Render. Both then err as JacobianCache says.
   void CacheJacobian(const S* image, CacheFormat format) { cache_.Build(Lists(), bins_, image, format); }
@@ -53,9 +60,10 @@ class View {
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
-  // blocks, sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >= 0 planar as the image.
+  // blocks, sh_diagonal and, unless null, sh_blocks += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >=
+  // 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-               ViewWorkspace<S>& workspace) const;
+               ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
 
  private:
   PinholeView pinhole_{};
