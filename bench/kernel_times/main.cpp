@@ -77,6 +77,16 @@ class Bench {
     Add("loss gradient and W", 0, [&] { loss.Linearize(image, truth, shape, d_image, linearization); });
     Add("W v", 0, [&] { loss.ApplyW(linearization, d_image, weighted); });
     Add("J^T u", 0, [&] { view_.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
+    for (const auto& [format, bits] : {std::pair(splat::CacheFormat::kFull, 32), {splat::CacheFormat::kHalf, 16}}) {
+      splat::View<float> cached;
+      cached.Build(model(), workload_.views.front(), background_, workspace_);
+      Add(fmt::format("cache{}: build", bits), 0, [&] { cached.CacheJacobian(image.data(), format); });
+      Add(fmt::format("cache{}: J v", bits), 0, [&] { cached.ApplyJ(model(), dx.data(), d_image.data(), workspace_); });
+      Add(fmt::format("cache{}: J^T u", bits), 0,
+          [&] { cached.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
+      fmt::print("cache{}: {} entries, {:.1f} MiB\n", bits, cached.cache().num_entries(),
+                 static_cast<double>(cached.cache().num_bytes()) / (1 << 20));
+    }
     Add("Gram blocks", 0, [&] {
       view_.AddGram(model(), image.data(), linearization.diagonal.data(), blocks.data(), sh_diagonal.data(),
                     workspace_);
@@ -128,13 +138,13 @@ class Bench {
 
   // instructions: of the floor, for each useful vector; 0: none is given.
   template <class Body>
-  double Add(const char* pass, double instructions, const Body& body) {
+  double Add(const std::string& pass, double instructions, const Body& body) {
     const double ms = MedianMilliseconds(repeats_, body);
     const double floor = instructions * static_cast<double>(visits_.useful) / (rate_ * threads_) / 1e6;
     report_.Add(
         {{"workload", workload_.name},
          {"threads", static_cast<double>(threads_)},
-         {"pass", std::string(pass)},
+         {"pass", pass},
          {"ms", ms},
          {"floor ms", floor},
          {"% of floor", 100 * floor / ms},
