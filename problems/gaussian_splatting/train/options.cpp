@@ -100,6 +100,7 @@ void ValidateOptions(const TrainOptions& options) {
   }
   CheckRange("--sh_degree", options.sh_degree, 0, 3);
   for (const double channel : options.background) CheckRange("--background", channel, 0, 1);
+  CheckRange("--memory_budget", options.memory.budget_gib, 0, 1e6);
   CheckRange("--time_limit", options.time_limit, 0, 1e9);
 }
 
