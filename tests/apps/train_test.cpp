@@ -173,6 +173,31 @@ TEST_F(TinyTraining, RefineLowersTheCost) {
   ExpectEvalReproduces(refined);
 }
 
+// Each option of LM's in a run of its own; the budget of 1 GiB changes nothing, one of 1 MiB is refused.
+TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
+  ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0"}).status, 0);
+  const std::string refined = folder_ / "refined";
+  const std::vector<std::vector<std::string>> ways = {
+      {"--jacobian=cache16", "--memory_budget=1"},
+      {"--preconditioner=block_sh"},
+      {"--lm_batches=2", "--batch_size=2", "--batch_choice=clustered", "--merge_batches"},
+      {"--residual_sampling=0.5", "--step_limit=hellinger", "--step_limit_size=0.01"},
+      {"--preset=paper"},
+      {"--preset=paper_code"}};
+  for (const auto& way : ways) {
+    SCOPED_TRACE(testing::PrintToString(way));
+    std::vector<std::string> arguments = {"refine", Ply(out_), scene_, "--out", refined, "--lm_iterations=2"};
+    arguments.insert(arguments.end(), way.begin(), way.end());
+    const ProgramOutput output = RunProgram(arguments);
+    ASSERT_EQ(output.status, 0) << output.err;
+    const json history = Metrics(refined)["history"];
+    EXPECT_LT(history.back()["cost"], history[0]["cost"]);
+  }
+  const ProgramOutput output = RunProgram({"refine", Ply(out_), scene_, "--out", refined, "--memory_budget=0.001"});
+  EXPECT_EQ(output.status, 1);
+  EXPECT_THAT(output.err, HasSubstr("--memory_budget=0.001: "));
+}
+
 TEST_F(TinyTraining, RenderWritesTheTestViews) {
   ASSERT_EQ(Train(out_, {"--iterations=5", "--lm_iterations=0"}).status, 0);
   const std::string plain = folder_ / "plain", both = folder_ / "both";
