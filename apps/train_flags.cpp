@@ -53,6 +53,7 @@ void OverrideLm(gs::LmOptions* lm) {
   Override("min_lambda", FLAGS_min_lambda, &lm->min_lambda);
   Override("max_lambda", FLAGS_max_lambda, &lm->max_lambda);
   Override("rates_damping", FLAGS_rates_damping, &lm->rates_damping);
+  Override("position_damping", FLAGS_position_damping, &lm->position_damping);
   Override("l1_floor", FLAGS_l1_floor, &lm->l1_floor);
 }
 

@@ -24,6 +24,12 @@ struct Block {
 
   Block(std::int64_t num, std::int64_t first, std::int64_t end)
       : count(num), i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
+  // Asks for the attributes of a block to come. Each is a stream of its own, more than the processor foresees.
+  void PrefetchAhead(const S* x, int attributes) const {
+    constexpr int kBlocks = 2;
+    if (i + (kBlocks + 1) * L::kWidth > count) return;
+    for (int a = 0; a < attributes; ++a) __builtin_prefetch(x + a * count + i + kBlocks * L::kWidth);
+  }
   V Load(const S* x, int attribute) const {
     const S* p = x + attribute * count + i;
     if (n == L::kWidth) return L::Load(p);
@@ -92,6 +98,7 @@ void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t b
       height(static_cast<S>(view.height)), huge(static_cast<S>(1e15));
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(model.count, i, end);
+    block.PrefetchAhead(model.x, NumAttributes(Degree));
     const ProjectedBlock<V, S> b(camera, block, model.x);
     const SplatShape<V>& shape = b.shape;
     // Slightly enlarged: the raster passes use it to skip pixels, alpha itself decides.
@@ -154,6 +161,8 @@ void TangentRange(const Model<S>& model, const PinholeView& view, std::int64_t b
   const Camera<S> camera = MakeCamera<S>(view);
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(model.count, i, end);
+    block.PrefetchAhead(model.x, NumAttributes(Degree));
+    block.PrefetchAhead(dx, NumAttributes(Degree));
     if (!Any(SeenLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return D(block.Load(model.x, a), block.Load(dx, a)); };
     D mean[3], log_scale[3], quaternion[4];
@@ -209,6 +218,8 @@ void AdjointRange(const Model<S>& model, const PinholeView& view, std::int64_t b
   const Camera<S> camera = MakeCamera<S>(view);
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
+    block.PrefetchAhead(model.x, NumAttributes(Degree));
+    block.PrefetchAhead(g, NumAttributes(Degree));
     const auto seen = SeenLanes(block, rank_of);
     if (!Any(seen)) continue;
     V w_bar[kSplatTangent];
@@ -263,6 +274,8 @@ void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begi
   const Camera<S> camera = MakeCamera<S>(view);
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
+    block.PrefetchAhead(model.x, NumAttributes(Degree));
+    block.PrefetchAhead(blocks, kGeometry * (kGeometry + 1) / 2);
     const auto seen = SeenLanes(block, rank_of);
     if (!Any(seen)) continue;
     V m[kGramSums], G[kSplatTangent][kSplatTangent];

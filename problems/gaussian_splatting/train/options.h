@@ -75,7 +75,8 @@ struct LmOptions {
   double initial_lambda = 0.005;
   double min_lambda = 1e-6;
   double max_lambda = 1e4;
-  double rates_damping = 0.3;  // tau of the damping metric
+  double rates_damping = 0.3;   // tau of the damping metric
+  double position_damping = 1;  // factor on it for the means
   double l1_floor = 0.01;      // epsilon of the reweighted L1
   // Range of diag(JtJ) in the damping metric "diag"; 0: at least 1e-6 of the median of the same parameter, no upper
   // end.
