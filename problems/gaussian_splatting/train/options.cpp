@@ -47,6 +47,7 @@ TrainOptions PresetOptions(const std::string& name) {
     options.adam = {.iterations = 20000, .rate_factor = 1, .rate_decay = 1, .sh_band_every = 0.05};
     options.density.gradient_threshold = 2e-4;
     options.density.begin = 0.025;
+    options.density.every = 0.005;
     options.density.end = 0.75;
     options.density.opacity_reset_every = 0.15;
     options.density.prune_size = 0.1;

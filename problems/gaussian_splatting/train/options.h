@@ -39,7 +39,8 @@ struct DensityOptions {
   bool enabled = true;
   double begin = 0.1;
   double end = 0.6;
-  int interval = 100;                // iterations
+  // As a part of the stage too: a longer training has more time for the same Gaussians, not more Gaussians.
+  double every = 0.05;
   double gradient_threshold = 1e-3;  // mean norm of d loss / d mean in normalised device coordinates
   double split_above = 0.01;         // standard deviation, in scene extents: split above, clone below
   double prune_opacity = 0.005;
