@@ -28,9 +28,7 @@ PhotometricLoss<S>::PhotometricLoss(const PhotometricWeights& weights, Isa isa)
 template <class S>
 void PhotometricLoss<S>::Resize(const ImageShape& shape) {
   bands_.Resize(shape);
-  ResizeIfNeeded(row_sums_, 3 * static_cast<Index>(shape.height));
-  slopes_.Resize(shape.PlaneSize());
-  ResizeIfNeeded(blurred_, shape.PlaneSize());
+  ResizeIfNeeded(row_sums_, 3 * ImageShape::kChannels * static_cast<Index>(shape.height));
 }
 
 // gradient null: values alone; linearization null: no W.
@@ -41,36 +39,27 @@ PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, co
   VESTA_CHECK(rendered.size() == n && truth.size() == n, "rendered {}, truth {} values, want {}", rendered.size(),
               truth.size(), n);
   Resize(shape);
+  if (gradient == nullptr) {
+    bands_.Run(&ImageKernels<S>::windows,
+               WindowArgs<S>{
+                   .rendered = rendered.data(), .truth = truth.data(), .floor = floor_, .row_sums = row_sums_.data()});
+  } else {
+    bands_.Run(&ImageKernels<S>::gradient,
+               GradientArgs<S>{.rendered = rendered.data(),
+                               .truth = truth.data(),
+                               .l1 = static_cast<S>(weights_.l1),
+                               .ssim = static_cast<S>(weights_.ssim),
+                               .floor = floor_,
+                               .row_sums = row_sums_.data(),
+                               .gradient = gradient,
+                               .diagonal = linearization != nullptr ? linearization->diagonal.data() : nullptr,
+                               .curvature = linearization != nullptr ? linearization->curvature.data() : nullptr});
+  }
   PhotometricValue value;
-  for (Index first = 0; first < n; first += shape.PlaneSize()) {
-    WindowArgs<S> windows{.rendered = rendered.data() + first,
-                          .truth = truth.data() + first,
-                          .floor = floor_,
-                          .row_sums = row_sums_.data()};
-    if (gradient != nullptr) {
-      windows.p = slopes_.p.data();
-      windows.q = slopes_.q.data();
-      windows.s = slopes_.s.data();
-    }
-    if (linearization != nullptr) windows.curvature = linearization->curvature.data() + first;
-    bands_.Run(&ImageKernels<S>::windows, windows);
-    for (Index i = 0; i < row_sums_.size(); i += 3) {
-      value.absolute += row_sums_[i];
-      value.floored += row_sums_[i + 1];
-      value.dissimilarity += row_sums_[i + 2];
-    }
-    if (gradient == nullptr) continue;
-    S* diagonal = linearization != nullptr ? linearization->diagonal.data() + first : nullptr;
-    bands_.Run(&ImageKernels<S>::gradient, GradientArgs<S>{.rendered = windows.rendered,
-                                                           .truth = windows.truth,
-                                                           .p = windows.p,
-                                                           .q = windows.q,
-                                                           .s = windows.s,
-                                                           .l1 = static_cast<S>(weights_.l1),
-                                                           .ssim = static_cast<S>(weights_.ssim),
-                                                           .floor = floor_,
-                                                           .gradient = gradient + first,
-                                                           .diagonal = diagonal});
+  for (Index i = 0; i < row_sums_.size(); i += 3) {
+    value.absolute += row_sums_[i];
+    value.floored += row_sums_[i + 1];
+    value.dissimilarity += row_sums_[i + 2];
   }
   value.cost = weights_.l1 * value.floored + weights_.ssim * value.dissimilarity;
   value.objective = weights_.l1 * value.absolute + weights_.ssim * value.dissimilarity;
@@ -105,16 +94,11 @@ void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstView v,
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);
   Resize(shape);
-  for (Index first = 0; first < n; first += shape.PlaneSize()) {
-    bands_.Run(&ImageKernels<S>::weighted_blur,
-               WeightedBlurArgs<S>{
-                   .in = v.data() + first, .c = linearization.curvature.data() + first, .out = blurred_.data()});
-    bands_.Run(&ImageKernels<S>::blur_add, BlurAddArgs<S>{.in = blurred_.data(),
-                                                          .scale = static_cast<S>(weights_.ssim),
-                                                          .d = linearization.diagonal.data() + first,
-                                                          .v = v.data() + first,
-                                                          .out = out.data() + first});
-  }
+  bands_.Run(&ImageKernels<S>::curvature, CurvatureArgs<S>{.v = v.data(),
+                                                           .c = linearization.curvature.data(),
+                                                           .d = linearization.diagonal.data(),
+                                                           .scale = static_cast<S>(weights_.ssim),
+                                                           .out = out.data()});
 }
 
 template <class S>
@@ -123,13 +107,10 @@ void PhotometricLoss<S>::ExactDiagonal(const Linearization& linearization, View 
   const Index n = shape.NumValues();
   VESTA_CHECK(out.size() == n, "out {} values, want {}", out.size(), n);
   Resize(shape);
-  for (Index first = 0; first < n; first += shape.PlaneSize()) {
-    bands_.RunSquared(&ImageKernels<S>::blur_add, BlurAddArgs<S>{.in = linearization.curvature.data() + first,
-                                                                 .scale = static_cast<S>(weights_.ssim),
-                                                                 .d = linearization.diagonal.data() + first,
-                                                                 .v = nullptr,
-                                                                 .out = out.data() + first});
-  }
+  bands_.RunSquared(&ImageKernels<S>::blur_add, BlurAddArgs<S>{.in = linearization.curvature.data(),
+                                                               .d = linearization.diagonal.data(),
+                                                               .scale = static_cast<S>(weights_.ssim),
+                                                               .out = out.data()});
 }
 
 template class PhotometricLoss<float>;

@@ -43,8 +43,8 @@ struct PhotometricLinearization {
   HostBuffer<S> curvature;
 };
 
-// Holds the weights and working memory, which is allocated when the shape of the images changes and reused otherwise:
-// four planes and a little. Each call uses all threads and gives the same bits for any number of them. An object serves
+// Holds the weights and next to no memory: the passes over the images keep what they need of a few rows in the cache
+// (row_blur.h). Each call uses all threads and gives the same bits for any number of them. An object serves
 // one call at a time. S is float or double. Images are planar (image_shape.h), finite and nowhere negative (negative
 // values are harmless but see photometric_formula.h); views of a wrong size throw Error; outputs must not overlap
 // inputs.
@@ -81,8 +81,6 @@ class PhotometricLoss {
   S floor_;
   RowBands<S> bands_;
   HostBuffer<double> row_sums_;
-  SsimSlopeImages<S> slopes_;  // of one plane at a time, to stay in cache between the two passes over it
-  HostBuffer<S> blurred_;      // likewise
 };
 
 }  // namespace vesta

@@ -13,7 +13,7 @@
 namespace vesta {
 namespace {
 
-constexpr ImageShape kShape{.width = 53, .height = 47};
+constexpr ImageShape kShape{.width = 83, .height = 205};
 
 // All that the room computes in float for one pair of images.
 std::vector<HostBuffer<float>> EverythingFor(Isa isa) {
