@@ -15,6 +15,7 @@ void Override(const char* name, const Flag& flag, Option* option) {
 
 void OverrideAdam(gs::TrainOptions* options) {
   Override("iterations", FLAGS_iterations, &options->adam.iterations);
+  Override("views_per_iteration", FLAGS_views_per_iteration, &options->adam.views_per_iteration);
   Override("rate_factor", FLAGS_rate_factor, &options->adam.rate_factor);
   Override("rate_decay", FLAGS_rate_decay, &options->adam.rate_decay);
   Override("max_gaussians", FLAGS_max_gaussians, &options->density.max_gaussians);
@@ -30,9 +31,21 @@ void OverrideLm(gs::LmOptions* lm) {
   Override("lm_iterations", FLAGS_lm_iterations, &lm->iterations);
   Override("pcg_iterations", FLAGS_pcg_iterations, &lm->pcg_iterations);
   Override("lm_batches", FLAGS_lm_batches, &lm->batches);
+  Override("batch_size", FLAGS_batch_size, &lm->batch_size);
+  Override("batch_choice", FLAGS_batch_choice, &lm->batch_choice);
   Override("merge_batches", FLAGS_merge_batches, &lm->merge_batches);
   Override("damping", FLAGS_damping, &lm->damping);
   Override("preconditioner", FLAGS_preconditioner, &lm->preconditioner);
+  Override("preconditioner_damping", FLAGS_preconditioner_damping, &lm->preconditioner_damping);
+  Override("pcg_start", FLAGS_pcg_start, &lm->pcg_start);
+  Override("pcg_tolerance", FLAGS_pcg_tolerance, &lm->pcg_tolerance);
+  Override("jacobian", FLAGS_jacobian, &lm->jacobian);
+  Override("residual_sampling", FLAGS_residual_sampling, &lm->residual_sampling);
+  Override("sample_gradient", FLAGS_sample_gradient, &lm->sample_gradient);
+  Override("step_limit", FLAGS_step_limit, &lm->step_limit);
+  Override("step_limit_size", FLAGS_step_limit_size, &lm->step_limit_size);
+  Override("min_diagonal", FLAGS_min_diagonal, &lm->min_diagonal);
+  Override("max_diagonal", FLAGS_max_diagonal, &lm->max_diagonal);
   Override("step_control", FLAGS_step_control, &lm->step_control);
   Override("line_search", FLAGS_line_search, &lm->line_search);
   Override("line_search_views", FLAGS_line_search_views, &lm->line_search_views);

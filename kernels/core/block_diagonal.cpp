@@ -40,8 +40,8 @@ void ForEachLanes(Index count, int scratch_size, const Body& body) {
 
 // Component `component` of blocks first..first + used - 1; unused lanes are 0.
 template <class S>
-void Gather(const BlockGroup& group, Index first, int used, int component, const S* x, Lanes<S>& out) {
-  const S* source = x + group.Parameter(first, component);
+void Gather(const BlockGroup& group, Index first, int used, int component, int copy, const S* x, Lanes<S>& out) {
+  const S* source = x + group.Parameter(first, component, copy);
   if (group.block_stride == 1 && used == kLanes) {
     for (int l = 0; l < kLanes; ++l) out.lane[l] = source[l];
     return;
@@ -51,8 +51,8 @@ void Gather(const BlockGroup& group, Index first, int used, int component, const
 }
 
 template <class S>
-void Scatter(const BlockGroup& group, Index first, int used, int component, const Lanes<S>& in, S* y) {
-  S* target = y + group.Parameter(first, component);
+void Scatter(const BlockGroup& group, Index first, int used, int component, int copy, const Lanes<S>& in, S* y) {
+  S* target = y + group.Parameter(first, component, copy);
   if (group.block_stride == 1 && used == kLanes) {
     for (int l = 0; l < kLanes; ++l) target[l] = in.lane[l];
     return;
@@ -185,9 +185,13 @@ void MultiplyLanes(int size, const Lanes<S>* a, const Lanes<S>* x, Lanes<S>* y) 
 
 // Lowest and highest parameter a group touches.
 std::pair<Index, Index> Range(const BlockGroup& group) {
-  const Index a = (group.size - 1) * group.component_stride, b = (group.count - 1) * group.block_stride;
-  return {group.offset + std::min<Index>(a, 0) + std::min<Index>(b, 0),
-          group.offset + std::max<Index>(a, 0) + std::max<Index>(b, 0)};
+  Index lowest = group.offset, highest = group.offset;
+  for (const Index reach : {(group.size - 1) * group.component_stride, (group.count - 1) * group.block_stride,
+                            (group.copies - 1) * group.copy_stride}) {
+    lowest += std::min<Index>(reach, 0);
+    highest += std::max<Index>(reach, 0);
+  }
+  return {lowest, highest};
 }
 
 }  // namespace
@@ -197,14 +201,15 @@ BlockDiagonal<B>::BlockDiagonal(Index num_parameters, std::vector<BlockGroup> gr
     : num_parameters_(num_parameters), groups_(std::move(groups)) {
   Index covered = 0, values = 0;
   for (const BlockGroup& group : groups_) {
-    VESTA_CHECK(group.size >= 1 && group.count >= 0, "block group of {} blocks of size {}", group.count, group.size);
+    VESTA_CHECK(group.size >= 1 && group.count >= 0 && group.copies >= 1,
+                "block group of {} blocks of size {}, {} times", group.count, group.size, group.copies);
     if (group.count > 0) {
       const auto [lowest, highest] = Range(group);
       VESTA_CHECK(lowest >= 0 && highest < num_parameters, "a block group covers parameters {} to {} of {}", lowest,
                   highest, num_parameters);
     }
     first_value_.push_back(values);
-    covered += group.count * group.size;
+    covered += group.count * group.size * group.copies;
     values += group.NumValues();
   }
   VESTA_CHECK(covered == num_parameters, "block groups cover {} of {} parameters", covered, num_parameters);
@@ -235,12 +240,14 @@ void BlockDiagonal<B>::Add(double scale, const BlockDiagonal& other) {
 
 template <class B>
 void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstView d) {
-  const Scalar s = static_cast<Scalar>(scale);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const BlockGroup& group = groups_[g];
+    const Scalar s = static_cast<Scalar>(scale / group.copies);
     for (int c = 0; c < group.size; ++c) {
       Scalar* diagonal = values_.data() + first_value_[g] + PackedLower(c, c) * group.count;
-      ParallelFor(group.count, kGrain, [&](Index i) { diagonal[i] += s * d[group.Parameter(i, c)]; });
+      ParallelFor(group.count, kGrain, [&](Index i) {
+        for (int copy = 0; copy < group.copies; ++copy) diagonal[i] += s * d[group.Parameter(i, c, copy)];
+      });
     }
   }
 }
@@ -251,7 +258,9 @@ void BlockDiagonal<B>::Diagonal(typename B::View out) const {
     const BlockGroup& group = groups_[g];
     for (int c = 0; c < group.size; ++c) {
       const Scalar* diagonal = values_.data() + first_value_[g] + PackedLower(c, c) * group.count;
-      ParallelFor(group.count, kGrain, [&](Index i) { out[group.Parameter(i, c)] = diagonal[i]; });
+      ParallelFor(group.count, kGrain, [&](Index i) {
+        for (int copy = 0; copy < group.copies; ++copy) out[group.Parameter(i, c, copy)] = diagonal[i];
+      });
     }
   }
 }
@@ -266,9 +275,11 @@ void BlockDiagonal<B>::Apply(typename B::ConstView x, typename B::View y) const 
     ForEachLanes<Scalar>(group.count, packed + 2 * size, [&](Index first, int used, Lanes<Scalar>* scratch) {
       Lanes<Scalar>*a = scratch, *in = a + packed, *out = in + size;
       LoadBlocks(group, values_.data() + first_value_[g], first, used, a);
-      for (int c = 0; c < size; ++c) Gather(group, first, used, c, x.data(), in[c]);
-      MultiplyLanes(size, a, in, out);
-      for (int c = 0; c < size; ++c) Scatter(group, first, used, c, out[c], y.data());
+      for (int copy = 0; copy < group.copies; ++copy) {
+        for (int c = 0; c < size; ++c) Gather(group, first, used, c, copy, x.data(), in[c]);
+        MultiplyLanes(size, a, in, out);
+        for (int c = 0; c < size; ++c) Scatter(group, first, used, c, copy, out[c], y.data());
+      }
     });
   }
 }
@@ -308,9 +319,11 @@ void BlockDiagonal<B>::Solve(typename B::ConstView x, typename B::View y) const 
     ForEachLanes<Scalar>(group.count, packed + size, [&](Index first, int used, Lanes<Scalar>* scratch) {
       Lanes<Scalar>*a = scratch, *v = a + packed;
       LoadBlocks(group, values_.data() + first_value_[g], first, used, a);
-      for (int c = 0; c < size; ++c) Gather(group, first, used, c, x.data(), v[c]);
-      SolveLanes(size, a, v);
-      for (int c = 0; c < size; ++c) Scatter(group, first, used, c, v[c], y.data());
+      for (int copy = 0; copy < group.copies; ++copy) {
+        for (int c = 0; c < size; ++c) Gather(group, first, used, c, copy, x.data(), v[c]);
+        SolveLanes(size, a, v);
+        for (int c = 0; c < size; ++c) Scatter(group, first, used, c, copy, v[c], y.data());
+      }
     });
   }
 }

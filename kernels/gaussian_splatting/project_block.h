@@ -259,7 +259,7 @@ void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
 
 template <class V, class S, int Degree>
 void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
+               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks) {
   const Camera<S> camera = MakeCamera<S>(view);
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
@@ -309,6 +309,15 @@ void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begi
       for (int k = 0; k < ShCoefficients(Degree); ++k) {
         // Masked last: the basis of a lane that is not seen may be NaN.
         block.Add(sh_diagonal, 3 * k + c, Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
+      }
+    }
+    if (sh_blocks == nullptr) continue;
+    V weight(0);
+    for (int c = 0; c < 3; ++c) weight = weight + color.Masked(c, G[kColor + c][kColor + c]);
+    for (int row = 0; row < ShCoefficients(Degree); ++row) {
+      const V scaled = weight * color.basis[row] * V(static_cast<S>(1.0 / 3));
+      for (int col = 0; col <= row; ++col) {
+        block.Add(sh_blocks, row * (row + 1) / 2 + col, Select(seen, scaled * color.basis[col], V(0)));
       }
     }
   }

@@ -64,6 +64,13 @@ VESTA_HD inline T Square(const T& x) {
 VESTA_HD inline double MaskedExp2(bool mask, double x) { return mask ? std::exp2(x) : 0.0; }
 VESTA_HD inline float MaskedExp2(bool mask, float x) { return mask ? std::exp2(x) : 0.0f; }
 
+// a * b where mask is set, else 0.
+VESTA_HD inline double MaskedProduct(bool mask, double a, double b) { return mask ? a * b : 0.0; }
+VESTA_HD inline float MaskedProduct(bool mask, float a, float b) { return mask ? a * b : 0.0f; }
+
+// sqrt(x) where mask is set, else 0.
+VESTA_HD inline double MaskedSquareRoot(bool mask, double x) { return mask ? std::sqrt(x) : 0.0; }
+
 VESTA_HD inline double Reciprocal(double x) { return 1 / x; }
 VESTA_HD inline float Reciprocal(float x) { return 1 / x; }
 

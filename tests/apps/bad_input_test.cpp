@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include "problems/gaussian_splatting/io/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -111,6 +114,22 @@ TEST_F(BadScene, PlyMissingOrNone) {
   }
 }
 
+TEST_F(BadScene, PlyEmptyOrNotANumber) {
+  WriteTinyScene(scene_);
+  const std::string ply = folder_ / "model.ply";
+  gs::SplatModel model;
+  model.Resize(1, 3);
+  std::fill_n(model.attribute(splat::kQuaternion), 3, 1.0f);
+  model.attribute(splat::kOpacity)[1] = std::nanf("");
+  gs::WriteSplatPly(ply, model);
+  ExpectRefusal(RunProgram({"refine", ply, scene_, "--out=" + out_}), kFailed,
+                ply + ": 1 of 3 Gaussians have values that are not finite");
+  model.Resize(1, 0);
+  gs::WriteSplatPly(ply, model);
+  ExpectRefusal(RunProgram({"refine", ply, scene_, "--out=" + out_}), kFailed, ply + ": it holds no Gaussians");
+  EXPECT_FALSE(fs::exists(folder_ / "results"));
+}
+
 struct BadLine {
   std::vector<std::string> arguments;
   int status;
@@ -141,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"train", "a", "--rate_decay=nan"}, kUsage, "--rate_decay=nan: must be"},
         BadLine{{"train", "a", "--seed=-1"}, kUsage, "--seed=-1: must be a whole number, at least 0"},
         BadLine{{"train", "a", "--preset=slow"}, kUsage, "must be fast, balanced, best, paper or paper_code"},
-        BadLine{{"train", "a", "--jacobian=cache32"}, kUsage, "must be recompute"},
+        BadLine{{"train", "a", "--jacobian=cache64"}, kUsage, "must be recompute, cache32 or cache16"},
         BadLine{{"train", "a", "--background=0,0,2"}, kUsage, "must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0"}, kUsage, "must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0,0,0"}, kUsage, "must be three numbers from 0 to 1"},
