@@ -8,6 +8,7 @@
 
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
+#include "kernels/image/pixel_penalty.h"
 
 namespace vesta {
 
@@ -27,26 +28,47 @@ struct RowRange {
 // cache.
 constexpr Index ScratchStride(int width) { return 16 * ((4 * ((Index{width} + 63) / 64) + 2) | 1); }
 
-// Values of both losses; on request 1 - SSIM of each window and the slopes p, q, s of 1 - SSIM
-// (photometric_formula.h).
+// What the loss is made of.
+template <class S>
+struct LossTerms {
+  const S *rendered, *truth;
+  PenaltyCoefficients<S> penalty;
+  S l1, ssim;        // weights
+  double* row_sums;  // three for each row of each plane: sums of |e|, the pixel's penalty, 1 - SSIM
+};
+
+// The sums alone.
+template <class S>
+struct ValueArgs {
+  LossTerms<S> loss;
+};
+
+// Also the gradient, ssim * J^T 1 + l1 * derivative of the penalty, J the Jacobian of 1 - SSIM. What is null is not
+// wanted; the quadratic and the root want two images and four.
+template <class S>
+struct GradientArgs {
+  LossTerms<S> loss;
+  S* gradient;
+  // ssim * G s + l1 * curvature of the penalty, and the window curvature (photometric_formula.h).
+  S *diagonal = nullptr, *curvature = nullptr;
+  // The slopes p, q, s of 1 - SSIM, and the weight of its root.
+  S *p = nullptr, *q = nullptr, *s = nullptr, *weight = nullptr;
+};
+
+// The same with each score differentiated by its own pixel: J its own diagonal. diagonal (null: not wanted) =
+// ssim * J^2 * weight of the root + l1 * curvature of the penalty.
+template <class S>
+struct CenterArgs {
+  LossTerms<S> loss;
+  S *gradient, *diagonal;
+};
+
+// dissimilarity = 1 - SSIM of each window, and its slopes p, q, s.
 template <class S>
 struct WindowArgs {
   const S *rendered, *truth;
-  S floor;                                     // of the absolute value, > 0
-  double* row_sums;                            // three for each row of each plane: sums of |e|, floored |e|, 1 - SSIM
-  S* dissimilarity = nullptr;                  // null: not wanted
-  S *p = nullptr, *q = nullptr, *s = nullptr;  // all null: not wanted
-};
-
-// gradient = ssim * J^T 1 + l1 * slope of the floored absolute value, J the Jacobian of 1 - SSIM;
-// diagonal = ssim * G s + l1 * its curvature; curvature = the window curvature (photometric_formula.h).
-template <class S>
-struct GradientArgs {
-  const S *rendered, *truth;
-  S l1, ssim, floor;
-  double* row_sums;  // as in WindowArgs
-  S* gradient;
-  S *diagonal, *curvature;  // both null: not wanted
+  S* dissimilarity;
+  S *p, *q, *s;
 };
 
 // Jacobian of 1 - SSIM or its transpose: out = J in, or J^T in.
@@ -74,14 +96,28 @@ struct BlurAddArgs {
   S* out;
 };
 
+// out = ssim * J^T (weight o (J v)) + l1 * curvature of the penalty * v. Diagonal: the diagonal of that operator; v is
+// not looked at, and G2 must take the place of G (squared taps).
+template <class S>
+struct RootArgs {
+  LossTerms<S> loss;  // row_sums is not looked at
+  const S *p, *q, *s, *weight;
+  const S* v;
+  S* out;
+};
+
 template <class S>
 struct ImageKernels {
-  void (*windows)(const RowRange<S>&, const WindowArgs<S>&);
+  void (*value)(const RowRange<S>&, const ValueArgs<S>&);
   void (*gradient)(const RowRange<S>&, const GradientArgs<S>&);
+  void (*center)(const RowRange<S>&, const CenterArgs<S>&);
+  void (*windows)(const RowRange<S>&, const WindowArgs<S>&);
   void (*tangent)(const RowRange<S>&, const JacobianArgs<S>&);
   void (*adjoint)(const RowRange<S>&, const JacobianArgs<S>&);
   void (*curvature)(const RowRange<S>&, const CurvatureArgs<S>&);
   void (*blur_add)(const RowRange<S>&, const BlurAddArgs<S>&);
+  void (*root)(const RowRange<S>&, const RootArgs<S>&);
+  void (*root_diagonal)(const RowRange<S>&, const RootArgs<S>&);
 };
 
 // The kernels compiled for one instruction set, which the CPU must have. S is float or double.

@@ -85,22 +85,22 @@ VESTA_HD inline T SsimWindowCurvature(const SsimWindow<T>& w, const SsimSlopes<T
   return w.inverse_d1 + w.inverse_d1 - slopes.s;
 }
 
-// |e| with a floor: |e| where |e| >= floor, else the parabola (e^2/floor + floor)/2 that meets it with the same slope.
-// In both cases (e^2/m + m)/2 with m = max(|e|, floor), and derivative e/m, which is e/floor clamped to -1..1.
+// Gauss-Newton on r = sqrt(d), d = 1 - SSIM, makes J^T diag(w) J of J = d(d)/dx: r^2 has the curvature 2 (J/2r)^T
+// (J/2r). This is w = 1 / (2 d), with a floor under d at what a float resolves of it.
 template <class T>
-struct FlooredAbsolute {
-  T absolute, larger, slope, value;  // larger: m
+VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
+  const T floored = Max(dissimilarity, T(1e-6));
+  return Reciprocal(floored + floored);
+}
 
-  // floor > 0.
-  VESTA_HD FlooredAbsolute(const T& e, const T& floor, const T& inverse_floor) {
-    absolute = Max(e, -e);
-    larger = Max(absolute, floor);
-    slope = Clamp(e * inverse_floor, T(-1), T(1));
-    value = T(0.5) * Fma(e, slope, larger);
-  }
-  // The reweighted quadratic's, 1/m; at most 1e30.
-  VESTA_HD T Curvature() const { return Reciprocal(Max(larger, T(1e-30))); }
-};
+// The diagonal of J^T diag(w) J at a pixel, from G2 f for f = w p^2, w q^2, w s^2, w p q, w p s, w q s, G2 the window
+// with its weights squared. Not negative.
+template <class T>
+VESTA_HD inline T SsimRootDiagonal(const T& x, const T& e, const T& pp, const T& qq, const T& ss, const T& pq,
+                                   const T& ps, const T& qs) {
+  const T mixed = Fma(x, pq, Fma(e, ps, x * e * qs));
+  return Max(Fma(x * x, qq, Fma(e * e, ss, pp)) + (mixed + mixed), T(0));
+}
 
 }  // namespace VESTA_ISA
 }  // namespace vesta

@@ -1,16 +1,20 @@
 #include "kernels/image/photometric_loss.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "kernels/core/check.h"
 
 namespace vesta {
 namespace {
 
 template <class S>
-void ResizeIfNeeded(HostBuffer<S>& buffer, Index size) {
-  if (buffer.size() != size) buffer.Resize(size);
+std::unique_ptr<SsimStrategy<S>> MakeSsimStrategy(SsimLinearization kind) {
+  switch (kind) {
+    case SsimLinearization::kRoot:
+      return MakeRootSsim<S>();
+    case SsimLinearization::kRootCenter:
+      return MakeRootCenterSsim<S>();
+    default:
+      return MakeQuadraticSsim<S>();
+  }
 }
 
 }  // namespace
@@ -18,20 +22,30 @@ void ResizeIfNeeded(HostBuffer<S>& buffer, Index size) {
 template <class S>
 PhotometricLoss<S>::PhotometricLoss(const PhotometricWeights& weights, Isa isa)
     : weights_(weights),
-      // The smallest normal number stands for no floor: e / max(|e|, floor) is then sign(e), and 0 at 0.
-      floor_(std::max(static_cast<S>(weights.l1_floor), std::numeric_limits<S>::min())),
+      penalty_(PenaltyCoefficientsOf<S>(weights)),
+      ssim_(MakeSsimStrategy<S>(weights.structure)),
       bands_(isa) {
   VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
               weights.l1, weights.ssim, weights.l1_floor);
+  VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
 }
 
 template <class S>
 void PhotometricLoss<S>::Resize(const ImageShape& shape) {
   bands_.Resize(shape);
-  ResizeIfNeeded(row_sums_, 3 * ImageShape::kChannels * static_cast<Index>(shape.height));
+  row_sums_.ResizeForOverwrite(3 * ImageShape::kChannels * static_cast<Index>(shape.height));
 }
 
-// gradient null: values alone; linearization null: no W.
+template <class S>
+LossTerms<S> PhotometricLoss<S>::Terms(const S* rendered, const S* truth) {
+  return {.rendered = rendered,
+          .truth = truth,
+          .penalty = penalty_,
+          .l1 = static_cast<S>(weights_.l1),
+          .ssim = static_cast<S>(weights_.ssim),
+          .row_sums = row_sums_.data()};
+}
+
 template <class S>
 PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, const ImageShape& shape, S* gradient,
                                          Linearization* linearization) {
@@ -39,29 +53,19 @@ PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, co
   VESTA_CHECK(rendered.size() == n && truth.size() == n, "rendered {}, truth {} values, want {}", rendered.size(),
               truth.size(), n);
   Resize(shape);
+  const LossTerms<S> loss = Terms(rendered.data(), truth.data());
   if (gradient == nullptr) {
-    bands_.Run(&ImageKernels<S>::windows,
-               WindowArgs<S>{
-                   .rendered = rendered.data(), .truth = truth.data(), .floor = floor_, .row_sums = row_sums_.data()});
+    bands_.Run(&ImageKernels<S>::value, ValueArgs<S>{loss});
   } else {
-    bands_.Run(&ImageKernels<S>::gradient,
-               GradientArgs<S>{.rendered = rendered.data(),
-                               .truth = truth.data(),
-                               .l1 = static_cast<S>(weights_.l1),
-                               .ssim = static_cast<S>(weights_.ssim),
-                               .floor = floor_,
-                               .row_sums = row_sums_.data(),
-                               .gradient = gradient,
-                               .diagonal = linearization != nullptr ? linearization->diagonal.data() : nullptr,
-                               .curvature = linearization != nullptr ? linearization->curvature.data() : nullptr});
+    ssim_->Gradient(bands_, loss, gradient, linearization);
   }
   PhotometricValue value;
   for (Index i = 0; i < row_sums_.size(); i += 3) {
     value.absolute += row_sums_[i];
-    value.floored += row_sums_[i + 1];
+    value.pixelwise += row_sums_[i + 1];
     value.dissimilarity += row_sums_[i + 2];
   }
-  value.cost = weights_.l1 * value.floored + weights_.ssim * value.dissimilarity;
+  value.cost = weights_.l1 * value.pixelwise + weights_.ssim * value.dissimilarity;
   value.objective = weights_.l1 * value.absolute + weights_.ssim * value.dissimilarity;
   return value;
 }
@@ -83,8 +87,7 @@ PhotometricValue PhotometricLoss<S>::Linearize(ConstView rendered, ConstView tru
                                                View gradient, Linearization& linearization) {
   VESTA_CHECK(gradient.size() == shape.NumValues(), "gradient {} values, want {}", gradient.size(), shape.NumValues());
   linearization.shape = shape;
-  ResizeIfNeeded(linearization.diagonal, shape.NumValues());
-  ResizeIfNeeded(linearization.curvature, shape.NumValues());
+  linearization.diagonal.ResizeForOverwrite(shape.NumValues());
   return Run(rendered, truth, shape, gradient.data(), &linearization);
 }
 
@@ -94,11 +97,7 @@ void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstView v,
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);
   Resize(shape);
-  bands_.Run(&ImageKernels<S>::curvature, CurvatureArgs<S>{.v = v.data(),
-                                                           .c = linearization.curvature.data(),
-                                                           .d = linearization.diagonal.data(),
-                                                           .scale = static_cast<S>(weights_.ssim),
-                                                           .out = out.data()});
+  ssim_->ApplyW(bands_, Terms(nullptr, nullptr), linearization, v.data(), out.data());
 }
 
 template <class S>
@@ -107,10 +106,7 @@ void PhotometricLoss<S>::ExactDiagonal(const Linearization& linearization, View 
   const Index n = shape.NumValues();
   VESTA_CHECK(out.size() == n, "out {} values, want {}", out.size(), n);
   Resize(shape);
-  bands_.RunSquared(&ImageKernels<S>::blur_add, BlurAddArgs<S>{.in = linearization.curvature.data(),
-                                                               .d = linearization.diagonal.data(),
-                                                               .scale = static_cast<S>(weights_.ssim),
-                                                               .out = out.data()});
+  ssim_->ExactDiagonal(bands_, Terms(nullptr, nullptr), linearization, out.data());
 }
 
 template class PhotometricLoss<float>;

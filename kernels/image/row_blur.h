@@ -56,7 +56,7 @@ class WindowBlur {
  public:
   using V = xsimd::batch<S>;
   // Rows made together: as many sums as registers hold.
-  static constexpr int kRows = N == 1 || sizeof(V) == 64 ? 4 : 2;
+  static constexpr int kRows = N == 1 || (N <= 4 && sizeof(V) == 64) ? 4 : 2;
 
   WindowBlur(const RowRange<S>& rows, ScratchRows<S>& scratch)
       : width_(rows.width),
@@ -95,7 +95,7 @@ class WindowBlur {
   static constexpr int kInputRows = kRows + 2 * kWindowRadius;
   // Vectors made together along a row: enough independent sums to hide the latency of a fused multiply-add, and of what
   // follows the blur.
-  static constexpr int kVectorsAlong = N == 1 || sizeof(V) == 64 ? 4 : 1;
+  static constexpr int kVectorsAlong = N == 1 || (N <= 4 && sizeof(V) == 64) ? 4 : 1;
 
   // First half, down the columns; rows from `end` on count as zero.
   template <class Derive>

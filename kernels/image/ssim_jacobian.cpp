@@ -18,14 +18,10 @@ void SsimJacobian<S>::Linearize(ConstView rendered, ConstView truth, const Image
   VESTA_CHECK(rendered.size() == n && truth.size() == n && dissimilarity.size() == n,
               "rendered {}, truth {}, out {} values, want {}", rendered.size(), truth.size(), dissimilarity.size(), n);
   slopes_.Resize(n);
-  const Index num_sums = 3 * ImageShape::kChannels * static_cast<Index>(shape.height);
-  if (row_sums_.size() != num_sums) row_sums_.Resize(num_sums);
   rendered_ = rendered;
   truth_ = truth;
   bands_.Run(&ImageKernels<S>::windows, WindowArgs<S>{.rendered = rendered.data(),
                                                       .truth = truth.data(),
-                                                      .floor = S(1),
-                                                      .row_sums = row_sums_.data(),
                                                       .dissimilarity = dissimilarity.data(),
                                                       .p = slopes_.p.data(),
                                                       .q = slopes_.q.data(),
