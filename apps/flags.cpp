@@ -36,6 +36,7 @@ DEFINE_double(max_lambda, 0, "most damping");
 DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
+DEFINE_double(memory_budget, 0, "GiB that the program may take, foreseen before they are used; 0: no limit");
 DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
 DEFINE_string(batch_choice, "", "how views are dealt to parts: in order, by chance, or alike ones apart");
 DEFINE_string(preconditioner_damping, "", "damping within the preconditioner: lambda, none, or one");
@@ -120,6 +121,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"rates_damping", kLm, Range{1e-30, 1e30}},
       {"l1_floor", kLm, Range{1e-6, 1}},
       {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16"}}},
+      {"memory_budget", kLm, Range{0, 1e6}},
       {"residual_sampling", kLm, Range{1e-3, 1}},
       {"sample_gradient", kLm, Switch{}},
       {"step_limit", kLm, Choice{{"none", "caps", "hellinger"}}},

@@ -70,6 +70,7 @@ gs::TrainOptions TrainOptionsFromFlags() {
   OverrideLm(&options.lm);
   Override("sh_degree", FLAGS_sh_degree, &options.sh_degree);
   Override("seed", FLAGS_seed, &options.seed);
+  Override("memory_budget", FLAGS_memory_budget, &options.memory.budget_gib);
   Override("time_limit", FLAGS_time_limit, &options.time_limit);
   gs::ValidateOptions(options);
   return options;

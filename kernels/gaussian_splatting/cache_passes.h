@@ -9,7 +9,7 @@
 #include <algorithm>
 
 #include "kernels/gaussian_splatting/cache_kernels.h"
-#include "kernels/gaussian_splatting/traverse.h"
+#include "kernels/gaussian_splatting/traverse_splats.h"
 #include "kernels/math/packed_lanes.h"
 
 namespace vesta::splat {
@@ -59,7 +59,7 @@ struct MaskPass {
   struct State {
     TileMask mask;
   };
-  State Begin(std::uint32_t, const Splat<S>&) const { return {}; }
+  State Begin(const Splat<S>&) const { return {}; }
   void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
     state.mask.rows[offset / kTileSize] |=
         static_cast<std::uint16_t>(L::Bits(blend.alpha > V(0)) << (offset % kTileSize));
@@ -79,9 +79,7 @@ struct EntryPass {
   struct State {
     V c[3];
   };
-  State Begin(std::uint32_t, const Splat<S>& splat) const {
-    return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}};
-  }
+  State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}}; }
   void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
     constexpr S kWeight = static_cast<S>(EntryScale<E>::kWeight), kContrast = static_cast<S>(EntryScale<E>::kContrast);
     L::Store(values[0] + offset, V(kWeight) * blend.weight);
@@ -115,32 +113,29 @@ struct RowPlaces {
 
   RowPlaces(const Splat<S>& splat, const TileWindow& window) {
     using L = Lanes<V>;
-    const V u(splat.u - (static_cast<S>(window.x0) + S(0.5))), s(splat.s), beta(splat.beta), r(splat.r);
-    const S v = splat.v - (static_cast<S>(window.y0) + S(0.5));
+    const V u(splat.u - (static_cast<S>(window.x0) + S(0.5))), v(splat.v - (static_cast<S>(window.y0) + S(0.5)));
     for (int row = 0; row < kTileSize; row += L::kWidth) {
-      const V dy = L::Iota() + V(static_cast<S>(row) - v);
-      L::Store(q + row, s * dy);
-      L::Store(p0 + row, -((u - beta * dy) * r));
+      const RowPlace<V> place(u, v, V(splat.r), V(splat.s), V(splat.beta), L::Iota() + V(static_cast<S>(row)));
+      L::Store(q + row, place.q);
+      L::Store(p0 + row, place.p0);
     }
   }
 };
 
 template <class V, class S>
 void MasksOfTile(const TileLists<S>& lists, int tile, TileMask* masks) {
-  alignas(64) S transmittance[kTilePixels];
   MaskPass<V, S> pass{masks};
-  TraverseTile<V>(lists, tile, pass, transmittance);
+  TraverseSplats<V>(lists, tile, pass);
 }
 
 template <class V, class S, class E>
 void FillTile(const TileLists<S>& lists, const CacheLists& cache, int tile, const S* image, void* entries) {
-  alignas(64) S transmittance[kTilePixels];
   EntryPass<V, S, E> pass;
   pass.cache = cache;
   pass.entries = static_cast<E*>(entries);
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
-  for (int k = 0; k < 3; ++k) LoadPlane(lists, WindowOf(lists, tile), image + k * plane, pass.behind[k]);
-  TraverseTile<V>(lists, tile, pass, transmittance);
+  for (int k = 0; k < 3; ++k) LoadPlane<V>(lists, WindowOf(lists, tile), image + k * plane, pass.behind[k]);
+  TraverseSplats<V>(lists, tile, pass);
 }
 
 template <class V, class S, class E>
@@ -184,14 +179,14 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
     });
   }
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
-  for (int c = 0; c < 3; ++c) StorePlane(lists, window, d_color[c], d_image + c * plane);
+  for (int c = 0; c < 3; ++c) StorePlane<V>(lists, window, d_color[c], d_image + c * plane);
 }
 
 template <class V, class S>
 void ToTile(const TileLists<S>& lists, int tile, const S* u, S* u_tiles) {
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   S* to = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
-  for (int k = 0; k < 3; ++k) LoadPlane(lists, WindowOf(lists, tile), u + k * plane, to + k * kTilePixels);
+  for (int k = 0; k < 3; ++k) LoadPlane<V>(lists, WindowOf(lists, tile), u + k * plane, to + k * kTilePixels);
 }
 
 template <class V, class S, class E>

@@ -100,7 +100,7 @@ vesta::LmOptions EngineOptions(const LmOptions& lm) {
 
 }  // namespace
 
-std::string RunLmStage(TrainingSession& session, SplatModel& model) {
+std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
   const LmOptions& lm = session.options().lm;
   const double near = NearPlane(session.scene());
   std::vector<TargetView<float>> targets;
@@ -111,7 +111,9 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model) {
   }
   SplatProblem<float> problem(ProblemOptions(session, model), std::move(targets));
   CpuBackend<float> backend;
-  LmStepper<CpuBackend<float>> stepper(EngineOptions(lm), backend, problem,
+  vesta::LmOptions engine = EngineOptions(lm);
+  engine.hold_batches = hold_batches;
+  LmStepper<CpuBackend<float>> stepper(engine, backend, problem,
                                        {model.data.data(), static_cast<Index>(model.data.size())});
   session.Record(Stage::kLm, 0, ToKernelModel(model));
   while (!stepper.done() && !session.ShouldStop()) {

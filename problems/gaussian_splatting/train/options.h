@@ -88,7 +88,13 @@ struct LmOptions {
   double min_diagonal = 0, max_diagonal = 0;
 };
 
+struct MemoryOptions {
+  double budget_gib = 0;  // of the process; 0: none
+  double before_mib = 0;  // what the process holds without the model: program, images
+};
+
 struct TrainOptions {
+  MemoryOptions memory;
   AdamOptions adam;
   DensityOptions density;
   LmOptions lm;

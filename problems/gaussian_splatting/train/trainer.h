@@ -42,7 +42,15 @@ struct TrainCallbacks {
   std::function<bool()> stop;
 };
 
+// What was foreseen and chosen (memory_plan.h).
+struct MemoryReport {
+  double predicted_mib = 0;  // most that the process would hold, from the model that LM started from
+  std::string jacobian = "recompute";
+  int batches = 1;
+};
+
 struct TrainResult {
+  MemoryReport memory;
   SplatModel model;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
