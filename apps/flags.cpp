@@ -49,6 +49,12 @@ DEFINE_string(step_limit, "", "limit on the step of each parameter: caps by clas
 DEFINE_double(step_limit_size, 1, "factor on the caps, or the squared Hellinger distance allowed");
 DEFINE_double(min_diagonal, 0, "least diag(JtJ) in the damping; 0: a millionth of the median");
 DEFINE_double(max_diagonal, 0, "most diag(JtJ) in the damping; 0: no limit");
+DEFINE_string(loss_linearization, "", "LM's |error|: reweighted, as the square of its root, or Huber's, or its square");
+DEFINE_double(huber_threshold, 0, "errors up to this count as squares with Huber's");
+DEFINE_string(ssim_linearization, "", "LM's SSIM: a reweighted quadratic, or Gauss-Newton on the root of 1 - SSIM");
+DEFINE_string(ssim_jacobian, "", "derivative of each window with the root: exact, or by its centre pixel alone");
+DEFINE_double(l1_weight, 0, "weight of LM's |error|");
+DEFINE_double(ssim_weight, 0, "weight of LM's 1 - SSIM");
 
 DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default: the .ply's, else 0,0,0)");
 DEFINE_int32(downscale, 1, "divide the images' width and height by this");
@@ -124,6 +130,12 @@ const std::vector<FlagRule>& FlagRules() {
       {"step_limit_size", kLm, Range{1e-12, 1e6}},
       {"min_diagonal", kLm, Range{0, 1e30}},
       {"max_diagonal", kLm, Range{0, 1e30}},
+      {"loss_linearization", kLm, Choice{{"irls", "sqrt", "huber", "l2"}}},
+      {"huber_threshold", kLm, Range{1e-6, 1e6}},
+      {"ssim_linearization", kLm, Choice{{"quadratic", "root"}}},
+      {"ssim_jacobian", kLm, Choice{{"exact", "center"}}},
+      {"l1_weight", kLm, Range{0, 1e6}},
+      {"ssim_weight", kLm, Range{0, 1e6}},
       {"background", kAll, Color{}},
       {"downscale", kAll, Range{1, 64}},
       {"seed", kLm, Range{0, 18446744073709551615.0}},

@@ -21,6 +21,8 @@ DECLARE_int32(batch_size); DECLARE_string(batch_choice); DECLARE_string(precondi
 DECLARE_string(pcg_start); DECLARE_double(pcg_tolerance); DECLARE_double(residual_sampling);
 DECLARE_bool(sample_gradient); DECLARE_string(step_limit); DECLARE_double(step_limit_size);
 DECLARE_double(memory_budget); DECLARE_double(min_diagonal); DECLARE_double(max_diagonal);
+DECLARE_string(loss_linearization); DECLARE_double(huber_threshold); DECLARE_string(ssim_linearization);
+DECLARE_string(ssim_jacobian); DECLARE_double(l1_weight); DECLARE_double(ssim_weight);
 DECLARE_string(background); DECLARE_int32(downscale); DECLARE_uint64(seed); DECLARE_int32(threads);
 DECLARE_double(time_limit); DECLARE_string(device); DECLARE_bool(log_lm); DECLARE_string(loss);
 DECLARE_double(loss_scale);

@@ -55,6 +55,12 @@ void OverrideLm(gs::LmOptions* lm) {
   Override("rates_damping", FLAGS_rates_damping, &lm->rates_damping);
   Override("position_damping", FLAGS_position_damping, &lm->position_damping);
   Override("l1_floor", FLAGS_l1_floor, &lm->l1_floor);
+  Override("loss_linearization", FLAGS_loss_linearization, &lm->loss_linearization);
+  Override("huber_threshold", FLAGS_huber_threshold, &lm->huber_threshold);
+  Override("ssim_linearization", FLAGS_ssim_linearization, &lm->ssim_linearization);
+  Override("ssim_jacobian", FLAGS_ssim_jacobian, &lm->ssim_jacobian);
+  Override("l1_weight", FLAGS_l1_weight, &lm->l1_weight);
+  Override("ssim_weight", FLAGS_ssim_weight, &lm->ssim_weight);
 }
 
 }  // namespace

@@ -21,13 +21,28 @@ T ValueOf(const std::string& name, std::initializer_list<std::pair<const char*, 
   return otherwise;
 }
 
+PhotometricWeights LossOf(const LmOptions& lm) {
+  const SsimLinearization root =
+      lm.ssim_jacobian == "center" ? SsimLinearization::kRootCenter : SsimLinearization::kRoot;
+  return {
+      .l1 = lm.l1_weight,
+      .ssim = lm.ssim_weight,
+      .l1_floor = lm.l1_floor,
+      .pixel = ValueOf(
+          lm.loss_linearization,
+          {{"sqrt", PixelLinearization::kSqrt}, {"huber", PixelLinearization::kHuber}, {"l2", PixelLinearization::kL2}},
+          PixelLinearization::kIrls),
+      .huber_threshold = lm.huber_threshold,
+      .structure = lm.ssim_linearization == "root" ? root : SsimLinearization::kQuadratic};
+}
+
 SplatProblemOptions ProblemOptions(const TrainingSession& session, const SplatModel& model) {
   const TrainOptions& options = session.options();
   SplatProblemOptions result;
   result.sh_degree = model.sh_degree;
   result.count = model.count;
   result.background = options.background;
-  result.weights.l1_floor = options.lm.l1_floor;
+  result.weights = LossOf(options.lm);
   result.batches = {
       options.lm.batches, options.lm.batch_size,
       ValueOf(options.lm.batch_choice, {{"random", BatchChoice::kRandom}, {"clustered", BatchChoice::kClustered}},

@@ -5,9 +5,11 @@
 #include <limits>
 
 #include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/jacobian_cache.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/view.h"
+#include "kernels/image/image_kernels.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/train/metrics.h"
 #include "solver/line_search.h"
@@ -51,12 +53,22 @@ double SumBytes(const ViewCounts& view, std::size_t record) {
   return (view.splats + view.pairs) * static_cast<double>(record);
 }
 
-// PhotometricLoss<float>: three slopes and a blurred plane, and eight rows of every sixteen to work in.
-double LossBytes(const ViewCounts& view) { return (4 + 0.5) * kFloat * view.pixels; }
+// What PhotometricLoss<float> works in, all its objects together: scratch rows for each thread (an image is taken to be
+// up to twice as wide as high).
+double LossBytes(const ViewCounts& view) {
+  const auto width = static_cast<int>(std::sqrt(2 * view.pixels));
+  return kFloat * NumThreads() * static_cast<double>(RowRange<float>::kScratchRows * ScratchStride(width));
+}
+
+// Images that a PhotometricLinearization<float> holds.
+int LossImages(const LmOptions& lm) {
+  if (lm.ssim_linearization != "root") return 2;
+  return lm.ssim_jacobian == "center" ? 1 : 5;
+}
 
 // What an evaluation needs while a stage is under way: a renderer, its image, and the meters.
 double EvaluationBytes(const ViewCounts& view, Index gaussians) {
-  return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians) + 3 * kImage * view.pixels + 2 * LossBytes(view);
+  return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians) + 3 * kImage * view.pixels + LossBytes(view);
 }
 
 double CacheBytes(const ViewCounts& view, const std::string& jacobian) {
@@ -89,9 +101,9 @@ double SystemBytes(const MemoryScene& scene, const LmOptions& lm) {
   return (blocks == 0 ? 7 : 5) * VectorBytes(scene) + 2 * kFloat * blocks;
 }
 
-double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const std::string& jacobian) {
-  // The image, and the two of its loss (PhotometricLinearization).
-  return ViewBytes(view, gaussians) + 3 * kImage * view.pixels + CacheBytes(view, jacobian);
+double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const LmOptions& lm) {
+  // The image, and those of its loss.
+  return ViewBytes(view, gaussians) + (1 + LossImages(lm)) * kImage * view.pixels + CacheBytes(view, lm.jacobian);
 }
 
 // What is left of the budget for the model and the stages.
@@ -157,14 +169,14 @@ double AdamBytes(const MemoryScene& scene, bool density) {
   // The model, its gradient and two moments; while Gaussians are rearranged one vector is there twice.
   return (density ? 5 : 4) * VectorBytes(scene) + (density ? 2 * kFloat * static_cast<double>(n) : 0) +
          ViewBytes(most, n) + ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
-         2 * kImage * most.pixels + LossBytes(most) + EvaluationBytes(most, n);
+         2 * kImage * most.pixels + EvaluationBytes(most, n);
 }
 
 double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
   const ViewCounts most = Largest(scene.views);
   const Index n = scene.gaussians;
   double views_bytes = 0;
-  for (const ViewCounts& view : scene.views) views_bytes += LinearizedViewBytes(view, n, lm.jacobian);
+  for (const ViewCounts& view : scene.views) views_bytes += LinearizedViewBytes(view, n, lm);
   const auto views = static_cast<double>(scene.views.size());
   const double batches = std::clamp<double>(lm.batches, 1, std::max(views, 1.0));
   // Views in each batch, up to one more in some than in others.
@@ -179,7 +191,7 @@ double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches)
                      SumBytes(most, sizeof(splat::SplatGram<float>));
   if (lm.jacobian != "recompute") workspace += kImage * splat::kTileSize * splat::kTileSize * most.tiles;
   // The view and image of the cost.
-  const double cost = ViewBytes(most, n) + kImage * most.pixels + LossBytes(most);
+  const double cost = ViewBytes(most, n) + kImage * most.pixels;
   return batch_bytes + vectors * VectorBytes(scene) + workspace + cost + EvaluationBytes(most, n);
 }
 

@@ -68,6 +68,13 @@ TrainOptions PresetOptions(const std::string& name) {
                   .max_lambda = 1e4,
                   .min_diagonal = code ? 2.0 : 0.0,
                   .max_diagonal = code ? 2e6 : 0.0};
+    options.lm.ssim_linearization = "root";
+    options.lm.ssim_jacobian = "center";
+    options.lm.loss_linearization = code ? "huber" : "sqrt";
+    if (code) {
+      options.lm.l1_weight = 1;
+      options.lm.ssim_weight = 0.25;
+    }
     return options;
   }
   Fail("--preset={}: it must be one of fast, balanced, best, paper, paper_code", name);
@@ -94,6 +101,15 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--residual_sampling", options.lm.residual_sampling, 1e-3, 1);
   CheckName("--step_limit", options.lm.step_limit, {"none", "caps", "hellinger"});
   CheckRange("--step_limit_size", options.lm.step_limit_size, 1e-12, 1e6);
+  CheckName("--loss_linearization", options.lm.loss_linearization, {"irls", "sqrt", "huber", "l2"});
+  CheckRange("--huber_threshold", options.lm.huber_threshold, 1e-6, 1e6);
+  CheckName("--ssim_linearization", options.lm.ssim_linearization, {"quadratic", "root"});
+  CheckName("--ssim_jacobian", options.lm.ssim_jacobian, {"exact", "center"});
+  if (options.lm.ssim_jacobian == "center" && options.lm.ssim_linearization != "root") {
+    Fail("--ssim_jacobian=center needs --ssim_linearization=root: the quadratic has exact derivatives only");
+  }
+  CheckRange("--l1_weight", options.lm.l1_weight, 0, 1e6);
+  CheckRange("--ssim_weight", options.lm.ssim_weight, 0, 1e6);
   CheckName("--step_control", options.lm.step_control, {"soft", "ceres", "nielsen", "v1", "v2", "code"});
   CheckRange("--min_lambda", options.lm.min_lambda, 0, options.lm.initial_lambda);
   CheckRange("--max_lambda", options.lm.max_lambda, options.lm.initial_lambda, 1e300);

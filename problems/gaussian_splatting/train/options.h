@@ -79,6 +79,12 @@ struct LmOptions {
   double rates_damping = 0.3;   // tau of the damping metric
   double position_damping = 1;  // factor on it for the means
   double l1_floor = 0.01;      // epsilon of the reweighted L1
+  // The cost and its quadratic: kernels/image/loss_options.h.
+  std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
+  double huber_threshold = 0.1;                  // of huber
+  std::string ssim_linearization = "quadratic";  // quadratic | root
+  std::string ssim_jacobian = "exact";           // exact | center: with root
+  double l1_weight = 0.8, ssim_weight = 0.2;
   // Range of diag(JtJ) in the damping metric "diag"; 0: at least 1e-6 of the median of the same parameter, no upper
   // end.
   double min_diagonal = 0, max_diagonal = 0;

@@ -53,6 +53,17 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
     EXPECT_EQ(options.lm.max_lambda, 1e4);
   }
   const LmOptions paper = PresetOptions("paper").lm, code = PresetOptions("paper_code").lm;
+  for (const LmOptions& lm : {paper, code}) {
+    EXPECT_EQ(lm.ssim_linearization, "root");
+    EXPECT_EQ(lm.ssim_jacobian, "center");
+  }
+  EXPECT_EQ(paper.loss_linearization, "sqrt");
+  EXPECT_EQ(paper.l1_weight, 0.8);
+  EXPECT_EQ(paper.ssim_weight, 0.2);
+  EXPECT_EQ(code.loss_linearization, "huber");
+  EXPECT_EQ(code.huber_threshold, 0.1);
+  EXPECT_EQ(code.l1_weight, 1);
+  EXPECT_EQ(code.ssim_weight, 0.25);
   EXPECT_EQ(paper.step_control, "v2");
   EXPECT_EQ(code.step_control, "code");
   EXPECT_EQ(paper.pcg_tolerance, 1e-2);
@@ -60,6 +71,14 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
   EXPECT_EQ(paper.preconditioner_damping, "none");
   EXPECT_EQ(code.preconditioner_damping, "one");
   EXPECT_EQ(code.max_diagonal, 1e6 * code.min_diagonal);
+}
+
+TEST(TrainOptions, CenterPixelsGoWithTheRoot) {
+  TrainOptions options;
+  options.lm.ssim_jacobian = "center";
+  EXPECT_THAT(MessageOf([&] { ValidateOptions(options); }), HasSubstr("needs --ssim_linearization=root"));
+  options.lm.ssim_linearization = "root";
+  EXPECT_EQ(MessageOf([&] { ValidateOptions(options); }), "no error");
 }
 
 TEST(TrainOptions, RefusesAnUnknownPreset) {

@@ -36,6 +36,12 @@ const Variant kVariants[] = {
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kClustered, 3};
      }},
+    {"root", [](SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRoot; }},
+    {"paper_code",
+     [](SplatProblemOptions& o) {
+       o.weights = {
+           .l1 = 1, .ssim = 0.25, .pixel = PixelLinearization::kHuber, .structure = SsimLinearization::kRootCenter};
+     }},
     {"sampled", [](SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
     {"sampled_cache", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = JacobianKind::kCache16; }},
     {"sampled_gradient", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
