@@ -91,13 +91,14 @@ template <class V, class S, class Pass>
   // What passes the splats so far, 0 where the pixel is closed; transmittance[] keeps what passed when it closed.
   alignas(64) S ahead[kTilePixels];
   std::uint32_t open[kVectors] = {};  // bit y: a pixel of row y is open
+  const std::uint32_t looked_at = lists.rows == nullptr ? 0xffffU : lists.rows[tile];
   for (int y = 0; y < kTileSize; ++y) {
     for (int x = 0; x < kTileSize; ++x) {
       ahead[y * kTileSize + x] = x < window.width && y < window.height ? S(1) : S(0);
       transmittance[y * kTileSize + x] = S(0);
     }
     for (int k = 0; k < kVectors; ++k) {
-      if (y < window.height && k * L::kWidth < window.width) open[k] |= 1U << y;
+      if (y < window.height && k * L::kWidth < window.width) open[k] |= looked_at & 1U << y;
     }
   }
   const V iota = L::Iota();

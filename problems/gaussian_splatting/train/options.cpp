@@ -89,6 +89,7 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--pcg_tolerance", options.lm.pcg_tolerance, 0, 1);
   CheckName("--jacobian", options.lm.jacobian, {"recompute", "cache32", "cache16"});
   CheckRange("--residual_sampling", options.lm.residual_sampling, 1e-3, 1);
+  CheckName("--sampling_unit", options.lm.sampling_unit, {"rows", "tiles"});
   CheckName("--step_limit", options.lm.step_limit, {"none", "caps", "hellinger"});
   CheckRange("--step_limit_size", options.lm.step_limit_size, 1e-12, 1e6);
   CheckName("--step_control", options.lm.step_control, {"soft", "ceres", "nielsen", "v1", "v2", "code"});

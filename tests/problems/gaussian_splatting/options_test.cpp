@@ -92,6 +92,7 @@ TEST(TrainOptions, EachOptionOutOfRangeIsNamedInOneLine) {
       {"--jacobian", [](TrainOptions& o) { o.lm.jacobian = "cache"; }},
       {"--residual_sampling", [](TrainOptions& o) { o.lm.residual_sampling = 0; }},
       {"--residual_sampling", [](TrainOptions& o) { o.lm.residual_sampling = 1.1; }},
+      {"--sampling_unit", [](TrainOptions& o) { o.lm.sampling_unit = "pixels"; }},
       {"--step_limit", [](TrainOptions& o) { o.lm.step_limit = "ball"; }},
       {"--step_limit_size", [](TrainOptions& o) { o.lm.step_limit_size = 0; }},
       {"--min_lambda", [](TrainOptions& o) { o.lm.min_lambda = 2 * o.lm.initial_lambda; }},
