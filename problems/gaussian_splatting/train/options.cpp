@@ -41,8 +41,8 @@ TrainOptions PresetOptions(const std::string& name) {
   if (name == "paper" || name == "paper_code") {
     // 3DGS-LM (Höllein et al. 2025): 20,000 iterations as INRIA's, densification until 15,000, then 5 LM iterations of
     // 8 PCG iterations on up to 4 batches of 25 images, merged, with a line search on 30 % of the images. The released
-    // code damps with diag(JtJ) clamped to [1, 1e6] and adds the same, undamped, to its preconditioner; its JtJ is half
-    // of ours, whose cost lacks the factor 1/2. What is not reproduced: docs/results/2026-11-21-lm-options.md.
+    // code damps with D = diag(JtJ) clamped to [1, 1e6] and preconditions by the inverse of diag(JtJ) + D; its JtJ is
+    // half of ours, whose cost lacks the factor 1/2. What differs, and why: docs/results/2026-11-21-lm-options.md.
     const bool code = name == "paper_code";
     options.adam = {.iterations = 20000, .rate_factor = 1, .rate_decay = 1, .sh_band_every = 0.05};
     options.density.gradient_threshold = 2e-4;
@@ -57,7 +57,7 @@ TrainOptions PresetOptions(const std::string& name) {
                   .merge_batches = true,
                   .damping = "diag",
                   .preconditioner = "jacobi",
-                  .preconditioner_damping = code ? "one" : "none",
+                  .preconditioner_damping = "one",
                   .pcg_start = "preconditioned",
                   .pcg_tolerance = code ? 5e-2 : 1e-2,
                   .step_control = code ? "code" : "v2",
@@ -65,7 +65,7 @@ TrainOptions PresetOptions(const std::string& name) {
                   .initial_lambda = 1,
                   .min_lambda = 1e-4,
                   .max_lambda = 1e4,
-                  .min_diagonal = code ? 2.0 : 0.0,
+                  .min_diagonal = 2,
                   .max_diagonal = code ? 2e6 : 0.0};
     return options;
   }
