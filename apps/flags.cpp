@@ -43,8 +43,9 @@ DEFINE_string(batch_choice, "", "how views are dealt to parts: in order, by chan
 DEFINE_string(preconditioner_damping, "", "damping within the preconditioner: lambda, none, or one");
 DEFINE_string(pcg_start, "", "where conjugate gradients start: at zero, or at the preconditioned gradient");
 DEFINE_double(pcg_tolerance, 0, "residual at which they stop; 0: where the quadratic model hardly falls any more");
-DEFINE_double(residual_sampling, 1, "part of the tiles of each view on which JtJ is measured");
-DEFINE_bool(sample_gradient, false, "measure the gradient on those tiles too");
+DEFINE_double(residual_sampling, 1, "part of the pixels of each view on which JtJ is measured");
+DEFINE_string(sampling_unit, "", "how those are drawn: rows of each tile, or whole tiles");
+DEFINE_bool(sample_gradient, false, "measure the gradient on those pixels too");
 DEFINE_string(step_limit, "", "limit on the step of each parameter: caps by class, or the Hellinger distance");
 DEFINE_double(step_limit_size, 1, "factor on the caps, or the squared Hellinger distance allowed");
 DEFINE_double(min_diagonal, 0, "least diag(JtJ) in the damping; 0: a millionth of the median");
@@ -125,6 +126,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16"}}},
       {"memory_budget", kLm, Range{0, 1e6}},
       {"residual_sampling", kLm, Range{1e-3, 1}},
+      {"sampling_unit", kLm, Choice{{"rows", "tiles"}}},
       {"sample_gradient", kLm, Switch{}},
       {"step_limit", kLm, Choice{{"none", "caps", "hellinger"}}},
       {"step_limit_size", kLm, Range{1e-12, 1e6}},

@@ -19,7 +19,7 @@ DECLARE_double(line_search_views); DECLARE_double(initial_lambda); DECLARE_doubl
 DECLARE_double(max_lambda); DECLARE_double(rates_damping); DECLARE_double(position_damping); DECLARE_double(l1_floor); DECLARE_string(jacobian);
 DECLARE_int32(batch_size); DECLARE_string(batch_choice); DECLARE_string(preconditioner_damping);
 DECLARE_string(pcg_start); DECLARE_double(pcg_tolerance); DECLARE_double(residual_sampling);
-DECLARE_bool(sample_gradient); DECLARE_string(step_limit); DECLARE_double(step_limit_size);
+DECLARE_string(sampling_unit); DECLARE_bool(sample_gradient); DECLARE_string(step_limit); DECLARE_double(step_limit_size);
 DECLARE_double(memory_budget); DECLARE_double(min_diagonal); DECLARE_double(max_diagonal);
 DECLARE_string(loss_linearization); DECLARE_double(huber_threshold); DECLARE_string(ssim_linearization);
 DECLARE_string(ssim_jacobian); DECLARE_double(l1_weight); DECLARE_double(ssim_weight);

@@ -41,6 +41,7 @@ void OverrideLm(gs::LmOptions* lm) {
   Override("pcg_tolerance", FLAGS_pcg_tolerance, &lm->pcg_tolerance);
   Override("jacobian", FLAGS_jacobian, &lm->jacobian);
   Override("residual_sampling", FLAGS_residual_sampling, &lm->residual_sampling);
+  Override("sampling_unit", FLAGS_sampling_unit, &lm->sampling_unit);
   Override("sample_gradient", FLAGS_sample_gradient, &lm->sample_gradient);
   Override("step_limit", FLAGS_step_limit, &lm->step_limit);
   Override("step_limit_size", FLAGS_step_limit_size, &lm->step_limit_size);

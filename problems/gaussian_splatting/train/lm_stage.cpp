@@ -53,6 +53,7 @@ SplatProblemOptions ProblemOptions(const TrainingSession& session, const SplatMo
               JacobianKind::kRecompute);
   result.sh_blocks = options.lm.preconditioner == "block_sh";
   result.residual_sampling = options.lm.residual_sampling;
+  result.sampling_unit = options.lm.sampling_unit == "tiles" ? SamplingUnit::kTiles : SamplingUnit::kRows;
   result.sample_gradient = options.lm.sample_gradient;
   result.step_limit = {
       ValueOf(options.lm.step_limit, {{"caps", StepLimitKind::kCaps}, {"hellinger", StepLimitKind::kHellinger}},

@@ -11,6 +11,7 @@
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/image_kernels.h"
 #include "kernels/math/spherical_harmonics.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/metrics.h"
 #include "solver/line_search.h"
 
@@ -178,7 +179,8 @@ double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches)
   double views_bytes = 0;
   for (const ViewCounts& view : scene.views) views_bytes += LinearizedViewBytes(view, n, lm);
   const auto views = static_cast<double>(scene.views.size());
-  const double batches = std::clamp<double>(lm.batches, 1, std::max(views, 1.0));
+  const auto batches =
+      static_cast<double>(ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size())));
   // Views in each batch, up to one more in some than in others.
   const double size = std::ceil(lm.batch_size > 0 ? std::min<double>(lm.batch_size, views) : views / batches);
   const double held = hold_batches ? std::min(batches * size, views) : std::min(size, views);
@@ -186,7 +188,9 @@ double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches)
   const double batch_bytes = views_bytes * (views > 0 ? held / views : 0) +
                              linearizations * LinearizationBytes(scene, lm, most) + systems * SystemBytes(scene, lm);
   // The model; x, the trial, two steps; two scales; gradient and diagonal; four of PCG; of several batches one more.
-  const double vectors = 1 + 4 + 2 + 2 + 4 + (batches > 1 ? 1 : 0);
+  // Where the model is measured along a step, one to hold H's product with it.
+  const bool measured = (batches > 1 && lm.merge_batches) || lm.step_limit != "none";
+  const double vectors = 1 + 4 + 2 + 2 + 4 + (batches > 1 ? 1 : 0) + (measured ? linearizations : 0);
   double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
                      SumBytes(most, sizeof(splat::SplatGram<float>));
   if (lm.jacobian != "recompute") workspace += kImage * splat::kTileSize * splat::kTileSize * most.tiles;

@@ -67,7 +67,8 @@ struct LmOptions {
   double pcg_tolerance = 0;
   std::string step_control = "soft";   // soft | ceres | nielsen | v1 | v2 | code
   std::string jacobian = "recompute";  // recompute | cache32 | cache16
-  double residual_sampling = 1;        // part of the tiles of each view that H is measured on
+  double residual_sampling = 1;        // part of the pixels of each view that H is measured on
+  std::string sampling_unit = "rows";  // rows | tiles: how they are drawn
   bool sample_gradient = false;        // the gradient too
   std::string step_limit = "none";     // none | caps | hellinger
   double step_limit_size = 1;          // factor on the caps, or the bound on the squared Hellinger distance

@@ -1,6 +1,7 @@
 #include "problems/gaussian_splatting/train/trainer.h"
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/initialize.h"
 #include "problems/gaussian_splatting/train/memory_plan.h"
 #include "problems/gaussian_splatting/train/session.h"
@@ -34,7 +35,9 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   } else {
     plan.bytes = 0;
   }
-  result.memory = {PredictedMib(counts, options, plan.bytes), plan.lm.jacobian, plan.lm.batches};
+  const auto views = static_cast<Index>(session.training_views().size());
+  result.memory = {PredictedMib(counts, options, plan.bytes), plan.lm.jacobian,
+                   static_cast<int>(ViewBatches::CutCount(plan.lm.batches, plan.lm.batch_size, views))};
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;
   result.lm_seconds = session.Seconds() - between;

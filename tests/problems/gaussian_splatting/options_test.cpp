@@ -45,6 +45,7 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
     EXPECT_EQ(options.lm.batch_size, 25);
     EXPECT_EQ(options.lm.pcg_start, "preconditioned");
     EXPECT_EQ(options.lm.preconditioner, "jacobi");
+    EXPECT_EQ(options.lm.preconditioner_damping, "one");
     EXPECT_EQ(options.lm.damping, "diag");
     EXPECT_TRUE(options.lm.merge_batches);
     EXPECT_TRUE(options.lm.line_search);
@@ -68,8 +69,7 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
   EXPECT_EQ(code.step_control, "code");
   EXPECT_EQ(paper.pcg_tolerance, 1e-2);
   EXPECT_EQ(code.pcg_tolerance, 5e-2);
-  EXPECT_EQ(paper.preconditioner_damping, "none");
-  EXPECT_EQ(code.preconditioner_damping, "one");
+  EXPECT_EQ(paper.max_diagonal, 0);
   EXPECT_EQ(code.max_diagonal, 1e6 * code.min_diagonal);
 }
 
@@ -111,6 +111,7 @@ TEST(TrainOptions, EachOptionOutOfRangeIsNamedInOneLine) {
       {"--jacobian", [](TrainOptions& o) { o.lm.jacobian = "cache"; }},
       {"--residual_sampling", [](TrainOptions& o) { o.lm.residual_sampling = 0; }},
       {"--residual_sampling", [](TrainOptions& o) { o.lm.residual_sampling = 1.1; }},
+      {"--sampling_unit", [](TrainOptions& o) { o.lm.sampling_unit = "pixels"; }},
       {"--step_limit", [](TrainOptions& o) { o.lm.step_limit = "ball"; }},
       {"--step_limit_size", [](TrainOptions& o) { o.lm.step_limit_size = 0; }},
       {"--min_lambda", [](TrainOptions& o) { o.lm.min_lambda = 2 * o.lm.initial_lambda; }},
