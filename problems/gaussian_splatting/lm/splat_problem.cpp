@@ -97,7 +97,8 @@ bool SplatProblem<S>::DampingMetric(ConstView, ConstView diag_h, View D) {
   const int attributes = splat::NumAttributes(options_.sh_degree);
   for (int a = 0; a < attributes; ++a) {
     const double rate = RateOf(options_.rates, a, options_.extent);
-    const double factor = a < splat::kLogScale ? options_.position_damping : 1;
+    const bool turns = a >= splat::kQuaternion && a < splat::kOpacity;
+    const double factor = a < splat::kLogScale ? options_.position_damping : turns ? options_.rotation_damping : 1;
     std::fill_n(D.data() + a * n, n, static_cast<S>(factor * c / (rate * rate)));
   }
   return true;
