@@ -157,7 +157,8 @@ TEST(JacobianOfRows, SeesTheRowsThatAreKept) {
     const auto is_kept = [&](std::size_t i) {
       const int pixel = static_cast<int>(i) % (scene.view.width * scene.view.height);
       const int x = pixel % scene.view.width, y = pixel / scene.view.width;
-      return (rows[static_cast<std::size_t>(y / 16 * tiles_x + x / 16)] >> (y % 16) & 1) != 0;
+      const int tile = y / 16 * tiles_x + x / 16;
+      return (rows[static_cast<std::size_t>(tile)] >> (y % 16) & 1) != 0;
     };
     std::vector<double> kept_u = u;
     for (std::size_t i = 0; i < u.size(); ++i) kept_u[i] = is_kept(i) ? u[i] : 0;
