@@ -15,6 +15,7 @@ namespace {
 template <class S>
 std::vector<splat::PinholeView> Pinholes(const std::vector<TargetView<S>>& views) {
   std::vector<splat::PinholeView> pinholes;
+  pinholes.reserve(views.size());
   for (const TargetView<S>& view : views) pinholes.push_back(view.pinhole);
   return pinholes;
 }
