@@ -105,78 +105,6 @@ struct Elementary<Several<V, kCount>> {
   }
 };
 
-// Memory access of kCount whole vectors of neighbouring pixels.
-template <class S, int kCount>
-struct WholeVectors {
-  using V = xsimd::batch<S>;
-  using T = Several<V, kCount>;
-  T Load(const S* p) const {
-    T result;
-    Unrolled<kCount>([&](auto i) { result.v[i] = V::load_unaligned(p + i * V::size); });
-    return result;
-  }
-  T LoadAligned(const S* p) const {
-    T result;
-    Unrolled<kCount>([&](auto i) { result.v[i] = V::load_aligned(p + i * V::size); });
-    return result;
-  }
-  void Store(S* p, const T& x) const {
-    Unrolled<kCount>([&](auto i) { x.v[i].store_unaligned(p + i * V::size); });
-  }
-  void StoreAligned(S* p, const T& x) const {
-    Unrolled<kCount>([&](auto i) { x.v[i].store_aligned(p + i * V::size); });
-  }
-  T Used(const T& x) const { return x; }
-};
-
-// What lies `k` values from kCount vectors in a row, k = -16..16: unaligned loads, or, where that is faster, aligned
-// ones shifted in registers. (An unaligned load of a whole cache line costs two.)
-template <class S, int kCount>
-class Neighbours {
- public:
-  using T = Several<xsimd::batch<S>, kCount>;
-  explicit Neighbours(const S* p) : p_(p) {}
-  template <int k>
-  T At() const {
-    return WholeVectors<S, kCount>{}.Load(p_ + k);
-  }
-
- private:
-  const S* p_;
-};
-
-#if defined(__AVX512F__)
-template <int kCount>
-class Neighbours<float, kCount> {
- public:
-  using T = Several<FloatLanes, kCount>;
-  explicit Neighbours(const float* p) {
-    for (int i = 0; i < kCount + 2; ++i) aligned_[i] = _mm512_load_ps(p + 16 * (i - 1));
-  }
-  template <int k>
-  T At() const {
-    T result;
-    Unrolled<kCount>([&](auto i) {
-      if constexpr (k == 0) {
-        result.v[i] = FloatLanes(aligned_[i + 1]);
-      } else if constexpr (k < 0) {
-        result.v[i] = FloatLanes(Shift<16 + k>(aligned_[i], aligned_[i + 1]));
-      } else {
-        result.v[i] = FloatLanes(Shift<k>(aligned_[i + 1], aligned_[i + 2]));
-      }
-    });
-    return result;
-  }
-
- private:
-  template <int k>
-  static __m512 Shift(const __m512& low, const __m512& high) {
-    return _mm512_castsi512_ps(_mm512_alignr_epi32(_mm512_castps_si512(high), _mm512_castps_si512(low), k));
-  }
-  __m512 aligned_[kCount + 2];
-};
-#endif
-
 // Memory access of the first `count` pixels of a vector; other lanes are zero when loaded and not stored.
 template <class S>
 class PartialVector {
@@ -232,49 +160,127 @@ class PartialVector<float> {
 };
 #endif
 
-// The same as WholeVectors, of the last `pixels` pixels of a row, at most as many as kCount vectors hold. The lanes of
-// a scratch row behind them are stored, as zeros.
-template <class S, int kCount>
-class RowEnd {
+// Rows of a block: as many as make a whole number of columns of a vector (Transposed), 4 where it has so many lanes.
+template <class S>
+inline constexpr int kBlockRows = xsimd::batch<S>::size < 4 ? static_cast<int>(xsimd::batch<S>::size) : 4;
+
+// A block of kRows rows by one vector of columns is one scalar too: a vector for each row. Memory access of a whole
+// block, whose rows are `stride` values apart.
+template <class S, int kRows>
+class WholeBlock {
  public:
   using V = xsimd::batch<S>;
-  using T = Several<V, kCount>;
-  explicit RowEnd(int pixels) : pixels_(pixels) {}
+  using T = Several<V, kRows>;
+  explicit WholeBlock(Index stride) : stride_(stride) {}
 
+  static constexpr int rows() { return kRows; }
   T Load(const S* p) const {
     T result;
-    Unrolled<kCount>([&](auto i) { result.v[i] = Part(i).Load(p + i * V::size); });
+    Unrolled<kRows>([&](auto r) { result.v[r] = V::load_unaligned(p + r * stride_); });
     return result;
   }
   void Store(S* p, const T& x) const {
-    Unrolled<kCount>([&](auto i) { Part(i).Store(p + i * V::size, x.v[i]); });
+    Unrolled<kRows>([&](auto r) { x.v[r].store_unaligned(p + r * stride_); });
   }
-  void StoreAligned(S* p, const T& x) const {
-    Unrolled<kCount>([&](auto i) { Part(i).Used(x.v[i]).store_aligned(p + i * V::size); });
+  T Used(const T& x) const { return x; }
+
+ private:
+  Index stride_;
+};
+
+// The same of a block at the image's right or lower edge: only its first `rows` rows and `pixels` pixels of each are
+// there. Others are zero when loaded and in Used, and not stored.
+template <class S, int kRows>
+class EdgeBlock {
+ public:
+  using V = xsimd::batch<S>;
+  using T = Several<V, kRows>;
+  EdgeBlock(Index stride, int rows, int pixels) : stride_(stride), rows_(rows), part_(pixels) {}
+
+  int rows() const { return rows_; }
+  T Load(const S* p) const {
+    T result(S(0));
+    Unrolled<kRows>([&](auto r) {
+      if (r < rows_) result.v[r] = part_.Load(p + r * stride_);
+    });
+    return result;
+  }
+  void Store(S* p, const T& x) const {
+    Unrolled<kRows>([&](auto r) {
+      if (r < rows_) part_.Store(p + r * stride_, x.v[r]);
+    });
   }
   T Used(const T& x) const {
-    T result;
-    Unrolled<kCount>([&](auto i) { result.v[i] = Part(i).Used(x.v[i]); });
+    T result(S(0));
+    Unrolled<kRows>([&](auto r) {
+      if (r < rows_) result.v[r] = part_.Used(x.v[r]);
+    });
     return result;
   }
 
  private:
-  PartialVector<S> Part(int i) const {
-    constexpr int kWidth = static_cast<int>(V::size);
-    const int count = pixels_ - i * kWidth;
-    return PartialVector<S>(count < 0 ? 0 : count < kWidth ? count : kWidth);
-  }
-  int pixels_;
+  Index stride_;
+  int rows_;
+  PartialVector<S> part_;
 };
 
-// Calls f(column, access) over a row: kCount whole vectors at a time, then the rest, which is less.
-template <int kCount, class S, class F>
-inline void ForColumns(int width, const F& f) {
-  constexpr int kStep = kCount * static_cast<int>(xsimd::batch<S>::size);
+// Calls f(column, access) for blocks of kRows rows of an image of that width, the first `rows` of which are there.
+template <class S, int kRows, class F>
+inline void ForBlocks(int width, int rows, const F& f) {
+  constexpr int kLanes = static_cast<int>(xsimd::batch<S>::size);
   int column = 0;
-  for (; column + kStep <= width; column += kStep) f(column, WholeVectors<S, kCount>{});
-  if (column < width) f(column, RowEnd<S, kCount>(width - column));
+  if (rows == kRows) {
+    const WholeBlock<S, kRows> whole(width);
+    for (; column + kLanes <= width; column += kLanes) f(column, whole);
+  }
+  for (; column < width; column += kLanes) {
+    f(column, EdgeBlock<S, kRows>(width, rows, width - column < kLanes ? width - column : kLanes));
+  }
 }
+
+// kRows rows of pixels as columns: lane kRows g + r of vector j becomes lane kRows g + j of vector r. Its own inverse.
+template <class V, int kRows>
+inline Several<V, kRows> Transposed(const Several<V, kRows>& rows) {
+  using S = typename V::value_type;
+  static_assert(V::size % kRows == 0);
+  alignas(64) S in[kRows][V::size], out[kRows][V::size];
+  for (int r = 0; r < kRows; ++r) rows.v[r].store_aligned(in[r]);
+  for (int lane = 0; lane < static_cast<int>(V::size); ++lane) {
+    for (int r = 0; r < kRows; ++r) out[lane % kRows][lane - lane % kRows + r] = in[r][lane];
+  }
+  Several<V, kRows> result;
+  for (int r = 0; r < kRows; ++r) result.v[r] = V::load_aligned(out[r]);
+  return result;
+}
+
+#if defined(__SSE2__)
+inline Several<FloatLanes, 4> Transposed(const Several<FloatLanes, 4>& rows) {
+#if defined(__AVX512F__)
+  const auto low = [](__m512 a, __m512 b) { return _mm512_unpacklo_ps(a, b); };
+  const auto high = [](__m512 a, __m512 b) { return _mm512_unpackhi_ps(a, b); };
+  const auto low2 = [](__m512 a, __m512 b) { return _mm512_shuffle_ps(a, b, 0x44); };
+  const auto high2 = [](__m512 a, __m512 b) { return _mm512_shuffle_ps(a, b, 0xee); };
+#elif defined(__AVX2__)
+  const auto low = [](__m256 a, __m256 b) { return _mm256_unpacklo_ps(a, b); };
+  const auto high = [](__m256 a, __m256 b) { return _mm256_unpackhi_ps(a, b); };
+  const auto low2 = [](__m256 a, __m256 b) { return _mm256_shuffle_ps(a, b, 0x44); };
+  const auto high2 = [](__m256 a, __m256 b) { return _mm256_shuffle_ps(a, b, 0xee); };
+#else
+  const auto low = [](__m128 a, __m128 b) { return _mm_unpacklo_ps(a, b); };
+  const auto high = [](__m128 a, __m128 b) { return _mm_unpackhi_ps(a, b); };
+  const auto low2 = [](__m128 a, __m128 b) { return _mm_movelh_ps(a, b); };
+  const auto high2 = [](__m128 a, __m128 b) { return _mm_movehl_ps(b, a); };
+#endif
+  const auto a = low(rows.v[0], rows.v[1]), b = high(rows.v[0], rows.v[1]);
+  const auto c = low(rows.v[2], rows.v[3]), d = high(rows.v[2], rows.v[3]);
+  Several<FloatLanes, 4> result;
+  result.v[0] = FloatLanes(low2(a, c));
+  result.v[1] = FloatLanes(high2(a, c));
+  result.v[2] = FloatLanes(low2(b, d));
+  result.v[3] = FloatLanes(high2(b, d));
+  return result;
+}
+#endif
 
 // The values of N fields at the same pixels.
 template <int N, class T>
