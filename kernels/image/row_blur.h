@@ -10,9 +10,9 @@
 // zeros: there is no branch at borders.
 #pragma once
 
+#include "kernels/image/block_access.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/image_kernels.h"
-#include "kernels/image/lane_access.h"
 
 // Inlines all that the function calls. The compiler's own measure of what is too large to inline would leave sums in
 // memory.

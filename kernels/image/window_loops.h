@@ -2,7 +2,7 @@
 // image_kernels.simd.cpp.
 #pragma once
 
-#include "kernels/image/lane_access.h"  // before the formulas: they call what it declares
+#include "kernels/image/block_lanes.h"  // before the formulas: they call what it declares
 #include "kernels/image/photometric_formula.h"
 #include "kernels/image/row_blur.h"
 
