@@ -3,21 +3,21 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/types.h"
-#include "kernels/math/lanes.h"
+#include "kernels/math/lane_traits.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 // alpha = min(0.99, 2^exponent) where that is at least 1/255, else 0: what an open pixel blends.
 template <class V>
-inline V EvaluateAlpha(const V& exponent) {
+VESTA_HD inline V EvaluateAlpha(const V& exponent) {
   using S = typename Lanes<V>::Scalar;
   return Min(MaskedExp2(exponent >= V(static_cast<S>(kLog2AlphaFloor)), exponent), V(static_cast<S>(kAlphaCap)));
 }
 
 // What d alpha is multiplied by to give d log alpha's share: alpha, or 0 at the cap, where alpha stands still.
 template <class V>
-inline V MovingAlpha(const V& alpha, const V& value) {
+VESTA_HD inline V MovingAlpha(const V& alpha, const V& value) {
   return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));
 }
 
@@ -34,7 +34,7 @@ struct Blend {
 // that would bring the transmittance below 1e-4 closes the pixel and is itself left out, as in 3DGS: where closes has
 // any, Close must follow.
 template <class V>
-inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
+VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   using S = typename Lanes<V>::Scalar;
   const auto open = transmittance > V(0);
   Blend<V> blend;
@@ -47,7 +47,7 @@ inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
 
 // Takes the splat out of the pixels that it closes: they blend nothing and are closed from here on.
 template <class V>
-inline void Close(Blend<V>& blend) {
+VESTA_HD inline void Close(Blend<V>& blend) {
   blend.alpha = Select(blend.closes, V(0), blend.alpha);
   blend.weight = Select(blend.closes, V(0), blend.weight);
   blend.transmittance = Select(blend.closes, V(0), blend.transmittance);

@@ -1,9 +1,5 @@
-// The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit.
-//
-// With w = alpha T and S = what lies behind a splat, already weighted (the final colour minus what has been accumulated
-// up to and including the splat),
-//   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
-//   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h)
+// The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit. The formulas are those of
+// pixel_steps.h. What lies behind a splat is the final colour minus what has been accumulated up to and including it,
 // so adjoint and Gram go front to back too and no per-pixel state is stored between passes.
 #pragma once
 
@@ -71,18 +67,15 @@ struct TangentPass {
             V(w[kRho])};
   }
   void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
-    const S* w = state.w;
-    const V linear(w[kXi] + w[kKappa] * q), constant(w[kLambda] - q * (w[kZeta] + w[kSigma] * q));
-    const V psi = Fnma(p, Fma(state.rho, p, linear), constant);
-    const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
-    const V before = L::Load(minus_dT + offset);
-    const V d_weight = Fnma(blend.alpha, before, d_alpha_T);
+    const TangentRow<S> row(state.w, q);
+    const V psi = Psi(V(row.linear), V(row.constant), state.rho, p);
+    V behind = L::Load(minus_dT + offset);
+    const V d_weight = TangentWeight(blend, psi, behind);
     for (int k = 0; k < 3; ++k) {
-      const V sum = Fma(d_weight, state.c[k], L::Load(d_color[k] + offset));
-      L::Store(d_color[k] + offset, Fma(blend.weight, state.dc[k], sum));
+      S* to = d_color[k] + offset;
+      L::Store(to, TangentColor(blend, d_weight, state.c[k], state.dc[k], L::Load(to)));
     }
-    // Not before + d_weight, which behind opaque splats is a small difference of large numbers.
-    L::Store(minus_dT + offset, Fma(before, V(1) - blend.alpha, d_alpha_T));
+    L::Store(minus_dT + offset, behind);
   }
   void End(State&, std::int64_t) {}
   void Skip(std::int64_t) {}
@@ -108,13 +101,12 @@ struct AdjointPass {
     const V u0 = L::Load(u[0] + offset), u1 = L::Load(u[1] + offset), u2 = L::Load(u[2] + offset), q(row_q);
     V* total = state.total;
     const V share = blend.weight * Fma(state.c[0], u0, Fma(state.c[1], u1, state.c[2] * u2));
-    const V rest = L::Load(behind + offset) - share;
+    V rest = L::Load(behind + offset);
+    const V g = ByLogAlpha(blend, Odds(blend.alpha), share, rest);
     L::Store(behind + offset, rest);
     total[kColor] = Fma(blend.weight, u0, total[kColor]);
     total[kColor + 1] = Fma(blend.weight, u1, total[kColor + 1]);
     total[kColor + 2] = Fma(blend.weight, u2, total[kColor + 2]);
-    // By log alpha, as long as that is free to move.
-    const V g = MovingAlpha(blend.alpha, Fnma(rest, blend.alpha * Reciprocal(V(1) - blend.alpha), share));
     const V gp = g * p, gq = g * q;
     total[kLambda] = total[kLambda] + g;
     total[kXi] = total[kXi] - gp;
@@ -148,16 +140,16 @@ struct GramPass {
     return state;
   }
   void Pixels(State& state, S row_q, int offset, const V& p, const Blend<V>& blend) {
-    const V odds = blend.alpha * Reciprocal(V(1) - blend.alpha);
+    const V odds = Odds(blend.alpha);
     const S q2 = row_q * row_q;
     const V q_power[5] = {V(1), V(row_q), V(q2), V(q2 * row_q), V(q2 * q2)};
     V m(0);
     for (int k = 0; k < 3; ++k) {
       const V share = blend.weight * state.c[k];
-      const V rest = L::Load(behind[k] + offset) - share;
+      V rest = L::Load(behind[k] + offset);
+      const V d = ByLogAlpha(blend, odds, share, rest);
       L::Store(behind[k] + offset, rest);
       const V curvature = L::Load(omega[k] + offset);
-      const V d = MovingAlpha(blend.alpha, Fnma(rest, odds, share));  // d colour / d log alpha
       const V curvature_w = curvature * blend.weight;
       m = Fma(curvature * d, d, m);
       state.color[k] = Fma(curvature_w, blend.weight, state.color[k]);

@@ -7,6 +7,7 @@
 
 #include "kernels/gaussian_splatting/color.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/math/dual.h"
 #include "kernels/math/lanes.h"
@@ -232,10 +233,6 @@ void AdjointRange(const Model<S>& model, const PinholeView& view, std::int64_t b
     }
   }
 }
-
-// Exponents of p and q in the derivatives of psi by xi, zeta, rho, kappa, sigma, lambda; all but the last have sign -1.
-inline constexpr int kPowerP[kSplatShape] = {1, 0, 2, 1, 0, 0};
-inline constexpr int kPowerQ[kSplatShape] = {0, 1, 0, 1, 2, 0};
 
 // The 9 x 9 Gram matrix of d colour / d(splat tangent) from the moments, upper and lower half.
 template <class V>

@@ -6,7 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "kernels/gaussian_splatting/blend.h"
+#include "kernels/gaussian_splatting/pixel_steps.h"
+#include "kernels/math/lanes.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -44,15 +45,14 @@ struct SplatRows {
     for (std::uint32_t& rows : meets) rows = 0;
     for (int row = 0; row < kTileSize; row += L::kWidth) {
       const V dy = iota + V(static_cast<S>(row) - v);
-      const V vq = s * dy, vq2 = vq * vq, rest = support - vq2;
-      const V middle = mean - beta * dy;
-      const V half_width = sqrt(Max(rest, V(0))) * inv_r;
+      const SplatRow<V> place = PlaceRow(r, s, beta, log2_opacity, support, mean, dy);
+      const V half_width = sqrt(Max(place.rest, V(0))) * inv_r;
       // The first and the last pixel within reach, so that rows between two pixels are left out.
-      const V first = ceil(middle - half_width), last = floor(middle + half_width);
-      L::Store(q + row, vq);
-      L::Store(peak + row, log2_opacity - vq2);
-      L::Store(p0 + row, -(middle * r));
-      const auto reaches = rest > V(0);
+      const V first = ceil(place.middle - half_width), last = floor(place.middle + half_width);
+      L::Store(q + row, place.q);
+      L::Store(peak + row, place.peak);
+      L::Store(p0 + row, place.p0);
+      const auto reaches = place.rest > V(0);
       for (int k = 0; k < kVectors; ++k) {
         const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
         meets[k] |= L::Bits(reaches & (Max(first, from) <= Min(last, to))) << row;
@@ -127,12 +127,11 @@ template <class V, class S, class Pass>
       if (todo == 0) continue;
       // alpha one row ahead of what uses it: its latency would otherwise fill the processor's queue of instructions.
       int row = std::countr_zero(todo);
-      V p = Fma(columns, r, V(rows.p0[row])), alpha = EvaluateAlpha(Fnma(p, p, V(rows.peak[row])));
+      V p = OffsetAt(columns, r, V(rows.p0[row])), alpha = AlphaAt(p, V(rows.peak[row]));
       do {
         todo &= todo - 1;
         const int next = std::countr_zero(todo | 1U << kTileSize);
-        const V next_p = Fma(columns, r, V(rows.p0[next]));
-        const V next_alpha = EvaluateAlpha(Fnma(next_p, next_p, V(rows.peak[next])));
+        const V next_p = OffsetAt(columns, r, V(rows.p0[next])), next_alpha = AlphaAt(next_p, V(rows.peak[next]));
 
         const int offset = row * kTileSize + k * L::kWidth;
         const V before = L::Load(ahead + offset);

@@ -1,0 +1,90 @@
+// What every raster pass does with one splat and one pixel, written once for the loops of the host (passes.h) and the
+// kernels of a GPU. With w = alpha T and S = what lies behind a splat, already weighted,
+//   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
+//   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h, docs/mathematics.md section 3)
+#pragma once
+
+#include "kernels/gaussian_splatting/blend.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// A splat on one row of pixels, in whitened coordinates: pixel x has the offsets p = r x + p0 and q, and the exponent
+// peak - p^2.
+template <class V>
+struct SplatRow {
+  V q, peak, p0;
+  V rest;    // support - q^2: what is left for p^2, if positive
+  V middle;  // where p = 0
+};
+
+// mean: the splat's u relative to the centre of the row's first pixel; dy: that centre's height less the splat's v.
+template <class V>
+VESTA_HD inline SplatRow<V> PlaceRow(const V& r, const V& s, const V& beta, const V& log2_opacity, const V& support,
+                                     const V& mean, const V& dy) {
+  SplatRow<V> row;
+  row.q = s * dy;
+  const V q2 = row.q * row.q;
+  row.rest = support - q2;
+  row.peak = log2_opacity - q2;
+  row.middle = mean - beta * dy;
+  row.p0 = -(row.middle * r);
+  return row;
+}
+
+// p of pixel x of a row, and alpha there.
+template <class V>
+VESTA_HD inline V OffsetAt(const V& x, const V& r, const V& p0) {
+  return Fma(x, r, p0);
+}
+template <class V>
+VESTA_HD inline V AlphaAt(const V& p, const V& peak) {
+  return EvaluateAlpha(Fnma(p, p, peak));
+}
+
+// psi on one row as a polynomial in p: constant - p (linear + rho p). w: a splat's tangent.
+template <class S>
+struct TangentRow {
+  S linear, constant;
+
+  VESTA_HD TangentRow(const S* w, S q)
+      : linear(w[kXi] + w[kKappa] * q), constant(w[kLambda] - q * (w[kZeta] + w[kSigma] * q)) {}
+};
+template <class V>
+VESTA_HD inline V Psi(const V& linear, const V& constant, const V& rho, const V& p) {
+  return Fnma(p, Fma(rho, p, linear), constant);
+}
+
+// The change of w for that of log alpha, psi. minus_dT: of the transmittance in front, brought behind the splat.
+template <class V>
+VESTA_HD inline V TangentWeight(const Blend<V>& blend, const V& psi, V& minus_dT) {
+  const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
+  const V d_weight = Fnma(blend.alpha, minus_dT, d_alpha_T);
+  // Not minus_dT + d_weight, which behind opaque splats is a small difference of large numbers.
+  minus_dT = Fma(minus_dT, V(1) - blend.alpha, d_alpha_T);
+  return d_weight;
+}
+template <class V>
+VESTA_HD inline V TangentColor(const Blend<V>& blend, const V& d_weight, const V& c, const V& dc, const V& d_color) {
+  return Fma(blend.weight, dc, Fma(d_weight, c, d_color));
+}
+
+// alpha / (1 - alpha).
+template <class V>
+VESTA_HD inline V Odds(const V& alpha) {
+  return alpha * Reciprocal(V(1) - alpha);
+}
+// The derivative by log alpha, as long as that is free to move, of what a pixel gathers: share is what the splat adds
+// to it, behind what follows the splat (S), brought behind this one.
+template <class V>
+VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& share, V& behind) {
+  behind = behind - share;
+  return MovingAlpha(blend.alpha, Fnma(behind, odds, share));
+}
+
+// Exponents of p and q in the derivatives of psi by xi, zeta, rho, kappa, sigma, lambda; all but the last have sign -1.
+inline constexpr int kPowerP[kSplatShape] = {1, 0, 2, 1, 0, 0};
+inline constexpr int kPowerQ[kSplatShape] = {0, 1, 0, 1, 2, 0};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat
