@@ -1,4 +1,5 @@
-// Projection passes over blocks of neighbouring Gaussians, one in each lane: what ProjectKernels points to.
+// Projection passes over blocks of neighbouring Gaussians, one in each lane: what ProjectKernels points to. On a device
+// a thread is a block of one.
 #pragma once
 
 #include <bit>
@@ -10,7 +11,7 @@
 #include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/math/dual.h"
-#include "kernels/math/lanes.h"
+#include "kernels/math/lane_traits.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -23,16 +24,16 @@ struct Block {
   std::int64_t i;
   int n;
 
-  Block(std::int64_t num, std::int64_t first, std::int64_t end)
+  VESTA_HD Block(std::int64_t num, std::int64_t first, std::int64_t end)
       : count(num), i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
-  V Load(const S* x, int attribute) const {
+  VESTA_HD V Load(const S* x, int attribute) const {
     const S* p = x + attribute * count + i;
     if (n == L::kWidth) return L::Load(p);
     alignas(64) S lane[L::kWidth] = {};
     for (int k = 0; k < n; ++k) lane[k] = p[k];
     return L::Load(lane);
   }
-  void Add(S* x, int attribute, const V& value) const {
+  VESTA_HD void Add(S* x, int attribute, const V& value) const {
     S* p = x + attribute * count + i;
     if (n == L::kWidth) return L::Store(p, L::Load(p) + value);
     alignas(64) S lane[L::kWidth];
@@ -48,7 +49,7 @@ struct ProjectedBlock {
   ProjectionState<V> state;
   SplatShape<V> shape;
 
-  ProjectedBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x) {
+  VESTA_HD ProjectedBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x) {
     for (int k = 0; k < 3; ++k) mean[k] = block.Load(x, kMean + k), log_scale[k] = block.Load(x, kLogScale + k);
     for (int k = 0; k < 4; ++k) quaternion[k] = block.Load(x, kQuaternion + k);
     opacity = Sigmoid(block.Load(x, kOpacity));
@@ -58,7 +59,7 @@ struct ProjectedBlock {
 
 // Lanes of a block that are seen.
 template <class V, class S>
-typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
+VESTA_HD typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
   bool is_seen[Lanes<V>::kWidth];
   for (int lane = 0; lane < Lanes<V>::kWidth; ++lane) is_seen[lane] = lane < block.n && rank_of[block.i + lane] >= 0;
   return Lanes<V>::LoadMask(is_seen);
@@ -66,7 +67,7 @@ typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* 
 
 // out[k] = field k of the records of the block's Gaussians, zero for those not seen. fields(rank) points to N scalars.
 template <int N, class V, class S, class Fields>
-void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
+VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
   alignas(64) S lanes[N][Lanes<V>::kWidth] = {};
   for (int lane = 0; lane < block.n; ++lane) {
     const std::int32_t rank = rank_of[block.i + lane];
@@ -78,19 +79,18 @@ void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const 
 }
 
 template <class V>
-V Log2(const V& x) {
+VESTA_HD V Log2(const V& x) {
   using std::log2;
   return log2(x);
 }
 
 template <class V, class S, int Degree>
-void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-                  std::uint32_t* key, Splat<S>* splats) {
+VESTA_HD void ProjectRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                           std::uint32_t* key, Splat<S>* splats) {
   using L = Lanes<V>;
   using std::sqrt;
-  const Camera<S> camera = MakeCamera<S>(view);
-  const V floor_opacity(static_cast<S>(kAlphaFloor)), width(static_cast<S>(view.width)),
-      height(static_cast<S>(view.height)), huge(static_cast<S>(1e15));
+  const V floor_opacity(static_cast<S>(kAlphaFloor)), width(camera.width), height(camera.height),
+      huge(static_cast<S>(1e15));
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(model.count, i, end);
     const ProjectedBlock<V, S> b(camera, block, model.x);
@@ -109,7 +109,7 @@ void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t b
     bool is_seen[L::kWidth];
     L::StoreMask(is_seen, seen);
     for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;
-    if (!Any(seen)) continue;
+    if (!Lanes<V>::Any(seen)) continue;
 
     V dir[3], basis[ShCoefficients(Degree)], color[3];
     ViewDirection(camera, b.mean, dir);
@@ -148,14 +148,13 @@ void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t b
 }
 
 template <class V, class S, int Degree>
-void TangentRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-                  const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
+VESTA_HD void TangentRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                           const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
   using L = Lanes<V>;
   using D = Dual<V>;
-  const Camera<S> camera = MakeCamera<S>(view);
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(model.count, i, end);
-    if (!Any(SeenLanes(block, rank_of))) continue;
+    if (!Lanes<V>::Any(SeenLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return D(block.Load(model.x, a), block.Load(dx, a)); };
     D mean[3], log_scale[3], quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
@@ -190,28 +189,27 @@ template <class V, class S, int Degree>
 struct ColorBlock {
   V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
 
-  ColorBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
+  VESTA_HD ColorBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
     inv_distance = ViewDirection(camera, mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     for (int a = 0; a < 3 * ShCoefficients(Degree); ++a) sh[a] = block.Load(x, kSh + a);
     ShColor<Degree>(
         basis, [&](int a) { return sh[a]; }, color);
   }
-  V Masked(int c, const V& value) const { return Select(color[c] > V(0), value, V(0)); }
-  void MeanAdjoint(const V color_bar[3], V mean_bar[3]) const {
+  VESTA_HD V Masked(int c, const V& value) const { return Select(color[c] > V(0), value, V(0)); }
+  VESTA_HD void MeanAdjoint(const V color_bar[3], V mean_bar[3]) const {
     ShColorMeanAdjoint<Degree>(
         dir, inv_distance, [&](int a) { return sh[a]; }, color_bar, mean_bar);
   }
 };
 
 template <class V, class S, int Degree>
-void AdjointRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-                  const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
-  const Camera<S> camera = MakeCamera<S>(view);
+VESTA_HD void AdjointRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                           const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
     const auto seen = SeenLanes(block, rank_of);
-    if (!Any(seen)) continue;
+    if (!Lanes<V>::Any(seen)) continue;
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(
         block, rank_of, [&](std::int32_t rank) { return cotangents[rank].w; }, w_bar);
@@ -236,7 +234,7 @@ void AdjointRange(const Model<S>& model, const PinholeView& view, std::int64_t b
 
 // The 9 x 9 Gram matrix of d colour / d(splat tangent) from the moments, upper and lower half.
 template <class V>
-void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
+VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
   const V* cross = m + kMoments4;
   const V* color = cross + 3 * kMoments2;
   for (int i = 0; i < kSplatShape; ++i) {
@@ -255,13 +253,12 @@ void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
 }
 
 template <class V, class S, int Degree>
-void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
-  const Camera<S> camera = MakeCamera<S>(view);
+VESTA_HD void GramRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                        const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
     const auto seen = SeenLanes(block, rank_of);
-    if (!Any(seen)) continue;
+    if (!Lanes<V>::Any(seen)) continue;
     V m[kGramSums], G[kSplatTangent][kSplatTangent];
     GatherRecords<kGramSums>(
         block, rank_of, [&](std::int32_t rank) { return grams[rank].m; }, m);
@@ -313,8 +310,20 @@ void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begi
 
 template <class V, class S, int Degree>
 constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
-  return {&ProjectRange<V, S, Degree>, &TangentRange<V, S, Degree>, &AdjointRange<V, S, Degree>,
-          &GramRange<V, S, Degree>};
+  using Index = std::int64_t;
+  return {[](const Model<S>& model, const PinholeView& view, Index begin, Index end, std::uint32_t* key,
+             Splat<S>* splats) { ProjectRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, key, splats); },
+          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+             const S* dx, SplatTangent<S>* tangents) {
+            TangentRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, dx, tangents);
+          },
+          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+             const SplatTangent<S>* cotangents,
+             S* g) { AdjointRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, cotangents, g); },
+          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+             const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
+            GramRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal);
+          }};
 }
 
 // kernels[d] for models whose active degree is d.

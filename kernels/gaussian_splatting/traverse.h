@@ -136,10 +136,10 @@ template <class V, class S, class Pass>
         const int offset = row * kTileSize + k * L::kWidth;
         const V before = L::Load(ahead + offset);
         Blend<V> blend = BlendSplat(before, alpha);
-        if (Any(blend.closes)) [[unlikely]] {
+        if (L::Any(blend.closes)) [[unlikely]] {
           Close(blend);
           L::Store(transmittance + offset, Select(blend.closes, before, L::Load(transmittance + offset)));
-          if (!Any(blend.transmittance > V(0))) open[k] &= ~(1U << row);
+          if (!L::Any(blend.transmittance > V(0))) open[k] &= ~(1U << row);
         }
         L::Store(ahead + offset, blend.transmittance);
         pass.Pixels(state, rows.q[row], offset, p, blend);

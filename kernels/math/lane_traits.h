@@ -21,6 +21,7 @@ struct Lanes {
   VESTA_HD static void SumEach(const V* v, V* out) {
     for (int i = 0; i < kCount; ++i) out[i] = v[i];
   }
+  VESTA_HD static bool Any(bool m) { return m; }
   // Lane i in bit i.
   VESTA_HD static std::uint32_t Bits(bool m) { return m ? 1 : 0; }
   VESTA_HD static void StoreMask(bool* p, bool m) { *p = m; }

@@ -78,8 +78,6 @@ struct Elementary<FloatLanes> {
   }
 };
 
-inline bool Any(const FloatMask& m) { return xsimd::any(m); }
-
 #if defined(__SSE2__)
 // The lanes of a and those of b, added up by pairs: each level halves what is left of each sum, and after the last one
 // lane i holds the sum of the i-th batch.
@@ -160,6 +158,7 @@ struct Lanes<FloatLanes> {
   static void SumEach(const FloatLanes* v, float* out) {
     SumLanes<kCount>(v, out);
   }
+  static bool Any(const FloatMask& m) { return xsimd::any(m); }
   static std::uint32_t Bits(const FloatMask& m) {
 #if defined(__AVX512F__)
     return m.data;

@@ -72,7 +72,5 @@ VESTA_HD inline T Reciprocal(const T& x) {
   return Elementary<T>::Reciprocal(x);
 }
 
-VESTA_HD inline bool Any(bool mask) { return mask; }
-
 }  // namespace VESTA_ISA
 }  // namespace vesta
