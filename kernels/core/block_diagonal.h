@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
+#include "kernels/core/hd.h"
 
 namespace vesta {
 
@@ -18,7 +19,7 @@ struct BlockGroup {
   Index component_stride = 1;
   Index block_stride = 1;
 
-  Index Parameter(Index block, int component) const {
+  VESTA_HD Index Parameter(Index block, int component) const {
     return offset + component * component_stride + block * block_stride;
   }
   // Number of stored values: packed lower triangles.
@@ -26,7 +27,7 @@ struct BlockGroup {
 };
 
 // Position of element (row, col), row >= col, in a packed lower triangle.
-constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
+VESTA_HD constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
 
 // Values of a symmetric block-diagonal matrix over the parameters 0..num_parameters-1; the groups cover each parameter
 // exactly once. Element (row, col) of block i of group g is at values(g)[PackedLower(row, col) * count + i]: blocks

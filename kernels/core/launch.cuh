@@ -1,0 +1,60 @@
+// Running code on the device, in the library's stream.
+#pragma once
+
+#include <type_traits>
+
+#include "kernels/core/block_kernel.h"
+#include "kernels/core/cuda_runtime.cuh"
+
+namespace vesta::device {
+
+// The Block of block_kernel.h on a GPU.
+struct CudaBlock {
+#if defined(__CUDA_ARCH__)
+  VESTA_HD int thread() const { return static_cast<int>(threadIdx.x); }
+  VESTA_HD Index id() const { return blockIdx.x; }
+  VESTA_HD void Sync() const { __syncthreads(); }
+  VESTA_HD int Count(bool value) const { return __syncthreads_count(value ? 1 : 0); }
+#else
+  // nvcc's pass for the host sees kernels too, and never runs them.
+  VESTA_HD int thread() const { return 0; }
+  VESTA_HD Index id() const { return 0; }
+  VESTA_HD void Sync() const {}
+  VESTA_HD int Count(bool value) const { return value ? 1 : 0; }
+#endif
+};
+
+template <class Kernel>
+__global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel kernel) {
+  __shared__ typename Kernel::Shared shared;
+  CudaBlock block;
+  kernel(block, shared);
+}
+
+template <class F>
+__global__ void __launch_bounds__(256) RunForEach(Index count, const F f) {
+  const Index step = Index{256} * gridDim.x;
+  for (Index i = Index{256} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
+}
+
+// Runs `blocks` blocks of a block kernel.
+template <class Kernel>
+void Launch(const Kernel& kernel, Index blocks, const char* name) {
+  static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
+  if (blocks == 0) return;
+  RunBlockKernel<<<static_cast<unsigned>(blocks), Kernel::kThreads, 0, Stream()>>>(kernel);
+  CheckCuda(cudaGetLastError(), name);
+}
+
+// f(i) for each i in [0, count).
+template <class F>
+void ForEach(Index count, const F& f, const char* name) {
+  if (count == 0) return;
+  // Enough blocks for every multiprocessor of the largest GPUs; the loop inside takes the rest.
+  constexpr Index kMostBlocks = 132 * 64;
+  const Index blocks = (count + 255) / 256;
+  RunForEach<<<static_cast<unsigned>(blocks < kMostBlocks ? blocks : kMostBlocks), 256, 0, Stream()>>>(count, f);
+  CheckCuda(cudaGetLastError(), name);
+}
+
+}  // namespace vesta::device
