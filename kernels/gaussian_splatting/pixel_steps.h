@@ -83,8 +83,8 @@ VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& shar
 }
 
 // Exponents of p and q in the derivatives of psi by xi, zeta, rho, kappa, sigma, lambda; all but the last have sign -1.
-inline constexpr int kPowerP[kSplatShape] = {1, 0, 2, 1, 0, 0};
-inline constexpr int kPowerQ[kSplatShape] = {0, 1, 0, 1, 2, 0};
+VESTA_HD constexpr int PowerP(int i) { return i == kRho ? 2 : i == kXi || i == kKappa ? 1 : 0; }
+VESTA_HD constexpr int PowerQ(int i) { return i == kSigma ? 2 : i == kZeta || i == kKappa ? 1 : 0; }
 
 }  // namespace VESTA_ISA
 }  // namespace vesta::splat

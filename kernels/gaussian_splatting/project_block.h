@@ -239,11 +239,11 @@ VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]
   const V* color = cross + 3 * kMoments2;
   for (int i = 0; i < kSplatShape; ++i) {
     for (int j = 0; j <= i; ++j) {
-      const V value = m[MonomialIndex(kPowerP[i] + kPowerP[j], kPowerQ[i] + kPowerQ[j])];
+      const V value = m[MonomialIndex(PowerP(i) + PowerP(j), PowerQ(i) + PowerQ(j))];
       G[i][j] = G[j][i] = (i == kLambda) != (j == kLambda) ? -value : value;
     }
     for (int c = 0; c < 3; ++c) {
-      const V value = cross[c * kMoments2 + MonomialIndex(kPowerP[i], kPowerQ[i])];
+      const V value = cross[c * kMoments2 + MonomialIndex(PowerP(i), PowerQ(i))];
       G[i][kColor + c] = G[kColor + c][i] = i == kLambda ? value : -value;
     }
   }
