@@ -67,6 +67,13 @@ void PrintTable(const gs::TrainResult& result) {
   }
 }
 
+// By how much a given model is better now.
+void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
+  fmt::print("refined: cost {:+.1f} %, train PSNR {:+.3f} dB, test PSNR {:+.3f} dB, test SSIM {:+.4f}\n",
+             100 * (after.cost / before.cost - 1), after.train.psnr - before.train.psnr,
+             after.test.psnr - before.test.psnr, after.test.ssim - before.test.ssim);
+}
+
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
 int TrainAndWrite(const gs::TrainOptions& options, double load_seconds, OutputFolder* out, const Run& run) {
@@ -86,6 +93,8 @@ int TrainAndWrite(const gs::TrainOptions& options, double load_seconds, OutputFo
                     .seed = options.seed});
   out->Keep();
   PrintTable(result);
+  const bool is_refined = result.history.front().stage == gs::Stage::kLm && result.history.size() > 1;
+  if (is_refined) PrintGain(result.history.front(), result.history.back());
   fmt::print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", ply, json);
   return Interrupted() ? kInterruptedStatus : 0;
 }

@@ -11,7 +11,8 @@ DEFINE_string(json, "", "write the numbers to this file too");
 DEFINE_bool(truth, false, "put the photograph to the right of each rendered image");
 
 DEFINE_string(preset, "balanced", "where all other options start (default balanced)");
-DEFINE_int32(iterations, 0, "iterations of Adam, one view each; of bundle_adjust the most of Levenberg-Marquardt");
+DEFINE_int32(iterations, 0, "iterations of Adam; of bundle_adjust the most of Levenberg-Marquardt");
+DEFINE_int32(views_per_iteration, 1, "views whose mean gradient makes one iteration of Adam");
 DEFINE_int64(max_gaussians, 0, "most Gaussians that densification may make");
 DEFINE_bool(fixed_model, false, "no densification, all SH degrees from the start");
 DEFINE_int32(sh_degree, 3, "degree of the colours' spherical harmonics (default 3)");
@@ -36,7 +37,7 @@ DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "recompute products with J (the one way so far)");
 
-DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default 0,0,0; else the .ply's)");
+DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default: the .ply's, else 0,0,0)");
 DEFINE_int32(downscale, 1, "divide the images' width and height by this");
 DEFINE_uint64(seed, 0, "start of the random numbers (default 0)");
 DEFINE_int32(threads, 0, "threads; 0: one for each core");
@@ -74,6 +75,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"truth", kRender, Switch{}},
       {"preset", kLm, Choice{{"fast", "balanced", "best", "paper", "paper_code"}}},
       {"iterations", kTrain | kBundleAdjust, Range{0, kMany}},
+      {"views_per_iteration", kTrain, Range{1, kMany}},
       {"max_gaussians", kTrain, Range{1, kMany}},
       {"fixed_model", kTrain, Switch{}},
       {"sh_degree", kTrain, Range{0, 3}},

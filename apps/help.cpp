@@ -45,6 +45,11 @@ std::string Flags(const CommandInfo& command) {
         "\nWrites DIR/point_cloud.ply and DIR/metrics.json. Options not given are the preset's. Ctrl-C ends training\n"
         "after the current iteration and writes what there is (exit status 130).\n";
   }
+  if (command.command == kRefine) {
+    text +=
+        "PLY is in the INRIA layout; its SH degree and its number of Gaussians stay. Give --background where it was\n"
+        "trained over another colour than black and does not say so.\n";
+  }
   return text;
 }
 

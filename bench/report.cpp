@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -94,6 +95,29 @@ std::string Arguments::Flag(const std::string& name, const std::string& fallback
     if (key == name) return value;
   }
   return fallback;
+}
+
+int Arguments::Count(const std::string& name, int fallback) const {
+  return ParseCount(name, Flag(name, std::to_string(fallback)));
+}
+
+std::vector<std::string> SplitAtCommas(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+int ParseCount(const std::string& flag, const std::string& text) {
+  char* end = nullptr;
+  const long value = std::strtol(text.c_str(), &end, 10);
+  if (text.empty() || *end != 0 || value < 1 || value > 10'000'000) {
+    Fail("--{}={}: choose a whole number above 0", flag, text);
+  }
+  return static_cast<int>(value);
 }
 
 }  // namespace vesta::bench

@@ -56,11 +56,18 @@ double MedianMilliseconds(int repeats, const Body& body) {
 struct Arguments {
   Arguments(int argc, char** argv, std::vector<std::string> known);
   std::string Flag(const std::string& name, const std::string& fallback) const;
+  // The flag as ParseCount reads it.
+  int Count(const std::string& name, int fallback) const;
 
   std::vector<std::string> positional;
 
  private:
   std::vector<std::pair<std::string, std::string>> flags_;
 };
+
+// "a,b,c" as its parts; none for "".
+std::vector<std::string> SplitAtCommas(const std::string& text);
+// A whole number from 1 to 10 million. Throws Error, naming the flag, for anything else.
+int ParseCount(const std::string& flag, const std::string& text);
 
 }  // namespace vesta::bench

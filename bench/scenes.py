@@ -9,11 +9,11 @@ lies in OUT_DIR/NAME. Prints a table; with --json also {"bench", "machine", "com
 """
 import argparse
 import json
-import os
-import platform
 import subprocess
 import sys
 from pathlib import Path
+
+import report
 
 # name: (scene, flags, PSNR and SSIM to pass, seconds to pass them in: a fifth of the peer's time)
 RUNS = {
@@ -48,10 +48,6 @@ def train(program, name, scenes, out, flags):
             "cost_falls": all(b["cost"] <= a["cost"] for a, b in zip(lm, lm[1:]))}
 
 
-def text(value):
-    return "-" if value is None else value if isinstance(value, str) else f"{value:.4g}" if value < 1 else f"{value:.2f}"
-
-
 def main():
     arguments = sys.argv[1:]
     flags = []
@@ -71,22 +67,14 @@ def main():
     for name in options.only:
         row = train(options.program.resolve(), name, options.scenes, options.out, flags)
         rows.append(row)
-        print("  ".join(f"{text(row[column]):>10}" for column in COLUMNS), flush=True)
+        print("  ".join(f"{report.text(row[column]):>10}" for column in COLUMNS), flush=True)
         if row["goal_s"] is not None:
             targets.append({"name": f"{name}: seconds to the peer's PSNR and SSIM", "value": row["passed_s"],
                             "unit": "s", "goal": row["goal_s"],
                             "met": row["passed_s"] is not None and row["passed_s"] <= row["goal_s"]})
-    for target in targets:
-        print(f"target {target['name']}: {text(target['value'])} (goal {target['goal']}) "
-              f"{'met' if target['met'] else 'MISSED'}")
+    report.print_targets(targets)
     if options.json:
-        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
-                                cwd=Path(__file__).parent).stdout.strip() or "unknown"
-        machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
-        temporary = options.json.with_name(options.json.name + ".tmp")
-        temporary.write_text(json.dumps({"bench": "scenes", "machine": machine, "commit": commit, "rows": rows,
-                                         "targets": targets}, indent=2) + "\n")
-        temporary.replace(options.json)
+        report.write_json(options.json, "scenes", rows, targets)
 
 
 if __name__ == "__main__":

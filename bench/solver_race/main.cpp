@@ -65,23 +65,6 @@ std::vector<std::string> FilesOf(const std::string& folder, const std::string& e
   return files;
 }
 
-std::vector<std::string> Split(const std::string& text) {
-  std::vector<std::string> parts;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    parts.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
-
-int Number(const std::string& flag, const std::string& text) {
-  char* end = nullptr;
-  const long value = std::strtol(text.c_str(), &end, 10);
-  if (text.empty() || *end != 0 || value < 1 || value > 100'000) Fail("--{}={}: choose a number above 0", flag, text);
-  return static_cast<int>(value);
-}
-
 bundle::GenerateOptions Generated(const std::string& text) {
   bundle::GenerateOptions options;
   int cameras = 0, points = 0;
@@ -179,9 +162,9 @@ int Main(int argc, char** argv) {
   const Arguments arguments(
       argc, argv,
       {"data", "pose_graphs", "generated", "threads", "repeats", "seconds", "only", "solvers", "json", "curves"});
-  const int repeats = Number("repeats", arguments.Flag("repeats", "3"));
+  const int repeats = arguments.Count("repeats", 3);
   const std::string only = arguments.Flag("only", "");
-  const std::vector<std::string> solvers = Split(arguments.Flag("solvers", ""));
+  const std::vector<std::string> solvers = SplitAtCommas(arguments.Flag("solvers", ""));
   Report report("solver_vs_ceres");
   std::ofstream curves;
   const std::string curves_path = arguments.Flag("curves", "");
@@ -191,9 +174,8 @@ int Main(int argc, char** argv) {
     curves << "problem,threads,solver,seconds,cost,inner\n";
   }
   const auto wanted = [&](const std::string& name) { return name.find(only) != std::string::npos; };
-  for (const std::string& threads : Split(arguments.Flag("threads", "1,2"))) {
-    const RaceOptions options{Number("threads", threads),
-                              static_cast<double>(Number("seconds", arguments.Flag("seconds", "60")))};
+  for (const std::string& threads : SplitAtCommas(arguments.Flag("threads", "1,2"))) {
+    const RaceOptions options{ParseCount("threads", threads), static_cast<double>(arguments.Count("seconds", 60))};
     const auto run = [&](const std::string& name, std::vector<Contender> contenders, bool poses) {
       if (!solvers.empty()) {
         std::erase_if(contenders, [&](const Contender& contender) {
@@ -208,7 +190,7 @@ int Main(int argc, char** argv) {
       if (!wanted(name)) continue;
       run(name, BundleContenders([path] { return bundle::ReadBal(path); }, options), false);
     }
-    for (const std::string& text : Split(arguments.Flag("generated", ""))) {
+    for (const std::string& text : SplitAtCommas(arguments.Flag("generated", ""))) {
       const bundle::GenerateOptions generated = Generated(text);
       run("generated " + text, BundleContenders([generated] { return bundle::Generate(generated); }, options), false);
     }

@@ -24,33 +24,24 @@ VESTA_HD inline V MovingAlpha(const V& alpha, const V& value) {
 // What a splat does to the pixels of a vector.
 template <class V>
 struct Blend {
-  V alpha;          // 0 where the splat is no part of the pixel
-  V weight;         // alpha T, its share of the pixel's colour
-  V transmittance;  // behind it
-  typename Lanes<V>::Mask closes;
+  typename Lanes<V>::Mask open;  // those that it does not close, nor did a splat in front of it
+  V alpha;                       // 0 where the splat is no part of the pixel
+  V weight;                      // alpha T, its share of the pixel's colour
+  V transmittance;               // behind it where the pixel is open, below 1e-4 where it is not
 };
 
-// One step front to back. transmittance: in front of the splat, 0 for closed pixels; alpha: from EvaluateAlpha. A splat
-// that would bring the transmittance below 1e-4 closes the pixel and is itself left out, as in 3DGS: where closes has
-// any, Close must follow.
+// One step front to back. transmittance: in front of the splat, or anything from 0 to 1e-4 for closed pixels; alpha:
+// from EvaluateAlpha. A splat that would bring the transmittance below 1e-4 closes the pixel and is itself left out, as
+// in 3DGS. The transmittance never grows, so that comparing it at each splat tells of all splats before.
 template <class V>
 VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   using S = typename Lanes<V>::Scalar;
-  const auto open = transmittance > V(0);
   Blend<V> blend;
-  blend.alpha = Select(open, alpha, V(0));
-  blend.weight = blend.alpha * transmittance;
-  blend.transmittance = Fnma(blend.alpha, transmittance, transmittance);
-  blend.closes = open & (blend.transmittance < V(static_cast<S>(kTransmittanceStop)));
+  blend.transmittance = Fnma(alpha, transmittance, transmittance);
+  blend.open = blend.transmittance >= V(static_cast<S>(kTransmittanceStop));
+  blend.alpha = Select(blend.open, alpha, V(0));
+  blend.weight = MaskedProduct(blend.open, alpha, transmittance);
   return blend;
-}
-
-// Takes the splat out of the pixels that it closes: they blend nothing and are closed from here on.
-template <class V>
-VESTA_HD inline void Close(Blend<V>& blend) {
-  blend.alpha = Select(blend.closes, V(0), blend.alpha);
-  blend.weight = Select(blend.closes, V(0), blend.weight);
-  blend.transmittance = Select(blend.closes, V(0), blend.transmittance);
 }
 
 }  // namespace VESTA_ISA

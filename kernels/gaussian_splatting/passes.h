@@ -3,7 +3,9 @@
 // so adjoint and Gram go front to back too and no per-pixel state is stored between passes.
 #pragma once
 
-#include "kernels/gaussian_splatting/traverse.h"
+#include "kernels/gaussian_splatting/pixel_steps.h"
+#include "kernels/gaussian_splatting/traverse_rows.h"
+#include "kernels/gaussian_splatting/traverse_splats.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -14,71 +16,98 @@ struct CountPass {
   VisitCounts counts;
 
   struct State {};
-  State Begin(std::uint32_t, const Splat<S>&) {
-    ++counts.pairs;
-    return {};
-  }
-  void Pixels(State&, S, int, const V&, const Blend<V>& blend) {
+  void Prepare(int, const Splat<S>&, std::uint32_t) { ++counts.pairs; }
+  void PrepareRow(int, const V&) {}
+  State Load(int) const { return {}; }
+  void Store(const State&, int) {}
+  void Pixels(State&, std::uint32_t, const V&, const Blend<V>& blend) {
     const std::uint32_t bits = L::Bits(blend.alpha > V(0));
     ++counts.vectors;
     counts.useful += bits != 0 ? 1 : 0;
     counts.pixels += std::popcount(bits);
   }
-  void End(State&, std::int64_t) {}
-  void Skip(std::int64_t) {}
 };
 
 template <class V, class S>
 struct ForwardPass {
   using L = Lanes<V>;
-  alignas(64) S color[3][kTilePixels] = {};
+  alignas(64) S color[3][kTilePixels];
+  alignas(64) S transmittance[kTilePixels];  // behind the last splat that is part of the pixel
+  struct {
+    S color[3], pad;
+  } of[RowBatch<V, S>::kPlaces];
 
   struct State {
-    V c[3];
+    V color[3], transmittance;
   };
-  State Begin(std::uint32_t, const Splat<S>& splat) const {
-    return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}};
+  ForwardPass() {
+    for (S* plane : color) SetZero<V>(plane);
+    for (S& t : transmittance) t = S(1);
   }
-  void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
-    for (int k = 0; k < 3; ++k) {
-      L::Store(color[k] + offset, Fma(blend.weight, state.c[k], L::Load(color[k] + offset)));
-    }
+  void Prepare(int place, const Splat<S>& splat, std::uint32_t) {
+    for (int k = 0; k < 3; ++k) of[place].color[k] = splat.color[k];
   }
-  void End(State&, std::int64_t) {}
-  void Skip(std::int64_t) {}
+  void PrepareRow(int, const V&) {}
+  State Load(int offset) const {
+    return {{L::Load(color[0] + offset), L::Load(color[1] + offset), L::Load(color[2] + offset)},
+            L::Load(transmittance + offset)};
+  }
+  void Store(const State& state, int offset) {
+    for (int k = 0; k < 3; ++k) L::Store(color[k] + offset, state.color[k]);
+    L::Store(transmittance + offset, state.transmittance);
+  }
+  void Pixels(State& state, std::uint32_t place, const V&, const Blend<V>& blend) {
+    for (int k = 0; k < 3; ++k) state.color[k] = Fma(blend.weight, V(of[place].color[k]), state.color[k]);
+    state.transmittance = Select(blend.open, blend.transmittance, state.transmittance);
+  }
 };
 
 template <class V, class S>
 struct TangentPass {
   using L = Lanes<V>;
+  static constexpr int kPlaces = RowBatch<V, S>::kPlaces;
   const SplatTangent<S>* tangents;
-  alignas(64) S d_color[3][kTilePixels] = {};
-  alignas(64) S minus_dT[kTilePixels] = {};  // of the transmittance
+  alignas(64) S d_color[3][kTilePixels];
+  alignas(64) S minus_dT[kTilePixels];  // of the transmittance
+  // Of the batch, member by member, and of its row: psi = constant - p (linear + rho p).
+  alignas(64) S shape[kSplatShape][kPlaces], linear[kPlaces], constant[kPlaces];
+  struct {
+    S color[3], d_color[3], pad[2];
+  } of[kPlaces];
 
   struct State {
-    const S* w;
-    V c[3], dc[3], rho;
+    V d_color[3], minus_dT;
   };
-  State Begin(std::uint32_t rank, const Splat<S>& splat) const {
+  explicit TangentPass(const SplatTangent<S>* splat_tangents) : tangents(splat_tangents) {
+    for (S* plane : d_color) SetZero<V>(plane);
+    SetZero<V>(minus_dT);
+  }
+  void Prepare(int place, const Splat<S>& splat, std::uint32_t rank) {
     const S* w = tangents[rank].w;
-    return {w,
-            {V(splat.color[0]), V(splat.color[1]), V(splat.color[2])},
-            {V(w[kColor]), V(w[kColor + 1]), V(w[kColor + 2])},
-            V(w[kRho])};
+    for (int k = 0; k < kSplatShape; ++k) shape[k][place] = w[k];
+    for (int k = 0; k < 3; ++k) of[place].color[k] = splat.color[k], of[place].d_color[k] = w[kColor + k];
   }
-  void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
-    const TangentRow<S> row(state.w, q);
-    const V psi = Psi(V(row.linear), V(row.constant), state.rho, p);
-    V behind = L::Load(minus_dT + offset);
-    const V d_weight = TangentWeight(blend, psi, behind);
+  void PrepareRow(int first, const V& q) {
+    const auto member = [&](int k) { return L::Load(shape[k] + first); };
+    L::Store(linear + first, PsiLinear(member(kXi), member(kKappa), q));
+    L::Store(constant + first, PsiConstant(member(kZeta), member(kSigma), member(kLambda), q));
+  }
+  State Load(int offset) const {
+    return {{L::Load(d_color[0] + offset), L::Load(d_color[1] + offset), L::Load(d_color[2] + offset)},
+            L::Load(minus_dT + offset)};
+  }
+  void Store(const State& state, int offset) {
+    for (int k = 0; k < 3; ++k) L::Store(d_color[k] + offset, state.d_color[k]);
+    L::Store(minus_dT + offset, state.minus_dT);
+  }
+  void Pixels(State& state, std::uint32_t place, const V& p, const Blend<V>& blend) {
+    const V psi = Psi(V(linear[place]), V(constant[place]), V(shape[kRho][place]), p);
+    const V d_weight = TangentWeight(blend, psi, state.minus_dT);
     for (int k = 0; k < 3; ++k) {
-      S* to = d_color[k] + offset;
-      L::Store(to, TangentColor(blend, d_weight, state.c[k], state.dc[k], L::Load(to)));
+      state.d_color[k] =
+          TangentColor(blend, d_weight, V(of[place].color[k]), V(of[place].d_color[k]), state.d_color[k]);
     }
-    L::Store(minus_dT + offset, behind);
   }
-  void End(State&, std::int64_t) {}
-  void Skip(std::int64_t) {}
 };
 
 template <class V, class S>
@@ -91,7 +120,7 @@ struct AdjointPass {
   struct State {
     V c[3], total[kSplatTangent];
   };
-  State Begin(std::uint32_t, const Splat<S>& splat) const {
+  State Begin(const Splat<S>& splat) const {
     State state;
     for (int k = 0; k < 3; ++k) state.c[k] = V(splat.color[k]);
     for (V& sum : state.total) sum = V(0);
@@ -129,7 +158,7 @@ struct GramPass {
   struct State {
     V c[3], shape[kMoments4], cross[3][kMoments2], color[3];
   };
-  State Begin(std::uint32_t, const Splat<S>& splat) const {
+  State Begin(const Splat<S>& splat) const {
     State state;
     for (V& m : state.shape) m = V(0);
     for (int k = 0; k < 3; ++k) {

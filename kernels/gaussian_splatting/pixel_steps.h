@@ -9,47 +9,29 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A splat on one row of pixels, in whitened coordinates: pixel x has the offsets p = r x + p0 and q, and the exponent
-// peak - p^2.
-template <class V>
-struct SplatRow {
-  V q, peak, p0;
-  V rest;    // support - q^2: what is left for p^2, if positive
-  V middle;  // where p = 0
-};
-
-// mean: the splat's u relative to the centre of the row's first pixel; dy: that centre's height less the splat's v.
-template <class V>
-VESTA_HD inline SplatRow<V> PlaceRow(const V& r, const V& s, const V& beta, const V& log2_opacity, const V& support,
-                                     const V& mean, const V& dy) {
-  SplatRow<V> row;
-  row.q = s * dy;
-  const V q2 = row.q * row.q;
-  row.rest = support - q2;
-  row.peak = log2_opacity - q2;
-  row.middle = mean - beta * dy;
-  row.p0 = -(row.middle * r);
-  return row;
-}
-
-// p of pixel x of a row, and alpha there.
+// p of pixel x of a row (row_span.h), log2 of what alpha would be there without cap and floor, and alpha.
 template <class V>
 VESTA_HD inline V OffsetAt(const V& x, const V& r, const V& p0) {
   return Fma(x, r, p0);
 }
 template <class V>
+VESTA_HD inline V ExponentAt(const V& p, const V& peak) {
+  return Fnma(p, p, peak);
+}
+template <class V>
 VESTA_HD inline V AlphaAt(const V& p, const V& peak) {
-  return EvaluateAlpha(Fnma(p, p, peak));
+  return EvaluateAlpha(ExponentAt(p, peak));
 }
 
-// psi on one row as a polynomial in p: constant - p (linear + rho p). w: a splat's tangent.
-template <class S>
-struct TangentRow {
-  S linear, constant;
-
-  VESTA_HD TangentRow(const S* w, S q)
-      : linear(w[kXi] + w[kKappa] * q), constant(w[kLambda] - q * (w[kZeta] + w[kSigma] * q)) {}
-};
+// psi along a row, a polynomial in p: constant - p (linear + rho p).
+template <class V>
+VESTA_HD inline V PsiLinear(const V& xi, const V& kappa, const V& q) {
+  return Fma(kappa, q, xi);
+}
+template <class V>
+VESTA_HD inline V PsiConstant(const V& zeta, const V& sigma, const V& lambda, const V& q) {
+  return Fnma(q, Fma(sigma, q, zeta), lambda);
+}
 template <class V>
 VESTA_HD inline V Psi(const V& linear, const V& constant, const V& rho, const V& p) {
   return Fnma(p, Fma(rho, p, linear), constant);

@@ -11,6 +11,7 @@
 
 #include "kernels/core/block_kernel.h"
 #include "kernels/gaussian_splatting/pixel_steps.h"
+#include "kernels/gaussian_splatting/row_span.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -44,29 +45,25 @@ VESTA_HD inline Splat<S> InTile(const TileLists<S>& lists, std::int64_t tile, co
   return moved;
 }
 
-// A splat of InTile on row y of the tile.
+// A splat of InTile on row y of the tile. What is not used of it costs nothing.
 template <class S>
-VESTA_HD inline SplatRow<S> RowInTile(const Splat<S>& splat, int y) {
-  return PlaceRow(splat.r, splat.s, splat.beta, splat.log2_opacity, splat.support, splat.u,
-                  static_cast<S>(y) - splat.v);
+VESTA_HD inline RowSpan<S> RowInTile(const Splat<S>& splat, int y) {
+  const RowSplat<S> members = {splat.u,       splat.v,    splat.r, splat.s, splat.beta, splat.log2_opacity,
+                               splat.support, splat.inv_r};
+  return RowSpan<S>(members, static_cast<S>(y));
 }
 
-// What passes the splats in front of a pixel.
+// What passes to a pixel.
 template <class S>
-struct Transmittance {
-  S ahead;        // 0 once the pixel is closed, and beyond the image
-  S kept = S(0);  // what passed when it closed
+struct Passing {
+  S transmittance = S(1);  // behind the last splat that is part of the pixel
+  bool open;
 
-  VESTA_HD explicit Transmittance(bool inside) : ahead(inside ? S(1) : S(0)) {}
-  VESTA_HD bool open() const { return ahead > S(0); }
-  VESTA_HD S behind_all() const { return ahead + kept; }
+  VESTA_HD explicit Passing(bool inside) : open(inside) {}
   VESTA_HD Blend<S> Take(const S& alpha) {
-    Blend<S> blend = BlendSplat(ahead, alpha);
-    if (blend.closes) {
-      Close(blend);
-      kept = ahead;
-    }
-    ahead = blend.transmittance;
+    const Blend<S> blend = BlendSplat(transmittance, alpha);
+    open = blend.open;
+    if (open) transmittance = blend.transmittance;
     return blend;
   }
 };
@@ -100,26 +97,26 @@ struct ForwardBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, block.id(), block.thread());
-    Transmittance<S> transmittance(pixel.inside);
+    Passing<S> passing(pixel.inside);
     S color[3] = {S(0), S(0), S(0)};
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
-      if (block.Count(transmittance.open()) == 0) break;
+      if (block.Count(passing.open) == 0) break;
       const int count = BatchSize(first, end, kBatch);
       StageSplats(block, lists, first, count, shared.splats);
-      for (int k = 0; k < count && transmittance.open(); ++k) {
+      for (int k = 0; k < count && passing.open; ++k) {
         const Splat<S>& splat = shared.splats[k];
-        const SplatRow<S> row = RowInTile(splat, pixel.y);
+        const RowSpan<S> row = RowInTile(splat, pixel.y);
         const S alpha = AlphaAt(OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), row.peak);
         if (!(alpha > S(0))) continue;
-        const Blend<S> blend = transmittance.Take(alpha);
+        const Blend<S> blend = passing.Take(alpha);
         for (int c = 0; c < 3; ++c) color[c] = Fma(blend.weight, splat.color[c], color[c]);
       }
     }
     if (!pixel.inside) return;
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
     for (int c = 0; c < 3; ++c) {
-      image[c * plane + pixel.place] = color[c] + transmittance.behind_all() * lists.background[c];
+      image[c * plane + pixel.place] = Fma(passing.transmittance, lists.background[c], color[c]);
     }
   }
 };
@@ -139,25 +136,26 @@ struct TangentBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, block.id(), block.thread());
-    Transmittance<S> transmittance(pixel.inside);
+    Passing<S> passing(pixel.inside);
     S d_color[3] = {S(0), S(0), S(0)}, minus_dT(0);
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
-      if (block.Count(transmittance.open()) == 0) break;
+      if (block.Count(passing.open) == 0) break;
       const int count = BatchSize(first, end, kBatch);
       if (block.thread() < count) {
         shared.tangents[block.thread()] = tangents[lists.ranks[first + block.thread()]];
       }
       StageSplats(block, lists, first, count, shared.splats);
-      for (int k = 0; k < count && transmittance.open(); ++k) {
+      for (int k = 0; k < count && passing.open; ++k) {
         const Splat<S>& splat = shared.splats[k];
-        const SplatRow<S> row = RowInTile(splat, pixel.y);
+        const RowSpan<S> row = RowInTile(splat, pixel.y);
         const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), alpha = AlphaAt(p, row.peak);
         if (!(alpha > S(0))) continue;
-        const Blend<S> blend = transmittance.Take(alpha);
+        const Blend<S> blend = passing.Take(alpha);
         const S* w = shared.tangents[k].w;
-        const TangentRow<S> along(w, row.q);
-        const S d_weight = TangentWeight(blend, Psi(along.linear, along.constant, w[kRho], p), minus_dT);
+        const S psi =
+            Psi(PsiLinear(w[kXi], w[kKappa], row.q), PsiConstant(w[kZeta], w[kSigma], w[kLambda], row.q), w[kRho], p);
+        const S d_weight = TangentWeight(blend, psi, minus_dT);
         for (int c = 0; c < 3; ++c) {
           d_color[c] = TangentColor(blend, d_weight, splat.color[c], w[kColor + c], d_color[c]);
         }
@@ -165,7 +163,7 @@ struct TangentBlock {
     }
     if (!pixel.inside) return;
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    for (int c = 0; c < 3; ++c) d_image[c * plane + pixel.place] = d_color[c] - minus_dT * lists.background[c];
+    for (int c = 0; c < 3; ++c) d_image[c * plane + pixel.place] = Fnma(minus_dT, lists.background[c], d_color[c]);
   }
 };
 
@@ -194,7 +192,7 @@ struct AdjointBlock {
     const int thread = block.thread();
     const BlockPixel pixel(lists, block.id(), thread);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    Transmittance<S> transmittance(pixel.inside);
+    Passing<S> passing(pixel.inside);
     S behind(0), my_u[3];
     for (int c = 0; c < 3; ++c) {
       my_u[c] = pixel.inside ? u[c * plane + pixel.place] : S(0);
@@ -204,18 +202,18 @@ struct AdjointBlock {
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     std::int64_t first = lists.tile_begin[block.id()];
     for (; first < end; first += kBatch) {
-      if (block.Count(transmittance.open()) == 0) break;
+      if (block.Count(passing.open) == 0) break;
       const int count = BatchSize(first, end, kBatch);
       StageSplats(block, lists, first, count, shared.splats);
       // As pixels.
       for (int k = 0; k < count; ++k) {
         Share share = {S(0), S(0)};
-        if (transmittance.open()) {
+        if (passing.open) {
           const Splat<S>& splat = shared.splats[k];
-          const SplatRow<S> row = RowInTile(splat, pixel.y);
+          const RowSpan<S> row = RowInTile(splat, pixel.y);
           const S alpha = AlphaAt(OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), row.peak);
           if (alpha > S(0)) {
-            const Blend<S> blend = transmittance.Take(alpha);
+            const Blend<S> blend = passing.Take(alpha);
             const S* c = splat.color;
             const S gathered = blend.weight * Fma(c[0], my_u[0], Fma(c[1], my_u[1], c[2] * my_u[2]));
             share.g = ByLogAlpha(blend, Odds(blend.alpha), gathered, behind);
@@ -246,7 +244,7 @@ struct AdjointBlock {
 
   VESTA_HD void AddRow(Shared& shared, int k, int y) const {
     const Splat<S>& splat = shared.splats[k];
-    const SplatRow<S> row = RowInTile(splat, y);
+    const RowSpan<S> row = RowInTile(splat, y);
     S sum[kRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0)};
     for (int i = 0; i < kTileSize; ++i) {
       const int x = (i + y) % kTileSize, at = y * kTileSize + x;
@@ -300,7 +298,7 @@ struct GramBlock {
     const int thread = block.thread();
     const BlockPixel pixel(lists, block.id(), thread);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    Transmittance<S> transmittance(pixel.inside);
+    Passing<S> passing(pixel.inside);
     S behind[3];
     for (int c = 0; c < 3; ++c) {
       behind[c] = pixel.inside ? image[c * plane + pixel.place] : S(0);
@@ -309,17 +307,17 @@ struct GramBlock {
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     std::int64_t first = lists.tile_begin[block.id()];
     for (; first < end; first += kBatch) {
-      if (block.Count(transmittance.open()) == 0) break;
+      if (block.Count(passing.open) == 0) break;
       const int count = BatchSize(first, end, kBatch);
       StageSplats(block, lists, first, count, shared.splats);
       for (int k = 0; k < count; ++k) {
         Share share = {S(0), {S(0), S(0), S(0)}};
-        if (transmittance.open()) {
+        if (passing.open) {
           const Splat<S>& splat = shared.splats[k];
-          const SplatRow<S> row = RowInTile(splat, pixel.y);
+          const RowSpan<S> row = RowInTile(splat, pixel.y);
           const S alpha = AlphaAt(OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), row.peak);
           if (alpha > S(0)) {
-            const Blend<S> blend = transmittance.Take(alpha);
+            const Blend<S> blend = passing.Take(alpha);
             const S odds = Odds(blend.alpha);
             share.w = blend.weight;
             for (int c = 0; c < 3; ++c) share.d[c] = ByLogAlpha(blend, odds, blend.weight * splat.color[c], behind[c]);
@@ -349,7 +347,7 @@ struct GramBlock {
   VESTA_HD void AddHalfRow(const Shared& shared, int k, int index, S part[kPartSums]) const {
     const Splat<S>& splat = shared.splats[k];
     const int y = index / 2;
-    const SplatRow<S> row = RowInTile(splat, y);
+    const RowSpan<S> row = RowInTile(splat, y);
     for (int i = 0; i < kPartSums; ++i) part[i] = S(0);
     for (int i = 0; i < kHalf; ++i) {
       // Each of eight neighbouring threads on a bank of its own.

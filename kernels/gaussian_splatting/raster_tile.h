@@ -9,64 +9,77 @@ inline namespace VESTA_ISA {
 
 template <class V, class S>
 void ForwardTile(const TileLists<S>& lists, int tile, S* image) {
-  alignas(64) S transmittance[kTilePixels];
-  ForwardPass<V, S> pass;
-  TraverseTile<V>(lists, tile, pass, transmittance);
+  using L = Lanes<V>;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(window);
+  ForwardPass<V, S> pass;
+  for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, image + k * plane);
+  TraverseRows<V>(lists, tile, pixels, pass);
   for (int k = 0; k < 3; ++k) {
-    for (int i = 0; i < kTilePixels; ++i) pass.color[k][i] += transmittance[i] * lists.background[k];
-    StorePlane(lists, WindowOf(lists, tile), pass.color[k], image + k * plane);
+    for (int i = 0; i < kTilePixels; i += L::kWidth) {
+      S* color = pass.color[k] + i;
+      L::Store(color, Fma(L::Load(pass.transmittance + i), V(lists.background[k]), L::Load(color)));
+    }
+    StorePlane<V>(lists, window, pass.color[k], image + k * plane);
   }
 }
 
 template <class V, class S>
 void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* d_image) {
-  alignas(64) S transmittance[kTilePixels];
-  TangentPass<V, S> pass;
-  pass.tangents = tangents;
-  TraverseTile<V>(lists, tile, pass, transmittance);
+  using L = Lanes<V>;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(window);
+  TangentPass<V, S> pass(tangents);
+  for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, d_image + k * plane);
+  TraverseRows<V>(lists, tile, pixels, pass);
   for (int k = 0; k < 3; ++k) {
-    for (int i = 0; i < kTilePixels; ++i) pass.d_color[k][i] -= pass.minus_dT[i] * lists.background[k];
-    StorePlane(lists, WindowOf(lists, tile), pass.d_color[k], d_image + k * plane);
+    for (int i = 0; i < kTilePixels; i += L::kWidth) {
+      S* color = pass.d_color[k] + i;
+      L::Store(color, Fnma(L::Load(pass.minus_dT + i), V(lists.background[k]), L::Load(color)));
+    }
+    StorePlane<V>(lists, window, pass.d_color[k], d_image + k * plane);
   }
 }
 
 template <class V, class S>
 void AdjointTile(const TileLists<S>& lists, int tile, const S* image, const S* u, SplatTangent<S>* pair_sums) {
-  alignas(64) S transmittance[kTilePixels], color[kTilePixels];
+  using L = Lanes<V>;
+  alignas(64) S color[kTilePixels];
   AdjointPass<V, S> pass;
   pass.sums = pair_sums;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   const TileWindow window = WindowOf(lists, tile);
-  for (int i = 0; i < kTilePixels; ++i) pass.behind[i] = S(0);
+  SetZero<V>(pass.behind);
   for (int k = 0; k < 3; ++k) {
-    LoadPlane(lists, window, u + k * plane, pass.u[k]);
-    LoadPlane(lists, window, image + k * plane, color);
-    for (int i = 0; i < kTilePixels; ++i) pass.behind[i] += pass.u[k][i] * color[i];
+    LoadPlane<V>(lists, window, u + k * plane, pass.u[k]);
+    LoadPlane<V>(lists, window, image + k * plane, color);
+    for (int i = 0; i < kTilePixels; i += L::kWidth) {
+      L::Store(pass.behind + i, Fma(L::Load(pass.u[k] + i), L::Load(color + i), L::Load(pass.behind + i)));
+    }
   }
-  TraverseTile<V>(lists, tile, pass, transmittance);
+  TraverseSplats<V>(lists, tile, pass);
 }
 
 template <class V, class S>
 void GramTile(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums) {
-  alignas(64) S transmittance[kTilePixels];
   GramPass<V, S> pass;
   pass.sums = pair_sums;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   const TileWindow window = WindowOf(lists, tile);
   for (int k = 0; k < 3; ++k) {
-    LoadPlane(lists, window, omega + k * plane, pass.omega[k]);
-    LoadPlane(lists, window, image + k * plane, pass.behind[k]);
+    LoadPlane<V>(lists, window, omega + k * plane, pass.omega[k]);
+    LoadPlane<V>(lists, window, image + k * plane, pass.behind[k]);
   }
-  TraverseTile<V>(lists, tile, pass, transmittance);
+  TraverseSplats<V>(lists, tile, pass);
 }
 
 template <class V, class S>
 VisitCounts CountTile(const TileLists<S>& lists, int tile) {
-  alignas(64) S transmittance[kTilePixels];
+  TilePixels<V, S> pixels(WindowOf(lists, tile));
   CountPass<V, S> pass;
-  TraverseTile<V>(lists, tile, pass, transmittance);
+  TraverseRows<V>(lists, tile, pixels, pass);
   return pass.counts;
 }
 

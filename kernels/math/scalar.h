@@ -28,6 +28,11 @@ struct Elementary {
   VESTA_HD static T Max(const T& a, const T& b) { return a < b ? b : a; }
   VESTA_HD static T Min(const T& a, const T& b) { return b < a ? b : a; }
   VESTA_HD static T MaskedExp2(bool mask, const T& x) { return mask ? Exp2(x) : T(0); }
+  VESTA_HD static T MaskedProduct(bool mask, const T& a, const T& b) { return mask ? a * b : T(0); }
+  VESTA_HD static T MaskedSquareRoot(bool mask, const T& x) {
+    using std::sqrt;
+    return mask ? sqrt(x) : T(0);
+  }
   VESTA_HD static T Reciprocal(const T& x) { return FastReciprocal(x); }
 };
 
@@ -66,6 +71,16 @@ VESTA_HD inline T Square(const T& x) {
 template <class Mask, class T>
 VESTA_HD inline T MaskedExp2(const Mask& mask, const T& x) {
   return Elementary<T>::MaskedExp2(mask, x);
+}
+// a * b where mask is set, else 0.
+template <class Mask, class T>
+VESTA_HD inline T MaskedProduct(const Mask& mask, const T& a, const T& b) {
+  return Elementary<T>::MaskedProduct(mask, a, b);
+}
+// sqrt(x) where mask is set, else 0.
+template <class Mask, class T>
+VESTA_HD inline T MaskedSquareRoot(const Mask& mask, const T& x) {
+  return Elementary<T>::MaskedSquareRoot(mask, x);
 }
 template <class T>
 VESTA_HD inline T Reciprocal(const T& x) {

@@ -2,9 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include "problems/gaussian_splatting/io/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -109,6 +112,22 @@ TEST_F(BadScene, PlyMissingOrNone) {
     ExpectRefusal(RunProgram({"refine", ply, scene_, "--out", out_}), kFailed, ply);
     EXPECT_FALSE(fs::exists(folder_ / "results"));
   }
+}
+
+TEST_F(BadScene, PlyEmptyOrNotANumber) {
+  WriteTinyScene(scene_);
+  const std::string ply = folder_ / "model.ply";
+  gs::SplatModel model;
+  model.Resize(1, 3);
+  std::fill_n(model.attribute(splat::kQuaternion), 3, 1.0f);
+  model.attribute(splat::kOpacity)[1] = std::nanf("");
+  gs::WriteSplatPly(ply, model);
+  ExpectRefusal(RunProgram({"refine", ply, scene_, "--out=" + out_}), kFailed,
+                ply + ": 1 of 3 Gaussians have values that are not finite");
+  model.Resize(1, 0);
+  gs::WriteSplatPly(ply, model);
+  ExpectRefusal(RunProgram({"refine", ply, scene_, "--out=" + out_}), kFailed, ply + ": it holds no Gaussians");
+  EXPECT_FALSE(fs::exists(folder_ / "results"));
 }
 
 struct BadLine {

@@ -40,6 +40,8 @@ TEST(Help, CommandListsItsFlagsAlone) {
   const std::string refine = Help({"help", "refine"});
   EXPECT_THAT(refine, HasSubstr("--lm_iterations=N"));
   EXPECT_THAT(refine, Not(HasSubstr("--iterations=N")));
+  EXPECT_THAT(refine, HasSubstr("PLY is in the INRIA layout"));
+  EXPECT_THAT(train, Not(HasSubstr("INRIA layout")));
   EXPECT_THAT(Help({"help", "render"}), HasSubstr("--truth"));
   EXPECT_THAT(Help({"help", "eval"}), HasSubstr("--json=FILE"));
 }

@@ -1,7 +1,9 @@
 // The program from a scene to its results.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -166,7 +168,46 @@ TEST_F(TinyTraining, RefineLowersTheCost) {
   ASSERT_EQ(history.size(), 3u);
   EXPECT_NEAR(history[0]["test_psnr"], Metrics(out_)["test"]["psnr"].get<double>(), 1e-6);
   EXPECT_LT(history[2]["cost"], history[0]["cost"]);
+  EXPECT_GT(history[2]["train_psnr"], history[0]["train_psnr"]);
   ExpectEvalReproduces(refined);
+  const json metrics = Metrics(refined);
+  EXPECT_EQ(metrics["train"]["psnr"], history[2]["train_psnr"]);
+  EXPECT_THAT(output.out,
+              HasSubstr(fmt::format("refined: cost {:+.1f} %, train PSNR {:+.3f} dB",
+                                    100 * (history[2]["cost"].get<double>() / history[0]["cost"].get<double>() - 1),
+                                    history[2]["train_psnr"].get<double>() - history[0]["train_psnr"].get<double>())));
+}
+
+// A file from elsewhere: another SH degree than the default, no word of its background.
+TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
+  ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0", "--sh_degree=1", "--background=0.25,0.5,1"}).status,
+            0);
+  gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
+  model.has_background = false;
+  const std::string foreign = folder_ / "foreign.ply", refined = folder_ / "refined";
+  gs::WriteSplatPly(foreign, model);
+  const auto start_psnr = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> words = {"refine", foreign, scene_, "--out=" + refined, "--lm_iterations=1"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const ProgramOutput output = RunProgram(words);
+    EXPECT_EQ(output.status, 0) << output.err;
+    ExpectEvalReproduces(refined);
+    return Metrics(refined)["history"][0]["train_psnr"].get<double>();
+  };
+  const double trained_psnr = Metrics(out_)["train"]["psnr"];
+  EXPECT_GT(std::abs(start_psnr({}) - trained_psnr), 0.01) << "over black";
+  EXPECT_NEAR(start_psnr({"--background=0.25,0.5,1"}), trained_psnr, 1e-6);
+  const gs::SplatModel result = gs::ReadSplatPly(Ply(refined));
+  EXPECT_EQ(result.sh_degree, 1);
+  EXPECT_EQ(result.count, model.count);
+  EXPECT_THAT(result.background, ElementsAre(0.25f, 0.5f, 1.0f));
+}
+
+TEST_F(TinyTraining, RefineByNoIterationsChangesNothing) {
+  ASSERT_EQ(Train(out_, {"--iterations=10", "--lm_iterations=0"}).status, 0);
+  const std::string refined = folder_ / "refined";
+  ASSERT_EQ(RunProgram({"refine", Ply(out_), scene_, "--out=" + refined, "--lm_iterations=0"}).status, 0);
+  EXPECT_TRUE(ReadFile(Ply(refined)) == ReadFile(Ply(out_)));
 }
 
 TEST_F(TinyTraining, RenderWritesTheTestViews) {

@@ -1,4 +1,4 @@
-// Stage one: Adam on one view an iteration, with adaptive density.
+// Stage one: Adam on one view an iteration, or a few, with adaptive density.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -65,38 +65,43 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   const auto kernel_model = [&](int it) {
     return splat::Model<float>{model.data.data(), model.count, model.sh_degree, active_degree(it)};
   };
-  const int record_every = std::max(1, n / 20);
+  const int record_every = std::max(1, n / adam_options.evaluations);
 
   for (int it = 1; it <= n && !session.stopped(); ++it) {
-    const View& target = *session.training_views()[order.Next()];
     const splat::Model<float> x = kernel_model(it);
     const int attributes = splat::NumAttributes(x.active_sh_degree);
-    const ImageShape shape{target.camera.width, target.camera.height};
-    if (image.width != shape.width || image.height != shape.height) {
-      image = Image(shape.width, shape.height);
-      image_gradient.Resize(shape.NumValues());
-    }
-    const HostSpan<const float> rendered(image.rgb.data(), shape.NumValues());
-    const HostSpan<const float> truth(target.image.rgb.data(), shape.NumValues());
-
-    view.Build(x, ToPinhole(target, near), options.background.data(), workspace);
-    view.Render(image.rgb.data());
-    const PhotometricValue value = loss.Gradient(rendered, truth, shape, image_gradient);
+    const bool observes = options.density.enabled && it <= options.density.end * n;
     // Adam leaves it at zero.
     if (gradient.size() != attributes * model.count) gradient.Resize(attributes * model.count);
-    view.AddJT(x, image.rgb.data(), image_gradient.data(), gradient.data(), workspace);
-    const auto values = static_cast<double>(shape.NumValues());
-    // The gradient is that of a sum over pixels; Adam's steps do not depend on its scale.
+    double cost = 0, values = 0;
+    for (int k = 0; k < adam_options.views_per_iteration; ++k) {
+      const View& target = *session.training_views()[order.Next()];
+      const ImageShape shape{target.camera.width, target.camera.height};
+      if (image.width != shape.width || image.height != shape.height) {
+        image = Image(shape.width, shape.height);
+        image_gradient.Resize(shape.NumValues());
+      }
+      const HostSpan<const float> rendered(image.rgb.data(), shape.NumValues());
+      const HostSpan<const float> truth(target.image.rgb.data(), shape.NumValues());
+
+      view.Build(x, ToPinhole(target, near), options.background.data(), workspace);
+      view.Render(image.rgb.data());
+      cost += loss.Gradient(rendered, truth, shape, image_gradient).objective;
+      values += static_cast<double>(shape.NumValues());
+      view.AddJT(x, image.rgb.data(), image_gradient.data(), gradient.data(), workspace);
+      if (observes) density.Observe(view, workspace.splat_sums.data(), static_cast<double>(shape.NumValues()));
+    }
+    cost /= values;
+    // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
     adam.Step(model, gradient.data(), attributes,
               adam_options.rate_factor * std::pow(adam_options.rate_decay, (it - 1.0) / n));
 
-    if (options.density.enabled && it <= options.density.end * n) {
-      density.Observe(view, workspace.splat_sums.data(), values);
+    if (observes) {
       if (DensifiesAt(options.density, it, n)) density.Densify(model, adam, it);
       const int reset_every = static_cast<int>(options.density.opacity_reset_every * n);
       if (reset_every > 0 && it % reset_every == 0) DensityControl::ResetOpacity(model, adam);
     }
-    mean_cost = it == 1 ? value.objective / values : 0.95 * mean_cost + 0.05 * value.objective / values;
+    mean_cost = it == 1 ? cost : 0.95 * mean_cost + 0.05 * cost;
     const bool is_last = it == n || session.ShouldStop();
     if (is_last || it % record_every == 0) session.Record(Stage::kAdam, it, kernel_model(it));
     session.Report({Stage::kAdam, it, n, session.Seconds(), mean_cost, session.latest_psnr(), model.count, ""});

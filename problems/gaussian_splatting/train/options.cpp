@@ -65,6 +65,8 @@ TrainOptions PresetOptions(const std::string& name) {
 
 void ValidateOptions(const TrainOptions& options) {
   CheckRange("--iterations", options.adam.iterations, 0, 1e7);
+  CheckRange("--views_per_iteration", options.adam.views_per_iteration, 1, 1e6);
+  CheckRange("evaluations", options.adam.evaluations, 1, 1e7);
   CheckRange("--rate_factor", options.adam.rate_factor, 1e-6, 1e6);
   CheckRange("--rate_decay", options.adam.rate_decay, 1e-6, 1);
   CheckRange("--max_gaussians", static_cast<double>(options.density.max_gaussians), 1, 1e8);

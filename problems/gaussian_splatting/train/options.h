@@ -20,15 +20,18 @@ struct LearningRates {
   double sh_rest = 1.25e-4;
 };
 
-// Adam on one view an iteration.
 struct AdamOptions {
   int iterations = 2000;
+  // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
+  int views_per_iteration = 1;
   // The authors' rates are made for 30,000 iterations; short runs want several times as much.
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
   double rate_factor = 5.0;
   double rate_decay = 0.3;
   // One more band of spherical harmonics after each of these parts of the run.
   double sh_band_every = 0.08;
+  // Rows of the history, evenly spaced (more where the iterations do not divide).
+  int evaluations = 20;
 };
 
 // Clone, split and prune (Kerbl et al. 2023, section 5.2). Times are parts of the Adam stage.

@@ -67,7 +67,7 @@ class TrainingSession {
     row.stage = stage, row.iteration = iteration, row.cost = evaluation.cost;
     row.train = evaluation.train, row.test = evaluation.test, row.gaussians = model.count;
     history_.push_back(row);
-    if (callbacks_.evaluated) callbacks_.evaluated(row);
+    if (callbacks_.evaluated) callbacks_.evaluated(row, model);
   }
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);

@@ -36,7 +36,8 @@ struct TrainProgress {
 
 struct TrainCallbacks {
   std::function<void(const TrainProgress&)> progress;
-  std::function<void(const HistoryRow&)> evaluated;
+  // With every row of the history, and the model that it is of. The clock stands still.
+  std::function<void(const HistoryRow&, const splat::Model<float>&)> evaluated;
   // Asked after every iteration; true ends training there, with the result as it stands.
   std::function<bool()> stop;
 };

@@ -16,6 +16,13 @@ void ReciprocalArray(const float* x, float* y, int count) {
   for (int i = 0; i < count; i += L::kWidth) L::Store(y + i, Reciprocal(L::Load(x + i)));
 }
 
+void SquareRootArray(const float* x, float* y, int count) {
+  for (int i = 0; i < count; i += L::kWidth) {
+    const FloatLanes lanes = L::Load(x + i);
+    L::Store(y + i, MaskedSquareRoot(lanes > FloatLanes(0), lanes));
+  }
+}
+
 template <int kCount>
 void SumEachOf(const float* x, float* out) {
   FloatLanes v[kCount];
@@ -47,7 +54,7 @@ std::uint32_t PositiveBits(const float* x) { return L::Bits(L::Load(x) > FloatLa
 }  // namespace
 
 LaneFunctions CompiledLaneFunctions() {
-  return {L::kWidth, MaskedExp2Array, ReciprocalArray, SumEachArray, PositiveBits};
+  return {L::kWidth, MaskedExp2Array, ReciprocalArray, SquareRootArray, AppendSetBits, SumEachArray, PositiveBits};
 }
 
 }  // namespace VESTA_ISA

@@ -96,6 +96,46 @@ TEST(Lanes, ReciprocalAgreesWithDivisionOverItsRange) {
   }
 }
 
+TEST(Lanes, SquareRootAgreesWithTheStandardLibraryAndIsZeroWhereMasked) {
+  for (const Isa isa : test::CpuIsas()) {
+    SCOPED_TRACE(IsaName(isa));
+    constexpr int kCount = 1 << 16;
+    std::vector<float> x(kCount), y(kCount);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      x[i] = static_cast<float>(std::exp2(-100 + 200 * static_cast<double>(i) / kCount)) * (i % 8 == 0 ? -1.0f : 1.0f);
+    }
+    x[0] = 0;
+    LaneFunctionsOf(isa).square_root(x.data(), y.data(), kCount);
+    double worst = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (i % 8 == 0) {
+        EXPECT_EQ(y[i], 0) << x[i];
+      } else {
+        worst = std::max(worst, std::abs(y[i] / std::sqrt(static_cast<double>(x[i])) - 1));
+      }
+    }
+    EXPECT_LE(worst, 7e-5);
+  }
+}
+
+TEST(Lanes, AppendSetBitsListsThemAscending) {
+  for (const Isa isa : test::CpuIsas()) {
+    SCOPED_TRACE(IsaName(isa));
+    for (const std::uint32_t bits : {0U, 1U, 0x8000U, 0xFFFFU, 0xA5A5U, 0x0180U}) {
+      std::uint32_t out[17];
+      out[16] = 77;
+      const int count = LaneFunctionsOf(isa).append_set_bits(bits, 100, out);
+      int at = 0;
+      for (std::uint32_t bit = 0; bit < 16; ++bit) {
+        if ((bits >> bit & 1U) == 0) continue;
+        EXPECT_EQ(out[at++], 100 + bit);
+      }
+      EXPECT_EQ(count, at);
+      EXPECT_EQ(out[16], 77U) << "written past the sixteenth";
+    }
+  }
+}
+
 TEST(Lanes, SumEachAddsTheLanesOfEachVector) {
   for (const Isa isa : test::CpuIsas()) {
     const LaneFunctions lanes = LaneFunctionsOf(isa);

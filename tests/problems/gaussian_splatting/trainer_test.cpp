@@ -41,7 +41,10 @@ class FullTraining : public testing::Test {
     TrainCallbacks callbacks;
     reports_ = new std::vector<TrainProgress>;
     callbacks.progress = [](const TrainProgress& progress) { reports_->push_back(progress); };
-    callbacks.evaluated = [](const HistoryRow&) { ++evaluations_; };
+    callbacks.evaluated = [](const HistoryRow& row, const splat::Model<float>& model) {
+      ++evaluations_;
+      EXPECT_EQ(model.count, row.gaussians);
+    };
     result_ = new TrainResult(Train(*scene_, ShortTraining(kAdam, kLm), 1.5, callbacks));
   }
   static void TearDownTestSuite() {
@@ -191,6 +194,31 @@ TEST(Trainer, SeedDecidesTheModel) {
   EXPECT_EQ(Train(scene, options, 0, {}).model.data, one.data);
   options.seed = 4;
   EXPECT_NE(Train(scene, options, 0, {}).model.data, one.data);
+}
+
+// Both views of a scene of two, an iteration: their order, which is all that the seed decides, no longer counts.
+TEST(Trainer, ViewsOfAnIterationCountAlike) {
+  Scene scene = TrainingScene();
+  scene.views.resize(3);  // the first is a test view
+  TrainOptions options = ShortTraining(20, 0);
+  options.density.enabled = false;
+  const auto model = [&](std::uint64_t seed, int views) {
+    options.seed = seed;
+    options.adam.views_per_iteration = views;
+    return Train(scene, options, 0, {}).model.data;
+  };
+  EXPECT_NE(model(3, 1), model(4, 1));
+  EXPECT_EQ(model(3, 2), model(4, 2));
+  EXPECT_NE(model(3, 2), model(3, 1));
+}
+
+TEST(Trainer, AsManyRowsAsAskedFor) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(40, 0);
+  options.adam.evaluations = 4;
+  const TrainResult result = Train(scene, options, 0, {});
+  ASSERT_EQ(result.history.size(), 4u);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(result.history[static_cast<std::size_t>(i)].iteration, 10 * (i + 1));
 }
 
 TEST(Trainer, StopEndsEarlyWithAModel) {

@@ -1,0 +1,15 @@
+// Adam alone, as a rival of LM.
+#pragma once
+
+#include "problems/gaussian_splatting/train/options.h"
+
+namespace vesta::bench {
+
+// `ours` without LM, of so many iterations at this factor on the learning rates.
+gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double rate_factor);
+
+// The same with the mean gradient of `views` views an iteration: iterations / views iterations, so as many views in all
+// and as many densifications, at the factor times the root of views (the noise of the gradient falls by as much).
+gs::TrainOptions LargeBatchAdam(const gs::TrainOptions& ours, int iterations, double rate_factor, int views);
+
+}  // namespace vesta::bench

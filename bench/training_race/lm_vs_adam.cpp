@@ -1,0 +1,209 @@
+// Levenberg-Marquardt against Adam on one scene, from one start: how long each takes to Adam's best test quality.
+//
+//   lm_vs_adam SCENE [--methods ours,paper,adam,adam_batch] [--lengths N,...] [--rate_factors X,...]
+//              [--views_per_iteration N,...] [--repeats N] [--evaluations N] [--json FILE] [--curves FILE]
+//              [-- flags of vesta train]
+//
+// Each training runs in a process of its own, on --threads of the flags after "--", which are those of `ours`; the
+// others share its start (methods.h). Repeats go round all methods, so that the machine's moods hit all alike; a run is
+// the same each time but for its seconds, whose medians count. Seconds are those of training: loading and evaluation
+// are left out. --evaluations: rows of each Adam stage, evenly spaced; an LM stage has one an iteration.
+// --curves writes all of them as CSV for bench/training_race/plot.py; its method "target" is the quality to reach.
+// The flag --time_limit of `vesta train` holds for each method.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+
+#include "bench/training_race/methods.h"
+#include "bench/training_race/quality_target.h"
+#include "bench/training_race/setup.h"
+#include "bench/training_race/training_run.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+
+namespace vesta::bench {
+namespace {
+
+constexpr double kGoalAgainstAdam = 1.0;           // of Adam's time to its best quality; 0.7 on the mean over scenes
+constexpr double kGoalAgainstPublished = 1.0 / 3;  // of the published LM's time to its final cost
+constexpr double kGoalMemory = 1.3;                // times that of Adam alone
+
+struct Outcome {
+  Method method;
+  std::vector<Curve> repeats;
+  std::vector<double> stage_starts;  // of each repeat: seconds at which its LM stage began
+  double peak_mib = 0;               // the least of the repeats
+  Curve curve;                       // the median
+};
+
+double LmStageStart(const Curve& curve) {
+  double seconds = 0;
+  for (const gs::HistoryRow& row : curve) {
+    if (row.stage == gs::Stage::kAdam) seconds = row.seconds;
+  }
+  return seconds;
+}
+
+// One round: every method once. `start` is ours' state where its LM begins.
+void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
+  gs::SplatModel start;
+  double start_seconds = 0;
+  for (Outcome& outcome : *outcomes) {
+    TrainingJob job{.name = outcome.method.name, .options = outcome.method.options};
+    const bool is_published = outcome.method.kind == MethodKind::kPublishedLm;
+    if (is_published) {
+      if (start.count == 0) Fail("ours did not come to its LM stage; give it more time");
+      job.start = &start;
+      job.seconds_before = start_seconds;
+    }
+    TrainingRun run = TrainAlone(setup.scene, job, setup.threads);
+    if (outcome.method.kind == MethodKind::kOurs) {
+      start = std::move(run.lm_start);
+      start_seconds = LmStageStart(run.curve);
+    } else if (!is_published) {
+      start = {};  // needed no more; what this process holds counts in the memory of its children
+    }
+    const bool is_first = outcome.repeats.empty();
+    outcome.peak_mib = is_first ? run.peak_mib : std::min(outcome.peak_mib, run.peak_mib);
+    outcome.stage_starts.push_back(start_seconds);
+    const gs::HistoryRow& end = run.curve.back();
+    std::fprintf(stderr, "%s: %s: %.2f s, cost %.5f, test %.3f dB %.4f, %lld Gaussians, %.0f MiB\n",
+                 setup.scene_name.c_str(), outcome.method.name.c_str(), end.seconds, end.cost, end.test.psnr,
+                 end.test.ssim, static_cast<long long>(end.gaussians), run.peak_mib);
+    outcome.repeats.push_back(std::move(run.curve));
+  }
+}
+
+const Outcome* Find(const std::vector<Outcome>& outcomes, const std::string& name) {
+  const auto found = std::find_if(outcomes.begin(), outcomes.end(),
+                                  [&](const Outcome& outcome) { return outcome.method.name == name; });
+  return found == outcomes.end() ? nullptr : &*found;
+}
+
+// Adam alone on ours' own schedule.
+const Outcome* SameAdam(const std::vector<Outcome>& outcomes, const Outcome& ours) {
+  for (const Outcome& outcome : outcomes) {
+    if (outcome.method.kind == MethodKind::kAdam &&
+        outcome.method.options.adam.iterations == ours.method.options.adam.iterations &&
+        outcome.method.options.adam.rate_factor == ours.method.options.adam.rate_factor) {
+      return &outcome;
+    }
+  }
+  return nullptr;
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Seconds of its LM stage until the cost is at or below `cost`.
+double StageSecondsTo(const Outcome& outcome, double cost) {
+  Curve stage = outcome.curve;
+  std::erase_if(stage, [](const gs::HistoryRow& row) { return row.stage != gs::Stage::kLm; });
+  return SecondsToCost(stage, cost) - Median(outcome.stage_starts);
+}
+
+void CompareStages(const std::string& scene, const std::vector<Outcome>& outcomes, Report* report) {
+  const Outcome* ours = Find(outcomes, "ours");
+  const Outcome *paper = Find(outcomes, "paper"), *code = Find(outcomes, "paper_code");
+  if (!ours || !paper || !code) return;
+  const Outcome& better = LowestCost(paper->curve) <= LowestCost(code->curve) ? *paper : *code;
+  const double cost = LowestCost(better.curve);
+  const double ratio = StageSecondsTo(*ours, cost) / StageSecondsTo(better, cost);
+  report->AddTarget(
+      {fmt::format("{}: LM stage to the final cost of {} ({:.5f}), ours / theirs", scene, better.method.name, cost),
+       ratio, "x", kGoalAgainstPublished, ratio <= kGoalAgainstPublished});
+}
+
+void CompareMemory(const std::string& scene, const std::vector<Outcome>& outcomes, Report* report) {
+  const Outcome* ours = Find(outcomes, "ours");
+  const Outcome* adam = ours ? SameAdam(outcomes, *ours) : nullptr;
+  if (!adam) return;
+  const double ratio = ours->peak_mib / adam->peak_mib;
+  report->AddTarget(
+      {fmt::format("{}: peak memory, ours / Adam alone", scene), ratio, "x", kGoalMemory, ratio <= kGoalMemory});
+}
+
+void Tell(const std::string& scene, const std::vector<Outcome>& outcomes, Report* report, std::ostream* curves) {
+  std::vector<const Curve*> adam;
+  for (const Outcome& outcome : outcomes) {
+    if (outcome.method.kind == MethodKind::kAdam) adam.push_back(&outcome.curve);
+  }
+  const bool has_target = !adam.empty();
+  QualityTarget target;
+  double adam_seconds = std::numeric_limits<double>::quiet_NaN();
+  if (has_target) {
+    target = BestQuality(adam);
+    adam_seconds = std::numeric_limits<double>::infinity();
+    for (const Curve* curve : adam) adam_seconds = std::min(adam_seconds, SecondsTo(target, *curve));
+    fmt::print("{}: Adam's best test PSNR {:.3f} dB and SSIM {:.4f} on all its curves; to hold: {:.3f} and {:.4f}{}\n",
+               scene, target.best_psnr, target.best_ssim, target.psnr, target.ssim,
+               target.tolerance_factor > 1
+                   ? fmt::format(" (tolerances times {:.2f}: no row holds both within one)", target.tolerance_factor)
+                   : "");
+  }
+  for (const Outcome& outcome : outcomes) {
+    const gs::HistoryRow &psnr = BestPsnr(outcome.curve), &ssim = BestSsim(outcome.curve), &end = outcome.curve.back();
+    const double seconds = has_target ? SecondsTo(target, outcome.curve) : adam_seconds;
+    report->Add({{"scene", scene},
+                 {"method", outcome.method.name},
+                 {"s in all", end.seconds},
+                 {"gaussians", static_cast<double>(end.gaussians)},
+                 {"cost", LowestCost(outcome.curve)},
+                 {"train PSNR", end.train.psnr},
+                 {"best PSNR", psnr.test.psnr},
+                 {"at s", psnr.seconds},
+                 {"best SSIM", ssim.test.ssim},
+                 {"SSIM at s", ssim.seconds},
+                 {"s to target", seconds},
+                 {"of Adam's", seconds / adam_seconds},
+                 {"peak MiB", outcome.peak_mib}});
+    if (curves) WriteCsv(scene, outcome.method.name, outcome.curve, *curves);
+  }
+  const Outcome* ours = Find(outcomes, "ours");
+  if (has_target && curves) {
+    gs::HistoryRow row;
+    row.seconds = adam_seconds, row.test.psnr = target.psnr, row.test.ssim = target.ssim;
+    WriteCsv(scene, "target", {row}, *curves);
+  }
+  if (has_target && ours) {
+    const double ratio = SecondsTo(target, ours->curve) / adam_seconds;
+    report->AddTarget(
+        {fmt::format("{}: seconds to Adam's best test quality, ours / Adam ({:.2f} s)", scene, adam_seconds), ratio,
+         "x", kGoalAgainstAdam, ratio < kGoalAgainstAdam});
+  }
+  CompareStages(scene, outcomes, report);
+  CompareMemory(scene, outcomes, report);
+}
+
+int Main(int argc, char** argv) {
+  const RaceSetup setup = SetUpRace(
+      argc, argv,
+      {"methods", "lengths", "rate_factors", "views_per_iteration", "repeats", "evaluations", "json", "curves"});
+  const auto training_views = static_cast<int>(std::count_if(setup.scene.views.begin(), setup.scene.views.end(),
+                                                             [](const auto& view) { return !view.is_test; }));
+  std::ofstream curves = OpenCurves(setup.arguments);
+  std::vector<Outcome> outcomes;
+  for (Method& method : SelectMethods(setup.arguments, setup.options, training_views)) {
+    outcomes.push_back({.method = std::move(method), .repeats = {}, .stage_starts = {}, .curve = {}});
+  }
+  const int repeats = setup.arguments.Count("repeats", 3);
+  for (int repeat = 0; repeat < repeats; ++repeat) RunRound(setup, &outcomes);
+  for (Outcome& outcome : outcomes) outcome.curve = MedianCurve(outcome.repeats);
+
+  Report report("lm_vs_adam");
+  Tell(setup.scene_name, outcomes, &report, curves.is_open() ? &curves : nullptr);
+  SetNumThreads(setup.threads);  // the report says on how many
+  report.Finish(setup.arguments.Flag("json", ""));
+  return 0;
+}
+
+}  // namespace
+}  // namespace vesta::bench
+
+int main(int argc, char** argv) { return vesta::bench::ReportErrors("lm_vs_adam", vesta::bench::Main, argc, argv); }

@@ -1,0 +1,92 @@
+#include "bench/training_race/methods.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "bench/training_race/adam_schedules.h"
+#include "kernels/core/check.h"
+
+namespace vesta::bench {
+namespace {
+
+constexpr int kEpochs = 16;  // of the shortest schedule unless told otherwise
+
+std::vector<int> Counts(const Arguments& arguments, const std::string& flag, const std::vector<int>& fallback) {
+  const std::vector<std::string> texts = SplitAtCommas(arguments.Flag(flag, ""));
+  if (texts.empty()) return fallback;
+  std::vector<int> counts;
+  counts.reserve(texts.size());
+  for (const std::string& text : texts) counts.push_back(ParseCount(flag, text));
+  std::sort(counts.begin(), counts.end());
+  return counts;
+}
+
+std::vector<double> RateFactors(const Arguments& arguments, double ours) {
+  std::vector<double> factors;
+  for (const std::string& text : SplitAtCommas(arguments.Flag("rate_factors", ""))) {
+    char* end = nullptr;
+    factors.push_back(std::strtod(text.c_str(), &end));
+    if (*end != 0 || !(factors.back() > 0)) Fail("--rate_factors={}: choose numbers above 0", text);
+  }
+  if (factors.empty()) factors = {ours / 2, ours, 2 * ours};
+  std::sort(factors.begin(), factors.end());
+  return factors;
+}
+
+Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
+  return {fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, AdamAlone(ours, iterations, factor)};
+}
+
+Method LargeBatchMethod(const gs::TrainOptions& ours, int length, double factor, int views) {
+  const gs::TrainOptions options = LargeBatchAdam(ours, length, factor, views);
+  return {fmt::format("adam {} x{:g} of {} views", options.adam.iterations, options.adam.rate_factor, views),
+          MethodKind::kLargeBatchAdam, options};
+}
+
+Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {
+  Method method{preset, MethodKind::kPublishedLm, ours};
+  method.options.lm = gs::PresetOptions(preset).lm;
+  return method;
+}
+
+}  // namespace
+
+std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views) {
+  const int shortest = std::max(ours.adam.iterations, kEpochs * training_views);
+  const std::vector<int> lengths = Counts(arguments, "lengths", {shortest, 2 * shortest, 4 * shortest});
+  const std::vector<double> factors = RateFactors(arguments, ours.adam.rate_factor);
+  std::vector<Method> methods;
+  for (const std::string& group : SplitAtCommas(arguments.Flag("methods", "ours,paper,adam,adam_batch"))) {
+    if (group == "ours") {
+      methods.push_back({"ours", MethodKind::kOurs, ours});
+    } else if (group == "paper") {
+      for (const char* preset : {"paper", "paper_code"}) methods.push_back(PublishedLm(ours, preset));
+    } else if (group == "adam") {
+      bool has_ours = false;
+      for (const int length : lengths) {
+        for (const double factor : factors) {
+          methods.push_back(AdamMethod(ours, length, factor));
+          has_ours = has_ours || (length == ours.adam.iterations && factor == ours.adam.rate_factor);
+        }
+      }
+      if (!has_ours) methods.push_back(AdamMethod(ours, ours.adam.iterations, ours.adam.rate_factor));
+    } else if (group == "adam_batch") {
+      for (const int views : Counts(arguments, "views_per_iteration", {4, 16})) {
+        methods.push_back(LargeBatchMethod(ours, lengths[lengths.size() / 2], factors[factors.size() / 2], views));
+      }
+    } else {
+      Fail("--methods={}: choose among ours, paper, adam, adam_batch", group);
+    }
+  }
+  std::stable_sort(methods.begin(), methods.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });
+  if (!methods.empty() && methods[0].kind == MethodKind::kPublishedLm) {
+    Fail("--methods: paper starts where ours begins its LM; add ours");
+  }
+  const int evaluations = arguments.Count("evaluations", 40);
+  for (Method& method : methods) method.options.adam.evaluations = evaluations;
+  return methods;
+}
+
+}  // namespace vesta::bench

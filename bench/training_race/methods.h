@@ -1,0 +1,34 @@
+// Who takes part in lm_vs_adam.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bench/report.h"
+#include "problems/gaussian_splatting/train/options.h"
+
+namespace vesta::bench {
+
+enum class MethodKind {
+  kOurs,            // Adam, then LM, as the flags after "--" have it
+  kPublishedLm,     // an LM stage as published, from the state at which ours begins its own
+  kAdam,            // Adam alone, one view an iteration
+  kLargeBatchAdam,  // Adam alone, the mean gradient of several views an iteration
+};
+
+struct Method {
+  std::string name;
+  MethodKind kind;
+  gs::TrainOptions options;
+};
+
+// Those whose group (ours, paper, adam, adam_batch) is among --methods; ours comes first. All share initialisation,
+// densification, cap, background and seed with `ours`.
+//
+// adam: --lengths x --rate_factors; unless given, 1, 2 and 4 times the longer of ours' own Adam stage and 16 epochs of
+// the training views, and 1/2, 1 and 2 times ours' factor; and ours' own schedule beside them.
+// adam_batch: for each number of --views_per_iteration LargeBatchAdam of the middle length at the middle factor.
+// Throws Error where a flag cannot be used.
+std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views);
+
+}  // namespace vesta::bench

@@ -1,0 +1,79 @@
+#include "bench/training_race/training_run.h"
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+
+#include "bench/child_process.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+
+namespace vesta::bench {
+namespace {
+
+// What the child sends: messages, each a head, a row of the history, and the model's values where the head says so. At
+// once, so that nothing which waits to be sent counts as memory of the training.
+struct Head {
+  gs::HistoryRow row;
+  Index gaussians = 0;  // of the model that follows; 0: none does
+  int sh_degree = 0;
+};
+static_assert(std::is_trivially_copyable_v<Head>);
+
+void SendRow(const gs::HistoryRow& row, const splat::Model<float>* model, const Send& send) {
+  const Head head{row, model ? model->count : 0, model ? model->sh_degree : 0};
+  send(&head, sizeof head);
+  if (!model) return;
+  send(model->x, static_cast<std::size_t>(splat::NumAttributes(model->sh_degree) * model->count) * sizeof(float));
+}
+
+void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
+  const bool has_lm = job.options.lm.iterations > 0;
+  gs::TrainCallbacks callbacks;
+  callbacks.evaluated = [&](const gs::HistoryRow& row, const splat::Model<float>& model) {
+    // Without LM the last row counts.
+    const bool is_start =
+        has_lm ? row.stage == gs::Stage::kLm && row.iteration == 0 : row.iteration == job.options.adam.iterations;
+    SendRow(row, is_start ? &model : nullptr, send);
+  };
+  if (job.start) {
+    gs::Refine(scene, *job.start, job.options, job.seconds_before, callbacks);
+  } else {
+    gs::Train(scene, job.options, job.seconds_before, callbacks);
+  }
+}
+
+TrainingRun Receive(const std::string& bytes) {
+  TrainingRun run;
+  std::size_t at = 0;
+  const auto take = [&](void* values, std::size_t size) {
+    VESTA_CHECK(bytes.size() - at >= size, "a training sent too few bytes");
+    std::memcpy(values, bytes.data() + at, size);
+    at += size;
+  };
+  while (at < bytes.size()) {
+    Head head;
+    take(&head, sizeof head);
+    run.curve.push_back(head.row);
+    if (head.gaussians == 0) continue;
+    run.lm_start.Resize(head.sh_degree, head.gaussians);
+    take(run.lm_start.data.data(), run.lm_start.data.size() * sizeof(float));
+  }
+  return run;
+}
+
+}  // namespace
+
+TrainingRun TrainAlone(const gs::Scene& scene, const TrainingJob& job, int threads) {
+  const ChildResult child = RunInChild(job.name, [&](const Send& send) {
+    SetNumThreads(threads);
+    Train(scene, job, send);
+  });
+  if (child.failed) Fail("{}: the training failed", job.name);
+  TrainingRun run = Receive(child.bytes);
+  if (run.curve.empty()) Fail("{}: the training left no history", job.name);
+  run.peak_mib = child.peak_mib;
+  return run;
+}
+
+}  // namespace vesta::bench

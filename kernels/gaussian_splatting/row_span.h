@@ -1,0 +1,54 @@
+// Where splats reach in rows of a tile, and what stays the same along a row. One template for both orders of work: the
+// lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row (traverse_rows.h), with the same bits; on
+// a device one row of one splat (raster_blocks.h).
+#pragma once
+
+#include <cmath>
+
+#include "kernels/gaussian_splatting/blend.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// A splat's members that the rows need, one splat in all lanes or one in each; u, v relative to the centre of the
+// tile's first pixel.
+template <class V>
+struct RowSplat {
+  V u, v, r, s, beta, log2_opacity, support, inv_r;
+};
+
+template <class V>
+struct RowSpan {
+  using L = Lanes<V>;
+  using S = typename L::Scalar;
+  V q;     // vertical offset in whitened coordinates
+  V peak;  // log2 of the opacity, less q^2
+  V p0;    // p at column 0
+  V begin, end;
+  typename L::Mask reaches;
+
+  // y: rows of the tile.
+  VESTA_HD RowSpan(const RowSplat<V>& splat, const V& y) {
+    using std::ceil;
+    const V dy = y - splat.v;
+    q = splat.s * dy;
+    const V rest = Fnma(q, q, splat.support);
+    const V middle = Fnma(splat.beta, dy, splat.u);
+    reaches = rest > V(0);
+    // The support's margin is larger than this root's error.
+    const V half_width = MaskedSquareRoot(reaches, rest) * splat.inv_r;
+    peak = Fnma(q, q, splat.log2_opacity);
+    p0 = Fnma(middle, splat.r, V(0));
+    begin = ceil(middle - half_width);
+    end = middle + half_width;
+  }
+
+  // Lane by lane: whether vector k of the row holds a pixel within reach; not where the span lies between two.
+  VESTA_HD std::uint32_t Meets(int k) const {
+    const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
+    return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));
+  }
+};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

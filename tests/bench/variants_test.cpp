@@ -1,0 +1,48 @@
+#include "bench/training_race/variants.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <string>
+
+namespace vesta::bench {
+namespace {
+
+TEST(Variants, EachHasAName) {
+  std::set<std::string> names;
+  for (const Variant& variant : Variants(gs::PresetOptions("balanced"), 1)) {
+    EXPECT_TRUE(names.insert(variant.knob + ", " + variant.name).second) << variant.knob << ", " << variant.name;
+    EXPECT_NO_THROW(gs::ValidateOptions(variant.options)) << variant.knob << ", " << variant.name;
+  }
+}
+
+TEST(Variants, ReferenceIsFirstAndAsGiven) {
+  gs::TrainOptions reference = gs::PresetOptions("balanced");
+  reference.lm.pcg_iterations = 5;
+  const std::vector<Variant> variants = Variants(reference, 1);
+  EXPECT_EQ(variants[0].knob, "reference");
+  EXPECT_EQ(variants[0].options.lm.pcg_iterations, 5);
+  for (const Variant& variant : variants) {
+    EXPECT_EQ(variant.options.lm.pcg_iterations == 5, variant.knob != "PCG iterations" && variant.knob != "preset");
+  }
+}
+
+// As many views as the time of both stages allows, whatever the batch.
+TEST(Variants, AdamAloneHasTheWholeTime) {
+  const gs::TrainOptions reference = gs::PresetOptions("balanced");
+  int found = 0;
+  for (const Variant& variant : Variants(reference, 0.5)) {
+    EXPECT_EQ(variant.from_points, variant.knob == "no LM" || variant.knob == "when to switch") << variant.name;
+    if (variant.knob != "no LM") continue;
+    ++found;
+    const gs::AdamOptions& adam = variant.options.adam;
+    EXPECT_EQ(variant.options.lm.iterations, 0);
+    EXPECT_NEAR(adam.iterations * adam.views_per_iteration, 1.5 * reference.adam.iterations, adam.views_per_iteration);
+    EXPECT_DOUBLE_EQ(adam.rate_factor, reference.adam.rate_factor * std::sqrt(adam.views_per_iteration));
+  }
+  EXPECT_EQ(found, 3);
+}
+
+}  // namespace
+}  // namespace vesta::bench
