@@ -26,7 +26,7 @@ DEFINE_int32(pcg_iterations, 0, "most conjugate-gradient iterations in each");
 DEFINE_int32(lm_batches, 1, "parts into which the training views are divided");
 DEFINE_bool(merge_batches, false, "solve batches one by one and merge their steps, instead of all in one");
 DEFINE_string(damping, "", "metric of the damping: Adam's learning rates, or diag(JtJ)");
-DEFINE_string(preconditioner, "", "11 x 11 blocks of JtJ, or its diagonal");
+DEFINE_string(preconditioner, "", "11 x 11 blocks of JtJ, those and blocks of the colours, or its diagonal");
 DEFINE_string(step_control, "", "rule for the damping");
 DEFINE_bool(line_search, false, "search for the best length of each step");
 DEFINE_double(line_search_views, 0, "part of the views on which it searches");
@@ -35,7 +35,18 @@ DEFINE_double(min_lambda, 0, "least damping");
 DEFINE_double(max_lambda, 0, "most damping");
 DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
-DEFINE_string(jacobian, "recompute", "recompute products with J (the one way so far)");
+DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
+DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
+DEFINE_string(batch_choice, "", "how views are dealt to parts: in order, by chance, or alike ones apart");
+DEFINE_string(preconditioner_damping, "", "damping within the preconditioner: lambda, none, or one");
+DEFINE_string(pcg_start, "", "where conjugate gradients start: at zero, or at the preconditioned gradient");
+DEFINE_double(pcg_tolerance, 0, "residual at which they stop; 0: where the quadratic model hardly falls any more");
+DEFINE_double(residual_sampling, 1, "part of the tiles of each view on which JtJ is measured");
+DEFINE_bool(sample_gradient, false, "measure the gradient on those tiles too");
+DEFINE_string(step_limit, "", "limit on the step of each parameter: caps by class, or the Hellinger distance");
+DEFINE_double(step_limit_size, 1, "factor on the caps, or the squared Hellinger distance allowed");
+DEFINE_double(min_diagonal, 0, "least diag(JtJ) in the damping; 0: a millionth of the median");
+DEFINE_double(max_diagonal, 0, "most diag(JtJ) in the damping; 0: no limit");
 
 DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default: the .ply's, else 0,0,0)");
 DEFINE_int32(downscale, 1, "divide the images' width and height by this");
@@ -86,9 +97,14 @@ const std::vector<FlagRule>& FlagRules() {
       {"lm_iterations", kLm, Range{0, kMany}},
       {"pcg_iterations", kLm | kBundleAdjust, Range{1, kMany}},
       {"lm_batches", kLm, Range{1, kMany}},
+      {"batch_size", kLm, Range{0, kMany}},
+      {"batch_choice", kLm, Choice{{"strided", "random", "clustered"}}},
       {"merge_batches", kLm, Switch{}},
       {"damping", kLm, Choice{{"rates", "diag"}}},
-      {"preconditioner", kLm, Choice{{"block", "jacobi"}}},
+      {"preconditioner", kLm, Choice{{"block", "block_sh", "jacobi"}}},
+      {"preconditioner_damping", kLm, Choice{{"lambda", "none", "one"}}},
+      {"pcg_start", kLm, Choice{{"zero", "preconditioned"}}},
+      {"pcg_tolerance", kLm, Range{0, 1}},
       {"step_control", kLm, Choice{{"soft", "ceres", "nielsen", "v1", "v2", "code"}}},
       {"line_search", kLm, Switch{}},
       {"line_search_views", kLm, Range{1e-6, 1}},
@@ -97,7 +113,13 @@ const std::vector<FlagRule>& FlagRules() {
       {"max_lambda", kLm, Range{1e-30, 1e30}},
       {"rates_damping", kLm, Range{1e-30, 1e30}},
       {"l1_floor", kLm, Range{1e-6, 1}},
-      {"jacobian", kLm, Choice{{"recompute"}}},
+      {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16"}}},
+      {"residual_sampling", kLm, Range{1e-3, 1}},
+      {"sample_gradient", kLm, Switch{}},
+      {"step_limit", kLm, Choice{{"none", "caps", "hellinger"}}},
+      {"step_limit_size", kLm, Range{1e-12, 1e6}},
+      {"min_diagonal", kLm, Range{0, 1e30}},
+      {"max_diagonal", kLm, Range{0, 1e30}},
       {"background", kAll, Color{}},
       {"downscale", kAll, Range{1, 64}},
       {"seed", kLm, Range{0, 18446744073709551615.0}},

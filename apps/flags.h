@@ -17,6 +17,10 @@ DECLARE_int32(lm_iterations); DECLARE_int32(pcg_iterations); DECLARE_int32(lm_ba
 DECLARE_string(damping); DECLARE_string(preconditioner); DECLARE_string(step_control); DECLARE_bool(line_search);
 DECLARE_double(line_search_views); DECLARE_double(initial_lambda); DECLARE_double(min_lambda);
 DECLARE_double(max_lambda); DECLARE_double(rates_damping); DECLARE_double(l1_floor); DECLARE_string(jacobian);
+DECLARE_int32(batch_size); DECLARE_string(batch_choice); DECLARE_string(preconditioner_damping);
+DECLARE_string(pcg_start); DECLARE_double(pcg_tolerance); DECLARE_double(residual_sampling);
+DECLARE_bool(sample_gradient); DECLARE_string(step_limit); DECLARE_double(step_limit_size);
+DECLARE_double(min_diagonal); DECLARE_double(max_diagonal);
 DECLARE_string(background); DECLARE_int32(downscale); DECLARE_uint64(seed); DECLARE_int32(threads);
 DECLARE_double(time_limit); DECLARE_string(device); DECLARE_bool(log_lm); DECLARE_string(loss);
 DECLARE_double(loss_scale);

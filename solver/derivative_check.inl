@@ -127,20 +127,28 @@ double BlockError(B& backend, Linearization<B>& linearization, Index block_strid
     std::vector<S> values(static_cast<std::size_t>(group.NumValues()));
     backend.ToHost(blocks.values(static_cast<int>(g)), {values.data(), group.NumValues()});
     std::vector<typename B::Vector> column(static_cast<std::size_t>(group.size));
-    std::vector<double> norm(column.size());
+    std::vector<double> exact(static_cast<std::size_t>(PackedLower(group.size, 0)));
     for (Index block = 0; block < group.count; block += block_stride) {
+      std::fill(exact.begin(), exact.end(), 0.0);
+      for (int copy = 0; copy < group.copies; ++copy) {
+        for (int row = 0; row < group.size; ++row) {
+          const auto r = static_cast<std::size_t>(row);
+          columns.Column(group.Parameter(block, row, copy), column[r]);
+          for (int col = 0; col <= row; ++col) {
+            exact[static_cast<std::size_t>(PackedLower(row, col))] +=
+                columns.WeightedProduct(column[static_cast<std::size_t>(col)], column[r]) / group.copies;
+          }
+        }
+      }
+      const auto exact_at = [&](int row, int col) { return exact[static_cast<std::size_t>(PackedLower(row, col))]; };
       for (int row = 0; row < group.size; ++row) {
-        const auto r = static_cast<std::size_t>(row);
-        columns.Column(group.Parameter(block, row), column[r]);
-        norm[r] = std::sqrt(columns.WeightedProduct(column[r], column[r]));
         for (int col = 0; col <= row; ++col) {
-          const auto c = static_cast<std::size_t>(col);
-          const double exact = columns.WeightedProduct(column[c], column[r]);
           const double value =
               static_cast<double>(values[static_cast<std::size_t>(PackedLower(row, col) * group.count + block)]);
-          if (exact == value) continue;
-          const double scale = std::max(norm[r] * norm[c], std::numeric_limits<double>::min());
-          worst = std::max(worst, std::abs(value - exact) / scale);
+          if (exact_at(row, col) == value) continue;
+          const double scale = std::sqrt(exact_at(row, row) * exact_at(col, col));
+          worst = std::max(worst,
+                           std::abs(value - exact_at(row, col)) / std::max(scale, std::numeric_limits<double>::min()));
         }
       }
     }

@@ -76,6 +76,7 @@ class LmStepper {
   typename B::Vector x_, trial_x_, step_, scaled_step_;
   double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;
   int consecutive_rejects_ = 0;
+  int turn_ = 0;  // of the next linearisation at a new x
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;
   std::unique_ptr<BatchedStep<B>> system_;  // null when x_ has moved

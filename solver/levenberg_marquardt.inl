@@ -97,6 +97,7 @@ template <Backend B>
 bool LmStepper<B>::Linearize() {
   if (system_) return true;
   const lm_internal::Stopwatch watch(summary_.linearize_seconds);
+  problem_.BeginTurn(turn_++);
   system_ = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
   if (!system_->finite()) {
     Stop(LmStatus::kNonFinite, "the gradient or the diagonal of H is not finite although the cost is");
@@ -192,10 +193,12 @@ const LmIteration& LmStepper<B>::Step() {
   {
     const lm_internal::Stopwatch watch(summary_.linear_solve_seconds);
     direction = system_->Solve(row.lambda, workspace_, step_);
+    bool changed = problem_.LimitStep(x_, step_);
     if (problem_.has_bounds()) {
       problem_.ClipStep(x_, step_);
-      system_->Measure(step_, direction);
+      changed = true;
     }
+    if (changed) system_->Measure(step_, direction);
   }
   row.pcg_iterations = direction.pcg.iterations;
   row.pcg_status = direction.pcg.status;

@@ -1,5 +1,7 @@
 #include "solver/lm_options.h"
 
+#include <limits>
+
 #include "kernels/core/check.h"
 
 namespace vesta {
@@ -79,6 +81,10 @@ void LmOptions::Validate() const {
     if (!(tolerance >= 0)) Fail("a tolerance of the solve is {}; choose 0 or more", tolerance);
   }
   step_control.Validate();
+  const double preconditioner_lambda = normal_system.preconditioner_lambda.value_or(0);
+  if (!(preconditioner_lambda >= 0 && preconditioner_lambda <= std::numeric_limits<double>::max())) {
+    Fail("normal_system.preconditioner_lambda is {}; choose 0 or more", preconditioner_lambda);
+  }
   normal_system.pcg.Validate();
   normal_system.lsmr.Validate();
   normal_system.metric.Validate();

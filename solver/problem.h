@@ -89,6 +89,9 @@ class Problem {
   virtual double Cost(ConstView x, std::span<const Index> units);
 
   virtual std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) = 0;
+  // Said before the first batch is linearised at the turn-th x of a solve (0, 1, ...): a problem that samples (units
+  // into batches, rows) draws here, and keeps what it drew until the next call, however often it is linearised.
+  virtual void BeginTurn(int turn);
 
   // The damping metric D of (H + lambda D), given diag(H) summed over the batches, both num_tangent() entries.
   // Returns false (and leaves D alone) for the default D = diag(H).
@@ -111,6 +114,10 @@ class Problem {
   virtual void MaskActiveBounds(ConstView x, ConstView gradient, View mask);
   // Cuts the entries of step that would cross a bound, so that what is left is what Plus will do.
   virtual void ClipStep(ConstView x, View step);
+
+  // Shortens entries of a step that go further than the model is trusted. Returns whether any was: then the predicted
+  // decrease is measured anew, at one product a batch.
+  virtual bool LimitStep(ConstView x, View step);
 };
 
 }  // namespace vesta

@@ -70,6 +70,14 @@ template <Backend B>
 void Problem<B>::ClipStep(ConstView, View) {}
 
 template <Backend B>
+void Problem<B>::BeginTurn(int) {}
+
+template <Backend B>
+bool Problem<B>::LimitStep(ConstView, View) {
+  return false;
+}
+
+template <Backend B>
 bool Problem<B>::DampingMetric(ConstView, ConstView, View) {
   return false;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -40,8 +41,9 @@ struct NormalSystemOptions {
   // Of kPcg. kReducedPcg takes kIdentity to mean none, kJacobi and kBlockJacobi the diagonal blocks of the Schur
   // complement (Schur-Jacobi), and the others the problem's factor of it where there is one, else Schur-Jacobi.
   PreconditionerKind preconditioner = PreconditionerKind::kAuto;
-  // false: the preconditioner is built from H alone, as the 3DGS-LM paper has it.
-  bool damp_preconditioner = true;
+  // The preconditioner is built from H + this times D; unset: the lambda of the system itself. 3DGS-LM has 0 in its
+  // paper (diag(H) alone) and 1 in its released code.
+  std::optional<double> preconditioner_lambda;
   DampingMetricOptions metric;
   PcgOptions pcg;
   LsmrOptions lsmr;

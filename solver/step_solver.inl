@@ -73,7 +73,7 @@ class PcgStep final : public StepSolver<B> {
   }
   std::string preconditioner() const { return preconditioner_->description(); }
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
-    preconditioner_->SetDamping(options_.damp_preconditioner ? lambda : 0.0, system_.metric);
+    preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);
     DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
                                     system_.mask);
     MaskedPreconditioner<B> masked(system_.backend, *preconditioner_, system_.mask);

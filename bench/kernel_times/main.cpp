@@ -16,6 +16,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/adam.h"
 #include "problems/gaussian_splatting/train/metrics.h"
 
@@ -76,6 +77,16 @@ class Bench {
     Add("loss gradient and W", 0, [&] { loss.Linearize(image, truth, shape, d_image, linearization); });
     Add("W v", 0, [&] { loss.ApplyW(linearization, d_image, weighted); });
     Add("J^T u", 0, [&] { view_.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
+    for (const auto& [format, bits] : {std::pair(splat::CacheFormat::kFull, 32), {splat::CacheFormat::kHalf, 16}}) {
+      splat::View<float> cached;
+      cached.Build(model(), workload_.views.front(), background_, workspace_);
+      Add(fmt::format("cache{}: build", bits), 0, [&] { cached.CacheJacobian(image.data(), format); });
+      Add(fmt::format("cache{}: J v", bits), 0, [&] { cached.ApplyJ(model(), dx.data(), d_image.data(), workspace_); });
+      Add(fmt::format("cache{}: J^T u", bits), 0,
+          [&] { cached.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
+      fmt::print("cache{}: {} entries, {:.1f} MiB\n", bits, cached.cache().num_entries(),
+                 static_cast<double>(cached.cache().num_bytes()) / (1 << 20));
+    }
     Add("Gram blocks", 0, [&] {
       view_.AddGram(model(), image.data(), linearization.diagonal.data(), blocks.data(), sh_diagonal.data(),
                     workspace_);
@@ -105,18 +116,35 @@ class Bench {
     return ms;
   }
 
+  // What LM does with all views at one x: linearise them, and one product with the curvature.
+  double LmProduct() {
+    std::vector<gs::TargetView<float>> targets;
+    for (std::size_t v = 0; v < workload_.views.size(); ++v) {
+      const std::vector<float>& truth = workload_.photographs[v];
+      targets.push_back({workload_.views[v], {truth.data(), static_cast<Index>(truth.size())}});
+    }
+    gs::SplatProblemOptions options;
+    options.count = workload_.model.count;
+    gs::SplatProblem<float> problem(options, std::move(targets));
+    const auto size = static_cast<Index>(workload_.model.data.size());
+    const HostSpan<const float> x(workload_.model.data.data(), size);
+    HostBuffer<float> v(size), Hv(size);
+    v.CopyFrom(x);
+    return Add("linearize, H v", 0, [&] { problem.Linearize(x, 0)->ApplyH(v, Hv); });
+  }
+
  private:
   splat::Model<float> model() const { return gs::ToKernelModel(workload_.model); }
 
   // instructions: of the floor, for each useful vector; 0: none is given.
   template <class Body>
-  double Add(const char* pass, double instructions, const Body& body) {
+  double Add(const std::string& pass, double instructions, const Body& body) {
     const double ms = MedianMilliseconds(repeats_, body);
     const double floor = instructions * static_cast<double>(visits_.useful) / (rate_ * threads_) / 1e6;
     report_.Add(
         {{"workload", workload_.name},
          {"threads", static_cast<double>(threads_)},
-         {"pass", std::string(pass)},
+         {"pass", pass},
          {"ms", ms},
          {"floor ms", floor},
          {"% of floor", 100 * floor / ms},
@@ -152,12 +180,12 @@ std::vector<int> ThreadCounts(const std::string& list) {
 
 void Scaling(int threads, int repeats, double rate, Report& report) {
   constexpr double kOverlap = 40, kMost = 2.1;
-  const auto series = [&](const char* what, const auto& size_at) {
+  const auto series = [&](const char* what, const auto& workload_at, const auto& time) {
     double last = 0;
     for (int k = 0; k < 4; ++k) {
-      const auto [gaussians, pixels] = size_at(k);
-      const Workload workload = MadeUpWorkload(gaussians, pixels, kOverlap);
-      const double ms = Bench(workload, threads, repeats, rate, report).AdamIteration();
+      const Workload workload = workload_at(k);
+      Bench bench(workload, threads, repeats, rate, report);
+      const double ms = time(bench);
       if (last > 0) {
         report.AddTarget(
             {fmt::format("{} doubled, to {}", what, workload.name), ms / last, "x", kMost, ms / last <= kMost});
@@ -165,8 +193,14 @@ void Scaling(int threads, int repeats, double rate, Report& report) {
       last = ms;
     }
   };
-  series("pixels", [](int k) { return std::pair<Index, Index>(100'000, Index{125'000} << k); });
-  series("Gaussians", [](int k) { return std::pair<Index, Index>(Index{125'000} << k, 1'000'000); });
+  const auto adam = [](Bench& bench) { return bench.AdamIteration(); };
+  series(
+      "pixels", [](int k) { return MadeUpWorkload(100'000, Index{125'000} << k, kOverlap); }, adam);
+  series(
+      "Gaussians", [](int k) { return MadeUpWorkload(Index{125'000} << k, 1'000'000, kOverlap); }, adam);
+  series(
+      "views", [](int k) { return MadeUpWorkload(20'000, 100'000, kOverlap, 4 << k); },
+      [](Bench& bench) { return bench.LmProduct(); });
 }
 
 void Run(const Arguments& arguments) {

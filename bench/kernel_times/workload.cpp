@@ -29,9 +29,10 @@ Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
   return workload;
 }
 
-Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap) {
+Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views) {
   Workload workload;
   workload.name = fmt::format("{}k Gaussians, {}k pixels", gaussians / 1000, pixels / 1000);
+  if (views > 1) workload.name += fmt::format(", {} views", views);
   const double height = std::round(std::sqrt(0.75 * static_cast<double>(pixels)));
   const double width = std::round(static_cast<double>(pixels) / height);
   splat::PinholeView view{};
@@ -40,7 +41,11 @@ Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap) {
   view.cx = width / 2, view.cy = height / 2;
   view.width = static_cast<int>(width), view.height = static_cast<int>(height);
   view.near = 0.1;
-  workload.views.push_back(view);
+  for (int v = 0; v < views; ++v) {
+    view.T[0] = 0.01 * v;
+    view.centre[0] = -view.T[0];
+    workload.views.push_back(view);
+  }
 
   constexpr double kOpacity = 0.5;
   const double support = std::log2(kOpacity / splat::kAlphaFloor) / (splat::kWhitening * splat::kWhitening);
@@ -61,8 +66,10 @@ Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap) {
     set(splat::kOpacity, std::log(kOpacity / (1 - kOpacity)));
     for (int k = splat::kSh; k < workload.model.num_attributes(); ++k) set(k, 0.2 * (random.Uniform() - 0.5));
   }
-  workload.photographs.emplace_back(static_cast<std::size_t>(workload.shape().NumValues()));
-  for (float& value : workload.photographs.back()) value = static_cast<float>(random.Uniform());
+  for (int v = 0; v < views; ++v) {
+    workload.photographs.emplace_back(static_cast<std::size_t>(workload.shape().NumValues()));
+    for (float& value : workload.photographs.back()) value = static_cast<float>(random.Uniform());
+  }
   return workload;
 }
 

@@ -12,9 +12,13 @@ namespace block_internal {
 
 // Lowest and highest parameter a group touches.
 inline std::pair<Index, Index> Range(const BlockGroup& group) {
-  const Index a = (group.size - 1) * group.component_stride, b = (group.count - 1) * group.block_stride;
-  return {group.offset + std::min<Index>(a, 0) + std::min<Index>(b, 0),
-          group.offset + std::max<Index>(a, 0) + std::max<Index>(b, 0)};
+  Index lowest = group.offset, highest = group.offset;
+  for (const Index reach : {(group.size - 1) * group.component_stride, (group.count - 1) * group.block_stride,
+                            (group.copies - 1) * group.copy_stride}) {
+    lowest += std::min<Index>(reach, 0);
+    highest += std::max<Index>(reach, 0);
+  }
+  return {lowest, highest};
 }
 
 }  // namespace block_internal
@@ -24,14 +28,15 @@ BlockDiagonal<B>::BlockDiagonal(Index num_parameters, std::vector<BlockGroup> gr
     : num_parameters_(num_parameters), groups_(std::move(groups)) {
   Index covered = 0, values = 0;
   for (const BlockGroup& group : groups_) {
-    VESTA_CHECK(group.size >= 1 && group.count >= 0, "block group of {} blocks of size {}", group.count, group.size);
+    VESTA_CHECK(group.size >= 1 && group.count >= 0 && group.copies >= 1,
+                "block group of {} blocks of size {}, {} times", group.count, group.size, group.copies);
     if (group.count > 0) {
       const auto [lowest, highest] = block_internal::Range(group);
       VESTA_CHECK(lowest >= 0 && highest < num_parameters, "a block group covers parameters {} to {} of {}", lowest,
                   highest, num_parameters);
     }
     first_value_.push_back(values);
-    covered += group.count * group.size;
+    covered += group.count * group.size * group.copies;
     values += group.NumValues();
   }
   VESTA_CHECK(covered == num_parameters, "block groups cover {} of {} parameters", covered, num_parameters);

@@ -9,7 +9,7 @@ namespace vesta {
 template <class B>
 void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstView d) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    device::AddToBlockDiagonal(groups_[g], static_cast<Scalar>(scale), d.data(), values_.data() + first_value_[g]);
+    device::AddToBlockDiagonal(groups_[g], scale, d.data(), values_.data() + first_value_[g]);
   }
 }
 

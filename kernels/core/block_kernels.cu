@@ -54,9 +54,11 @@ struct Multiply {
     const int order = kOrder > 0 ? kOrder : group.size;
     Lane<S> a[kPacked<kOrder>], in[kCapacity<kOrder>], out[kCapacity<kOrder>];
     Load<kOrder>(group, order, block, values, a);
-    for (int c = 0; c < order; ++c) in[c].lane[0] = x[group.Parameter(block, c)];
-    MultiplyLanes<1>(order, a, in, out);
-    for (int c = 0; c < order; ++c) y[group.Parameter(block, c)] = out[c].lane[0];
+    for (int copy = 0; copy < group.copies; ++copy) {
+      for (int c = 0; c < order; ++c) in[c].lane[0] = x[group.Parameter(block, c, copy)];
+      MultiplyLanes<1>(order, a, in, out);
+      for (int c = 0; c < order; ++c) y[group.Parameter(block, c, copy)] = out[c].lane[0];
+    }
   }
 };
 
@@ -88,20 +90,27 @@ struct Solve {
     const int order = kOrder > 0 ? kOrder : group.size;
     Lane<S> a[kPacked<kOrder>], v[kCapacity<kOrder>];
     Load<kOrder>(group, order, block, values, a);
-    for (int c = 0; c < order; ++c) v[c].lane[0] = x[group.Parameter(block, c)];
-    SolveLanes<1>(order, a, v);
-    for (int c = 0; c < order; ++c) y[group.Parameter(block, c)] = v[c].lane[0];
+    for (int copy = 0; copy < group.copies; ++copy) {
+      for (int c = 0; c < order; ++c) v[c].lane[0] = x[group.Parameter(block, c, copy)];
+      SolveLanes<1>(order, a, v);
+      for (int c = 0; c < order; ++c) y[group.Parameter(block, c, copy)] = v[c].lane[0];
+    }
   }
 };
 
 }  // namespace
 
 template <class S>
-void AddToBlockDiagonal(const BlockGroup& group, S scale, const S* d, S* values) {
+void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values) {
+  const S share = static_cast<S>(scale / group.copies);
   for (int c = 0; c < group.size; ++c) {
     S* diagonal = values + PackedLower(c, c) * group.count;
     ForEach(
-        group.count, [=] __device__(Index i) { diagonal[i] += scale * d[group.Parameter(i, c)]; }, "AddToDiagonal");
+        group.count,
+        [=] __device__(Index i) {
+          for (int copy = 0; copy < group.copies; ++copy) diagonal[i] += share * d[group.Parameter(i, c, copy)];
+        },
+        "AddToDiagonal");
   }
 }
 
@@ -110,7 +119,11 @@ void BlockDiagonalOf(const BlockGroup& group, const S* values, S* out) {
   for (int c = 0; c < group.size; ++c) {
     const S* diagonal = values + PackedLower(c, c) * group.count;
     ForEach(
-        group.count, [=] __device__(Index i) { out[group.Parameter(i, c)] = diagonal[i]; }, "Diagonal");
+        group.count,
+        [=] __device__(Index i) {
+          for (int copy = 0; copy < group.copies; ++copy) out[group.Parameter(i, c, copy)] = diagonal[i];
+        },
+        "Diagonal");
   }
 }
 
@@ -136,7 +149,7 @@ void SolveBlocks(const BlockGroup& group, const S* values, const S* x, S* y) {
 }
 
 #define VESTA_INSTANTIATE(S)                                                 \
-  template void AddToBlockDiagonal(const BlockGroup&, S, const S*, S*);      \
+  template void AddToBlockDiagonal(const BlockGroup&, double, const S*, S*); \
   template void BlockDiagonalOf(const BlockGroup&, const S*, S*);            \
   template void MultiplyBlocks(const BlockGroup&, const S*, const S*, S*);   \
   template void FactorizeBlocks(const BlockGroup&, S*, unsigned long long*); \

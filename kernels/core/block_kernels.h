@@ -11,7 +11,7 @@ inline constexpr int kMaxBlockOrder = 32;
 
 // values: NumValues() of one group. treated: [1], added to.
 template <class S>
-void AddToBlockDiagonal(const BlockGroup& group, S scale, const S* d, S* values);
+void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values);
 template <class S>
 void BlockDiagonalOf(const BlockGroup& group, const S* values, S* out);
 template <class S>

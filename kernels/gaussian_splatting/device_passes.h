@@ -16,7 +16,7 @@ void ProjectTangent(const Model<float>& model, const PinholeView& view, const st
 void ProjectAdjoint(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
                     const SplatTangent<float>* cotangents, float* g);
 void ProjectGram(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
-                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal);
+                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks);
 
 // The steps of tile_pairs.h.
 void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);

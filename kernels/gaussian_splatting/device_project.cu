@@ -48,9 +48,9 @@ struct GramOne {
   Camera<float> camera;
   const std::int32_t* rank_of;
   const SplatGram<float>* grams;
-  float *blocks, *sh_diagonal;
+  float *blocks, *sh_diagonal, *sh_blocks;
   VESTA_HD void operator()(Index i) const {
-    GramRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, grams, blocks, sh_diagonal);
+    GramRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, grams, blocks, sh_diagonal, sh_blocks);
   }
 };
 
@@ -88,8 +88,8 @@ void ProjectAdjoint(const Model<float>& model, const PinholeView& view, const st
 }
 
 void ProjectGram(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
-                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal) {
-  RunForDegree<GramOne>(model, view, "Gram blocks of the projection", rank_of, grams, blocks, sh_diagonal);
+                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks) {
+  RunForDegree<GramOne>(model, view, "Gram blocks of the projection", rank_of, grams, blocks, sh_diagonal, sh_blocks);
 }
 
 }  // namespace vesta::splat::device_passes

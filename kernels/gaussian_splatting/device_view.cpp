@@ -92,13 +92,14 @@ void DeviceView::AddJT(const Model<float>& model, const float* image, const floa
 }
 
 void DeviceView::AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks,
-                         float* sh_diagonal, DeviceViewWorkspace& workspace) const {
+                         float* sh_diagonal, DeviceViewWorkspace& workspace, float* sh_blocks) const {
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   device_passes::Gram(Lists(), entries_.data(), image, omega, workspace.pair_grams.data());
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), workspace.pair_grams.data(),
                             workspace.splat_grams.data());
-  device_passes::ProjectGram(model, pinhole_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
+  device_passes::ProjectGram(model, pinhole_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
+                             sh_blocks);
 }
 
 }  // namespace vesta::splat

@@ -40,7 +40,7 @@ class DeviceView {
   void AddJT(const Model<float>& model, const float* image, const float* u, float* g,
              DeviceViewWorkspace& workspace) const;
   void AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks, float* sh_diagonal,
-               DeviceViewWorkspace& workspace) const;
+               DeviceViewWorkspace& workspace, float* sh_blocks = nullptr) const;
 
  private:
   PinholeView pinhole_{};

@@ -254,7 +254,8 @@ VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]
 
 template <class V, class S, int Degree>
 VESTA_HD void GramRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
-                        const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
+                        const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal,
+                        S* sh_blocks) {
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
     const auto seen = SeenLanes(block, rank_of);
@@ -305,6 +306,15 @@ VESTA_HD void GramRange(const Model<S>& model, const Camera<S>& camera, std::int
         block.Add(sh_diagonal, 3 * k + c, Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
       }
     }
+    if (sh_blocks == nullptr) continue;
+    V weight(0);
+    for (int c = 0; c < 3; ++c) weight = weight + color.Masked(c, G[kColor + c][kColor + c]);
+    for (int row = 0; row < ShCoefficients(Degree); ++row) {
+      const V scaled = weight * color.basis[row] * V(static_cast<S>(1.0 / 3));
+      for (int col = 0; col <= row; ++col) {
+        block.Add(sh_blocks, row * (row + 1) / 2 + col, Select(seen, scaled * color.basis[col], V(0)));
+      }
+    }
   }
 }
 
@@ -321,8 +331,9 @@ constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
              const SplatTangent<S>* cotangents,
              S* g) { AdjointRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, cotangents, g); },
           [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
-             const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
-            GramRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal);
+             const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks) {
+            GramRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal,
+                                    sh_blocks);
           }};
 }
 

@@ -31,9 +31,11 @@ struct ProjectKernels {
   void (*adjoint)(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
                   const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g);
   // blocks += K^T Gram K restricted to the geometric attributes (packed lower triangle (row, col) of Gaussian i at
-  // [PackedLower(row, col) * count + i]), sh_diagonal[a' * count + i] += the diagonal for attribute kSh + a'.
+  // [PackedLower(row, col) * count + i]), sh_diagonal[a' * count + i] += the diagonal for attribute kSh + a'. Unless
+  // null, sh_blocks += the blocks of the SH coefficients, laid out likewise: the mean of the channels', which differ in
+  // weight alone.
   void (*gram)(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal);
+               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks);
 };
 
 // The kernels for models with this active SH degree (0..3).

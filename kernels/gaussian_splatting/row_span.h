@@ -17,30 +17,40 @@ struct RowSplat {
   V u, v, r, s, beta, log2_opacity, support, inv_r;
 };
 
+// The place of a row in a splat's whitened coordinates: pixel x is at (p0 + r x, q).
 template <class V>
-struct RowSpan {
+struct RowPlace {
+  V q;
+  V p0;
+  V middle;  // x where p is 0
+
+  // y: rows of the tile.
+  VESTA_HD RowPlace(const V& u, const V& v, const V& r, const V& s, const V& beta, const V& y) {
+    const V dy = y - v;
+    q = s * dy;
+    middle = Fnma(beta, dy, u);
+    p0 = Fnma(middle, r, V(0));
+  }
+};
+
+template <class V>
+struct RowSpan : RowPlace<V> {
   using L = Lanes<V>;
   using S = typename L::Scalar;
-  V q;     // vertical offset in whitened coordinates
   V peak;  // log2 of the opacity, less q^2
-  V p0;    // p at column 0
   V begin, end;
   typename L::Mask reaches;
 
-  // y: rows of the tile.
-  VESTA_HD RowSpan(const RowSplat<V>& splat, const V& y) {
+  VESTA_HD RowSpan(const RowSplat<V>& splat, const V& y)
+      : RowPlace<V>(splat.u, splat.v, splat.r, splat.s, splat.beta, y),
+        peak(Fnma(this->q, this->q, splat.log2_opacity)) {
     using std::ceil;
-    const V dy = y - splat.v;
-    q = splat.s * dy;
-    const V rest = Fnma(q, q, splat.support);
-    const V middle = Fnma(splat.beta, dy, splat.u);
+    const V rest = Fnma(this->q, this->q, splat.support);
     reaches = rest > V(0);
     // The support's margin is larger than this root's error.
     const V half_width = MaskedSquareRoot(reaches, rest) * splat.inv_r;
-    peak = Fnma(q, q, splat.log2_opacity);
-    p0 = Fnma(middle, splat.r, V(0));
-    begin = ceil(middle - half_width);
-    end = middle + half_width;
+    begin = ceil(this->middle - half_width);
+    end = this->middle + half_width;
   }
 
   // Lane by lane: whether vector k of the row holds a pixel within reach; not where the span lies between two.

@@ -1,6 +1,8 @@
 // Which splats touch which tile.
 #pragma once
 
+#include <vector>
+
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/types.h"
 
@@ -15,9 +17,13 @@ class TileBins {
   template <class S>
   void Build(HostSpan<const Splat<S>> splats, int width, int height);
 
+  // Drops the pairs of all tiles but those that are kept: [num_tiles].
+  void Keep(const std::vector<bool>& kept);
+
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }
   int num_tiles() const { return tiles_x_ * tiles_y_; }
+  Index num_splats() const { return splat_begin_.size() - 1; }
   // Number of (splat, tile) pairs.
   Index num_pairs() const { return ranks_.size(); }
   // [num_tiles + 1] first pair of each tile.
@@ -27,6 +33,8 @@ class TileBins {
   // [splats + 1] first entry of each splat in pairs_of_splat; [num_pairs] its pairs, by ascending tile.
   const std::int64_t* splat_begin() const { return splat_begin_.data(); }
   const std::uint32_t* pairs_of_splat() const { return pairs_of_splat_.data(); }
+  // [num_pairs] the tile of each of those.
+  const std::uint32_t* tiles_of_splat() const { return tiles_of_splat_.data(); }
 
  private:
   int tiles_x_ = 0, tiles_y_ = 0;

@@ -35,6 +35,7 @@ template <class S>
 void View<S>::Build(const Model<S>& model, const PinholeView& view, const double background[3],
                     ViewWorkspace<S>& workspace) {
   pinhole_ = view;
+  cache_.Clear();
   for (int c = 0; c < 3; ++c) background_[c] = static_cast<S>(background[c]);
   const Index count = model.count;
   EnsureSize(workspace.keys, count);
@@ -99,6 +100,7 @@ void View<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspa
     project.tangent(model, pinhole_, begin, end, rank_of_.data(), dx, tangents);
   });
   const TileLists<S> lists = Lists();
+  if (!cache_.empty()) return cache_.Tangent(lists, bins_, tangents, d_image);
   const auto& raster = GetRasterKernels<S>();
   ParallelFor(bins_.num_tiles(), kTileGrain,
               [&](Index tile) { raster.tangent(lists, static_cast<int>(tile), tangents, d_image); });
@@ -106,13 +108,18 @@ void View<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspa
 
 template <class S>
 void View<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const {
-  EnsureSize(workspace.pair_sums, num_pairs());
   EnsureSize(workspace.splat_sums, num_splats());
   const TileLists<S> lists = Lists();
-  const auto& raster = GetRasterKernels<S>();
-  ParallelFor(bins_.num_tiles(), kTileGrain,
-              [&](Index tile) { raster.adjoint(lists, static_cast<int>(tile), image, u, workspace.pair_sums.data()); });
-  SumPairs<S>(bins_, num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
+  if (!cache_.empty()) {
+    cache_.Adjoint(lists, bins_, u, workspace.splat_sums.data(), workspace.u_tiles);
+  } else {
+    EnsureSize(workspace.pair_sums, num_pairs());
+    const auto& raster = GetRasterKernels<S>();
+    ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
+      raster.adjoint(lists, static_cast<int>(tile), image, u, workspace.pair_sums.data());
+    });
+    SumPairs<S>(bins_, num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
+  }
   const auto& project = GetProjectKernels<S>(model.active_sh_degree);
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
     project.adjoint(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_sums.data(), g);
@@ -121,7 +128,7 @@ void View<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, Vie
 
 template <class S>
 void View<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-                      ViewWorkspace<S>& workspace) const {
+                      ViewWorkspace<S>& workspace, S* sh_blocks) const {
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   const TileLists<S> lists = Lists();
@@ -132,7 +139,8 @@ void View<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* 
   SumPairs<S>(bins_, num_splats(), workspace.pair_grams.data(), workspace.splat_grams.data());
   const auto& project = GetProjectKernels<S>(model.active_sh_degree);
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
-    project.gram(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
+    project.gram(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
+                 sh_blocks);
   });
 }
 

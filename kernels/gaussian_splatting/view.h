@@ -1,8 +1,11 @@
 // One view of a model: the splats it sees, in order, and the operators between parameters and image.
 #pragma once
 
+#include <vector>
+
 #include "kernels/core/buffer.h"
 #include "kernels/core/radix_sort.h"
+#include "kernels/gaussian_splatting/jacobian_cache.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/raster_kernels.h"
 #include "kernels/gaussian_splatting/tiles.h"
@@ -17,6 +20,7 @@ struct ViewWorkspace {
   HostBuffer<KeyValue> order, order_scratch;
   HostBuffer<SplatTangent<S>> pair_sums, splat_sums;
   HostBuffer<SplatGram<S>> pair_grams, splat_grams;
+  HostBuffer<S> u_tiles;
 };
 
 // The image of a model in a view is y -> image after x -> y: J = J_raster J_project, both linear maps below at the x
@@ -43,13 +47,23 @@ class View {
   VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
   void Render(S* image) const;
+  // From here on, until the next Build, the operators below see only the pixels of the tiles that are kept (tiles of 16
+  // x 16 pixels, row by row): J v is 0 at the others, and J^T and the Gram blocks leave them out. Takes the time of
+  // those kept alone.
+  void KeepTiles(const std::vector<bool>& kept) { bins_.Keep(kept); }
+  Index num_tiles() const { return bins_.num_tiles(); }
+  // Keeps the raster's Jacobian until the next Build, for ApplyJ and AddJT to take their products from. image: from
+  // Render. Both then err as JacobianCache says.
+  void CacheJacobian(const S* image, CacheFormat format) { cache_.Build(Lists(), bins_, image, format); }
+  const JacobianCache<S>& cache() const { return cache_; }
   // d_image = J dx; dx laid out as x.
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
-  // blocks, sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >= 0 planar as the image.
+  // blocks, sh_diagonal and, unless null, sh_blocks += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >=
+  // 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-               ViewWorkspace<S>& workspace) const;
+               ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
 
  private:
   PinholeView pinhole_{};
@@ -57,6 +71,7 @@ class View {
   HostBuffer<Splat<S>> splats_;
   HostBuffer<std::int32_t> rank_of_;
   TileBins bins_;
+  JacobianCache<S> cache_;
 };
 
 }  // namespace vesta::splat

@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"train", "a", "--rate_decay=nan"}, kUsage, "--rate_decay=nan: must be"},
         BadLine{{"train", "a", "--seed=-1"}, kUsage, "--seed=-1: must be a whole number, at least 0"},
         BadLine{{"train", "a", "--preset=slow"}, kUsage, "must be fast, balanced, best, paper or paper_code"},
-        BadLine{{"train", "a", "--jacobian=cache32"}, kUsage, "must be recompute"},
+        BadLine{{"train", "a", "--jacobian=cache64"}, kUsage, "must be recompute, cache32 or cache16"},
         BadLine{{"train", "a", "--background=0,0,2"}, kUsage, "must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0"}, kUsage, "must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0,0,0"}, kUsage, "must be three numbers from 0 to 1"},

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -42,6 +43,18 @@ class Tampered final : public Problem<Cpu> {
     Cpu().Fill(kNaN, poisoned_.view());
     return inner_.Linearize(poisoned_, batch);
   }
+  void BeginTurn(int turn) override { turns.push_back(turn); }
+  bool LimitStep(Cpu::ConstView, Cpu::View step) override {
+    bool limited = false;
+    for (double& entry : step) {
+      const double within = std::clamp(entry, -longest, longest);
+      limited = limited || within != entry;
+      entry = within;
+    }
+    return limited;
+  }
+  double longest = std::numeric_limits<double>::infinity();
+  std::vector<int> turns;
   std::function<double(Cpu::ConstView, double)> on_cost = [](Cpu::ConstView, double cost) { return cost; };
   int linearizations = 0;
   int poisoned_linearization = std::numeric_limits<int>::max();
@@ -70,6 +83,31 @@ TEST_F(LmTest, EveryRuleReachesTheMinimum) {
     EXPECT_NEAR(x[0], 1, 1e-9) << ToString(rule);
     EXPECT_EQ(summary.final_cost, rosenbrock_.Cost(x)) << ToString(rule);
   }
+}
+
+// On a quadratic cost the model is exact, so the gain ratio of a limited step is 1: the prediction is that step's.
+TEST(LmLimits, ThePredictionBelongsToTheLimitedStep) {
+  LinearProblem problem({RandomBatch(9, 4, 1)});
+  Tampered limited(problem);
+  limited.longest = 1e-3;
+  Cpu backend;
+  Cpu::Vector x = Vector({1, 1, 1, 1}), before = Vector({1, 1, 1, 1});
+  LmStepper<Cpu> stepper(Tight(), backend, limited, x);
+  for (int k = 0; k < 5; ++k) {
+    const LmIteration row = stepper.Step();
+    EXPECT_TRUE(row.accepted);
+    EXPECT_NEAR(row.rho, 1, 1e-6);
+    for (Index i = 0; i < 4; ++i) EXPECT_LE(std::abs(stepper.x()[i] - before[i]), 1e-3 + 1e-15);
+    backend.Copy(stepper.x(), before);
+  }
+}
+
+TEST_F(LmTest, ATurnBeginsAtEachNewX) {
+  SolveLm(Tight(), backend_, tampered_, x_.view());
+  ASSERT_GT(tampered_.turns.size(), 2u);
+  // One for each linearisation, but for those that only test a step at the end.
+  EXPECT_LE(static_cast<int>(tampered_.turns.size()), tampered_.linearizations);
+  for (std::size_t k = 0; k < tampered_.turns.size(); ++k) EXPECT_EQ(tampered_.turns[k], static_cast<int>(k));
 }
 
 TEST_F(LmTest, CostsFallWithEveryAcceptedStepAndStayWithEveryRejectedOne) {

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "tests/solver/linear_problem.h"
 
@@ -121,20 +123,31 @@ TEST_F(NormalSystemTest, TheProblemsMetricReplacesTheDiagonal) {
   EXPECT_LE((problem.last_diag_h - h.diagonal()).norm(), 1e-13 * h.norm());
 }
 
-TEST_F(NormalSystemTest, AnUndampedPreconditionerFindsTheSameStep) {
+TEST_F(NormalSystemTest, APreconditionerOfAnotherDampingFindsTheSameStep) {
   LinearProblem problem({RandomBatch(9, 4, 6)});
   const Cpu::Vector x = Vector({1, 1, 1, 1});
-  Cpu::Vector steps[2] = {Cpu::Vector(4), Cpu::Vector(4)};
-  for (const bool damp : {false, true}) {
+  std::vector<Cpu::Vector> steps;
+  std::vector<double> residuals;
+  for (const std::optional<double> lambda : {std::optional<double>(), std::optional(0.0), std::optional(1.0)}) {
     NormalSystem<Cpu> system(backend_, problem, x, {0});
-    const auto scale = ScaleOf(system);
+    const auto scale = ScaleOf(system, ColumnScaling::kNone);
     auto options = Tight();
-    options.damp_preconditioner = damp;
+    options.preconditioner_lambda = lambda;
     options.metric.min_diagonal = 1;  // so that the two differ by more than a factor
     system.Prepare(options, x, scale);
-    system.Solve(0.5, workspace_, steps[damp ? 1 : 0]);
+    system.Solve(0.5, workspace_, steps.emplace_back(4));
+    // The way there is another: after one iteration they differ.
+    options.pcg.max_iterations = 1;
+    NormalSystem<Cpu> short_system(backend_, problem, x, {0});
+    short_system.Prepare(options, x, scale);
+    Cpu::Vector first(4);
+    residuals.push_back(short_system.Solve(0.5, workspace_, first).pcg.residual_norm);
   }
-  EXPECT_LE((AsEigen(steps[0].view()) - AsEigen(steps[1].view())).norm(), 1e-11 * AsEigen(steps[0].view()).norm());
+  for (const std::size_t k : {1u, 2u}) {
+    const auto difference = AsEigen(steps[0].view()) - AsEigen(steps[k].view());
+    EXPECT_LE(difference.norm(), 1e-11 * AsEigen(steps[0].view()).norm());
+    EXPECT_NE(residuals[0], residuals[k]);
+  }
 }
 
 TEST_F(NormalSystemTest, ScalesAndClamps) {

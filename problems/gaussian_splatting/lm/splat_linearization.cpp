@@ -4,26 +4,40 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "kernels/math/spherical_harmonics.h"
+#include "problems/gaussian_splatting/lm/tile_sample.h"
 
 namespace vesta::gs {
 namespace {
 
-constexpr int kBlockValues = splat::kGeometry * (splat::kGeometry + 1) / 2;
+// Values of a packed block.
+constexpr int Packed(int size) { return size * (size + 1) / 2; }
+
+// v *= scale.
+template <class S>
+void Scale(double scale, HostSpan<S> v) {
+  if (scale != 1) CpuBackend<S>().Axpby(scale, v, 0.0, v);
+}
 
 }  // namespace
 
 template <class S>
 SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, ConstView x,
-                                          const std::vector<const TargetView<S>*>& views,
+                                          const std::vector<BatchView<S>>& views, double scale, int turn,
                                           std::shared_ptr<PhotometricLoss<S>> loss,
                                           std::shared_ptr<splat::ViewWorkspace<S>> workspace)
-    : units_(views.size()), loss_(std::move(loss)), workspace_(std::move(workspace)), gradient_(x.size()) {
+    : options_(options),
+      units_(views.size()),
+      loss_(std::move(loss)),
+      workspace_(std::move(workspace)),
+      gradient_(x.size()) {
   x_.CopyFrom(x);
   model_ = {x_.data(), options.count, options.sh_degree, options.sh_degree};
   HostBuffer<S> image_gradient;
   for (std::size_t i = 0; i < views.size(); ++i) {
     Unit& unit = units_[i];
-    unit.target = views[i];
+    unit.target = views[i].target;
+    unit.scale = scale;
     unit.shape = {unit.target->pinhole.width, unit.target->pinhole.height};
     const Index values = unit.shape.NumValues();
     num_residuals_ += values;
@@ -33,7 +47,24 @@ SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, Co
     unit.view.Render(unit.image.data());
     image_gradient.Resize(values);
     loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
+    if (options.sample_gradient) Prepare(unit, views[i].index, turn);
+    Scale(unit.scale, image_gradient.view());
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), gradient_.data(), *workspace_);
+    // After the gradient, which is thereby exact.
+    if (!options.sample_gradient) Prepare(unit, views[i].index, turn);
+  }
+}
+
+template <class S>
+void SplatLinearization<S>::Prepare(Unit& unit, Index view, int turn) {
+  if (options_.residual_sampling < 1) {
+    const TileSample sample = SampleTiles(unit.view.num_tiles(), options_.residual_sampling, options_.seed, turn, view);
+    unit.view.KeepTiles(sample.kept);
+    unit.scale *= sample.scale;
+  }
+  if (options_.jacobian != JacobianKind::kRecompute) {
+    unit.view.CacheJacobian(unit.image.data(), options_.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull
+                                                                                           : splat::CacheFormat::kHalf);
   }
 }
 
@@ -74,6 +105,7 @@ void SplatLinearization<S>::ApplyW(ConstView u, View Wu) {
   for (Unit& unit : units_) {
     const Index values = unit.shape.NumValues();
     loss_->ApplyW(unit.loss, u.subspan(at, values), Wu.subspan(at, values));
+    Scale(unit.scale, Wu.subspan(at, values));
     at += values;
   }
 }
@@ -86,6 +118,7 @@ void SplatLinearization<S>::ApplyH(ConstView v, View Hv) {
     const View d_image = image_work_.view().subspan(0, values), weighted = weighted_work_.view().subspan(0, values);
     unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
     loss_->ApplyW(unit.loss, d_image, weighted);
+    Scale(unit.scale, weighted);
     unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
   }
 }
@@ -98,11 +131,14 @@ void SplatLinearization<S>::Gradient(View g) {
 template <class S>
 void SplatLinearization<S>::EnsureGram() {
   if (!gram_blocks_.empty()) return;
-  gram_blocks_.Resize(kBlockValues * model_.count);
+  gram_blocks_.Resize(Packed(splat::kGeometry) * model_.count);
   gram_sh_.Resize(x_.size() - splat::kSh * model_.count);
+  if (options_.sh_blocks) gram_sh_blocks_.Resize(Packed(ShCoefficients(model_.sh_degree)) * model_.count);
   for (Unit& unit : units_) {
-    unit.view.AddGram(model_, unit.image.data(), unit.loss.diagonal.data(), gram_blocks_.data(), gram_sh_.data(),
-                      *workspace_);
+    const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
+    CpuBackend<S>().Axpby(unit.scale, unit.loss.diagonal, 0.0, omega);
+    unit.view.AddGram(model_, unit.image.data(), omega.data(), gram_blocks_.data(), gram_sh_.data(), *workspace_,
+                      options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
   }
 }
 
@@ -118,15 +154,24 @@ void SplatLinearization<S>::DiagJTJ(View d) {
 template <class S>
 std::vector<BlockGroup> SplatLinearization<S>::block_groups() const {
   const Index n = model_.count;
-  return {{.size = splat::kGeometry, .count = n, .offset = 0, .component_stride = n, .block_stride = 1},
-          {.size = 1, .count = x_.size() - splat::kSh * n, .offset = splat::kSh * n}};
+  const BlockGroup geometry{.size = splat::kGeometry, .count = n, .offset = 0, .component_stride = n};
+  if (!options_.sh_blocks)
+    return {geometry, {.size = 1, .count = x_.size() - splat::kSh * n, .offset = splat::kSh * n}};
+  return {geometry,
+          {.size = ShCoefficients(model_.sh_degree),
+           .count = n,
+           .offset = splat::kSh * n,
+           .component_stride = 3 * n,
+           .copies = 3,
+           .copy_stride = n}};
 }
 
 template <class S>
 void SplatLinearization<S>::BlockGram(BlockDiagonal<CpuBackend<S>>& blocks) {
   EnsureGram();
   std::copy(gram_blocks_.begin(), gram_blocks_.end(), blocks.values(0).begin());
-  std::copy(gram_sh_.begin(), gram_sh_.end(), blocks.values(1).begin());
+  const HostBuffer<S>& sh = options_.sh_blocks ? gram_sh_blocks_ : gram_sh_;
+  std::copy(sh.begin(), sh.end(), blocks.values(1).begin());
 }
 
 template class SplatLinearization<float>;

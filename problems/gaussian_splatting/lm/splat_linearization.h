@@ -5,6 +5,13 @@
 
 namespace vesta::gs {
 
+// A view of a batch, and its number among all.
+template <class S>
+struct BatchView {
+  const TargetView<S>* target;
+  Index index;
+};
+
 template <class S>
 class SplatLinearization final : public Linearization<CpuBackend<S>> {
  public:
@@ -12,9 +19,11 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   using typename Base::ConstView;
   using typename Base::View;
 
-  // x is copied. loss and workspace are shared with the problem and its other linearizations, one call at a time.
-  SplatLinearization(const SplatProblemOptions& options, ConstView x, const std::vector<const TargetView<S>*>& views,
-                     std::shared_ptr<PhotometricLoss<S>> loss, std::shared_ptr<splat::ViewWorkspace<S>> workspace);
+  // x is copied. Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
+  // problem and its other linearizations, one call at a time.
+  SplatLinearization(const SplatProblemOptions& options, ConstView x, const std::vector<BatchView<S>>& views,
+                     double scale, int turn, std::shared_ptr<PhotometricLoss<S>> loss,
+                     std::shared_ptr<splat::ViewWorkspace<S>> workspace);
 
   // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
   Index num_residuals() const override { return num_residuals_; }
@@ -35,21 +44,25 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
  private:
   struct Unit {
     const TargetView<S>* target;
+    double scale;  // of W, and of the loss's derivative
     ImageShape shape;
     splat::View<S> view;
     HostBuffer<S> image;
     PhotometricLinearization<S> loss;
   };
+  // Samples tiles and caches the Jacobian, as the options have it.
+  void Prepare(Unit& unit, Index view, int turn);
   // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
   void EnsureGram();
 
+  SplatProblemOptions options_;
   splat::Model<S> model_;
   HostBuffer<S> x_;
   std::vector<Unit> units_;
   Index num_residuals_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
-  HostBuffer<S> gradient_, image_work_, weighted_work_, gram_blocks_, gram_sh_;
+  HostBuffer<S> gradient_, image_work_, weighted_work_, gram_blocks_, gram_sh_, gram_sh_blocks_;
   mutable HostBuffer<S> residuals_;
 };
 

@@ -10,13 +10,26 @@
 
 namespace vesta::gs {
 
+namespace {
+
+template <class S>
+std::vector<splat::PinholeView> Pinholes(const std::vector<TargetView<S>>& views) {
+  std::vector<splat::PinholeView> pinholes;
+  for (const TargetView<S>& view : views) pinholes.push_back(view.pinhole);
+  return pinholes;
+}
+
+}  // namespace
+
 template <class S>
 SplatProblem<S>::SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<S>> views)
     : options_(options),
       views_(std::move(views)),
+      batches_(options.batches, Pinholes(views_)),
       loss_(std::make_shared<PhotometricLoss<S>>(options.weights)),
       workspace_(std::make_shared<splat::ViewWorkspace<S>>()) {
-  VESTA_CHECK(options.num_batches >= 1, "{} batches", options.num_batches);
+  VESTA_CHECK(options.residual_sampling > 0 && options.residual_sampling <= 1, "a sampling rate of {}",
+              options.residual_sampling);
   for (const TargetView<S>& view : views_) {
     VESTA_CHECK(view.truth.size() == 3 * Index{view.pinhole.width} * view.pinhole.height,
                 "a truth image of {} values for a view of {} x {}", view.truth.size(), view.pinhole.width,
@@ -54,12 +67,20 @@ double SplatProblem<S>::Cost(ConstView x, std::span<const Index> units) {
 
 template <class S>
 std::unique_ptr<Linearization<CpuBackend<S>>> SplatProblem<S>::Linearize(ConstView x, int batch) {
-  std::vector<const TargetView<S>*> views;
-  for (std::size_t v = static_cast<std::size_t>(batch); v < views_.size();
-       v += static_cast<std::size_t>(options_.num_batches)) {
-    views.push_back(&views_[v]);
-  }
-  return std::make_unique<SplatLinearization<S>>(options_, x, views, loss_, workspace_);
+  std::vector<BatchView<S>> views;
+  for (const Index v : batches_.views(batch)) views.push_back({&views_[static_cast<std::size_t>(v)], v});
+  return std::make_unique<SplatLinearization<S>>(options_, x, views, batches_.scale(), turn_, loss_, workspace_);
+}
+
+template <class S>
+void SplatProblem<S>::BeginTurn(int turn) {
+  turn_ = turn;
+  batches_.BeginTurn(turn);
+}
+
+template <class S>
+bool SplatProblem<S>::LimitStep(ConstView x, View step) {
+  return gs::LimitStep<S>(options_.step_limit, options_.count, options_.sh_degree, x, step);
 }
 
 template <class S>

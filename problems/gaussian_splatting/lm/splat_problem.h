@@ -2,8 +2,9 @@
 // (kernels/gaussian_splatting/layout.h), a unit is a training view, the cost the photometric loss summed over views,
 // pixels and channels.
 //
-// J = J_raster J_project, s and W from the loss (kernels/image/photometric_loss.h). Products recompute what they need
-// from x: no Jacobian is stored, only each view's sorted splats, image and loss fields.
+// J = J_raster J_project, s and W from the loss (kernels/image/photometric_loss.h). Unless options say otherwise
+// products recompute what they need from x: no Jacobian is stored, only each view's sorted splats, image and loss
+// fields.
 #pragma once
 
 #include <memory>
@@ -11,6 +12,8 @@
 
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/lm/step_limit.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/options.h"
 #include "solver/problem.h"
 
@@ -23,13 +26,31 @@ struct TargetView {
   HostSpan<const S> truth;  // 3 planes; must outlive the problem
 };
 
+// What products with J take their raster part from.
+enum class JacobianKind {
+  kRecompute,  // the splats, each time
+  kCache32,    // entries kept as floats (doubles in double) or as 16 bits: kernels/gaussian_splatting/jacobian_cache.h
+  kCache16,
+};
+
 struct SplatProblemOptions {
   int sh_degree = 3;
   Index count = 0;  // Gaussians
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights;
-  // View v belongs to batch v mod num_batches: strided, for the merge is biased by batches of neighbours.
-  int num_batches = 1;
+  // Merged batches want views that are not neighbours: the merge is biased by those.
+  ViewBatchOptions batches;
+  JacobianKind jacobian = JacobianKind::kRecompute;
+  // Blocks of the spherical harmonics too, one for the three channels, instead of their diagonal.
+  bool sh_blocks = false;
+  // H, the diagonal and the blocks from so large a part of the tiles of each view, drawn anew each turn; within (0, 1].
+  // Tile by tile H is then P W P / rate, P the projection on the pixels kept: exact in the mean where W is diagonal;
+  // blurs of SSIM across the borders of tiles count less by the rate, which keeps H positive semidefinite.
+  double residual_sampling = 1;
+  // The gradient from those tiles too, instead of from all.
+  bool sample_gradient = false;
+  StepLimit step_limit;
+  std::uint64_t seed = 0;  // of the sampling
   // Damping metric D_k = rates_damping * c / rate_k^2, c = the mean over Gaussians of diag(H) of the opacity times its
   // rate squared: the metric of Adam's learning rates, in which parameters that no view sees well are held too.
   // 0: the engine's own, diag(H).
@@ -48,18 +69,22 @@ class SplatProblem final : public Problem<CpuBackend<S>> {
   SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<S>> views);
 
   Index num_parameters() const override;
-  int num_batches() const override { return options_.num_batches; }
+  int num_batches() const override { return batches_.num_batches(); }
   Index num_units() const override { return static_cast<Index>(views_.size()); }
   double Cost(ConstView x) override;
   double Cost(ConstView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<CpuBackend<S>>> Linearize(ConstView x, int batch) override;
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
+  void BeginTurn(int turn) override;
+  bool LimitStep(ConstView x, View step) override;
 
  private:
   double ViewCost(const splat::Model<S>& model, const TargetView<S>& view);
 
   SplatProblemOptions options_;
   std::vector<TargetView<S>> views_;
+  ViewBatches batches_;
+  int turn_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
   splat::View<S> cost_view_;

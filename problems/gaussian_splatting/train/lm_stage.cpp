@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <initializer_list>
+#include <utility>
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/session.h"
@@ -10,27 +12,42 @@
 namespace vesta::gs {
 namespace {
 
-SplatProblemOptions ProblemOptions(const TrainingSession& session, const SplatModel& model, int views) {
+// The value that goes with a name, or `otherwise`: names are checked by ValidateOptions.
+template <class T>
+T ValueOf(const std::string& name, std::initializer_list<std::pair<const char*, T>> values, T otherwise) {
+  for (const auto& [candidate, value] : values) {
+    if (name == candidate) return value;
+  }
+  return otherwise;
+}
+
+SplatProblemOptions ProblemOptions(const TrainingSession& session, const SplatModel& model) {
   const TrainOptions& options = session.options();
   SplatProblemOptions result;
   result.sh_degree = model.sh_degree;
   result.count = model.count;
   result.background = options.background;
   result.weights.l1_floor = options.lm.l1_floor;
-  result.num_batches = std::min(options.lm.batches, views);
+  result.batches = {
+      options.lm.batches, options.lm.batch_size,
+      ValueOf(options.lm.batch_choice, {{"random", BatchChoice::kRandom}, {"clustered", BatchChoice::kClustered}},
+              BatchChoice::kStrided),
+      options.seed};
+  result.jacobian =
+      ValueOf(options.lm.jacobian, {{"cache32", JacobianKind::kCache32}, {"cache16", JacobianKind::kCache16}},
+              JacobianKind::kRecompute);
+  result.sh_blocks = options.lm.preconditioner == "block_sh";
+  result.residual_sampling = options.lm.residual_sampling;
+  result.sample_gradient = options.lm.sample_gradient;
+  result.step_limit = {
+      ValueOf(options.lm.step_limit, {{"caps", StepLimitKind::kCaps}, {"hellinger", StepLimitKind::kHellinger}},
+              StepLimitKind::kNone),
+      options.lm.step_limit_size};
+  result.seed = options.seed;
   result.rates_damping = options.lm.damping == "rates" ? options.lm.rates_damping : 0;
   result.rates = options.rates;
   result.extent = session.scene().extent;
   return result;
-}
-
-StepRule StepRuleOf(const std::string& name) {
-  if (name == "ceres") return StepRule::kCeres;
-  if (name == "nielsen") return StepRule::kNielsen;
-  if (name == "v1") return StepRule::k3dgsLmV1;
-  if (name == "v2") return StepRule::k3dgsLmV2;
-  if (name == "code") return StepRule::k3dgsLmCode;
-  return StepRule::kSoft;
 }
 
 vesta::LmOptions EngineOptions(const LmOptions& lm) {
@@ -39,15 +56,27 @@ vesta::LmOptions EngineOptions(const LmOptions& lm) {
   engine.function_tolerance = 0;
   engine.gradient_tolerance = 0;
   engine.parameter_tolerance = 0;
-  engine.SetStepRule(StepRuleOf(lm.step_control));
+  engine.SetStepRule(ValueOf(lm.step_control,
+                             {{"ceres", StepRule::kCeres},
+                              {"nielsen", StepRule::kNielsen},
+                              {"v1", StepRule::k3dgsLmV1},
+                              {"v2", StepRule::k3dgsLmV2},
+                              {"code", StepRule::k3dgsLmCode}},
+                             StepRule::kSoft));
   engine.step_control.initial_lambda = lm.initial_lambda;
   engine.step_control.min_lambda = lm.min_lambda;
   engine.step_control.max_lambda = lm.max_lambda;
   engine.column_scaling = ColumnScaling::kNone;
-  engine.normal_system.metric.group_median_floor = 1e-6;
-  engine.normal_system.preconditioner =
-      lm.preconditioner == "block" ? PreconditionerKind::kBlockJacobi : PreconditionerKind::kJacobi;
-  engine.normal_system.pcg.max_iterations = lm.pcg_iterations;
+  NormalSystemOptions& system = engine.normal_system;
+  system.metric.group_median_floor = lm.min_diagonal > 0 ? 0 : 1e-6;
+  if (lm.min_diagonal > 0) system.metric.min_diagonal = lm.min_diagonal;
+  if (lm.max_diagonal > 0) system.metric.max_diagonal = lm.max_diagonal;
+  system.preconditioner =
+      lm.preconditioner == "jacobi" ? PreconditionerKind::kJacobi : PreconditionerKind::kBlockJacobi;
+  if (lm.preconditioner_damping != "lambda") system.preconditioner_lambda = lm.preconditioner_damping == "one" ? 1 : 0;
+  system.pcg.max_iterations = lm.pcg_iterations;
+  system.pcg.start = lm.pcg_start == "zero" ? PcgStart::kZero : PcgStart::kPreconditioned;
+  if (lm.pcg_tolerance > 0) system.pcg.relative_tolerance = lm.pcg_tolerance, system.pcg.model_tolerance = 0;
   engine.batch_mode = lm.merge_batches ? BatchMode::kMerge : BatchMode::kExact;
   engine.line_search.enabled = lm.line_search;
   engine.line_search.unit_fraction = lm.line_search_views;
@@ -65,8 +94,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model) {
     targets.push_back({ToPinhole(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
     values += static_cast<double>(view->image.rgb.size());
   }
-  const int views = static_cast<int>(targets.size());
-  SplatProblem<float> problem(ProblemOptions(session, model, views), std::move(targets));
+  SplatProblem<float> problem(ProblemOptions(session, model), std::move(targets));
   CpuBackend<float> backend;
   LmStepper<CpuBackend<float>> stepper(EngineOptions(lm), backend, problem,
                                        {model.data.data(), static_cast<Index>(model.data.size())});

@@ -73,8 +73,17 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--lm_iterations", options.lm.iterations, 0, 1e6);
   CheckRange("--pcg_iterations", options.lm.pcg_iterations, 1, 1e6);
   CheckRange("--lm_batches", options.lm.batches, 1, 1e6);
+  CheckRange("--batch_size", options.lm.batch_size, 0, 1e6);
+  CheckName("--batch_choice", options.lm.batch_choice, {"strided", "random", "clustered"});
   CheckName("--damping", options.lm.damping, {"rates", "diag"});
-  CheckName("--preconditioner", options.lm.preconditioner, {"block", "jacobi"});
+  CheckName("--preconditioner", options.lm.preconditioner, {"block", "block_sh", "jacobi"});
+  CheckName("--preconditioner_damping", options.lm.preconditioner_damping, {"lambda", "none", "one"});
+  CheckName("--pcg_start", options.lm.pcg_start, {"zero", "preconditioned"});
+  CheckRange("--pcg_tolerance", options.lm.pcg_tolerance, 0, 1);
+  CheckName("--jacobian", options.lm.jacobian, {"recompute", "cache32", "cache16"});
+  CheckRange("--residual_sampling", options.lm.residual_sampling, 1e-3, 1);
+  CheckName("--step_limit", options.lm.step_limit, {"none", "caps", "hellinger"});
+  CheckRange("--step_limit_size", options.lm.step_limit_size, 1e-12, 1e6);
   CheckName("--step_control", options.lm.step_control, {"soft", "ceres", "nielsen", "v1", "v2", "code"});
   CheckRange("--sh_degree", options.sh_degree, 0, 3);
   for (const double channel : options.background) CheckRange("--background", channel, 0, 1);

@@ -53,11 +53,23 @@ struct LmOptions {
   int iterations = 8;
   int pcg_iterations = 6;
   int batches = 1;
+  int batch_size = 0;                    // views in each; 0: all are divided among the batches
+  std::string batch_choice = "strided";  // strided | random | clustered
   // Several batches: solved together in one PCG, or one by one and merged (3DGS-LM, eq. 7).
   bool merge_batches = false;
   std::string damping = "rates";         // rates | diag
-  std::string preconditioner = "block";  // block | jacobi
-  std::string step_control = "soft";     // soft | ceres | nielsen | v1 | v2 | code
+  std::string preconditioner = "block";  // block | block_sh | jacobi
+  // What damps the preconditioner: the damping of the system, none, or D itself (3DGS-LM's paper, and its code).
+  std::string preconditioner_damping = "lambda";  // lambda | none | one
+  std::string pcg_start = "zero";                 // zero | preconditioned: M^-1 b, at one more product
+  // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
+  double pcg_tolerance = 0;
+  std::string step_control = "soft";   // soft | ceres | nielsen | v1 | v2 | code
+  std::string jacobian = "recompute";  // recompute | cache32 | cache16
+  double residual_sampling = 1;        // part of the tiles of each view that H is measured on
+  bool sample_gradient = false;        // the gradient too
+  std::string step_limit = "none";     // none | caps | hellinger
+  double step_limit_size = 1;          // factor on the caps, or the bound on the squared Hellinger distance
   bool line_search = false;
   double line_search_views = 0.3;
   double initial_lambda = 0.005;
@@ -65,6 +77,9 @@ struct LmOptions {
   double max_lambda = 1e4;
   double rates_damping = 0.3;  // tau of the damping metric
   double l1_floor = 0.01;      // epsilon of the reweighted L1
+  // Range of diag(JtJ) in the damping metric "diag"; 0: at least 1e-6 of the median of the same parameter, no upper
+  // end.
+  double min_diagonal = 0, max_diagonal = 0;
 };
 
 struct TrainOptions {

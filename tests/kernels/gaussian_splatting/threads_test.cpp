@@ -19,7 +19,9 @@ std::vector<std::vector<S>> Everything(const test::Scene& scene) {
   std::vector<S> sh_diagonal(scene.x.size() - static_cast<std::size_t>(Index{kSh} * scene.count));
   rendered.view.AddGram(rendered.model, rendered.image.data(), omega.data(), blocks.data(), sh_diagonal.data(),
                         rendered.workspace);
-  return {rendered.image, rendered.ApplyJ(v), rendered.ApplyJT(u), blocks, sh_diagonal};
+  const std::vector<S> jv = rendered.ApplyJ(v), jtu = rendered.ApplyJT(u);
+  rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kHalf);
+  return {rendered.image, jv, jtu, blocks, sh_diagonal, rendered.ApplyJ(v), rendered.ApplyJT(u)};
 }
 
 template <class S>

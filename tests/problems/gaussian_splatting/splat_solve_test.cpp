@@ -80,7 +80,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
     for (const double rates_damping : {0.3, 0.0}) {
       SCOPED_TRACE(testing::Message() << ToString(mode) << ", damping by rates " << rates_damping);
       FitBack fit;
-      fit.ring.options.num_batches = 2;
+      fit.ring.options.batches.count = 2;
       fit.ring.options.rates_damping = rates_damping;
       SplatProblem<float> problem = fit.ring.Make();
       CpuBackend<float> backend;

@@ -25,7 +25,7 @@ void ExpectSameForAnyNumber(const Make& make) {
 template <class S>
 void CheckProblem() {
   test::RingProblem<S> ring(3, 200, 1, 80);
-  ring.options.num_batches = 2;
+  ring.options.batches.count = 2;
   ExpectSameForAnyNumber([&] {
     SplatProblem<S> problem = ring.Make();
     const Index n = problem.num_parameters();

@@ -1,0 +1,249 @@
+// The cached Jacobian of a view: how entries are made, and products with them.
+//
+// An entry is a pixel and a splat that is part of it. With w = alpha T and B the colour behind the splat,
+//   d colour_k = w (dc_k + (c_k - B_k) psi),   psi = d log alpha          (types.h)
+// so w and the three contrasts c - B, zero where alpha is capped, are all that is kept: neither alpha nor T is needed
+// again, and psi follows from the place of the pixel alone.
+#pragma once
+
+#include <algorithm>
+
+#include "kernels/gaussian_splatting/cache_kernels.h"
+#include "kernels/gaussian_splatting/traverse_splats.h"
+#include "kernels/math/packed_lanes.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// Powers of two that bring an entry's numbers into the range of their format.
+template <class E>
+struct EntryScale {
+  static constexpr double kWeight = 1, kContrast = 1;
+};
+// w lies in [3.9e-7, 0.99]: all of it keeps 11 bits. Contrasts of at least 2.4e-7 do, and beyond 255 they saturate.
+template <>
+struct EntryScale<Half> {
+  static constexpr double kWeight = 0x1p15, kContrast = 0x1p8;
+};
+
+// The bits of vector k of a row.
+template <class V>
+inline std::uint32_t VectorBits(std::uint32_t row, int k) {
+  constexpr int kWidth = Lanes<V>::kWidth;
+  return row >> (k * kWidth) & ((1U << kWidth) - 1);
+}
+
+// Calls visit(row, k, bits) for each vector of the tile with a bit in the mask, in the order of the entries.
+template <class V, class Visit>
+[[gnu::always_inline]] inline void ForEachVector(const TileMask& mask, const Visit& visit) {
+  std::uint32_t todo = 0;
+  for (int row = 0; row < kTileSize; ++row) todo |= (mask.rows[row] != 0 ? 1U : 0U) << row;
+  for (; todo != 0; todo &= todo - 1) {
+    const int row = std::countr_zero(todo);
+    for (int k = 0; k < kTileSize / Lanes<V>::kWidth; ++k) {
+      const std::uint32_t bits = VectorBits<V>(mask.rows[row], k);
+      if (Lanes<V>::kWidth == kTileSize || bits != 0) visit(row, k, bits);
+    }
+  }
+}
+
+// Pairs of splat and tile, and of their entries lines of 64 bytes, that are asked for ahead of their use.
+inline constexpr int kAhead = 3, kLinesAhead = 6;
+inline void Prefetch(const void* p) { __builtin_prefetch(p); }
+
+template <class V, class S>
+struct MaskPass {
+  using L = Lanes<V>;
+  TileMask* masks;
+
+  struct State {
+    TileMask mask;
+  };
+  State Begin(const Splat<S>&) const { return {}; }
+  void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
+    state.mask.rows[offset / kTileSize] |=
+        static_cast<std::uint16_t>(L::Bits(blend.alpha > V(0)) << (offset % kTileSize));
+  }
+  void End(State& state, std::int64_t pair) { masks[pair] = state.mask; }
+  void Skip(std::int64_t pair) { masks[pair] = {}; }
+};
+
+template <class V, class S, class E>
+struct EntryPass {
+  using L = Lanes<V>;
+  CacheLists cache;
+  E* entries;
+  alignas(64) S behind[3][kTilePixels];             // what lies behind, weighted (passes.h)
+  alignas(64) S values[kEntryValues][kTilePixels];  // of the present splat
+
+  struct State {
+    V c[3];
+  };
+  State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}}; }
+  void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
+    constexpr S kWeight = static_cast<S>(EntryScale<E>::kWeight), kContrast = static_cast<S>(EntryScale<E>::kContrast);
+    L::Store(values[0] + offset, V(kWeight) * blend.weight);
+    // 1 / (T (1 - alpha)); not finite where the splat is no part of the pixel, which is not kept.
+    const V inverse = blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha));
+    for (int k = 0; k < 3; ++k) {
+      const V rest = Fnma(blend.weight, state.c[k], L::Load(behind[k] + offset));
+      L::Store(behind[k] + offset, rest);
+      const V contrast = MovingAlpha(blend.alpha, Fnma(rest, inverse, state.c[k]));
+      L::Store(values[1 + k] + offset, V(kContrast) * contrast);
+    }
+  }
+  void End(State&, std::int64_t pair) {
+    E* at = entries + kEntryValues * cache.first_entry[pair];
+    ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
+      const int n = std::popcount(bits);
+      for (const auto& value : values) {
+        PackedLanes<E, V>::Store(at, bits, L::Load(value + row * kTileSize + k * L::kWidth));
+        at += n;
+      }
+    });
+  }
+  void Skip(std::int64_t) {}
+};
+
+// Row by row the place of a tile's pixels in a splat's whitened coordinates: pixel x of row y is at
+// (p0[y] + r x, q[y]), as the traversal has it.
+template <class V, class S>
+struct RowPlaces {
+  alignas(64) S p0[kTileSize], q[kTileSize];
+
+  RowPlaces(const Splat<S>& splat, const TileWindow& window) {
+    using L = Lanes<V>;
+    const V u(splat.u - (static_cast<S>(window.x0) + S(0.5))), v(splat.v - (static_cast<S>(window.y0) + S(0.5)));
+    for (int row = 0; row < kTileSize; row += L::kWidth) {
+      const RowPlace<V> place(u, v, V(splat.r), V(splat.s), V(splat.beta), L::Iota() + V(static_cast<S>(row)));
+      L::Store(q + row, place.q);
+      L::Store(p0 + row, place.p0);
+    }
+  }
+};
+
+template <class V, class S>
+void MasksOfTile(const TileLists<S>& lists, int tile, TileMask* masks) {
+  MaskPass<V, S> pass{masks};
+  TraverseSplats<V>(lists, tile, pass);
+}
+
+template <class V, class S, class E>
+void FillTile(const TileLists<S>& lists, const CacheLists& cache, int tile, const S* image, void* entries) {
+  EntryPass<V, S, E> pass;
+  pass.cache = cache;
+  pass.entries = static_cast<E*>(entries);
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  for (int k = 0; k < 3; ++k) LoadPlane<V>(lists, WindowOf(lists, tile), image + k * plane, pass.behind[k]);
+  TraverseSplats<V>(lists, tile, pass);
+}
+
+template <class V, class S, class E>
+void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const void* entries, int tile,
+                       const SplatTangent<S>* tangents, S* d_image) {
+  using L = Lanes<V>;
+  constexpr S kWeight = static_cast<S>(1 / EntryScale<E>::kWeight);
+  constexpr S kContrast = static_cast<S>(1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast));
+  const TileWindow window = WindowOf(lists, tile);
+  alignas(64) S d_color[3][kTilePixels] = {};
+  const std::int64_t end = lists.tile_begin[tile + 1];
+  for (std::int64_t pair = lists.tile_begin[tile]; pair < end; ++pair) {
+    // The entries of one tile's pairs lie far apart.
+    if (pair + kAhead < end) {
+      const E* next = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair + kAhead];
+      for (int line = 0; line < kLinesAhead; ++line) Prefetch(reinterpret_cast<const char*>(next) + 64 * line);
+    }
+    const Splat<S>& splat = lists.splats[lists.ranks[pair]];
+    const S* w = tangents[lists.ranks[pair]].w;
+    const RowPlaces<V, S> place(splat, window);
+    // psi = constant[y] - p (linear[y] + rho p), in units of the entries.
+    alignas(64) S linear[kTileSize], constant[kTileSize];
+    for (int row = 0; row < kTileSize; row += L::kWidth) {
+      const V q = L::Load(place.q + row), unit(kContrast);
+      L::Store(linear + row, unit * Fma(V(w[kKappa]), q, V(w[kXi])));
+      L::Store(constant + row, unit * Fnma(q, Fma(V(w[kSigma]), q, V(w[kZeta])), V(w[kLambda])));
+    }
+    const V rho(kContrast * w[kRho]), r(splat.r);
+    const V dc[3] = {V(kWeight * w[kColor]), V(kWeight * w[kColor + 1]), V(kWeight * w[kColor + 2])};
+    const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair];
+    ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
+      const int n = std::popcount(bits), offset = row * kTileSize + k * L::kWidth;
+      const V p = Fma(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(place.p0[row]));
+      const V psi = Fnma(p, Fma(rho, p, V(linear[row])), V(constant[row]));
+      const V weight = PackedLanes<E, V>::Load(at, bits);
+      for (int c = 0; c < 3; ++c) {
+        const V contrast = PackedLanes<E, V>::Load(at + (c + 1) * n, bits);
+        L::Store(d_color[c] + offset, Fma(weight, Fma(contrast, psi, dc[c]), L::Load(d_color[c] + offset)));
+      }
+      at += kEntryValues * n;
+    });
+  }
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  for (int c = 0; c < 3; ++c) StorePlane<V>(lists, window, d_color[c], d_image + c * plane);
+}
+
+template <class V, class S>
+void ToTile(const TileLists<S>& lists, int tile, const S* u, S* u_tiles) {
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  S* to = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
+  for (int k = 0; k < 3; ++k) LoadPlane<V>(lists, WindowOf(lists, tile), u + k * plane, to + k * kTilePixels);
+}
+
+template <class V, class S, class E>
+void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, const void* entries, std::int64_t begin,
+                         std::int64_t end, const S* u_tiles, SplatTangent<S>* sums) {
+  using L = Lanes<V>;
+  const std::int64_t first = cache.splat_begin[begin], last = cache.splat_begin[end];
+  if (first == last) {
+    std::fill_n(sums + begin, end - begin, SplatTangent<S>{});
+    return;
+  }
+  const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[cache.pairs_of_splat[first]];
+  for (std::int64_t rank = begin; rank < end; ++rank) {
+    const Splat<S>& splat = lists.splats[rank];
+    const V r(splat.r);
+    V total[kSplatTangent];
+    for (V& sum : total) sum = V(0);
+    for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
+      const std::uint32_t pair = cache.pairs_of_splat[e];
+      // The entries follow each other, the masks do not.
+      if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
+      const int tile = static_cast<int>(cache.tiles_of_splat[e]);
+      const RowPlaces<V, S> place(splat, WindowOf(lists, tile));
+      const S* u = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
+      ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
+        const int n = std::popcount(bits), offset = row * kTileSize + k * L::kWidth;
+        const V p = Fma(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(place.p0[row])), q(place.q[row]);
+        const V weight = PackedLanes<E, V>::Load(at, bits);
+        V sum(0);
+        for (int c = 0; c < 3; ++c) {
+          const V u_c = L::Load(u + c * kTilePixels + offset);
+          total[kColor + c] = Fma(weight, u_c, total[kColor + c]);
+          sum = Fma(PackedLanes<E, V>::Load(at + (c + 1) * n, bits), u_c, sum);
+        }
+        const V g = weight * sum, gp = g * p, gq = g * q;
+        total[kLambda] = total[kLambda] + g;
+        total[kXi] = total[kXi] - gp;
+        total[kZeta] = total[kZeta] - gq;
+        total[kRho] = Fnma(gp, p, total[kRho]);
+        total[kKappa] = Fnma(gq, p, total[kKappa]);
+        total[kSigma] = Fnma(gq, q, total[kSigma]);
+        at += kEntryValues * n;
+      });
+    }
+    L::template SumEach<kSplatTangent>(total, sums[rank].w);
+    constexpr S kWeight = static_cast<S>(1 / EntryScale<E>::kWeight);
+    constexpr S kContrast = static_cast<S>(1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast));
+    for (int k = 0; k < kSplatTangent; ++k) sums[rank].w[k] *= k < kColor ? kContrast : kWeight;
+  }
+}
+
+// E: what the numbers of an entry are kept in.
+template <class V, class S, class E>
+constexpr CacheKernels<S> MakeCacheKernels() {
+  return {&MasksOfTile<V, S>, &FillTile<V, S, E>, &CachedTangentTile<V, S, E>, &ToTile<V, S>,
+          &CachedAdjointSplats<V, S, E>};
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

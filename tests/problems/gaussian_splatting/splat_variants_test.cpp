@@ -1,0 +1,250 @@
+// The options of the splatting problem: each keeps what holds for its operators.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/parallel.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/lm/tile_sample.h"
+#include "solver/compose.h"
+#include "solver/derivative_check.inl"
+#include "solver/levenberg_marquardt.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+using test::RingProblem;
+
+constexpr Index kCount = 30;
+
+struct Variant {
+  const char* name;
+  void (*apply)(SplatProblemOptions&);
+};
+const Variant kVariants[] = {
+    {"cache32", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache32; }},
+    {"cache16", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache16; }},
+    {"sh_blocks", [](SplatProblemOptions& o) { o.sh_blocks = true; }},
+    {"random_batches",
+     [](SplatProblemOptions& o) {
+       o.batches = {2, 1, BatchChoice::kRandom, 3};
+     }},
+    {"clustered_batches",
+     [](SplatProblemOptions& o) {
+       o.batches = {2, 1, BatchChoice::kClustered, 3};
+     }},
+    {"sampled", [](SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
+    {"sampled_cache", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = JacobianKind::kCache16; }},
+    {"sampled_gradient", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
+};
+
+template <class S>
+HostBuffer<S> RandomVector(Index size, std::uint64_t seed) {
+  CpuBackend<S> backend;
+  HostBuffer<S> v(size);
+  FillRandom(backend, seed, v.view());
+  return v;
+}
+
+template <class S>
+HostBuffer<S> ApplyH(Linearization<CpuBackend<S>>& linearization, const HostBuffer<S>& v) {
+  HostBuffer<S> Hv(v.size());
+  linearization.ApplyH(v, Hv);
+  return Hv;
+}
+
+template <class S>
+double RelativeDistance(const HostBuffer<S>& a, const HostBuffer<S>& b) {
+  CpuBackend<S> backend;
+  HostBuffer<S> difference;
+  difference.CopyFrom(a);
+  backend.Axpby(-1, b, 1, difference);
+  return std::sqrt(backend.Dot(difference, difference) / backend.Dot(b, b));
+}
+
+class SplatVariants : public testing::TestWithParam<Variant> {};
+INSTANTIATE_TEST_SUITE_P(Options, SplatVariants, testing::ValuesIn(kVariants),
+                         [](const auto& param) { return param.param.name; });
+
+template <class S>
+void CheckOperators(const Variant& variant, double tolerance) {
+  CpuBackend<S> backend;
+  RingProblem<S> ring(3, kCount, 1, 10);
+  variant.apply(ring.options);
+  SplatProblem<S> problem = ring.Make();
+  for (int batch = 0; batch < problem.num_batches(); ++batch) {
+    const auto linearization = problem.Linearize(ring.x, batch);
+    JacobianMap<CpuBackend<S>> J(*linearization);
+    EXPECT_LE(WorstAdjointError(backend, J, 11), tolerance);
+    const HostBuffer<S> v = RandomVector<S>(problem.num_parameters(), 12);
+    const HostBuffer<S> w = RandomVector<S>(problem.num_parameters(), 13);
+    const HostBuffer<S> Hv = ApplyH(*linearization, v), Hw = ApplyH(*linearization, w);
+    EXPECT_NEAR(backend.Dot(w, Hv), backend.Dot(v, Hw), tolerance * std::sqrt(backend.Dot(Hv, Hv) * backend.Dot(w, w)));
+    EXPECT_GT(backend.Dot(v, Hv), 0);
+    // The fused product is the three in a row.
+    HostBuffer<S> Jv(linearization->num_residuals()), WJv(Jv.size()), composed(v.size());
+    linearization->ApplyJ(v, Jv);
+    linearization->ApplyW(Jv, WJv);
+    linearization->ApplyJT(WJv, composed);
+    EXPECT_LE(RelativeDistance(Hv, composed), tolerance);
+  }
+}
+
+TEST_P(SplatVariants, OperatorsAreAdjointAndSymmetric) {
+  CheckOperators<double>(GetParam(), 1e-12);
+  CheckOperators<float>(GetParam(), 1e-5);
+}
+
+// For a loss without neighbours. The Gram matrices are recomputed from the splats, so 16 bits in the products show.
+TEST_P(SplatVariants, DiagonalAndBlocksAreThoseOfH) {
+  using B = CpuBackend<double>;
+  B backend;
+  RingProblem<double> ring(3, kCount, 1, 40);
+  ring.options.weights.ssim = 0;
+  GetParam().apply(ring.options);
+  SplatProblem<double> problem = ring.Make();
+  const double tolerance = ring.options.jacobian == JacobianKind::kCache16 ? 2e-3 : 1e-10;
+  for (int batch = 0; batch < problem.num_batches(); ++batch) {
+    const auto linearization = problem.Linearize(ring.x, batch);
+    EXPECT_LE(DiagonalError<B>(backend, *linearization), tolerance);
+    EXPECT_LE(BlockError<B>(backend, *linearization), tolerance);
+  }
+}
+
+TEST_P(SplatVariants, SameBitsForAnyNumberOfThreadsAndEveryTurnAlike) {
+  RingProblem<float> ring(3, 200, 1, 80);
+  GetParam().apply(ring.options);
+  const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 81);
+  const auto everything = [&](int turns_before) {
+    SplatProblem<float> problem = ring.Make();
+    for (int turn = 0; turn < turns_before; ++turn) problem.BeginTurn(turn);
+    problem.BeginTurn(5);
+    std::vector<float> all;
+    for (int batch = 0; batch < problem.num_batches(); ++batch) {
+      const auto linearization = problem.Linearize(ring.x, batch);
+      HostBuffer<float> out(v.size());
+      linearization->Gradient(out);
+      all.insert(all.end(), out.begin(), out.end());
+      linearization->ApplyH(v, out);
+      all.insert(all.end(), out.begin(), out.end());
+      BlockDiagonal<CpuBackend<float>> blocks(v.size(), linearization->block_groups());
+      linearization->BlockGram(blocks);
+      all.insert(all.end(), blocks.all_values().begin(), blocks.all_values().end());
+    }
+    return all;
+  };
+  const int before = NumThreads();
+  SetNumThreads(1);
+  const std::vector<float> expected = everything(0);
+  for (const int threads : {2, 3}) {
+    SetNumThreads(threads);
+    EXPECT_TRUE(everything(threads) == expected) << threads;
+  }
+  SetNumThreads(before);
+}
+
+TEST(SplatCache, GivesTheProductsOfRecomputation) {
+  RingProblem<double> ring(3, kCount, 2, 20);
+  const HostBuffer<double> v = RandomVector<double>(ring.x.size(), 21);
+  SplatProblem<double> recompute = ring.Make();
+  const auto reference = recompute.Linearize(ring.x, 0);
+  const HostBuffer<double> expected = ApplyH(*reference, v);
+  HostBuffer<double> gradient(v.size()), cached_gradient(v.size());
+  reference->Gradient(gradient);
+  for (const auto& [kind, tolerance] : {std::pair(JacobianKind::kCache32, 1e-12), {JacobianKind::kCache16, 1e-3}}) {
+    ring.options.jacobian = kind;
+    SplatProblem<double> problem = ring.Make();
+    const auto linearization = problem.Linearize(ring.x, 0);
+    const double distance = RelativeDistance(ApplyH(*linearization, v), expected);
+    EXPECT_LE(distance, tolerance);
+    EXPECT_EQ(distance > 1e-7, kind == JacobianKind::kCache16) << "they are 16 bits";
+    linearization->Gradient(cached_gradient);
+    EXPECT_EQ(RelativeDistance(cached_gradient, gradient), 0) << "never from the cache";
+  }
+}
+
+// Views of a step stand for all of them, tiles for the image: over all draws the mean is the whole.
+TEST(SplatSampling, IsRightInTheMean) {
+  RingProblem<double> ring(3, kCount, 0, 60);
+  ring.options.weights.ssim = 0;
+  const Index n = ring.x.size();
+  SplatProblem<double> whole = ring.Make();
+  HostBuffer<double> expected(n), gradient(n), mean(n), mean_gradient(n), part(n);
+  const auto all = whole.Linearize(ring.x, 0);
+  all->DiagJTJ(expected);
+  all->Gradient(gradient);
+  ring.options.residual_sampling = 0.5;
+  ring.options.batches = {2, 1, BatchChoice::kRandom, 1};
+  SplatProblem<double> sampled = ring.Make();
+  CpuBackend<double> backend;
+  constexpr int kTurns = 400;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    sampled.BeginTurn(turn);
+    for (int batch = 0; batch < 2; ++batch) {
+      const auto linearization = sampled.Linearize(ring.x, batch);
+      linearization->DiagJTJ(part);
+      backend.Axpby(1.0 / kTurns, part, 1, mean);
+      linearization->Gradient(part);
+      backend.Axpby(1.0 / kTurns, part, 1, mean_gradient);
+    }
+  }
+  EXPECT_LE(RelativeDistance(mean, expected), 0.1);
+  EXPECT_LE(RelativeDistance(mean_gradient, gradient), 0.05);
+  // One draw is not the whole.
+  EXPECT_GE(RelativeDistance(part, gradient), 0.1);
+}
+
+TEST(SplatSampling, TheGradientIsExactUnlessAskedOtherwise) {
+  RingProblem<float> ring(3, kCount, 0, 61);
+  HostBuffer<float> exact(ring.x.size()), full(ring.x.size()), sampled(ring.x.size());
+  ring.Make().Linearize(ring.x, 0)->Gradient(exact);
+  ring.options.residual_sampling = 0.3;
+  ring.Make().Linearize(ring.x, 0)->Gradient(full);
+  ring.options.sample_gradient = true;
+  ring.Make().Linearize(ring.x, 0)->Gradient(sampled);
+  EXPECT_EQ(RelativeDistance(full, exact), 0);
+  EXPECT_GT(RelativeDistance(sampled, exact), 0.1);
+}
+
+TEST(TileSample, TakesItsShareOfTheTilesEachAsOften) {
+  constexpr Index kTiles = 40;
+  std::vector<int> times(kTiles);
+  for (int turn = 0; turn < 2000; ++turn) {
+    const TileSample sample = SampleTiles(kTiles, 0.26, 4, turn, 2);
+    ASSERT_EQ(std::count(sample.kept.begin(), sample.kept.end(), true), 10);
+    ASSERT_EQ(sample.scale, 4);
+    for (std::size_t t = 0; t < times.size(); ++t) times[t] += sample.kept[t] ? 1 : 0;
+  }
+  for (const int count : times) EXPECT_NEAR(count, 500, 100);  // 5 standard deviations
+  EXPECT_EQ(SampleTiles(kTiles, 1e-3, 0, 0, 0).scale, kTiles) << "at least one";
+  EXPECT_NE(SampleTiles(kTiles, 0.5, 1, 0, 0).kept, SampleTiles(kTiles, 0.5, 2, 0, 0).kept);
+  EXPECT_NE(SampleTiles(kTiles, 0.5, 1, 0, 0).kept, SampleTiles(kTiles, 0.5, 1, 0, 1).kept);
+}
+
+// Each option in a whole solve: never above the start, and down.
+TEST_P(SplatVariants, SolvesDescend) {
+  for (const StepLimit& limit :
+       {StepLimit{}, StepLimit{StepLimitKind::kCaps, 0.1}, StepLimit{StepLimitKind::kHellinger, 1e-3}}) {
+    RingProblem<float> ring(3, kCount, 1, 100);
+    GetParam().apply(ring.options);
+    ring.options.step_limit = limit;
+    SplatProblem<float> problem = ring.Make();
+    CpuBackend<float> backend;
+    vesta::LmOptions options;
+    options.max_iterations = 6;
+    options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
+    options.SetStepRule(StepRule::kSoft);
+    options.column_scaling = ColumnScaling::kNone;
+    options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
+    options.normal_system.pcg.max_iterations = 6;
+    const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, ring.x);
+    EXPECT_LT(summary.final_cost, 0.95 * summary.initial_cost) << summary.FullReport();
+    EXPECT_EQ(problem.Cost(ring.x), summary.final_cost);
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs
