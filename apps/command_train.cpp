@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "apps/commands.h"
+#include "apps/device.h"
 #include "apps/flags.h"
 #include "apps/interrupt.h"
 #include "apps/metrics_json.h"
@@ -76,7 +77,8 @@ void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
 
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
-int TrainAndWrite(const gs::TrainOptions& options, double load_seconds, OutputFolder* out, const Run& run) {
+int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stages, double load_seconds,
+                  OutputFolder* out, const Run& run) {
   CatchInterrupts();
   ProgressLine line(stdout);
   gs::TrainResult result = run(Callbacks(&line));
@@ -89,6 +91,7 @@ int TrainAndWrite(const gs::TrainOptions& options, double load_seconds, OutputFo
                    {.load_seconds = load_seconds,
                     .total_seconds = SecondsSinceStart(),
                     .peak_memory_mib = PeakMemoryMib(),
+                    .device = stages.device.c_str(),
                     .threads = NumThreads(),
                     .seed = options.seed});
   out->Keep();
@@ -110,8 +113,9 @@ int RunTrain(const Arguments& arguments) {
   const gs::Scene scene = LoadSceneOver(path, BackgroundFromFlag());
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
-  return TrainAndWrite(options, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
-    return gs::Train(scene, options, load_seconds, callbacks);
+  const gs::StageRunners stages = StagesFromFlag();
+  return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+    return gs::Train(scene, options, load_seconds, callbacks, stages);
   });
 }
 
@@ -125,8 +129,9 @@ int RunRefine(const Arguments& arguments) {
   options.background = ToDouble(posed.model.background);
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
-  return TrainAndWrite(options, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
-    return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks);
+  const gs::StageRunners stages = StagesFromFlag();
+  return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+    return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
   });
 }
 

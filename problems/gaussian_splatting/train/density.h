@@ -2,7 +2,6 @@
 // drop what is transparent or huge (Kerbl et al. 2023, section 5.2).
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "kernels/gaussian_splatting/view.h"
@@ -17,11 +16,10 @@ class DensityControl {
   // After the gradient of one view: splat_cotangents by rank (ViewWorkspace::splat_sums), of the loss times loss_scale.
   void Observe(const splat::View<float>& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale);
 
-  // What a device observed in the place of this object: the sums of the pulls and the numbers of observations.
-  void SetObserved(std::vector<float> pull, std::vector<int> seen) {
-    pull_ = std::move(pull);
-    seen_ = std::move(seen);
-  }
+  // What was observed, by Gaussian: the sum of the pulls and the number of observations. A device that observes in the
+  // place of this object takes them along and brings them back.
+  std::vector<float>& pull() { return pull_; }
+  std::vector<int>& seen() { return seen_; }
 
   // Clones, splits and prunes; iteration keys the random offsets of split Gaussians. Never leaves more than
   // max_gaussians (the strongest candidates come first) and never none. Forgets what was observed.

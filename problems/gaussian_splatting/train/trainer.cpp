@@ -8,15 +8,15 @@ namespace vesta::gs {
 namespace {
 
 TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& options, bool with_adam,
-                      double seconds_before, const TrainCallbacks& callbacks) {
+                      double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
   ValidateOptions(options);
   TrainingSession session(scene, options, seconds_before, callbacks);
   if (session.training_views().empty()) Fail("the scene has no training view: every 8th is held out for testing");
   TrainResult result;
   const double begin = session.Seconds();
-  if (with_adam && options.adam.iterations > 0) RunAdamStage(session, model);
+  if (with_adam && options.adam.iterations > 0) stages.adam(session, model);
   const double between = session.Seconds();
-  if (options.lm.iterations > 0 && !session.ShouldStop()) result.lm_report = RunLmStage(session, model);
+  if (options.lm.iterations > 0 && !session.ShouldStop()) result.lm_report = stages.lm(session, model);
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;
   result.lm_seconds = session.Seconds() - between;
@@ -35,15 +35,17 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
+StageRunners HostStages() { return {"cpu", RunAdamStage, RunLmStage}; }
+
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
-                  const TrainCallbacks& callbacks) {
+                  const TrainCallbacks& callbacks, const StageRunners& stages) {
   SplatModel model = InitializeFromPoints(scene.points, options.sh_degree, options.density.max_gaussians);
-  return RunStages(scene, std::move(model), options, true, seconds_before, callbacks);
+  return RunStages(scene, std::move(model), options, true, seconds_before, callbacks, stages);
 }
 
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
-                   const TrainCallbacks& callbacks) {
-  return RunStages(scene, std::move(model), options, false, seconds_before, callbacks);
+                   const TrainCallbacks& callbacks, const StageRunners& stages) {
+  return RunStages(scene, std::move(model), options, false, seconds_before, callbacks, stages);
 }
 
 }  // namespace vesta::gs
