@@ -4,9 +4,12 @@
 #include <cstdint>
 #include <limits>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "kernels/core/check.h"
 #include "kernels/core/cuda_runtime.cuh"
+#include "kernels/core/device_kernels.h"
 #include "kernels/core/device_memory.h"
 
 namespace vesta {
@@ -145,6 +148,25 @@ void ForgetLagged(const double* first, std::size_t count) {
     reading.scalar = nullptr;
     reading.pending = false;
   }
+}
+
+namespace {
+std::vector<std::pair<const char*, const void*>>& Kernels() {
+  static std::vector<std::pair<const char*, const void*>> kernels;
+  return kernels;
+}
+}  // namespace
+
+void NoteKernel(const char* name, const void* kernel) { Kernels().emplace_back(name, kernel); }
+
+std::vector<KernelFacts> KernelTable() {
+  std::vector<KernelFacts> table;
+  for (const auto& [name, kernel] : Kernels()) {
+    cudaFuncAttributes attributes{};
+    CheckCuda(cudaFuncGetAttributes(&attributes, kernel), name);
+    table.push_back({name, attributes.numRegs, attributes.localSizeBytes, attributes.sharedSizeBytes});
+  }
+  return table;
 }
 
 std::size_t BytesInUse() { return TheContext().in_use; }

@@ -5,6 +5,7 @@
 
 #include "kernels/core/block_kernel.h"
 #include "kernels/core/cuda_runtime.cuh"
+#include "kernels/core/device_kernels.h"
 
 namespace vesta::device {
 
@@ -42,6 +43,8 @@ template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
   if (blocks == 0) return;
+  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
+  static_cast<void>(noted);
   RunBlockKernel<<<static_cast<unsigned>(blocks), Kernel::kThreads, 0, Stream()>>>(kernel);
   CheckCuda(cudaGetLastError(), name);
 }
@@ -50,6 +53,8 @@ void Launch(const Kernel& kernel, Index blocks, const char* name) {
 template <class F>
 void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
+  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
+  static_cast<void>(noted);
   // Enough blocks for every multiprocessor of the largest GPUs; the loop inside takes the rest.
   constexpr Index kMostBlocks = 132 * 64;
   const Index blocks = (count + 255) / 256;
