@@ -32,10 +32,13 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
   kernel(block, shared);
 }
 
+// Small blocks: functions of many registers then still fill a multiprocessor by halves and thirds.
+inline constexpr int kForEachThreads = 128;
+
 template <class F>
-__global__ void __launch_bounds__(256) RunForEach(Index count, const F f) {
-  const Index step = Index{256} * gridDim.x;
-  for (Index i = Index{256} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
+__global__ void __launch_bounds__(kForEachThreads) RunForEach(Index count, const F f) {
+  const Index step = Index{kForEachThreads} * gridDim.x;
+  for (Index i = Index{kForEachThreads} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
 }
 
 // Runs `blocks` blocks of a block kernel.
@@ -56,9 +59,10 @@ void ForEach(Index count, const F& f, const char* name) {
   static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
   static_cast<void>(noted);
   // Enough blocks for every multiprocessor of the largest GPUs; the loop inside takes the rest.
-  constexpr Index kMostBlocks = 132 * 64;
-  const Index blocks = (count + 255) / 256;
-  RunForEach<<<static_cast<unsigned>(blocks < kMostBlocks ? blocks : kMostBlocks), 256, 0, Stream()>>>(count, f);
+  constexpr Index kMostBlocks = 132 * 128;
+  const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
+  const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);
+  RunForEach<<<blocks, kForEachThreads, 0, Stream()>>>(count, f);
   CheckCuda(cudaGetLastError(), name);
 }
 
