@@ -75,6 +75,10 @@ void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
              after.test.psnr - before.test.psnr, after.test.ssim - before.test.ssim);
 }
 
+double ModelMib(const gs::SplatModel& model) {
+  return static_cast<double>(model.data.size() * sizeof(float)) / (1 << 20);
+}
+
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
 int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stages, double load_seconds,
@@ -91,6 +95,7 @@ int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stage
                    {.load_seconds = load_seconds,
                     .total_seconds = SecondsSinceStart(),
                     .peak_memory_mib = PeakMemoryMib(),
+                    .memory_budget_gib = options.memory.budget_gib,
                     .device = stages.device.c_str(),
                     .threads = NumThreads(),
                     .seed = options.seed});
@@ -113,6 +118,7 @@ int RunTrain(const Arguments& arguments) {
   const gs::Scene scene = LoadSceneOver(path, BackgroundFromFlag());
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
+  options.memory.before_mib = MemoryMib();
   const gs::StageRunners stages = StagesFromFlag();
   return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
     return gs::Train(scene, options, load_seconds, callbacks, stages);
@@ -129,6 +135,7 @@ int RunRefine(const Arguments& arguments) {
   options.background = ToDouble(posed.model.background);
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
+  options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesFromFlag();
   return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
     return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);

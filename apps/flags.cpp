@@ -34,19 +34,28 @@ DEFINE_double(initial_lambda, 0, "damping at the start");
 DEFINE_double(min_lambda, 0, "least damping");
 DEFINE_double(max_lambda, 0, "most damping");
 DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
+DEFINE_double(position_damping, 0, "factor on it for the positions");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
+DEFINE_double(memory_budget, 0, "GiB that the program may take, foreseen before they are used; 0: no limit");
 DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
 DEFINE_string(batch_choice, "", "how views are dealt to parts: in order, by chance, or alike ones apart");
 DEFINE_string(preconditioner_damping, "", "damping within the preconditioner: lambda, none, or one");
 DEFINE_string(pcg_start, "", "where conjugate gradients start: at zero, or at the preconditioned gradient");
 DEFINE_double(pcg_tolerance, 0, "residual at which they stop; 0: where the quadratic model hardly falls any more");
-DEFINE_double(residual_sampling, 1, "part of the tiles of each view on which JtJ is measured");
-DEFINE_bool(sample_gradient, false, "measure the gradient on those tiles too");
+DEFINE_double(residual_sampling, 1, "part of the pixels of each view on which JtJ is measured");
+DEFINE_string(sampling_unit, "", "how those are drawn: rows of each tile, or whole tiles");
+DEFINE_bool(sample_gradient, false, "measure the gradient on those pixels too");
 DEFINE_string(step_limit, "", "limit on the step of each parameter: caps by class, or the Hellinger distance");
 DEFINE_double(step_limit_size, 1, "factor on the caps, or the squared Hellinger distance allowed");
 DEFINE_double(min_diagonal, 0, "least diag(JtJ) in the damping; 0: a millionth of the median");
 DEFINE_double(max_diagonal, 0, "most diag(JtJ) in the damping; 0: no limit");
+DEFINE_string(loss_linearization, "", "LM's |error|: reweighted, as the square of its root, or Huber's, or its square");
+DEFINE_double(huber_threshold, 0, "errors up to this count as squares with Huber's");
+DEFINE_string(ssim_linearization, "", "LM's SSIM: a reweighted quadratic, or Gauss-Newton on the root of 1 - SSIM");
+DEFINE_string(ssim_jacobian, "", "derivative of each window with the root: exact, or by its centre pixel alone");
+DEFINE_double(l1_weight, 0, "weight of LM's |error|");
+DEFINE_double(ssim_weight, 0, "weight of LM's 1 - SSIM");
 
 DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default: the .ply's, else 0,0,0)");
 DEFINE_int32(downscale, 1, "divide the images' width and height by this");
@@ -112,14 +121,23 @@ const std::vector<FlagRule>& FlagRules() {
       {"min_lambda", kLm, Range{1e-30, 1e30}},
       {"max_lambda", kLm, Range{1e-30, 1e30}},
       {"rates_damping", kLm, Range{1e-30, 1e30}},
+      {"position_damping", kLm, Range{1e-30, 1e30}},
       {"l1_floor", kLm, Range{1e-6, 1}},
       {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16"}}},
+      {"memory_budget", kLm, Range{0, 1e6}},
       {"residual_sampling", kLm, Range{1e-3, 1}},
+      {"sampling_unit", kLm, Choice{{"rows", "tiles"}}},
       {"sample_gradient", kLm, Switch{}},
       {"step_limit", kLm, Choice{{"none", "caps", "hellinger"}}},
       {"step_limit_size", kLm, Range{1e-12, 1e6}},
       {"min_diagonal", kLm, Range{0, 1e30}},
       {"max_diagonal", kLm, Range{0, 1e30}},
+      {"loss_linearization", kLm, Choice{{"irls", "sqrt", "huber", "l2"}}},
+      {"huber_threshold", kLm, Range{1e-6, 1e6}},
+      {"ssim_linearization", kLm, Choice{{"quadratic", "root"}}},
+      {"ssim_jacobian", kLm, Choice{{"exact", "center"}}},
+      {"l1_weight", kLm, Range{0, 1e6}},
+      {"ssim_weight", kLm, Range{0, 1e6}},
       {"background", kAll, Color{}},
       {"downscale", kAll, Range{1, 64}},
       {"seed", kLm, Range{0, 18446744073709551615.0}},

@@ -46,6 +46,11 @@ void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, co
                      {"eval", result.eval_seconds},
                      {"total", facts.total_seconds}};
   json["peak_memory_mib"] = facts.peak_memory_mib;
+  json["memory"] = {{"predicted_mib", result.memory.predicted_mib},
+                    {"peak_mib", facts.peak_memory_mib},
+                    {"budget_mib", 1024 * facts.memory_budget_gib},
+                    {"jacobian", result.memory.jacobian},
+                    {"batches", result.memory.batches}};
   json["device"] = facts.device;
   json["threads"] = facts.threads;
   json["seed"] = facts.seed;

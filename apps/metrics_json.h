@@ -12,13 +12,15 @@ struct RunFacts {
   double load_seconds = 0;   // when the scene was loaded
   double total_seconds = 0;  // now, evaluation included
   double peak_memory_mib = 0;
+  double memory_budget_gib = 0;
   const char* device = "cpu";
   int threads = 0;
   std::uint64_t seed = 0;
 };
 
 // {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
-// "eval", "total"}, "peak_memory_mib", "device", "threads", "seed", "history": [...]}. test and train are those of the
+// "eval", "total"}, "peak_memory_mib", "memory": {"predicted_mib", "peak_mib",
+// "budget_mib", "jacobian", "batches"}, "device", "threads", "seed", "history": [...]}. test and train are those of the
 // last row of the history. adam and lm: when each stage ended, evaluation left out, as in the rows; eval: spent in
 // evaluation. A figure that is not finite is null.
 void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts);

@@ -10,6 +10,7 @@ gs::Scene LoadSceneOver(const std::string& path, const std::array<float, 3>& bac
   gs::LoadSceneOptions options;
   options.downscale = FLAGS_downscale;
   options.background = background;
+  options.memory_budget_gib = FLAGS_memory_budget;
   options.random_points.seed = FLAGS_seed;
   return gs::LoadScene(path, options);
 }

@@ -8,5 +8,7 @@ double SecondsSinceStart();
 
 // Most memory resident at any time so far, MiB.
 double PeakMemoryMib();
+// Memory resident now, MiB.
+double MemoryMib();
 
 }  // namespace vesta::app

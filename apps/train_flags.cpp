@@ -42,6 +42,7 @@ void OverrideLm(gs::LmOptions* lm) {
   Override("pcg_tolerance", FLAGS_pcg_tolerance, &lm->pcg_tolerance);
   Override("jacobian", FLAGS_jacobian, &lm->jacobian);
   Override("residual_sampling", FLAGS_residual_sampling, &lm->residual_sampling);
+  Override("sampling_unit", FLAGS_sampling_unit, &lm->sampling_unit);
   Override("sample_gradient", FLAGS_sample_gradient, &lm->sample_gradient);
   Override("step_limit", FLAGS_step_limit, &lm->step_limit);
   Override("step_limit_size", FLAGS_step_limit_size, &lm->step_limit_size);
@@ -54,7 +55,14 @@ void OverrideLm(gs::LmOptions* lm) {
   Override("min_lambda", FLAGS_min_lambda, &lm->min_lambda);
   Override("max_lambda", FLAGS_max_lambda, &lm->max_lambda);
   Override("rates_damping", FLAGS_rates_damping, &lm->rates_damping);
+  Override("position_damping", FLAGS_position_damping, &lm->position_damping);
   Override("l1_floor", FLAGS_l1_floor, &lm->l1_floor);
+  Override("loss_linearization", FLAGS_loss_linearization, &lm->loss_linearization);
+  Override("huber_threshold", FLAGS_huber_threshold, &lm->huber_threshold);
+  Override("ssim_linearization", FLAGS_ssim_linearization, &lm->ssim_linearization);
+  Override("ssim_jacobian", FLAGS_ssim_jacobian, &lm->ssim_jacobian);
+  Override("l1_weight", FLAGS_l1_weight, &lm->l1_weight);
+  Override("ssim_weight", FLAGS_ssim_weight, &lm->ssim_weight);
 }
 
 }  // namespace
@@ -65,6 +73,7 @@ gs::TrainOptions TrainOptionsFromFlags() {
   OverrideLm(&options.lm);
   Override("sh_degree", FLAGS_sh_degree, &options.sh_degree);
   Override("seed", FLAGS_seed, &options.seed);
+  Override("memory_budget", FLAGS_memory_budget, &options.memory.budget_gib);
   Override("time_limit", FLAGS_time_limit, &options.time_limit);
   gs::ValidateOptions(options);
   return options;

@@ -1,11 +1,16 @@
-// Time of the photometric loss of one view of 504 x 378 pixels, single precision, on one thread.
-#include <benchmark/benchmark.h>
+// Time of the photometric loss of one view of 504 x 378 pixels in single precision, on one thread and on two.
+//
+//   image_loss [--json FILE]
+#include <functional>
+#include <string>
+#include <vector>
 
+#include "bench/report.h"
 #include "kernels/core/parallel.h"
 #include "kernels/image/photometric_loss.h"
 #include "kernels/image/ssim_jacobian.h"
 
-namespace vesta {
+namespace vesta::bench {
 namespace {
 
 constexpr ImageShape kShape{.width = 504, .height = 378};
@@ -17,49 +22,58 @@ HostBuffer<float> Pattern(Index step) {
   return image;
 }
 
-struct View {
-  HostBuffer<float> rendered = Pattern(7), truth = Pattern(31), out{kShape.NumValues()};
-  PhotometricLoss<float> loss;
+class LossTimes {
+ public:
+  LossTimes() {
+    loss_.Linearize(rendered_, truth_, kShape, out_, w_);
+    jacobian_.Linearize(rendered_, truth_, kShape, out_);
+    // Two threads first: a second thread that begins late may be given the core of the first.
+    const std::vector<double> two = Times(2), one = Times(1);
+    const double vectors = static_cast<double>(kShape.NumValues()) / 16.0;
+    for (std::size_t i = 0; i < operations_.size(); ++i) {
+      report_.Add({{"operation", operations_[i].name},
+                   {"ms_1", one[i]},
+                   {"ms_2", two[i]},
+                   {"ratio", one[i] / two[i]},
+                   {"ns_16", 1e6 * one[i] / vectors}});
+    }
+  }
+  void Finish(const std::string& json) const { report_.Finish(json); }
 
-  View() { SetNumThreads(1); }
+ private:
+  struct Operation {
+    std::string name;
+    std::function<void()> body;
+  };
+
+  std::vector<double> Times(int threads) const {
+    SetNumThreads(threads);
+    std::vector<double> times;
+    for (const Operation& operation : operations_) times.push_back(MedianMilliseconds(200, operation.body));
+    return times;
+  }
+
+  HostBuffer<float> rendered_ = Pattern(7), truth_ = Pattern(31), out_{kShape.NumValues()};
+  PhotometricLoss<float> loss_;
+  PhotometricLinearization<float> w_;
+  SsimJacobian<float> jacobian_;
+  std::vector<Operation> operations_{
+      {"value", [this] { loss_.Evaluate(rendered_, truth_, kShape); }},
+      {"gradient", [this] { loss_.Gradient(rendered_, truth_, kShape, out_); }},
+      {"gradient and W", [this] { loss_.Linearize(rendered_, truth_, kShape, out_, w_); }},
+      {"W v", [this] { loss_.ApplyW(w_, rendered_, out_); }},
+      {"J v of 1 - SSIM", [this] { jacobian_.Apply(truth_, out_); }},
+      {"J^T u of 1 - SSIM", [this] { jacobian_.ApplyAdjoint(truth_, out_); }},
+  };
+  Report report_{"image_loss"};
 };
 
-void BM_Value(benchmark::State& state) {
-  View view;
-  for (auto _ : state) benchmark::DoNotOptimize(view.loss.Evaluate(view.rendered, view.truth, kShape));
-}
-BENCHMARK(BM_Value)->Unit(benchmark::kMillisecond);
-
-void BM_Gradient(benchmark::State& state) {
-  View view;
-  for (auto _ : state) benchmark::DoNotOptimize(view.loss.Gradient(view.rendered, view.truth, kShape, view.out));
-}
-BENCHMARK(BM_Gradient)->Unit(benchmark::kMillisecond);
-
-void BM_Linearize(benchmark::State& state) {
-  View view;
-  PhotometricLinearization<float> w;
-  for (auto _ : state) benchmark::DoNotOptimize(view.loss.Linearize(view.rendered, view.truth, kShape, view.out, w));
-}
-BENCHMARK(BM_Linearize)->Unit(benchmark::kMillisecond);
-
-void BM_ApplyW(benchmark::State& state) {
-  View view;
-  PhotometricLinearization<float> w;
-  view.loss.Linearize(view.rendered, view.truth, kShape, view.out, w);
-  for (auto _ : state) view.loss.ApplyW(w, view.rendered, view.out);
-}
-BENCHMARK(BM_ApplyW)->Unit(benchmark::kMillisecond);
-
-void BM_JacobianAdjoint(benchmark::State& state) {
-  View view;
-  SsimJacobian<float> jacobian;
-  jacobian.Linearize(view.rendered, view.truth, kShape, view.out);
-  for (auto _ : state) jacobian.ApplyAdjoint(view.truth, view.out);
-}
-BENCHMARK(BM_JacobianAdjoint)->Unit(benchmark::kMillisecond);
-
 }  // namespace
-}  // namespace vesta
+}  // namespace vesta::bench
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  const vesta::bench::Arguments arguments(argc, argv, {"json"});
+  const vesta::bench::LossTimes times;
+  times.Finish(arguments.Flag("json", ""));
+  return 0;
+}

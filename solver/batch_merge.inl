@@ -85,6 +85,7 @@ typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorks
     backend_.AddScaled(1.0, system.diagonal(), batch_step, step);
   }
   backend_.DivideOrZero(step, diagonal_, step);
+  fresh.reset();  // Measure holds its own
   Measure(step, direction);
   direction.pcg.iterations = iterations;
   direction.pcg.products = products + static_cast<int>(systems_.size());

@@ -9,7 +9,7 @@ packages="
   libtbb-dev libxsimd-dev libfmt-dev nlohmann-json3-dev libnanoflann-dev
   libjpeg-dev libpng-dev
   libgflags-dev libgoogle-glog-dev
-  libceres-dev libeigen3-dev libgtest-dev libgmock-dev libbenchmark-dev"
+  libceres-dev libeigen3-dev libgtest-dev libgmock-dev"
 
 for group in "$@"; do
   case $group in

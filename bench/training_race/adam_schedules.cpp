@@ -16,7 +16,6 @@ gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double 
 gs::TrainOptions LargeBatchAdam(const gs::TrainOptions& ours, int iterations, double rate_factor, int views) {
   gs::TrainOptions options = AdamAlone(ours, std::max(1, iterations / views), rate_factor * std::sqrt(views));
   options.adam.views_per_iteration = views;
-  options.density.interval = std::max(1, ours.density.interval / views);
   return options;
 }
 

@@ -12,7 +12,7 @@ void ForwardTile(const TileLists<S>& lists, int tile, S* image) {
   using L = Lanes<V>;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   const TileWindow window = WindowOf(lists, tile);
-  TilePixels<V, S> pixels(window);
+  TilePixels<V, S> pixels(lists, tile);
   ForwardPass<V, S> pass;
   for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, image + k * plane);
   TraverseRows<V>(lists, tile, pixels, pass);
@@ -30,7 +30,7 @@ void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tan
   using L = Lanes<V>;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   const TileWindow window = WindowOf(lists, tile);
-  TilePixels<V, S> pixels(window);
+  TilePixels<V, S> pixels(lists, tile);
   TangentPass<V, S> pass(tangents);
   for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, d_image + k * plane);
   TraverseRows<V>(lists, tile, pixels, pass);
@@ -77,7 +77,7 @@ void GramTile(const TileLists<S>& lists, int tile, const S* image, const S* omeg
 
 template <class V, class S>
 VisitCounts CountTile(const TileLists<S>& lists, int tile) {
-  TilePixels<V, S> pixels(WindowOf(lists, tile));
+  TilePixels<V, S> pixels(lists, tile);
   CountPass<V, S> pass;
   TraverseRows<V>(lists, tile, pixels, pass);
   return pass.counts;

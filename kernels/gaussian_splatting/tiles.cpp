@@ -63,15 +63,15 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
   });
 }
 
-void TileBins::Keep(const std::vector<bool>& kept) {
-  VESTA_CHECK(static_cast<Index>(kept.size()) == num_tiles(), "{} flags for {} tiles", kept.size(), num_tiles());
+void TileBins::Keep(const std::vector<std::uint16_t>& rows) {
+  VESTA_CHECK(static_cast<Index>(rows.size()) == num_tiles(), "{} flags for {} tiles", rows.size(), num_tiles());
   // Where a pair goes, or -1.
   HostBuffer<std::int64_t> moved(num_pairs());
   std::int64_t pairs = 0;
   for (Index tile = 0; tile < num_tiles(); ++tile) {
     const std::int64_t begin = std::exchange(tile_begin_[tile], pairs);
     for (std::int64_t pair = begin; pair < tile_begin_[tile + 1]; ++pair) {
-      moved[pair] = kept[static_cast<std::size_t>(tile)] ? pairs++ : -1;
+      moved[pair] = rows[static_cast<std::size_t>(tile)] != 0 ? pairs++ : -1;
       if (moved[pair] >= 0) ranks_[moved[pair]] = ranks_[pair];
     }
   }

@@ -17,8 +17,8 @@ class TileBins {
   template <class S>
   void Build(HostSpan<const Splat<S>> splats, int width, int height);
 
-  // Drops the pairs of all tiles but those that are kept: [num_tiles].
-  void Keep(const std::vector<bool>& kept);
+  // Drops the pairs of tiles of which no row is kept: [num_tiles].
+  void Keep(const std::vector<std::uint16_t>& rows);
 
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }

@@ -45,7 +45,7 @@ template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseSplats(const TileLists<S>& lists, int tile, Pass& pass) {
   using L = Lanes<V>;
   const TileWindow window = WindowOf(lists, tile);
-  TilePixels<V, S> pixels(window);
+  TilePixels<V, S> pixels(lists, tile);
   const V iota = L::Iota();
   const S left = static_cast<S>(window.x0) + S(0.5), top = static_cast<S>(window.y0) + S(0.5);
   std::int64_t pair = lists.tile_begin[tile];

@@ -36,6 +36,7 @@ void View<S>::Build(const Model<S>& model, const PinholeView& view, const double
                     ViewWorkspace<S>& workspace) {
   pinhole_ = view;
   cache_.Clear();
+  kept_rows_.Shrink(0);
   for (int c = 0; c < 3; ++c) background_[c] = static_cast<S>(background[c]);
   const Index count = model.count;
   EnsureSize(workspace.keys, count);
@@ -65,8 +66,22 @@ void View<S>::Build(const Model<S>& model, const PinholeView& view, const double
 
 template <class S>
 TileLists<S> View<S>::Lists() const {
-  return {splats_.data(),  bins_.tile_begin(), bins_.ranks(),   pinhole_.width,
-          pinhole_.height, bins_.tiles_x(),    bins_.tiles_y(), {background_[0], background_[1], background_[2]}};
+  return {splats_.data(),
+          bins_.tile_begin(),
+          bins_.ranks(),
+          pinhole_.width,
+          pinhole_.height,
+          bins_.tiles_x(),
+          bins_.tiles_y(),
+          {background_[0], background_[1], background_[2]},
+          kept_rows_.empty() ? nullptr : kept_rows_.data()};
+}
+
+template <class S>
+void View<S>::KeepRows(const std::vector<std::uint16_t>& rows) {
+  bins_.Keep(rows);
+  kept_rows_.ResizeForOverwrite(static_cast<Index>(rows.size()));
+  std::copy(rows.begin(), rows.end(), kept_rows_.begin());
 }
 
 template <class S>

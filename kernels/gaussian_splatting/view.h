@@ -47,10 +47,9 @@ class View {
   VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
   void Render(S* image) const;
-  // From here on, until the next Build, the operators below see only the pixels of the tiles that are kept (tiles of 16
-  // x 16 pixels, row by row): J v is 0 at the others, and J^T and the Gram blocks leave them out. Takes the time of
-  // those kept alone.
-  void KeepTiles(const std::vector<bool>& kept) { bins_.Keep(kept); }
+  // From here on, until the next Build, the operators below see only some rows of the tiles of 16 x 16 pixels: bit y of
+  // rows[tile] for row y. J v is 0 at the other pixels, and J^T and the Gram blocks leave them out; they take no time.
+  void KeepRows(const std::vector<std::uint16_t>& rows);
   Index num_tiles() const { return bins_.num_tiles(); }
   // Keeps the raster's Jacobian until the next Build, for ApplyJ and AddJT to take their products from. image: from
   // Render. Both then err as JacobianCache says.
@@ -71,6 +70,7 @@ class View {
   HostBuffer<Splat<S>> splats_;
   HostBuffer<std::int32_t> rank_of_;
   TileBins bins_;
+  HostBuffer<std::uint16_t> kept_rows_;  // empty: all
   JacobianCache<S> cache_;
 };
 

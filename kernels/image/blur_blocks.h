@@ -7,6 +7,7 @@
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/image_shape.h"
 #include "kernels/image/photometric_formula.h"
+#include "kernels/image/pixel_penalty.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {
@@ -120,12 +121,13 @@ struct SumPartials {
   }
 };
 
-// Sums of |e|, floored |e| and 1 - SSIM; on request the slopes p, q, s of 1 - SSIM and its window curvature.
+// Sums of |e|, of the cost that stands for it and of 1 - SSIM; on request the slopes p, q, s of 1 - SSIM and its window
+// curvature.
 template <class S>
 struct WindowsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
-  S floor;
+  PenaltyCoefficients<S> penalty;
   S *p, *q, *s, *curvature;  // p, q, s null: not wanted; curvature likewise
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
@@ -134,9 +136,9 @@ struct WindowsOperator {
   }
   VESTA_HD void Store(Index i, const PixelFields<4, S>& blurred, double* sums) const {
     const SsimWindow<S> window(blurred.f[0], blurred.f[1], blurred.f[2], blurred.f[3]);
-    const FlooredAbsolute<S> l1(rendered[i] - truth[i], floor);
-    sums[0] += static_cast<double>(l1.absolute);
-    sums[1] += static_cast<double>(l1.value);
+    const PixelPenalty<S> pixel(rendered[i] - truth[i], penalty);
+    sums[0] += static_cast<double>(pixel.absolute);
+    sums[1] += static_cast<double>(pixel.value);
     sums[2] += static_cast<double>(window.Dissimilarity());
     if (p == nullptr) return;
     const SsimSlopes<S> slopes(window);
@@ -145,21 +147,22 @@ struct WindowsOperator {
   }
 };
 
-// gradient = ssim J^T 1 + l1 times the slope of the floored absolute value; diagonal (null: not wanted) = ssim G s + l1
-// times its curvature.
+// gradient = ssim J^T 1 + l1 times the penalty's derivative; diagonal (null: not wanted) = ssim G s + l1 times its
+// curvature.
 template <class S>
 struct GradientOperator {
   static constexpr int kFields = 3, kSums = 0;
   const S *rendered, *truth, *p, *q, *s;
-  S l1, ssim, floor;
+  S l1, ssim;
+  PenaltyCoefficients<S> penalty;
   S *gradient, *diagonal;
 
   VESTA_HD PixelFields<3, S> Load(Index i) const { return {{p[i], q[i], s[i]}}; }
   VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
     const S x = rendered[i], e = x - truth[i];
-    const FlooredAbsolute<S> absolute(e, floor);
-    gradient[i] = Fma(ssim, SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]), l1 * absolute.slope);
-    if (diagonal != nullptr) diagonal[i] = Fma(ssim, blurred.f[2], l1 * absolute.curvature);
+    const PixelPenalty<S> pixel(e, penalty);
+    gradient[i] = Fma(ssim, SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]), l1 * pixel.derivative);
+    if (diagonal != nullptr) diagonal[i] = Fma(ssim, blurred.f[2], l1 * pixel.Curvature(penalty));
   }
 };
 

@@ -1,8 +1,5 @@
 #include "kernels/image/device_photometric_loss.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "kernels/core/check.h"
 #include "kernels/image/device_image_passes.h"
 
@@ -17,11 +14,12 @@ void ResizeIfNeeded(DeviceBuffer<T>& buffer, Index size) {
 }  // namespace
 
 DevicePhotometricLoss::DevicePhotometricLoss(const PhotometricWeights& weights)
-    : weights_(weights),
-      // As on the host: the smallest normal number stands for no floor.
-      floor_(std::max(static_cast<float>(weights.l1_floor), std::numeric_limits<float>::min())) {
+    : weights_(weights), penalty_(PenaltyCoefficientsOf<float>(weights)) {
   VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
               weights.l1, weights.ssim, weights.l1_floor);
+  if (weights.structure != SsimLinearization::kQuadratic) {
+    Fail("on a GPU SSIM is made a quadratic; take the CPU for its root");
+  }
 }
 
 void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
@@ -31,7 +29,7 @@ void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const Image
               truth.size(), n);
   ResizeIfNeeded(partial_sums_, device_image::NumPartialSums(shape));
   ResizeIfNeeded(sums_, 3);
-  WindowsOperator<float> windows{rendered.data(), truth.data(), floor_, nullptr, nullptr, nullptr, nullptr};
+  WindowsOperator<float> windows{rendered.data(), truth.data(), penalty_, nullptr, nullptr, nullptr, nullptr};
   if (gradient != nullptr) {
     for (auto* slopes : {&p_, &q_, &s_}) ResizeIfNeeded(*slopes, n);
     windows.p = p_.data(), windows.q = q_.data(), windows.s = s_.data();
@@ -40,7 +38,7 @@ void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const Image
   device_image::Windows(shape, windows, partial_sums_.data(), sums_.data());
   if (gradient == nullptr) return;
   device_image::Gradient(shape, {rendered.data(), truth.data(), p_.data(), q_.data(), s_.data(),
-                                 static_cast<float>(weights_.l1), static_cast<float>(weights_.ssim), floor_, gradient,
+                                 static_cast<float>(weights_.l1), static_cast<float>(weights_.ssim), penalty_, gradient,
                                  linearization != nullptr ? linearization->diagonal.data() : nullptr});
 }
 
@@ -49,8 +47,8 @@ PhotometricValue DevicePhotometricLoss::Value() {
   double sums[3];
   sums_.CopyTo({sums, 3});
   PhotometricValue value;
-  value.absolute = sums[0], value.floored = sums[1], value.dissimilarity = sums[2];
-  value.cost = weights_.l1 * value.floored + weights_.ssim * value.dissimilarity;
+  value.absolute = sums[0], value.pixelwise = sums[1], value.dissimilarity = sums[2];
+  value.cost = weights_.l1 * value.pixelwise + weights_.ssim * value.dissimilarity;
   value.objective = weights_.l1 * value.absolute + weights_.ssim * value.dissimilarity;
   return value;
 }

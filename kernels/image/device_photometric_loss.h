@@ -4,10 +4,11 @@
 #include "kernels/core/device_buffer.h"
 #include "kernels/image/image_shape.h"
 #include "kernels/image/photometric_loss.h"
+#include "kernels/image/pixel_penalty.h"
 
 namespace vesta {
 
-// As PhotometricLinearization.
+// As PhotometricLinearization of SsimLinearization::kQuadratic, the one that there is on a GPU.
 struct DevicePhotometricLinearization {
   ImageShape shape;
   DeviceBuffer<float> diagonal, curvature;
@@ -20,6 +21,7 @@ class DevicePhotometricLoss {
   using ConstView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
+  // Throws Error for another.
   explicit DevicePhotometricLoss(const PhotometricWeights& weights = {});
 
   const PhotometricWeights& weights() const { return weights_; }
@@ -38,7 +40,7 @@ class DevicePhotometricLoss {
   void Run(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient, Linearization* linearization);
 
   PhotometricWeights weights_;
-  float floor_;
+  PenaltyCoefficients<float> penalty_;
   DeviceBuffer<float> p_, q_, s_;  // slopes of 1 - SSIM
   DeviceBuffer<float> blurred_;
   DeviceBuffer<double> partial_sums_, sums_;

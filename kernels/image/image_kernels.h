@@ -1,51 +1,74 @@
 // Loops over image rows, compiled once per instruction set. Plain pointers: this is the seam between *.simd.cpp and the
 // classes that own memory and threads (photometric_loss.h, ssim_jacobian.h), which are what others use.
 //
-// All images here are single planes of height * width values. Each function handles rows begin..end, writes only those
-// rows of its outputs, and gives them the same bits however the rows are divided into ranges that begin at even rows. G
-// is the window given by the taps of one axis, zero padded. Outputs must not overlap inputs.
+// Images here have planes of height * width values, one after the other (image_shape.h). Each function handles rows
+// begin..end of one plane, writes only those rows of its outputs, and gives them the same bits however the rows are
+// divided into ranges. G is the window given by the taps of one axis, zero padded. Outputs must not overlap inputs.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
+#include "kernels/image/pixel_penalty.h"
 
 namespace vesta {
 
 // Rows to work on, and scratch memory for them.
 template <class S>
 struct RowRange {
-  int width, height;
+  int width, height, plane;
   int begin, end;
-  const S* taps;  // kWindowTaps weights, with a zero before and behind
-  // kScratchRows rows of scratch_stride values, zero from kScratchPad before each row's first value to kScratchPad
-  // after the width rounded up to kScratchPad; the kernels keep those zeros.
-  S* scratch;
-  Index scratch_stride;
+  const S* taps;  // kWindowTaps weights, symmetric
+  S* scratch;     // kScratchRows rows of ScratchStride(width) values, aligned to 64 bytes, holding anything
 
-  static constexpr Index kScratchRows = 8;
-  static constexpr Index kScratchPad = 16;
+  static constexpr int kScratchRows = 176;
 };
 
-// Values of both losses; on request 1 - SSIM of each window, the slopes p, q, s of 1 - SSIM and its window
-// curvature (photometric_formula.h).
+// Values from one scratch row to the next: the row's, rounded up to 64; 16 values of padding before and behind them;
+// and an odd number of cache lines in all, so that rows below each other do not compete for the same few lines of the
+// cache.
+constexpr Index ScratchStride(int width) { return 16 * ((4 * ((Index{width} + 63) / 64) + 2) | 1); }
+
+// What the loss is made of.
+template <class S>
+struct LossTerms {
+  const S *rendered, *truth;
+  PenaltyCoefficients<S> penalty;
+  S l1, ssim;        // weights
+  double* row_sums;  // three for each row of each plane: sums of |e|, the pixel's penalty, 1 - SSIM
+};
+
+// The sums alone.
+template <class S>
+struct ValueArgs {
+  LossTerms<S> loss;
+};
+
+// Also the gradient, ssim * J^T 1 + l1 * derivative of the penalty, J the Jacobian of 1 - SSIM. What is null is not
+// wanted; the quadratic and the root want two images and four.
+template <class S>
+struct GradientArgs {
+  LossTerms<S> loss;
+  S* gradient;
+  // ssim * G s + l1 * curvature of the penalty, and the window curvature (photometric_formula.h).
+  S *diagonal = nullptr, *curvature = nullptr;
+  // The slopes p, q, s of 1 - SSIM, and the weight of its root.
+  S *p = nullptr, *q = nullptr, *s = nullptr, *weight = nullptr;
+};
+
+// The same with each score differentiated by its own pixel: J its own diagonal. diagonal (null: not wanted) =
+// ssim * J^2 * weight of the root + l1 * curvature of the penalty.
+template <class S>
+struct CenterArgs {
+  LossTerms<S> loss;
+  S *gradient, *diagonal;
+};
+
+// dissimilarity = 1 - SSIM of each window, and its slopes p, q, s.
 template <class S>
 struct WindowArgs {
   const S *rendered, *truth;
-  S floor;                                     // of the absolute value, > 0
-  double* row_sums;                            // three for each row: sums of |e|, floored |e|, 1 - SSIM
-  S* dissimilarity = nullptr;                  // null: not wanted
-  S *p = nullptr, *q = nullptr, *s = nullptr;  // all null: not wanted
-  S* curvature = nullptr;                      // null: not wanted; needs p, q, s
-};
-
-// gradient = ssim * J^T 1 + l1 * slope of the floored absolute value, J the Jacobian of 1 - SSIM;
-// diagonal (null: not wanted) = ssim * G s + l1 * its curvature.
-template <class S>
-struct GradientArgs {
-  const S *rendered, *truth;
-  const S *p, *q, *s;
-  S l1, ssim, floor;
-  S *gradient, *diagonal;
+  S* dissimilarity;
+  S *p, *q, *s;
 };
 
 // Jacobian of 1 - SSIM or its transpose: out = J in, or J^T in.
@@ -57,30 +80,44 @@ struct JacobianArgs {
   S* out;
 };
 
-// out = c o G in.
+// out = d o v + scale * G (c o (G v)).
 template <class S>
-struct WeightedBlurArgs {
-  const S *in, *c;
+struct CurvatureArgs {
+  const S *v, *c, *d;
+  S scale;
   S* out;
 };
 
-// out = scale * G in + d o v; v null: v = 1.
+// out = scale * G in + d.
 template <class S>
 struct BlurAddArgs {
-  const S* in;
+  const S *in, *d;
   S scale;
-  const S *d, *v;
+  S* out;
+};
+
+// out = ssim * J^T (weight o (J v)) + l1 * curvature of the penalty * v. Diagonal: the diagonal of that operator; v is
+// not looked at, and G2 must take the place of G (squared taps).
+template <class S>
+struct RootArgs {
+  LossTerms<S> loss;  // row_sums is not looked at
+  const S *p, *q, *s, *weight;
+  const S* v;
   S* out;
 };
 
 template <class S>
 struct ImageKernels {
-  void (*windows)(const RowRange<S>&, const WindowArgs<S>&);
+  void (*value)(const RowRange<S>&, const ValueArgs<S>&);
   void (*gradient)(const RowRange<S>&, const GradientArgs<S>&);
+  void (*center)(const RowRange<S>&, const CenterArgs<S>&);
+  void (*windows)(const RowRange<S>&, const WindowArgs<S>&);
   void (*tangent)(const RowRange<S>&, const JacobianArgs<S>&);
   void (*adjoint)(const RowRange<S>&, const JacobianArgs<S>&);
-  void (*weighted_blur)(const RowRange<S>&, const WeightedBlurArgs<S>&);
+  void (*curvature)(const RowRange<S>&, const CurvatureArgs<S>&);
   void (*blur_add)(const RowRange<S>&, const BlurAddArgs<S>&);
+  void (*root)(const RowRange<S>&, const RootArgs<S>&);
+  void (*root_diagonal)(const RowRange<S>&, const RootArgs<S>&);
 };
 
 // The kernels compiled for one instruction set, which the CPU must have. S is float or double.

@@ -27,23 +27,24 @@ struct SsimWindow {
 
   // From G u, G e, G u^2, G e^2.
   VESTA_HD SsimWindow(const T& sum, const T& error, const T& sum_squared, const T& error_squared) {
-    const T half(0.5), one(1), c1(1e-4), c2(9e-4), zero(0);
-    mean_x = half * (sum + error);
-    const T mean_y = half * (sum - error);
+    const T half(0.5), c1(1e-4), c2(9e-4), zero(0);
+    const T half_sum = half * sum, half_error = half * error;
+    mean_x = half_sum + half_error;
+    const T mean_y = half_sum - half_error;
     mean_error = error;
-    variance_error = Max(error_squared - error * error, zero);
-    const T variance_sum = Max(sum_squared - sum * sum, zero);
-    inverse_d1 = one / (half * (sum * sum + error * error) + c1);
-    inverse_d2 = one / (half * (variance_sum + variance_error) + c2);
-    const T unclamped = ((mean_y + mean_y) * mean_x + c1) * inverse_d1;
-    luminance = Max(unclamped, zero);
-    const T slope = (mean_y - luminance * mean_x) * inverse_d1;
-    luminance_slope = Select(unclamped < zero, zero, slope + slope);
+    variance_error = Max(Fnma(error, error, error_squared), zero);
+    const T variance_sum = Max(Fnma(sum, sum, sum_squared), zero);
+    inverse_d1 = Reciprocal(Fma(half_sum, sum, Fma(half_error, error, c1)));
+    inverse_d2 = Reciprocal(Fma(half, variance_sum + variance_error, c2));
+    const T covariance_of_means = Fma(mean_x + mean_x, mean_y, c1);
+    luminance = Max(covariance_of_means * inverse_d1, zero);
+    const T slope = Fnma(luminance, mean_x, mean_y) * inverse_d1;
+    luminance_slope = Select(covariance_of_means < zero, zero, slope + slope);
   }
 
   // 1 - SSIM, at least 0.
   VESTA_HD T Dissimilarity() const {
-    return mean_error * mean_error * inverse_d1 + luminance * variance_error * inverse_d2;
+    return Fma(mean_error, mean_error * inverse_d1, luminance * (variance_error * inverse_d2));
   }
 };
 
@@ -59,8 +60,8 @@ struct SsimSlopes {
     const T mean_scaled = w.mean_error * w.inverse_d1;
     s = (w.luminance + w.luminance) * w.inverse_d2;
     q = -(s * contrast);
-    p = (mean_scaled + mean_scaled) * (T(1) - mean_scaled * w.mean_x) + contrast * w.luminance_slope -
-        s * w.mean_error - q * w.mean_x;
+    const T by_mean = Fma(mean_scaled + mean_scaled, Fnma(mean_scaled, w.mean_x, T(1)), contrast * w.luminance_slope);
+    p = Fnma(q, w.mean_x, Fnma(s, w.mean_error, by_mean));
   }
 };
 
@@ -84,21 +85,22 @@ VESTA_HD inline T SsimWindowCurvature(const SsimWindow<T>& w, const SsimSlopes<T
   return w.inverse_d1 + w.inverse_d1 - slopes.s;
 }
 
-// |e| with a floor: |e| where |e| >= floor, else the parabola (e^2/floor + floor)/2 that meets it with the same slope.
-// In both cases (e^2/m + m)/2 with m = max(|e|, floor); derivative e/m; the reweighted quadratic's curvature is 1/m.
+// Gauss-Newton on r = sqrt(d), d = 1 - SSIM, makes J^T diag(w) J of J = d(d)/dx: r^2 has the curvature 2 (J/2r)^T
+// (J/2r). This is w = 1 / (2 d), with a floor under d at what a float resolves of it.
 template <class T>
-struct FlooredAbsolute {
-  T absolute, value, slope, curvature;
+VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
+  const T floored = Max(dissimilarity, T(1e-6));
+  return Reciprocal(floored + floored);
+}
 
-  // floor > 0.
-  VESTA_HD FlooredAbsolute(const T& e, const T& floor) {
-    absolute = Max(e, -e);
-    const T m = Max(absolute, floor);
-    curvature = T(1) / m;
-    slope = e * curvature;
-    value = T(0.5) * Fma(e, slope, m);
-  }
-};
+// The diagonal of J^T diag(w) J at a pixel, from G2 f for f = w p^2, w q^2, w s^2, w p q, w p s, w q s, G2 the window
+// with its weights squared. Not negative.
+template <class T>
+VESTA_HD inline T SsimRootDiagonal(const T& x, const T& e, const T& pp, const T& qq, const T& ss, const T& pq,
+                                   const T& ps, const T& qs) {
+  const T mixed = Fma(x, pq, Fma(e, ps, x * e * qs));
+  return Max(Fma(x * x, qq, Fma(e * e, ss, pp)) + (mixed + mixed), T(0));
+}
 
 }  // namespace VESTA_ISA
 }  // namespace vesta

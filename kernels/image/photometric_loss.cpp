@@ -1,16 +1,20 @@
 #include "kernels/image/photometric_loss.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "kernels/core/check.h"
 
 namespace vesta {
 namespace {
 
 template <class S>
-void ResizeIfNeeded(HostBuffer<S>& buffer, Index size) {
-  if (buffer.size() != size) buffer.Resize(size);
+std::unique_ptr<SsimStrategy<S>> MakeSsimStrategy(SsimLinearization kind) {
+  switch (kind) {
+    case SsimLinearization::kRoot:
+      return MakeRootSsim<S>();
+    case SsimLinearization::kRootCenter:
+      return MakeRootCenterSsim<S>();
+    default:
+      return MakeQuadraticSsim<S>();
+  }
 }
 
 }  // namespace
@@ -18,22 +22,30 @@ void ResizeIfNeeded(HostBuffer<S>& buffer, Index size) {
 template <class S>
 PhotometricLoss<S>::PhotometricLoss(const PhotometricWeights& weights, Isa isa)
     : weights_(weights),
-      // The smallest normal number stands for no floor: e / max(|e|, floor) is then sign(e), and 0 at 0.
-      floor_(std::max(static_cast<S>(weights.l1_floor), std::numeric_limits<S>::min())),
+      penalty_(PenaltyCoefficientsOf<S>(weights)),
+      ssim_(MakeSsimStrategy<S>(weights.structure)),
       bands_(isa) {
   VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
               weights.l1, weights.ssim, weights.l1_floor);
+  VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
 }
 
 template <class S>
 void PhotometricLoss<S>::Resize(const ImageShape& shape) {
   bands_.Resize(shape);
-  ResizeIfNeeded(row_sums_, 3 * static_cast<Index>(shape.height));
-  slopes_.Resize(shape.PlaneSize());
-  ResizeIfNeeded(blurred_, shape.PlaneSize());
+  row_sums_.ResizeForOverwrite(3 * ImageShape::kChannels * static_cast<Index>(shape.height));
 }
 
-// gradient null: values alone; linearization null: no W.
+template <class S>
+LossTerms<S> PhotometricLoss<S>::Terms(const S* rendered, const S* truth) {
+  return {.rendered = rendered,
+          .truth = truth,
+          .penalty = penalty_,
+          .l1 = static_cast<S>(weights_.l1),
+          .ssim = static_cast<S>(weights_.ssim),
+          .row_sums = row_sums_.data()};
+}
+
 template <class S>
 PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, const ImageShape& shape, S* gradient,
                                          Linearization* linearization) {
@@ -41,38 +53,19 @@ PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, co
   VESTA_CHECK(rendered.size() == n && truth.size() == n, "rendered {}, truth {} values, want {}", rendered.size(),
               truth.size(), n);
   Resize(shape);
-  PhotometricValue value;
-  for (Index first = 0; first < n; first += shape.PlaneSize()) {
-    WindowArgs<S> windows{.rendered = rendered.data() + first,
-                          .truth = truth.data() + first,
-                          .floor = floor_,
-                          .row_sums = row_sums_.data()};
-    if (gradient != nullptr) {
-      windows.p = slopes_.p.data();
-      windows.q = slopes_.q.data();
-      windows.s = slopes_.s.data();
-    }
-    if (linearization != nullptr) windows.curvature = linearization->curvature.data() + first;
-    bands_.Run(&ImageKernels<S>::windows, windows);
-    for (Index i = 0; i < row_sums_.size(); i += 3) {
-      value.absolute += row_sums_[i];
-      value.floored += row_sums_[i + 1];
-      value.dissimilarity += row_sums_[i + 2];
-    }
-    if (gradient == nullptr) continue;
-    S* diagonal = linearization != nullptr ? linearization->diagonal.data() + first : nullptr;
-    bands_.Run(&ImageKernels<S>::gradient, GradientArgs<S>{.rendered = windows.rendered,
-                                                           .truth = windows.truth,
-                                                           .p = windows.p,
-                                                           .q = windows.q,
-                                                           .s = windows.s,
-                                                           .l1 = static_cast<S>(weights_.l1),
-                                                           .ssim = static_cast<S>(weights_.ssim),
-                                                           .floor = floor_,
-                                                           .gradient = gradient + first,
-                                                           .diagonal = diagonal});
+  const LossTerms<S> loss = Terms(rendered.data(), truth.data());
+  if (gradient == nullptr) {
+    bands_.Run(&ImageKernels<S>::value, ValueArgs<S>{loss});
+  } else {
+    ssim_->Gradient(bands_, loss, gradient, linearization);
   }
-  value.cost = weights_.l1 * value.floored + weights_.ssim * value.dissimilarity;
+  PhotometricValue value;
+  for (Index i = 0; i < row_sums_.size(); i += 3) {
+    value.absolute += row_sums_[i];
+    value.pixelwise += row_sums_[i + 1];
+    value.dissimilarity += row_sums_[i + 2];
+  }
+  value.cost = weights_.l1 * value.pixelwise + weights_.ssim * value.dissimilarity;
   value.objective = weights_.l1 * value.absolute + weights_.ssim * value.dissimilarity;
   return value;
 }
@@ -94,8 +87,7 @@ PhotometricValue PhotometricLoss<S>::Linearize(ConstView rendered, ConstView tru
                                                View gradient, Linearization& linearization) {
   VESTA_CHECK(gradient.size() == shape.NumValues(), "gradient {} values, want {}", gradient.size(), shape.NumValues());
   linearization.shape = shape;
-  ResizeIfNeeded(linearization.diagonal, shape.NumValues());
-  ResizeIfNeeded(linearization.curvature, shape.NumValues());
+  linearization.diagonal.ResizeForOverwrite(shape.NumValues());
   return Run(rendered, truth, shape, gradient.data(), &linearization);
 }
 
@@ -105,16 +97,7 @@ void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstView v,
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);
   Resize(shape);
-  for (Index first = 0; first < n; first += shape.PlaneSize()) {
-    bands_.Run(&ImageKernels<S>::weighted_blur,
-               WeightedBlurArgs<S>{
-                   .in = v.data() + first, .c = linearization.curvature.data() + first, .out = blurred_.data()});
-    bands_.Run(&ImageKernels<S>::blur_add, BlurAddArgs<S>{.in = blurred_.data(),
-                                                          .scale = static_cast<S>(weights_.ssim),
-                                                          .d = linearization.diagonal.data() + first,
-                                                          .v = v.data() + first,
-                                                          .out = out.data() + first});
-  }
+  ssim_->ApplyW(bands_, Terms(nullptr, nullptr), linearization, v.data(), out.data());
 }
 
 template <class S>
@@ -123,13 +106,7 @@ void PhotometricLoss<S>::ExactDiagonal(const Linearization& linearization, View 
   const Index n = shape.NumValues();
   VESTA_CHECK(out.size() == n, "out {} values, want {}", out.size(), n);
   Resize(shape);
-  for (Index first = 0; first < n; first += shape.PlaneSize()) {
-    bands_.RunSquared(&ImageKernels<S>::blur_add, BlurAddArgs<S>{.in = linearization.curvature.data() + first,
-                                                                 .scale = static_cast<S>(weights_.ssim),
-                                                                 .d = linearization.diagonal.data() + first,
-                                                                 .v = nullptr,
-                                                                 .out = out.data() + first});
-  }
+  ssim_->ExactDiagonal(bands_, Terms(nullptr, nullptr), linearization, out.data());
 }
 
 template class PhotometricLoss<float>;

@@ -3,48 +3,33 @@
 //   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth
 // as in Kerbl et al. 2023 (3D Gaussian Splatting), but a sum, not a mean. What least squares needs of it:
 //   * the exact gradient by the rendered image;
-//   * a curvature operator W, symmetric positive semidefinite, that makes the loss a reweighted quadratic: |e| by the
-//     weight 1 / max(|e|, l1_floor), SSIM by 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1, D2 and l frozen
-//     (photometric_formula.h). At the point of linearisation e^T W e / 2 is exactly the cost (with l1_floor = 0).
+//   * a curvature operator W, symmetric positive semidefinite, that makes the loss a quadratic. By default it is a
+//     reweighted one: |e| by the weight 1 / max(|e|, l1_floor), SSIM by 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1,
+//     D2 and l frozen (photometric_formula.h). At the point of linearisation e^T W e / 2 is then exactly the cost, less
+//     half of the L1 term (with l1_floor = 0).
+// Other costs in place of |e| and other curvatures: loss_options.h.
 #pragma once
 
+#include <memory>
+
 #include "kernels/core/buffer.h"
+#include "kernels/image/loss_options.h"
+#include "kernels/image/photometric_linearization.h"
 #include "kernels/image/row_bands.h"
-#include "kernels/image/ssim_jacobian.h"
 
 namespace vesta {
-
-struct PhotometricWeights {
-  double l1 = 0.8;
-  double ssim = 0.2;
-  // |e| below this is replaced by the parabola (e^2 / l1_floor + l1_floor) / 2, in the cost, the gradient and W alike.
-  // 0 means |e| itself (with derivative 0 at e = 0). Colours are in 0..1.
-  double l1_floor = 0.01;
-};
 
 // Sums over all pixels and channels of one view.
 struct PhotometricValue {
   double absolute = 0.0;       // |e|
-  double floored = 0.0;        // |e| with the floor
+  double pixelwise = 0.0;      // the cost that stands for |e|: with its floor, or Huber's, or e^2 / 2
   double dissimilarity = 0.0;  // 1 - SSIM
-  double cost = 0.0;           // l1 * floored + ssim * dissimilarity: what Gradient is the gradient of
-  double objective = 0.0;      // l1 * absolute + ssim * dissimilarity: the loss without the floor
+  double cost = 0.0;           // l1 * pixelwise + ssim * dissimilarity: what Gradient is the gradient of
+  double objective = 0.0;      // l1 * absolute + ssim * dissimilarity
 };
 
-// W at one rendered image: W v = diagonal o v + ssim * G (curvature o (G v)). Owned by the caller, one for each view
-// that is linearised at the same time. Two images of 3 * height * width values.
-template <class S>
-struct PhotometricLinearization {
-  ImageShape shape;
-  // l1 / max(|e|, l1_floor) + 2 ssim G(l / D2): the pointwise part of W. In place of W's exact diagonal it serves as
-  // the weight of Gram matrices (the part left out is negative for most windows). Never negative.
-  HostBuffer<S> diagonal;
-  // 2 (1/D1 - l/D2).
-  HostBuffer<S> curvature;
-};
-
-// Holds the weights and working memory, which is allocated when the shape of the images changes and reused otherwise:
-// four planes and a little. Each call uses all threads and gives the same bits for any number of them. An object serves
+// Holds the weights and next to no memory: the passes over the images keep what they need of a few rows in the cache
+// (row_blur.h). Each call uses all threads and gives the same bits for any number of them. An object serves
 // one call at a time. S is float or double. Images are planar (image_shape.h), finite and nowhere negative (negative
 // values are harmless but see photometric_formula.h); views of a wrong size throw Error; outputs must not overlap
 // inputs.
@@ -55,13 +40,13 @@ class PhotometricLoss {
   using ConstView = HostSpan<const S>;
   using Linearization = PhotometricLinearization<S>;
 
-  // Throws Error for negative weights.
+  // Throws Error for negative weights or a Huber threshold that is not positive.
   explicit PhotometricLoss(const PhotometricWeights& weights = {}, Isa isa = ActiveIsa());
 
   const PhotometricWeights& weights() const { return weights_; }
 
   PhotometricValue Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape);
-  // gradient = d cost / d rendered.
+  // gradient = d cost / d rendered (of kRootCenter not quite: loss_options.h).
   PhotometricValue Gradient(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient);
   // The same, and W at this point.
   PhotometricValue Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
@@ -69,20 +54,21 @@ class PhotometricLoss {
 
   // out = W v.
   void ApplyW(const Linearization& linearization, ConstView v, View out);
-  // out = the exact diagonal of W. (The pointwise part is linearization.diagonal, at no cost.)
+  // out = the exact diagonal of W. (linearization.diagonal, which stands in for it, is there at no cost.)
   void ExactDiagonal(const Linearization& linearization, View out);
 
  private:
   void Resize(const ImageShape& shape);
+  LossTerms<S> Terms(const S* rendered, const S* truth);
+  // gradient null: values alone; linearization null: no W.
   PhotometricValue Run(ConstView rendered, ConstView truth, const ImageShape& shape, S* gradient,
                        Linearization* linearization);
 
   PhotometricWeights weights_;
-  S floor_;
+  PenaltyCoefficients<S> penalty_;
+  std::unique_ptr<SsimStrategy<S>> ssim_;
   RowBands<S> bands_;
   HostBuffer<double> row_sums_;
-  SsimSlopeImages<S> slopes_;  // of one plane at a time, to stay in cache between the two passes over it
-  HostBuffer<S> blurred_;      // likewise
 };
 
 }  // namespace vesta

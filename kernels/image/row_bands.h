@@ -1,10 +1,10 @@
-// Runs an image kernel over all rows of a plane, in parallel, with scratch memory that is reused from call to call.
+// Runs an image kernel over all rows of all planes, in parallel.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 
-#include "kernels/core/buffer.h"
 #include "kernels/core/parallel.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/image_kernels.h"
@@ -19,10 +19,10 @@ class RowBands {
   explicit RowBands(Isa isa);
 
   const ImageShape& shape() const { return shape_; }
-  // Allocates when the shape changes. Throws Error unless width and height are at least 1.
+  // Throws Error unless width and height are at least 1.
   void Resize(const ImageShape& shape);
 
-  // Runs `kernel`, one of the members of ImageKernels, on planes of the current shape.
+  // Runs `kernel`, one of the members of ImageKernels, on images of the current shape.
   template <class Args>
   void Run(void (*ImageKernels<S>::*kernel)(const RowRange<S>&, const Args&), const Args& args) {
     Run(kernel, args, taps_);
@@ -34,27 +34,35 @@ class RowBands {
   }
 
  private:
-  using Taps = std::array<S, kWindowTaps + 2>;  // a zero at either end
+  using Taps = std::array<S, kWindowTaps>;
 
-  // Rows in one task: even (image_kernels.h), few enough for all threads to have some.
-  static constexpr Index kBandRows = 16;
+  // Rows in one task, about: so many that the ten rows around them, which two tasks make, are few beside them; a
+  // multiple of the rows that kernels make at once.
+  static constexpr int kBandRows = 96, kBandUnit = 4;
+
+  // Scratch memory of the calling thread, for images of the current width.
+  S* Scratch() const;
 
   template <class Args>
   void Run(void (*ImageKernels<S>::*kernel)(const RowRange<S>&, const Args&), const Args& args, const Taps& taps) {
-    const auto band = [&](Index begin, Index end) {
-      S* scratch = scratch_.data() + begin / kBandRows * band_stride_ + RowRange<S>::kScratchPad;
-      const RowRange<S> rows{shape_.width,    shape_.height, static_cast<int>(begin), static_cast<int>(end),
-                             taps.data() + 1, scratch,       scratch_stride_};
+    const auto band = [&](Index task, Index) {
+      const int plane = static_cast<int>(task) / bands_, first = static_cast<int>(task) % bands_ * band_rows_;
+      const RowRange<S> rows{.width = shape_.width,
+                             .height = shape_.height,
+                             .plane = plane,
+                             .begin = first,
+                             .end = std::min(first + band_rows_, shape_.height),
+                             .taps = taps.data(),
+                             .scratch = Scratch()};
       (kernels_.*kernel)(rows, args);
     };
-    ParallelForChunks(shape_.height, kBandRows, std::cref(band));  // by reference: nothing is allocated
+    ParallelForChunks(Index{ImageShape::kChannels} * bands_, 1, std::cref(band));  // by reference: nothing is allocated
   }
 
   const ImageKernels<S>& kernels_;
   Taps taps_{}, squared_taps_{};
   ImageShape shape_;
-  Index scratch_stride_ = 0, band_stride_ = 0;
-  HostBuffer<S> scratch_;
+  int bands_ = 0, band_rows_ = 0;  // of one plane
 };
 
 }  // namespace vesta

@@ -18,20 +18,14 @@ void SsimJacobian<S>::Linearize(ConstView rendered, ConstView truth, const Image
   VESTA_CHECK(rendered.size() == n && truth.size() == n && dissimilarity.size() == n,
               "rendered {}, truth {}, out {} values, want {}", rendered.size(), truth.size(), dissimilarity.size(), n);
   slopes_.Resize(n);
-  const Index num_sums = 3 * static_cast<Index>(shape.height);
-  if (row_sums_.size() != num_sums) row_sums_.Resize(num_sums);
   rendered_ = rendered;
   truth_ = truth;
-  for (Index first = 0; first < n; first += shape.PlaneSize()) {
-    bands_.Run(&ImageKernels<S>::windows, WindowArgs<S>{.rendered = rendered.data() + first,
-                                                        .truth = truth.data() + first,
-                                                        .floor = S(1),
-                                                        .row_sums = row_sums_.data(),
-                                                        .dissimilarity = dissimilarity.data() + first,
-                                                        .p = slopes_.p.data() + first,
-                                                        .q = slopes_.q.data() + first,
-                                                        .s = slopes_.s.data() + first});
-  }
+  bands_.Run(&ImageKernels<S>::windows, WindowArgs<S>{.rendered = rendered.data(),
+                                                      .truth = truth.data(),
+                                                      .dissimilarity = dissimilarity.data(),
+                                                      .p = slopes_.p.data(),
+                                                      .q = slopes_.q.data(),
+                                                      .s = slopes_.s.data()});
 }
 
 template <class S>
@@ -39,15 +33,13 @@ void SsimJacobian<S>::Run(Kernel kernel, ConstView in, View out) {
   const Index n = rendered_.size();
   VESTA_CHECK(n > 0, "Linearize first");
   VESTA_CHECK(in.size() == n && out.size() == n, "in {}, out {} values, want {}", in.size(), out.size(), n);
-  for (Index first = 0; first < n; first += bands_.shape().PlaneSize()) {
-    bands_.Run(kernel, JacobianArgs<S>{.rendered = rendered_.data() + first,
-                                       .truth = truth_.data() + first,
-                                       .p = slopes_.p.data() + first,
-                                       .q = slopes_.q.data() + first,
-                                       .s = slopes_.s.data() + first,
-                                       .in = in.data() + first,
-                                       .out = out.data() + first});
-  }
+  bands_.Run(kernel, JacobianArgs<S>{.rendered = rendered_.data(),
+                                     .truth = truth_.data(),
+                                     .p = slopes_.p.data(),
+                                     .q = slopes_.q.data(),
+                                     .s = slopes_.s.data(),
+                                     .in = in.data(),
+                                     .out = out.data()});
 }
 
 template <class S>

@@ -41,7 +41,6 @@ class SsimJacobian {
 
   RowBands<S> bands_;
   SsimSlopeImages<S> slopes_;
-  HostBuffer<double> row_sums_;
   ConstView rendered_, truth_;
 };
 

@@ -77,13 +77,17 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_TRUE(model.has_background);
   const json metrics = Metrics(out_);
   EXPECT_THAT(Keys(metrics), UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds",
-                                                  "peak_memory_mib", "device", "threads", "seed", "history"));
+                                                  "peak_memory_mib", "memory", "device", "threads", "seed", "history"));
   EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
   EXPECT_EQ(metrics["parameters"], model.count * 23);
   EXPECT_EQ(metrics["seed"], 3);
   EXPECT_EQ(metrics["device"], "cpu");
   EXPECT_GT(metrics["peak_memory_mib"], 1.0);
+  EXPECT_THAT(Keys(metrics["memory"]),
+              UnorderedElementsAre("predicted_mib", "peak_mib", "budget_mib", "jacobian", "batches"));
+  EXPECT_EQ(metrics["memory"]["peak_mib"], metrics["peak_memory_mib"]);
+  EXPECT_EQ(metrics["memory"]["jacobian"], "recompute");
   ExpectEvalReproduces(out_);
 }
 
@@ -208,6 +212,31 @@ TEST_F(TinyTraining, RefineByNoIterationsChangesNothing) {
   const std::string refined = folder_ / "refined";
   ASSERT_EQ(RunProgram({"refine", Ply(out_), scene_, "--out=" + refined, "--lm_iterations=0"}).status, 0);
   EXPECT_TRUE(ReadFile(Ply(refined)) == ReadFile(Ply(out_)));
+}
+
+// Each option of LM's in a run of its own; the budget of 1 GiB changes nothing, one of 1 MiB is refused.
+TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
+  ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0"}).status, 0);
+  const std::string refined = folder_ / "refined";
+  const std::vector<std::vector<std::string>> ways = {
+      {"--jacobian=cache16", "--memory_budget=1"},
+      {"--preconditioner=block_sh"},
+      {"--lm_batches=2", "--batch_size=2", "--batch_choice=clustered", "--merge_batches"},
+      {"--residual_sampling=0.5", "--step_limit=hellinger", "--step_limit_size=0.01"},
+      {"--preset=paper"},
+      {"--preset=paper_code"}};
+  for (const auto& way : ways) {
+    SCOPED_TRACE(testing::PrintToString(way));
+    std::vector<std::string> arguments = {"refine", Ply(out_), scene_, "--out", refined, "--lm_iterations=2"};
+    arguments.insert(arguments.end(), way.begin(), way.end());
+    const ProgramOutput output = RunProgram(arguments);
+    ASSERT_EQ(output.status, 0) << output.err;
+    const json history = Metrics(refined)["history"];
+    EXPECT_LT(history.back()["cost"], history[0]["cost"]);
+  }
+  const ProgramOutput output = RunProgram({"refine", Ply(out_), scene_, "--out", refined, "--memory_budget=0.001"});
+  EXPECT_EQ(output.status, 1);
+  EXPECT_THAT(output.err, HasSubstr("--memory_budget=0.001: "));
 }
 
 TEST_F(TinyTraining, RenderWritesTheTestViews) {

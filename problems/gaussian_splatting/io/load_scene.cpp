@@ -29,6 +29,19 @@ void CheckImageFiles(const std::string& path, const std::vector<View>& views) {
       first->image_path, path, std::count_if(first, views.end(), is_missing), views.size());
 }
 
+// By the sizes of the cameras, before any image is decoded.
+void CheckMemory(const LoadSceneOptions& options, const std::vector<View>& views) {
+  double bytes = 0;
+  for (const View& view : views) {
+    const ImageSize size = DownscaledSize({view.camera.width, view.camera.height}, options.downscale);
+    bytes += 3.0 * sizeof(float) * size.width * size.height;
+  }
+  const double gib = bytes / (1 << 30);
+  if (options.memory_budget_gib <= 0 || gib <= options.memory_budget_gib) return;
+  Fail("--memory_budget={}: the {} images alone take {:.2f} GiB; allow more, or use --downscale",
+       options.memory_budget_gib, views.size(), gib + 0.005);
+}
+
 void LoadPixels(const LoadSceneOptions& options, View* view) {
   Image image = LoadImage(view->image_path, options.background);
   const Camera& camera = view->camera;
@@ -56,6 +69,7 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   if (std::all_of(scene.views.begin(), scene.views.end(), [](const View& view) { return view.is_test; })) {
     Fail("{}: no view is left to train on, as every 8th from the first is for testing; add images", path);
   }
+  CheckMemory(options, scene.views);
   ParallelFor(static_cast<Index>(scene.views.size()), 1,
               [&](Index i) { LoadPixels(options, &scene.views[static_cast<std::size_t>(i)]); });
   return scene;

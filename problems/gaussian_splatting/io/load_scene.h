@@ -13,6 +13,7 @@ struct LoadSceneOptions {
   int downscale = 1;                         // see DownscaledSize; cameras follow
   std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
   std::string image_folder = "images";       // of a COLMAP scene; images_4 and the like rescale the cameras
+  double memory_budget_gib = 0;              // refuse, before any is decoded, images that take more; 0: no limit
   RandomPoints random_points;                // for NeRF scenes without points
 };
 

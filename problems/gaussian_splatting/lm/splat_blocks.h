@@ -29,15 +29,15 @@ inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool
 }
 
 // The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping). opacity_sum: of
-// diag(H) over the opacities. Empty where that gives no metric.
+// diag(H) over the opacities; position_damping: a factor for the means. Empty where that gives no metric.
 inline std::vector<double> RatesMetric(double damping, const LearningRates& rates, double extent, Index count,
-                                       int sh_degree, double opacity_sum) {
+                                       int sh_degree, double opacity_sum, double position_damping) {
   const double c = damping * (rates.opacity * rates.opacity) * opacity_sum / static_cast<double>(count > 0 ? count : 1);
   std::vector<double> metric;
   if (!(c > 0)) return metric;
   for (int a = 0; a < splat::NumAttributes(sh_degree); ++a) {
     const double rate = RateOf(rates, a, extent);
-    metric.push_back(c / (rate * rate));
+    metric.push_back((a < splat::kLogScale ? position_damping : 1) * c / (rate * rate));
   }
   return metric;
 }

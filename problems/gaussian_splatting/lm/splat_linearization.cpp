@@ -6,7 +6,6 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
-#include "problems/gaussian_splatting/lm/tile_sample.h"
 
 namespace vesta::gs {
 namespace {
@@ -56,8 +55,9 @@ SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, Co
 template <class S>
 void SplatLinearization<S>::Prepare(Unit& unit, Index view, int turn) {
   if (options_.residual_sampling < 1) {
-    const TileSample sample = SampleTiles(unit.view.num_tiles(), options_.residual_sampling, options_.seed, turn, view);
-    unit.view.KeepTiles(sample.kept);
+    const PixelSample sample = SamplePixels(options_.sampling_unit, unit.view.num_tiles(), options_.residual_sampling,
+                                            options_.seed, turn, view);
+    unit.view.KeepRows(sample.rows);
     unit.scale *= sample.scale;
   }
   if (options_.jacobian != JacobianKind::kRecompute) {

@@ -50,7 +50,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
     HostBuffer<S> image;
     PhotometricLinearization<S> loss;
   };
-  // Samples tiles and caches the Jacobian, as the options have it.
+  // Samples pixels and caches the Jacobian, as the options have it.
   void Prepare(Unit& unit, Index view, int turn);
   // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
   void EnsureGram();

@@ -12,6 +12,7 @@
 
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/lm/pixel_sample.h"
 #include "problems/gaussian_splatting/lm/step_limit.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/options.h"
@@ -43,11 +44,13 @@ struct SplatProblemOptions {
   JacobianKind jacobian = JacobianKind::kRecompute;
   // Blocks of the spherical harmonics too, one for the three channels, instead of their diagonal.
   bool sh_blocks = false;
-  // H, the diagonal and the blocks from so large a part of the tiles of each view, drawn anew each turn; within (0, 1].
-  // Tile by tile H is then P W P / rate, P the projection on the pixels kept: exact in the mean where W is diagonal;
-  // blurs of SSIM across the borders of tiles count less by the rate, which keeps H positive semidefinite.
+  // H, the diagonal and the blocks from so large a part of the pixels of each view, drawn anew each turn; within (0,
+  // 1]. H is then J^T P W P J / rate, P the projection on the pixels drawn: right in the mean where W is diagonal;
+  // blurs of SSIM between pixels drawn apart count less by the rate, which keeps H positive semidefinite at no further
+  // pixel.
   double residual_sampling = 1;
-  // The gradient from those tiles too, instead of from all.
+  SamplingUnit sampling_unit = SamplingUnit::kRows;
+  // The gradient from those pixels too, instead of from all.
   bool sample_gradient = false;
   StepLimit step_limit;
   std::uint64_t seed = 0;  // of the sampling
@@ -55,6 +58,9 @@ struct SplatProblemOptions {
   // rate squared: the metric of Adam's learning rates, in which parameters that no view sees well are held too.
   // 0: the engine's own, diag(H).
   double rates_damping = 0.3;
+  // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
+  // see: where the order has been fitted, that costs in proportion to the way (docs/results).
+  double position_damping = 1;
   LearningRates rates;
   double extent = 1;  // unit of the position rate
 };

@@ -100,14 +100,17 @@ std::vector<Index> ClusterViews(const std::vector<splat::PinholeView>& views, In
   return result;
 }
 
+Index ViewBatches::CutCount(int count, int size, Index num_views) {
+  const Index fill = size > 0 ? (num_views + size - 1) / size : num_views;
+  return std::clamp<Index>(count, 1, std::max<Index>(fill, 1));
+}
+
 ViewBatches::ViewBatches(const ViewBatchOptions& options, const std::vector<splat::PinholeView>& views)
     : options_(options), order_(views.size()) {
   const auto num_views = static_cast<Index>(views.size());
   VESTA_CHECK(options.count >= 1 && options.size >= 0, "{} batches of {} views", options.count, options.size);
   std::iota(order_.begin(), order_.end(), Index{0});
-  // Not more batches than the views fill.
-  const Index fill = options.size > 0 ? (num_views + options.size - 1) / options.size : num_views;
-  const Index count = std::clamp<Index>(options.count, 1, std::max<Index>(fill, 1));
+  const Index count = CutCount(options.count, options.size, num_views);
   num_used_ = options.size > 0 ? std::min<Index>(count * options.size, num_views) : num_views;
   batches_.resize(static_cast<std::size_t>(count));
   if (options.choice == BatchChoice::kClustered && num_views > 0) {

@@ -36,7 +36,8 @@ class ViewOrder {
 
 // Clone, split and prune happen at iteration `it` of `n`.
 inline bool DensifiesAt(const DensityOptions& density, int it, int n) {
-  return density.enabled && it % density.interval == 0 && it >= density.begin * n && it <= density.end * n;
+  const int interval = std::max(1, static_cast<int>(density.every * n));
+  return density.enabled && it % interval == 0 && it >= density.begin * n && it <= density.end * n;
 }
 inline bool ResetsOpacityAt(const DensityOptions& density, int it, int n) {
   const int every = static_cast<int>(density.opacity_reset_every * n);

@@ -8,6 +8,7 @@
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
+
 void RunAdamStage(TrainingSession& session, SplatModel& model) {
   const TrainOptions& options = session.options();
   const AdamOptions& adam_options = options.adam;

@@ -27,11 +27,12 @@ class CountDone {
 
 // Where the GPU's memory does not suffice the stage goes on from its best model with batches of half the size, solved
 // one by one and merged, so that one of them is in memory at a time.
-std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model) {
+std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
   using B = CudaBackend<float>;
   const std::vector<DeviceTargetView> targets = UploadTargets(LmTargets(session));
   SplatProblemOptions problem_options = LmProblemOptions(session, model);
   vesta::LmOptions engine_options = LmEngineOptions(session.options().lm);
+  engine_options.hold_batches = hold_batches;
   const int views = static_cast<int>(targets.size());
   std::string report;
   int done = 0;

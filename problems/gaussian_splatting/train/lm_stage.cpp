@@ -16,6 +16,21 @@ T ValueOf(const std::string& name, std::initializer_list<std::pair<const char*, 
   return otherwise;
 }
 
+PhotometricWeights LossOf(const LmOptions& lm) {
+  const SsimLinearization root =
+      lm.ssim_jacobian == "center" ? SsimLinearization::kRootCenter : SsimLinearization::kRoot;
+  return {
+      .l1 = lm.l1_weight,
+      .ssim = lm.ssim_weight,
+      .l1_floor = lm.l1_floor,
+      .pixel = ValueOf(
+          lm.loss_linearization,
+          {{"sqrt", PixelLinearization::kSqrt}, {"huber", PixelLinearization::kHuber}, {"l2", PixelLinearization::kL2}},
+          PixelLinearization::kIrls),
+      .huber_threshold = lm.huber_threshold,
+      .structure = lm.ssim_linearization == "root" ? root : SsimLinearization::kQuadratic};
+}
+
 }  // namespace
 
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model) {
@@ -24,7 +39,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
   result.sh_degree = model.sh_degree;
   result.count = model.count;
   result.background = options.background;
-  result.weights.l1_floor = options.lm.l1_floor;
+  result.weights = LossOf(options.lm);
   result.batches = {
       options.lm.batches, options.lm.batch_size,
       ValueOf(options.lm.batch_choice, {{"random", BatchChoice::kRandom}, {"clustered", BatchChoice::kClustered}},
@@ -35,12 +50,14 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
               JacobianKind::kRecompute);
   result.sh_blocks = options.lm.preconditioner == "block_sh";
   result.residual_sampling = options.lm.residual_sampling;
+  result.sampling_unit = options.lm.sampling_unit == "tiles" ? SamplingUnit::kTiles : SamplingUnit::kRows;
   result.sample_gradient = options.lm.sample_gradient;
   result.step_limit = {
       ValueOf(options.lm.step_limit, {{"caps", StepLimitKind::kCaps}, {"hellinger", StepLimitKind::kHellinger}},
               StepLimitKind::kNone),
       options.lm.step_limit_size};
   result.seed = options.seed;
+  result.position_damping = options.lm.position_damping;
   result.rates_damping = options.lm.damping == "rates" ? options.lm.rates_damping : 0;
   result.rates = options.rates;
   result.extent = session.scene().extent;
@@ -89,10 +106,12 @@ std::vector<TargetView<float>> LmTargets(const TrainingSession& session) {
   return targets;
 }
 
-std::string RunLmStage(TrainingSession& session, SplatModel& model) {
+std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
   SplatProblem<float> problem(LmProblemOptions(session, model), LmTargets(session));
   CpuBackend<float> backend;
-  LmStepper<CpuBackend<float>> stepper(LmEngineOptions(session.options().lm), backend, problem,
+  vesta::LmOptions engine = LmEngineOptions(session.options().lm);
+  engine.hold_batches = hold_batches;
+  LmStepper<CpuBackend<float>> stepper(engine, backend, problem,
                                        {model.data.data(), static_cast<Index>(model.data.size())});
   return RunLmSteps(session, model, backend, stepper, 0);
 }

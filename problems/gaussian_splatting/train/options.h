@@ -39,7 +39,8 @@ struct DensityOptions {
   bool enabled = true;
   double begin = 0.1;
   double end = 0.6;
-  int interval = 100;                // iterations
+  // As a part of the stage too: a longer training has more time for the same Gaussians, not more Gaussians.
+  double every = 0.05;
   double gradient_threshold = 1e-3;  // mean norm of d loss / d mean in normalised device coordinates
   double split_above = 0.01;         // standard deviation, in scene extents: split above, clone below
   double prune_opacity = 0.005;
@@ -66,7 +67,8 @@ struct LmOptions {
   double pcg_tolerance = 0;
   std::string step_control = "soft";   // soft | ceres | nielsen | v1 | v2 | code
   std::string jacobian = "recompute";  // recompute | cache32 | cache16
-  double residual_sampling = 1;        // part of the tiles of each view that H is measured on
+  double residual_sampling = 1;        // part of the pixels of each view that H is measured on
+  std::string sampling_unit = "rows";  // rows | tiles: how they are drawn
   bool sample_gradient = false;        // the gradient too
   std::string step_limit = "none";     // none | caps | hellinger
   double step_limit_size = 1;          // factor on the caps, or the bound on the squared Hellinger distance
@@ -75,14 +77,27 @@ struct LmOptions {
   double initial_lambda = 0.005;
   double min_lambda = 1e-6;
   double max_lambda = 1e4;
-  double rates_damping = 0.3;  // tau of the damping metric
-  double l1_floor = 0.01;      // epsilon of the reweighted L1
+  double rates_damping = 0.3;   // tau of the damping metric
+  double position_damping = 1;  // factor on it for the means
+  double l1_floor = 0.01;       // epsilon of the reweighted L1
+  // The cost and its quadratic: kernels/image/loss_options.h.
+  std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
+  double huber_threshold = 0.1;                  // of huber
+  std::string ssim_linearization = "quadratic";  // quadratic | root
+  std::string ssim_jacobian = "exact";           // exact | center: with root
+  double l1_weight = 0.8, ssim_weight = 0.2;
   // Range of diag(JtJ) in the damping metric "diag"; 0: at least 1e-6 of the median of the same parameter, no upper
   // end.
   double min_diagonal = 0, max_diagonal = 0;
 };
 
+struct MemoryOptions {
+  double budget_gib = 0;  // of the process; 0: none
+  double before_mib = 0;  // what the process holds without the model: program, images
+};
+
 struct TrainOptions {
+  MemoryOptions memory;
   AdamOptions adam;
   DensityOptions density;
   LmOptions lm;

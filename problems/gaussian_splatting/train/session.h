@@ -94,7 +94,7 @@ class TrainingSession {
 
 // The two stages; both leave the model at its best and record their last state.
 void RunAdamStage(TrainingSession& session, SplatModel& model);
-// Returns the engine's full report.
-std::string RunLmStage(TrainingSession& session, SplatModel& model);
+// Returns the engine's full report. hold_batches: as vesta::LmOptions has it.
+std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches);
 
 }  // namespace vesta::gs

@@ -1,22 +1,43 @@
 #include "problems/gaussian_splatting/train/trainer.h"
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/initialize.h"
+#include "problems/gaussian_splatting/train/memory_plan.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
 namespace {
 
-TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& options, bool with_adam,
+TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool with_adam,
                       double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
-  ValidateOptions(options);
+  ValidateOptions(asked);
+  TrainOptions options = asked;
   TrainingSession session(scene, options, seconds_before, callbacks);
   if (session.training_views().empty()) Fail("the scene has no training view: every 8th is held out for testing");
   TrainResult result;
   const double begin = session.Seconds();
-  if (with_adam && options.adam.iterations > 0) stages.adam(session, model);
+  if (!with_adam) options.adam.iterations = 0;
+  const double near = NearPlane(scene);
+  if (options.memory.budget_gib > 0) {
+    const MemoryScene counts = CountMemory(model, session.training_views(), near, 8, false);
+    options.density.max_gaussians = PlanGaussians(counts, options);
+  }
+  if (options.adam.iterations > 0) stages.adam(session, model);
   const double between = session.Seconds();
-  if (options.lm.iterations > 0 && !session.ShouldStop()) result.lm_report = stages.lm(session, model);
+  const bool counts_all = options.memory.budget_gib > 0 || options.lm.jacobian != "recompute";
+  const MemoryScene counts =
+      CountMemory(model, session.training_views(), near, counts_all ? 1 << 20 : 4, options.lm.jacobian != "recompute");
+  LmPlan plan = PlanLm(counts, options);
+  if (options.lm.iterations > 0 && !session.ShouldStop()) {
+    options.lm = plan.lm;
+    result.lm_report = stages.lm(session, model, plan.hold_batches);
+  } else {
+    plan.bytes = 0;
+  }
+  const auto views = static_cast<Index>(session.training_views().size());
+  result.memory = {PredictedMib(counts, options, plan.bytes), plan.lm.jacobian,
+                   static_cast<int>(ViewBatches::CutCount(plan.lm.batches, plan.lm.batch_size, views))};
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;
   result.lm_seconds = session.Seconds() - between;

@@ -45,15 +45,23 @@ struct TrainCallbacks {
 class TrainingSession;
 
 // What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
-// engine's full report.
+// engine's full report; hold_batches: LmOptions::hold_batches.
 struct StageRunners {
   std::string device;
   std::function<void(TrainingSession&, SplatModel&)> adam;
-  std::function<std::string(TrainingSession&, SplatModel&)> lm;
+  std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
 };
 StageRunners HostStages();
 
+// What was foreseen and chosen (memory_plan.h).
+struct MemoryReport {
+  double predicted_mib = 0;  // most that the process would hold, from the model that LM started from
+  std::string jacobian = "recompute";
+  int batches = 1;
+};
+
 struct TrainResult {
+  MemoryReport memory;
   SplatModel model;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each

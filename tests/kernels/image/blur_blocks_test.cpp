@@ -73,19 +73,19 @@ TEST_P(BlurBlocks, LossGradientAndCurvatureAreThoseOfTheHost) {
   std::vector<double> p = images.Unwritten(), q = p, s = p, curvature = p, found_gradient = p, diagonal = p, half = p,
                       found_Wv = p;
   const PhotometricWeights weights;
+  const auto penalty = PenaltyCoefficientsOf<double>(weights);
   const std::vector<double> sums =
       RunBlocks(images.shape,
-                WindowsOperator<double>{images.rendered.data(), images.truth.data(), weights.l1_floor, p.data(),
-                                        q.data(), s.data(), curvature.data()},
+                WindowsOperator<double>{images.rendered.data(), images.truth.data(), penalty, p.data(), q.data(),
+                                        s.data(), curvature.data()},
                 GetParam());
   EXPECT_NEAR(sums[0], value.absolute, 1e-12 * value.absolute);
-  EXPECT_NEAR(sums[1], value.floored, 1e-12 * value.floored);
+  EXPECT_NEAR(sums[1], value.pixelwise, 1e-12 * value.pixelwise);
   EXPECT_NEAR(sums[2], value.dissimilarity, 1e-12 * value.dissimilarity);
-  RunBlocks(
-      images.shape,
-      GradientOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(), weights.l1,
-                               weights.ssim, weights.l1_floor, found_gradient.data(), diagonal.data()},
-      GetParam());
+  RunBlocks(images.shape,
+            GradientOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(),
+                                     weights.l1, weights.ssim, penalty, found_gradient.data(), diagonal.data()},
+            GetParam());
   ExpectNear(found_gradient, ViewOf(gradient));
   ExpectNear(diagonal, w.diagonal);
   ExpectNear(curvature, w.curvature);
@@ -102,10 +102,10 @@ TEST_P(BlurBlocks, SsimJacobianIsThatOfTheHost) {
   SsimJacobian<double> jacobian;
   std::vector<double> expected = images.Unwritten(), p = expected, q = p, s = p, found = p;
   jacobian.Linearize(ViewOf(images.rendered), ViewOf(images.truth), images.shape, {expected.data(), n});
-  RunBlocks(
-      images.shape,
-      WindowsOperator<double>{images.rendered.data(), images.truth.data(), 0.01, p.data(), q.data(), s.data(), nullptr},
-      GetParam());
+  RunBlocks(images.shape,
+            WindowsOperator<double>{images.rendered.data(), images.truth.data(), PenaltyCoefficientsOf<double>({}),
+                                    p.data(), q.data(), s.data(), nullptr},
+            GetParam());
   jacobian.Apply(ViewOf(images.v), {expected.data(), n});
   RunBlocks(images.shape,
             SsimTangentOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(),

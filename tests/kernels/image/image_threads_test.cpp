@@ -13,7 +13,7 @@
 namespace vesta {
 namespace {
 
-constexpr ImageShape kShape{.width = 53, .height = 47};
+constexpr ImageShape kShape{.width = 83, .height = 205};
 
 // All that the room computes in float for one pair of images.
 std::vector<HostBuffer<float>> EverythingFor(Isa isa) {
@@ -22,13 +22,18 @@ std::vector<HostBuffer<float>> EverythingFor(Isa isa) {
   const auto v = reference::RandomImage<float>(kShape, 63, -1.0, 1.0);
   std::vector<HostBuffer<float>> results;
   const auto out = [&]() -> HostBuffer<float>& { return results.emplace_back(n); };
-  results.reserve(7);
+  results.reserve(11);
 
   PhotometricLoss<float> loss({}, isa);
   PhotometricLinearization<float> w;
   const PhotometricValue value = loss.Linearize(x, y, kShape, out(), w);
   loss.ApplyW(w, v, out());
   loss.ExactDiagonal(w, out());
+  for (const auto structure : {SsimLinearization::kRoot, SsimLinearization::kRootCenter}) {
+    PhotometricLoss<float> choice({.pixel = PixelLinearization::kHuber, .structure = structure}, isa);
+    choice.Linearize(x, y, kShape, out(), w);
+    choice.ApplyW(w, v, out());
+  }
   SsimJacobian<float> jacobian(isa);
   jacobian.Linearize(x, y, kShape, out());
   jacobian.Apply(v, out());

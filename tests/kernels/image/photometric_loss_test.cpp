@@ -32,7 +32,7 @@ TEST(PhotometricLoss, ValueIsThatOfDirectSums) {
       floored += reference::Floored(x[i] - y[i], weights.l1_floor);
     }
     EXPECT_NEAR(value.absolute, absolute, 1e-12 * absolute);
-    EXPECT_NEAR(value.floored, floored, 1e-12 * floored);
+    EXPECT_NEAR(value.pixelwise, floored, 1e-12 * floored);
     EXPECT_NEAR(value.dissimilarity, dissimilarity, 1e-12 * dissimilarity);
     EXPECT_NEAR(value.cost, 0.7 * floored + 0.3 * dissimilarity, 1e-12 * value.cost);
     EXPECT_NEAR(value.objective, 0.7 * absolute + 0.3 * dissimilarity, 1e-12 * value.objective);

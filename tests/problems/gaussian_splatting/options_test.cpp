@@ -32,7 +32,7 @@ TEST(TrainOptions, PresetsAreValid) {
   EXPECT_LT(PresetOptions("balanced").adam.iterations, PresetOptions("best").adam.iterations);
 }
 
-// 3DGS-LM's schedule, and the one part in which the paper and its code differ.
+// 3DGS-LM's schedule, and the parts in which the paper and its code differ.
 TEST(TrainOptions, PaperPresetsAreThePapers) {
   for (const char* name : {"paper", "paper_code"}) {
     const TrainOptions options = PresetOptions(name);
@@ -42,13 +42,43 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
     EXPECT_EQ(options.lm.iterations, 5);
     EXPECT_EQ(options.lm.pcg_iterations, 8);
     EXPECT_EQ(options.lm.batches, 4);
+    EXPECT_EQ(options.lm.batch_size, 25);
+    EXPECT_EQ(options.lm.pcg_start, "preconditioned");
+    EXPECT_EQ(options.lm.preconditioner, "jacobi");
+    EXPECT_EQ(options.lm.preconditioner_damping, "one");
+    EXPECT_EQ(options.lm.damping, "diag");
     EXPECT_TRUE(options.lm.merge_batches);
     EXPECT_TRUE(options.lm.line_search);
     EXPECT_EQ(options.lm.line_search_views, 0.3);
     EXPECT_EQ(options.lm.min_lambda, 1e-4);
     EXPECT_EQ(options.lm.max_lambda, 1e4);
   }
-  EXPECT_NE(PresetOptions("paper").lm.step_control, PresetOptions("paper_code").lm.step_control);
+  const LmOptions paper = PresetOptions("paper").lm, code = PresetOptions("paper_code").lm;
+  for (const LmOptions& lm : {paper, code}) {
+    EXPECT_EQ(lm.ssim_linearization, "root");
+    EXPECT_EQ(lm.ssim_jacobian, "center");
+  }
+  EXPECT_EQ(paper.loss_linearization, "sqrt");
+  EXPECT_EQ(paper.l1_weight, 0.8);
+  EXPECT_EQ(paper.ssim_weight, 0.2);
+  EXPECT_EQ(code.loss_linearization, "huber");
+  EXPECT_EQ(code.huber_threshold, 0.1);
+  EXPECT_EQ(code.l1_weight, 1);
+  EXPECT_EQ(code.ssim_weight, 0.25);
+  EXPECT_EQ(paper.step_control, "v2");
+  EXPECT_EQ(code.step_control, "code");
+  EXPECT_EQ(paper.pcg_tolerance, 1e-2);
+  EXPECT_EQ(code.pcg_tolerance, 5e-2);
+  EXPECT_EQ(paper.max_diagonal, 0);
+  EXPECT_EQ(code.max_diagonal, 1e6 * code.min_diagonal);
+}
+
+TEST(TrainOptions, CenterPixelsGoWithTheRoot) {
+  TrainOptions options;
+  options.lm.ssim_jacobian = "center";
+  EXPECT_THAT(MessageOf([&] { ValidateOptions(options); }), HasSubstr("needs --ssim_linearization=root"));
+  options.lm.ssim_linearization = "root";
+  EXPECT_EQ(MessageOf([&] { ValidateOptions(options); }), "no error");
 }
 
 TEST(TrainOptions, RefusesAnUnknownPreset) {
@@ -73,6 +103,20 @@ TEST(TrainOptions, EachOptionOutOfRangeIsNamedInOneLine) {
       {"--lm_iterations", [](TrainOptions& o) { o.lm.iterations = -3; }},
       {"--pcg_iterations", [](TrainOptions& o) { o.lm.pcg_iterations = 0; }},
       {"--lm_batches", [](TrainOptions& o) { o.lm.batches = 0; }},
+      {"--batch_size", [](TrainOptions& o) { o.lm.batch_size = -1; }},
+      {"--batch_choice", [](TrainOptions& o) { o.lm.batch_choice = "sorted"; }},
+      {"--preconditioner_damping", [](TrainOptions& o) { o.lm.preconditioner_damping = "two"; }},
+      {"--pcg_start", [](TrainOptions& o) { o.lm.pcg_start = "warm"; }},
+      {"--pcg_tolerance", [nan](TrainOptions& o) { o.lm.pcg_tolerance = nan; }},
+      {"--jacobian", [](TrainOptions& o) { o.lm.jacobian = "cache"; }},
+      {"--residual_sampling", [](TrainOptions& o) { o.lm.residual_sampling = 0; }},
+      {"--residual_sampling", [](TrainOptions& o) { o.lm.residual_sampling = 1.1; }},
+      {"--sampling_unit", [](TrainOptions& o) { o.lm.sampling_unit = "pixels"; }},
+      {"--step_limit", [](TrainOptions& o) { o.lm.step_limit = "ball"; }},
+      {"--step_limit_size", [](TrainOptions& o) { o.lm.step_limit_size = 0; }},
+      {"--min_lambda", [](TrainOptions& o) { o.lm.min_lambda = 2 * o.lm.initial_lambda; }},
+      {"--max_lambda", [](TrainOptions& o) { o.lm.max_lambda = o.lm.initial_lambda / 2; }},
+      {"--max_diagonal", [](TrainOptions& o) { o.lm.min_diagonal = 2, o.lm.max_diagonal = 1; }},
       {"--damping", [](TrainOptions& o) { o.lm.damping = "rate"; }},
       {"--preconditioner", [](TrainOptions& o) { o.lm.preconditioner = ""; }},
       {"--step_control", [](TrainOptions& o) { o.lm.step_control = "v3"; }},

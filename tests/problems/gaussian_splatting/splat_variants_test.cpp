@@ -2,12 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/lm/tile_sample.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
@@ -36,7 +36,15 @@ const Variant kVariants[] = {
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kClustered, 3};
      }},
-    {"sampled", [](SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
+    {"root", [](SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRoot; }},
+    {"paper_code",
+     [](SplatProblemOptions& o) {
+       o.weights = {
+           .l1 = 1, .ssim = 0.25, .pixel = PixelLinearization::kHuber, .structure = SsimLinearization::kRootCenter};
+     }},
+    {"sampled_rows", [](SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
+    {"sampled_tiles",
+     [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sampling_unit = SamplingUnit::kTiles; }},
     {"sampled_cache", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = JacobianKind::kCache16; }},
     {"sampled_gradient", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
 };
@@ -166,35 +174,38 @@ TEST(SplatCache, GivesTheProductsOfRecomputation) {
   }
 }
 
-// Views of a step stand for all of them, tiles for the image: over all draws the mean is the whole.
+// Views of a step stand for all of them, pixels for the image: over all draws the mean is the whole.
 TEST(SplatSampling, IsRightInTheMean) {
-  RingProblem<double> ring(3, kCount, 0, 60);
-  ring.options.weights.ssim = 0;
-  const Index n = ring.x.size();
-  SplatProblem<double> whole = ring.Make();
-  HostBuffer<double> expected(n), gradient(n), mean(n), mean_gradient(n), part(n);
-  const auto all = whole.Linearize(ring.x, 0);
-  all->DiagJTJ(expected);
-  all->Gradient(gradient);
-  ring.options.residual_sampling = 0.5;
-  ring.options.batches = {2, 1, BatchChoice::kRandom, 1};
-  SplatProblem<double> sampled = ring.Make();
-  CpuBackend<double> backend;
-  constexpr int kTurns = 400;
-  for (int turn = 0; turn < kTurns; ++turn) {
-    sampled.BeginTurn(turn);
-    for (int batch = 0; batch < 2; ++batch) {
-      const auto linearization = sampled.Linearize(ring.x, batch);
-      linearization->DiagJTJ(part);
-      backend.Axpby(1.0 / kTurns, part, 1, mean);
-      linearization->Gradient(part);
-      backend.Axpby(1.0 / kTurns, part, 1, mean_gradient);
+  for (const SamplingUnit unit : {SamplingUnit::kRows, SamplingUnit::kTiles}) {
+    RingProblem<double> ring(3, kCount, 0, 60);
+    ring.options.weights.ssim = 0;
+    const Index n = ring.x.size();
+    SplatProblem<double> whole = ring.Make();
+    HostBuffer<double> expected(n), gradient(n), mean(n), mean_gradient(n), part(n);
+    const auto all = whole.Linearize(ring.x, 0);
+    all->DiagJTJ(expected);
+    all->Gradient(gradient);
+    ring.options.residual_sampling = 0.5;
+    ring.options.sampling_unit = unit;
+    ring.options.batches = {2, 1, BatchChoice::kRandom, 1};
+    SplatProblem<double> sampled = ring.Make();
+    CpuBackend<double> backend;
+    constexpr int kTurns = 300;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      sampled.BeginTurn(turn);
+      for (int batch = 0; batch < 2; ++batch) {
+        const auto linearization = sampled.Linearize(ring.x, batch);
+        linearization->DiagJTJ(part);
+        backend.Axpby(1.0 / kTurns, part, 1, mean);
+        linearization->Gradient(part);
+        backend.Axpby(1.0 / kTurns, part, 1, mean_gradient);
+      }
     }
+    EXPECT_LE(RelativeDistance(mean, expected), 0.1);
+    EXPECT_LE(RelativeDistance(mean_gradient, gradient), 0.05);
+    // One draw is not the whole.
+    EXPECT_GE(RelativeDistance(part, gradient), 0.1);
   }
-  EXPECT_LE(RelativeDistance(mean, expected), 0.1);
-  EXPECT_LE(RelativeDistance(mean_gradient, gradient), 0.05);
-  // One draw is not the whole.
-  EXPECT_GE(RelativeDistance(part, gradient), 0.1);
 }
 
 TEST(SplatSampling, TheGradientIsExactUnlessAskedOtherwise) {
@@ -209,19 +220,32 @@ TEST(SplatSampling, TheGradientIsExactUnlessAskedOtherwise) {
   EXPECT_GT(RelativeDistance(sampled, exact), 0.1);
 }
 
-TEST(TileSample, TakesItsShareOfTheTilesEachAsOften) {
+TEST(PixelSample, TakesItsShareEachAsOften) {
   constexpr Index kTiles = 40;
-  std::vector<int> times(kTiles);
+  const auto draw = [](SamplingUnit unit, double rate, std::uint64_t seed, int turn, Index view) {
+    return SamplePixels(unit, kTiles, rate, seed, turn, view);
+  };
+  std::vector<int> tiles(kTiles), rows(16);
   for (int turn = 0; turn < 2000; ++turn) {
-    const TileSample sample = SampleTiles(kTiles, 0.26, 4, turn, 2);
-    ASSERT_EQ(std::count(sample.kept.begin(), sample.kept.end(), true), 10);
-    ASSERT_EQ(sample.scale, 4);
-    for (std::size_t t = 0; t < times.size(); ++t) times[t] += sample.kept[t] ? 1 : 0;
+    const PixelSample by_tiles = draw(SamplingUnit::kTiles, 0.26, 4, turn, 2);
+    ASSERT_EQ(std::count(by_tiles.rows.begin(), by_tiles.rows.end(), 0xffff), 10);
+    ASSERT_EQ(std::count(by_tiles.rows.begin(), by_tiles.rows.end(), 0), 30);
+    ASSERT_EQ(by_tiles.scale, 4);
+    for (std::size_t t = 0; t < tiles.size(); ++t) tiles[t] += by_tiles.rows[t] != 0 ? 1 : 0;
+    const PixelSample by_rows = draw(SamplingUnit::kRows, 0.26, 4, turn, 2);
+    ASSERT_EQ(by_rows.scale, 4);
+    for (const std::uint16_t of_tile : by_rows.rows) ASSERT_EQ(std::popcount(of_tile), 4);
+    for (std::size_t y = 0; y < rows.size(); ++y) rows[y] += by_rows.rows[7] >> y & 1;
   }
-  for (const int count : times) EXPECT_NEAR(count, 500, 100);  // 5 standard deviations
-  EXPECT_EQ(SampleTiles(kTiles, 1e-3, 0, 0, 0).scale, kTiles) << "at least one";
-  EXPECT_NE(SampleTiles(kTiles, 0.5, 1, 0, 0).kept, SampleTiles(kTiles, 0.5, 2, 0, 0).kept);
-  EXPECT_NE(SampleTiles(kTiles, 0.5, 1, 0, 0).kept, SampleTiles(kTiles, 0.5, 1, 0, 1).kept);
+  for (const auto* times : {&tiles, &rows}) {
+    for (const int count : *times) EXPECT_NEAR(count, 500, 100);  // 5 standard deviations
+  }
+  for (const SamplingUnit unit : {SamplingUnit::kRows, SamplingUnit::kTiles}) {
+    EXPECT_EQ(draw(unit, 1e-3, 0, 0, 0).scale, unit == SamplingUnit::kRows ? 16 : kTiles) << "at least one";
+    EXPECT_NE(draw(unit, 0.5, 1, 0, 0).rows, draw(unit, 0.5, 2, 0, 0).rows);
+    EXPECT_NE(draw(unit, 0.5, 1, 0, 0).rows, draw(unit, 0.5, 1, 0, 1).rows);
+    EXPECT_NE(draw(unit, 0.5, 1, 0, 0).rows, draw(unit, 0.5, 1, 1, 0).rows);
+  }
 }
 
 // Each option in a whole solve: never above the start, and down.

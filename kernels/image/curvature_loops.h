@@ -1,0 +1,109 @@
+// Products with the curvature of the loss, and its diagonal, row by row. Included by image_kernels.simd.cpp.
+#pragma once
+
+#include "kernels/image/window_loops.h"
+
+namespace vesta {
+inline namespace VESTA_ISA {
+
+template <class S>
+void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
+  const S scale = args.scale;
+  ScratchRows<S> scratch(rows);
+  WindowBlur<1, 1, S> inner(rows, scratch), outer(rows, scratch);
+  const int begin = outer.InputBegin(rows.begin), end = outer.InputEnd(rows.end);
+  const auto load = [&](Index i, auto access) {
+    using T = typename decltype(access)::T;
+    return Fields<1, T>{{access.Load(args.v + i)}};
+  };
+  const auto weigh = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const T c = access.Load(args.c + PositionOf(rows, row, column));
+    access.StoreAligned(outer.Row(row, 0) + column, c * blurred.f[0]);
+  };
+  const auto add = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const Index i = PositionOf(rows, row, column);
+    access.Store(args.out + i, Fma(T(scale), blurred.f[0], access.Load(args.d + i) * access.Load(args.v + i)));
+  };
+  ImageRows images(rows, inner, inner.InputBegin(begin), load);
+  BlurredRows first(images, inner, begin, end, kAsTheyAre, weigh, kNothing);
+  BlurredRows second(first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
+  second.MakeUpTo(rows.end);
+}
+
+template <class S>
+void BlurAdd(const RowRange<S>& rows, const BlurAddArgs<S>& args) {
+  const S scale = args.scale;
+  const auto load = [&](Index i, auto access) {
+    using T = typename decltype(access)::T;
+    return Fields<1, T>{{access.Load(args.in + i)}};
+  };
+  const auto add = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const Index i = PositionOf(rows, row, column);
+    access.Store(args.out + i, Fma(T(scale), blurred.f[0], access.Load(args.d + i)));
+  };
+  BlurRows<1, 1>(rows, load, kAsTheyAre, add, kNothing);
+}
+
+template <class S>
+void Root(const RowRange<S>& rows, const RootArgs<S>& args) {
+  const LossTerms<S> loss = args.loss;
+  ScratchRows<S> scratch(rows);
+  WindowBlur<3, 3, S> inner(rows, scratch), outer(rows, scratch);
+  const int begin = outer.InputBegin(rows.begin), end = outer.InputEnd(rows.end);
+  const auto load = [&](Index i, auto access) {
+    using T = typename decltype(access)::T;
+    const T v = access.Load(args.v + i), x = access.Load(loss.rendered + i);
+    return Fields<3, T>{{v, x * v, (x - access.Load(loss.truth + i)) * v}};
+  };
+  const auto weigh = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const Index i = PositionOf(rows, row, column);
+    const T p = access.Load(args.p + i), q = access.Load(args.q + i), s = access.Load(args.s + i);
+    const T weighted = access.Load(args.weight + i) * SsimTangent(p, q, s, blurred.f[0], blurred.f[1], blurred.f[2]);
+    access.StoreAligned(outer.Row(row, 0) + column, p * weighted);
+    access.StoreAligned(outer.Row(row, 1) + column, q * weighted);
+    access.StoreAligned(outer.Row(row, 2) + column, s * weighted);
+  };
+  const auto add = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const Index i = PositionOf(rows, row, column);
+    const T x = access.Load(loss.rendered + i);
+    const T e = x - access.Load(loss.truth + i);
+    const T pointwise = T(loss.l1) * PixelPenalty<T>(e, loss.penalty).Curvature(loss.penalty);
+    const T by_ssim = SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]);
+    access.Store(args.out + i, Fma(T(loss.ssim), by_ssim, pointwise * access.Load(args.v + i)));
+  };
+  ImageRows images(rows, inner, inner.InputBegin(begin), load);
+  BlurredRows first(images, inner, begin, end, kAsTheyAre, weigh, kNothing);
+  BlurredRows second(first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
+  second.MakeUpTo(rows.end);
+}
+
+template <class S>
+void RootDiagonal(const RowRange<S>& rows, const RootArgs<S>& args) {
+  const LossTerms<S> loss = args.loss;
+  const auto load = [&](Index i, auto access) {
+    using T = typename decltype(access)::T;
+    const T w = access.Load(args.weight + i);
+    const T p = access.Load(args.p + i), q = access.Load(args.q + i), s = access.Load(args.s + i);
+    const T wp = w * p, wq = w * q;
+    return Fields<6, T>{{wp * p, wq * q, w * s * s, wp * q, wp * s, wq * s}};
+  };
+  const auto combine = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const Index i = PositionOf(rows, row, column);
+    const T x = access.Load(loss.rendered + i);
+    const T e = x - access.Load(loss.truth + i);
+    const auto& f = blurred.f;
+    const T root = SsimRootDiagonal(x, e, f[0], f[1], f[2], f[3], f[4], f[5]);
+    const T pointwise = PixelPenalty<T>(e, loss.penalty).Curvature(loss.penalty);
+    access.Store(args.out + i, Fma(T(loss.ssim), root, T(loss.l1) * pointwise));
+  };
+  BlurRows<6, 6>(rows, load, kAsTheyAre, combine, kNothing);
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta

@@ -1,0 +1,97 @@
+// The gradient of the loss, and what its curvature is made of, row by row. Included by image_kernels.simd.cpp.
+#pragma once
+
+#include "kernels/image/window_loops.h"
+
+namespace vesta {
+inline namespace VESTA_ISA {
+
+template <class S>
+void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
+  const LossTerms<S> loss = args.loss;
+  ScratchRows<S> scratch(rows);
+  WindowBlur<2, 4, S> windows(rows, scratch);
+  WindowBlur<3, 3, S> slopes(rows, scratch);
+  const int begin = slopes.InputBegin(rows.begin), end = slopes.InputEnd(rows.end);
+
+  // Slopes of all windows that the range's pixels are in; what is summed or kept, of the range's own windows.
+  RowSum<S> dissimilarity;
+  const auto measure = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const SsimWindow<T> window = WindowOf(blurred);
+    const SsimSlopes<T> slope(window);
+    const T value = window.Dissimilarity();
+    dissimilarity.Add(access.Used(value));
+    access.StoreAligned(slopes.Row(row, 0) + column, slope.p);
+    access.StoreAligned(slopes.Row(row, 1) + column, slope.q);
+    access.StoreAligned(slopes.Row(row, 2) + column, slope.s);
+    if (row < rows.begin || row >= rows.end) return;
+    const Index i = PositionOf(rows, row, column);
+    if (args.curvature != nullptr) access.Store(args.curvature + i, SsimWindowCurvature(window, slope));
+    if (args.weight == nullptr) return;
+    access.Store(args.p + i, slope.p);
+    access.Store(args.q + i, slope.q);
+    access.Store(args.s + i, slope.s);
+    access.Store(args.weight + i, SsimRootWeight(value));
+  };
+  const auto end_windows = [&](int row) {
+    const double sum = dissimilarity.Take();
+    if (row >= rows.begin && row < rows.end) SumsOf(loss, rows, row)[2] = sum;
+  };
+
+  PenaltySums<S> penalties;
+  const auto combine = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const Index i = PositionOf(rows, row, column);
+    const T x = access.Load(loss.rendered + i);
+    const T e = x - access.Load(loss.truth + i);
+    const PixelPenalty<T> penalty(e, loss.penalty);
+    penalties.Add(access, penalty);
+    const T by_ssim = SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]);
+    access.Store(args.gradient + i, Fma(T(loss.ssim), by_ssim, T(loss.l1) * penalty.derivative));
+    if (args.diagonal == nullptr) return;
+    const T curvature = T(loss.l1) * penalty.Curvature(loss.penalty);
+    access.Store(args.diagonal + i, Fma(T(loss.ssim), blurred.f[2], curvature));
+  };
+  const auto end_row = [&](int row) { penalties.Write(SumsOf(loss, rows, row)); };
+
+  const auto load = SumAndDifference(loss.rendered, loss.truth);
+  ImageRows images(rows, windows, windows.InputBegin(begin), load);
+  BlurredRows first(images, windows, begin, end, kWithSquares, measure, end_windows);
+  BlurredRows second(first, slopes, rows.begin, rows.end, kAsTheyAre, combine, end_row);
+  second.MakeUpTo(rows.end);
+}
+
+// Each score differentiated by its own pixel alone.
+template <class S>
+void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
+  const LossTerms<S> loss = args.loss;
+  const S centre = rows.taps[kWindowRadius] * rows.taps[kWindowRadius];
+  PenaltySums<S> penalties;
+  RowSum<S> dissimilarity;
+  const auto measure = [&](int row, int column, auto access, const auto& blurred) {
+    using T = typename decltype(access)::T;
+    const Index i = PositionOf(rows, row, column);
+    const T x = access.Load(loss.rendered + i);
+    const T e = x - access.Load(loss.truth + i);
+    const SsimWindow<T> window = WindowOf(blurred);
+    const SsimSlopes<T> slopes(window);
+    const PixelPenalty<T> penalty(e, loss.penalty);
+    const T value = window.Dissimilarity();
+    dissimilarity.Add(access.Used(value));
+    penalties.Add(access, penalty);
+    const T by_center = T(centre) * SsimAdjoint(x, e, slopes.p, slopes.q, slopes.s);
+    access.Store(args.gradient + i, Fma(T(loss.ssim), by_center, T(loss.l1) * penalty.derivative));
+    if (args.diagonal == nullptr) return;
+    const T root = T(loss.ssim) * (by_center * by_center) * SsimRootWeight(value);
+    access.Store(args.diagonal + i, Fma(T(loss.l1), penalty.Curvature(loss.penalty), root));
+  };
+  const auto end_row = [&](int row) {
+    penalties.Write(SumsOf(loss, rows, row));
+    SumsOf(loss, rows, row)[2] = dissimilarity.Take();
+  };
+  BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_row);
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta

@@ -1,0 +1,45 @@
+// Which loss, and how it is made a quadratic.
+#pragma once
+
+namespace vesta {
+
+// The loss of one pixel and channel by itself, as a function of e = rendered - truth, and its curvature. All costs are
+// exact with their derivative; what differs is the cost and how much the quadratic bends.
+enum class PixelLinearization {
+  // |e|; the reweighted quadratic with the weight 1 / max(|e|, l1_floor).
+  kIrls,
+  // |e| as the square of r = sqrt|e| (Hoellein et al. 2025, 3DGS-LM, eq. 3): Gauss-Newton's curvature of r^2 is half of
+  // the reweighted one, 1 / (2 max(|e|, l1_floor)), and its step twice as long: past the zero by as much as before it.
+  kSqrt,
+  // Huber's e^2/2 up to the threshold t and t |e| - t^2/2 beyond, as the square of its root (3DGS-LM's released code,
+  // t = 0.1): curvature 1 up to t, and t / (2 |e| - t) beyond.
+  kHuber,
+  // e^2 / 2.
+  kL2,
+};
+
+// The curvature of 1 - SSIM, and for kRootCenter its derivative.
+enum class SsimLinearization {
+  // 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1, D2, l frozen: of full rank, two blurs (photometric_formula.h).
+  kQuadratic,
+  // Gauss-Newton on sqrt(1 - SSIM): rank one for each window, J^T diag(1 / (2 (1 - SSIM))) J, six blurs.
+  kRoot,
+  // The same with each score differentiated by its own pixel alone (3DGS-LM): W is pointwise, and the gradient is the
+  // sum of those derivatives, not the derivative of the cost. For comparison with that paper; progress by it is a
+  // matter of luck, and the cost need not fall along it.
+  kRootCenter,
+};
+
+struct PhotometricWeights {
+  double l1 = 0.8;
+  double ssim = 0.2;
+  // kIrls, kSqrt: |e| below this is replaced by the parabola (e^2 / l1_floor + l1_floor) / 2, in the cost and the
+  // gradient, and the curvature keeps the value it has there. 0 means |e| itself (with derivative 0 at e = 0). Colours
+  // are in 0..1.
+  double l1_floor = 0.01;
+  PixelLinearization pixel = PixelLinearization::kIrls;
+  double huber_threshold = 0.1;
+  SsimLinearization structure = SsimLinearization::kQuadratic;
+};
+
+}  // namespace vesta

@@ -1,0 +1,44 @@
+// The loss of one pixel and channel by itself (loss_options.h), its derivative and the curvature of its quadratic.
+//
+// All choices are Huber's function in one dress or another: with s = clamp(gain e, -limit, limit)
+//   value = s (e - half_step s) + offset,   derivative = s,
+//   curvature = numerator / (slope max(|e|, least) + intercept).
+// So one vector code serves them all, without a branch.
+#pragma once
+
+#include "kernels/image/loss_options.h"
+#include "kernels/math/scalar.h"
+
+namespace vesta {
+
+template <class S>
+struct PenaltyCoefficients {
+  S gain, limit, half_step, offset;
+  S numerator, least, slope, intercept;
+};
+
+// Those of the choice made. Where the absolute value has no floor, the smallest normal number stands for it in the
+// value, and 1e-30 in the curvature. S is float or double.
+template <class S>
+PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights);
+
+inline namespace VESTA_ISA {
+
+template <class T>
+struct PixelPenalty {
+  T absolute, derivative, value;
+
+  template <class S>
+  VESTA_HD PixelPenalty(const T& e, const PenaltyCoefficients<S>& c) {
+    absolute = Max(e, -e);
+    derivative = Clamp(T(c.gain) * e, T(-c.limit), T(c.limit));
+    value = Fma(derivative, Fnma(T(c.half_step), derivative, e), T(c.offset));
+  }
+  template <class S>
+  VESTA_HD T Curvature(const PenaltyCoefficients<S>& c) const {
+    return T(c.numerator) * Reciprocal(Fma(T(c.slope), Max(absolute, T(c.least)), T(c.intercept)));
+  }
+};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta
