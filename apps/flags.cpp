@@ -35,6 +35,7 @@ DEFINE_double(min_lambda, 0, "least damping");
 DEFINE_double(max_lambda, 0, "most damping");
 DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(position_damping, 0, "factor on it for the positions");
+DEFINE_double(rotation_damping, 0, "factor on it for the rotations");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
 DEFINE_double(memory_budget, 0, "GiB that the program may take, foreseen before they are used; 0: no limit");
@@ -122,6 +123,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"max_lambda", kLm, Range{1e-30, 1e30}},
       {"rates_damping", kLm, Range{1e-30, 1e30}},
       {"position_damping", kLm, Range{1e-30, 1e30}},
+      {"rotation_damping", kLm, Range{1e-30, 1e30}},
       {"l1_floor", kLm, Range{1e-6, 1}},
       {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16"}}},
       {"memory_budget", kLm, Range{0, 1e6}},

@@ -29,6 +29,7 @@ class LossTimes {
     jacobian_.Linearize(rendered_, truth_, kShape, out_);
     // Two threads first: a second thread that begins late may be given the core of the first.
     const std::vector<double> two = Times(2), one = Times(1);
+    SetNumThreads(2);
     const double vectors = static_cast<double>(kShape.NumValues()) / 16.0;
     for (std::size_t i = 0; i < operations_.size(); ++i) {
       report_.Add({{"operation", operations_[i].name},

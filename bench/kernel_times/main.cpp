@@ -77,7 +77,8 @@ class Bench {
     Add("loss gradient and W", 0, [&] { loss.Linearize(image, truth, shape, d_image, linearization); });
     Add("W v", 0, [&] { loss.ApplyW(linearization, d_image, weighted); });
     Add("J^T u", 0, [&] { view_.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
-    for (const auto& [format, bits] : {std::pair(splat::CacheFormat::kFull, 32), {splat::CacheFormat::kHalf, 16}}) {
+    for (const splat::CacheFormat format : {splat::CacheFormat::kFull, splat::CacheFormat::kHalf}) {
+      const int bits = format == splat::CacheFormat::kFull ? 32 : 16;
       splat::View<float> cached;
       cached.Build(model(), workload_.views.front(), background_, workspace_);
       Add(fmt::format("cache{}: build", bits), 0, [&] { cached.CacheJacobian(image.data(), format); });

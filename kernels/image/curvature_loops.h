@@ -12,35 +12,35 @@ void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
   ScratchRows<S> scratch(rows);
   WindowBlur<1, 1, S> inner(rows, scratch), outer(rows, scratch);
   const int begin = outer.InputBegin(rows.begin), end = outer.InputEnd(rows.end);
-  const auto load = [&](Index i, auto access) {
-    using T = typename decltype(access)::T;
+  const auto load = [&](Index i, const auto& access) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     return Fields<1, T>{{access.Load(args.v + i)}};
   };
-  const auto weigh = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto weigh = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const T c = access.Load(args.c + PositionOf(rows, row, column));
-    access.StoreAligned(outer.Row(row, 0) + column, c * blurred.f[0]);
+    outer.StoreRows(row, 0, column, access, c * blurred.f[0]);
   };
-  const auto add = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto add = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     access.Store(args.out + i, Fma(T(scale), blurred.f[0], access.Load(args.d + i) * access.Load(args.v + i)));
   };
   ImageRows images(rows, inner, inner.InputBegin(begin), load);
-  BlurredRows first(images, inner, begin, end, kAsTheyAre, weigh, kNothing);
-  BlurredRows second(first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
+  BlurredRows first(rows, images, inner, begin, end, kAsTheyAre, weigh, kNothing);
+  BlurredRows second(rows, first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
   second.MakeUpTo(rows.end);
 }
 
 template <class S>
 void BlurAdd(const RowRange<S>& rows, const BlurAddArgs<S>& args) {
   const S scale = args.scale;
-  const auto load = [&](Index i, auto access) {
-    using T = typename decltype(access)::T;
+  const auto load = [&](Index i, const auto& access) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     return Fields<1, T>{{access.Load(args.in + i)}};
   };
-  const auto add = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto add = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     access.Store(args.out + i, Fma(T(scale), blurred.f[0], access.Load(args.d + i)));
   };
@@ -53,22 +53,22 @@ void Root(const RowRange<S>& rows, const RootArgs<S>& args) {
   ScratchRows<S> scratch(rows);
   WindowBlur<3, 3, S> inner(rows, scratch), outer(rows, scratch);
   const int begin = outer.InputBegin(rows.begin), end = outer.InputEnd(rows.end);
-  const auto load = [&](Index i, auto access) {
-    using T = typename decltype(access)::T;
+  const auto load = [&](Index i, const auto& access) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const T v = access.Load(args.v + i), x = access.Load(loss.rendered + i);
     return Fields<3, T>{{v, x * v, (x - access.Load(loss.truth + i)) * v}};
   };
-  const auto weigh = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto weigh = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     const T p = access.Load(args.p + i), q = access.Load(args.q + i), s = access.Load(args.s + i);
     const T weighted = access.Load(args.weight + i) * SsimTangent(p, q, s, blurred.f[0], blurred.f[1], blurred.f[2]);
-    access.StoreAligned(outer.Row(row, 0) + column, p * weighted);
-    access.StoreAligned(outer.Row(row, 1) + column, q * weighted);
-    access.StoreAligned(outer.Row(row, 2) + column, s * weighted);
+    outer.StoreRows(row, 0, column, access, p * weighted);
+    outer.StoreRows(row, 1, column, access, q * weighted);
+    outer.StoreRows(row, 2, column, access, s * weighted);
   };
-  const auto add = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto add = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     const T x = access.Load(loss.rendered + i);
     const T e = x - access.Load(loss.truth + i);
@@ -77,23 +77,23 @@ void Root(const RowRange<S>& rows, const RootArgs<S>& args) {
     access.Store(args.out + i, Fma(T(loss.ssim), by_ssim, pointwise * access.Load(args.v + i)));
   };
   ImageRows images(rows, inner, inner.InputBegin(begin), load);
-  BlurredRows first(images, inner, begin, end, kAsTheyAre, weigh, kNothing);
-  BlurredRows second(first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
+  BlurredRows first(rows, images, inner, begin, end, kAsTheyAre, weigh, kNothing);
+  BlurredRows second(rows, first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
   second.MakeUpTo(rows.end);
 }
 
 template <class S>
 void RootDiagonal(const RowRange<S>& rows, const RootArgs<S>& args) {
   const LossTerms<S> loss = args.loss;
-  const auto load = [&](Index i, auto access) {
-    using T = typename decltype(access)::T;
+  const auto load = [&](Index i, const auto& access) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const T w = access.Load(args.weight + i);
     const T p = access.Load(args.p + i), q = access.Load(args.q + i), s = access.Load(args.s + i);
     const T wp = w * p, wq = w * q;
     return Fields<6, T>{{wp * p, wq * q, w * s * s, wp * q, wp * s, wq * s}};
   };
-  const auto combine = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto combine = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     const T x = access.Load(loss.rendered + i);
     const T e = x - access.Load(loss.truth + i);

@@ -15,16 +15,16 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   const int begin = slopes.InputBegin(rows.begin), end = slopes.InputEnd(rows.end);
 
   // Slopes of all windows that the range's pixels are in; what is summed or kept, of the range's own windows.
-  RowSum<S> dissimilarity;
-  const auto measure = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  RowSums<S> dissimilarity;
+  const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const SsimWindow<T> window = WindowOf(blurred);
     const SsimSlopes<T> slope(window);
     const T value = window.Dissimilarity();
     dissimilarity.Add(access.Used(value));
-    access.StoreAligned(slopes.Row(row, 0) + column, slope.p);
-    access.StoreAligned(slopes.Row(row, 1) + column, slope.q);
-    access.StoreAligned(slopes.Row(row, 2) + column, slope.s);
+    slopes.StoreRows(row, 0, column, access, slope.p);
+    slopes.StoreRows(row, 1, column, access, slope.q);
+    slopes.StoreRows(row, 2, column, access, slope.s);
     if (row < rows.begin || row >= rows.end) return;
     const Index i = PositionOf(rows, row, column);
     if (args.curvature != nullptr) access.Store(args.curvature + i, SsimWindowCurvature(window, slope));
@@ -34,14 +34,14 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
     access.Store(args.s + i, slope.s);
     access.Store(args.weight + i, SsimRootWeight(value));
   };
-  const auto end_windows = [&](int row) {
-    const double sum = dissimilarity.Take();
-    if (row >= rows.begin && row < rows.end) SumsOf(loss, rows, row)[2] = sum;
+  const auto end_windows = [&](int row, int count) {
+    double unused[3 * kBlockRows<S>];
+    dissimilarity.Take(count, row >= rows.begin && row < rows.end ? SumsOf(loss, rows, row) + 2 : unused);
   };
 
   PenaltySums<S> penalties;
-  const auto combine = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto combine = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     const T x = access.Load(loss.rendered + i);
     const T e = x - access.Load(loss.truth + i);
@@ -53,12 +53,12 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
     const T curvature = T(loss.l1) * penalty.Curvature(loss.penalty);
     access.Store(args.diagonal + i, Fma(T(loss.ssim), blurred.f[2], curvature));
   };
-  const auto end_row = [&](int row) { penalties.Write(SumsOf(loss, rows, row)); };
+  const auto end_rows = [&](int row, int count) { penalties.Take(count, SumsOf(loss, rows, row)); };
 
   const auto load = SumAndDifference(loss.rendered, loss.truth);
   ImageRows images(rows, windows, windows.InputBegin(begin), load);
-  BlurredRows first(images, windows, begin, end, kWithSquares, measure, end_windows);
-  BlurredRows second(first, slopes, rows.begin, rows.end, kAsTheyAre, combine, end_row);
+  BlurredRows first(rows, images, windows, begin, end, kWithSquares, measure, end_windows);
+  BlurredRows second(rows, first, slopes, rows.begin, rows.end, kAsTheyAre, combine, end_rows);
   second.MakeUpTo(rows.end);
 }
 
@@ -68,9 +68,9 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
   const LossTerms<S> loss = args.loss;
   const S centre = rows.taps[kWindowRadius] * rows.taps[kWindowRadius];
   PenaltySums<S> penalties;
-  RowSum<S> dissimilarity;
-  const auto measure = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  RowSums<S> dissimilarity;
+  const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     const T x = access.Load(loss.rendered + i);
     const T e = x - access.Load(loss.truth + i);
@@ -86,11 +86,11 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
     const T root = T(loss.ssim) * (by_center * by_center) * SsimRootWeight(value);
     access.Store(args.diagonal + i, Fma(T(loss.l1), penalty.Curvature(loss.penalty), root));
   };
-  const auto end_row = [&](int row) {
-    penalties.Write(SumsOf(loss, rows, row));
-    SumsOf(loss, rows, row)[2] = dissimilarity.Take();
+  const auto end_rows = [&](int row, int count) {
+    penalties.Take(count, SumsOf(loss, rows, row));
+    dissimilarity.Take(count, SumsOf(loss, rows, row) + 2);
   };
-  BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_row);
+  BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
 }
 
 }  // namespace VESTA_ISA

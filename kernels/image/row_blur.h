@@ -2,16 +2,17 @@
 // what becomes of the result, so every operator of the loss is two or three small lambdas. Included by
 // image_kernels.simd.cpp.
 //
-// Rows stream through a ring that stays in cache: unblurred fields come in row by row, zero padded; a few rows are
-// blurred down the columns together, so that one load serves several sums; then each is blurred along the row and
-// handed on, possibly into the ring of a second blur. Each blurred value is one sum in the order of the taps, whichever
-// rows are made together, so results do not depend on where a range of rows begins or ends. Rows outside the image are
-// a row of zeros: there is no branch at borders.
+// Rows stream through a ring that stays in cache: unblurred fields come in row by row, zero padded; four rows are
+// blurred down the columns together, so that one load serves several sums; the sums are turned to lie by columns, so
+// that the blur along the rows needs no shifts within vectors; what comes of that is turned back and handed on,
+// possibly into the ring of a second blur. Each blurred value is one sum in the order of the taps, whichever rows are
+// made together, so results do not depend on where a range of rows begins or ends. Rows outside the image are a row of
+// zeros: there is no branch at borders.
 #pragma once
 
+#include "kernels/image/block_access.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/image_kernels.h"
-#include "kernels/image/lane_access.h"
 
 // Inlines all that the function calls. The compiler's own measure of what is too large to inline would leave sums in
 // memory.
@@ -55,8 +56,8 @@ template <int kStored, int N, class S>
 class WindowBlur {
  public:
   using V = xsimd::batch<S>;
-  // Rows made together: as many sums as registers hold.
-  static constexpr int kRows = N == 1 || (N <= 4 && sizeof(V) == 64) ? 4 : 2;
+  // Rows made together.
+  static constexpr int kRows = kBlockRows<S>;
 
   WindowBlur(const RowRange<S>& rows, ScratchRows<S>& scratch)
       : width_(rows.width),
@@ -72,87 +73,97 @@ class WindowBlur {
   // Where row `row` of stored field n is to be written, in whole vectors, zero behind the width. The ring keeps the
   // last 24 rows: those that a block needs (14), and those that a blur before this one makes too early (3).
   S* Row(int row, int n) { return ring_ + Index{row % kRing * kStored + n} * stride_; }
+  // Writes stored field n of a block.
+  template <class Access>
+  void StoreRows(int row, int n, int column, const Access& access, const typename Access::T& value) {
+    const auto used = access.Used(value);
+    for (int r = 0; r < access.rows(); ++r) used.v[r].store_aligned(Row(row + r, n) + column);
+  }
 
   // The rows that a window reaches: from InputBegin(row) on, and before InputEnd(end) for all rows before `end`.
   static int InputBegin(int row) { return row > kWindowRadius ? row - kWindowRadius : 0; }
   int InputEnd(int end) const { return end + kWindowRadius < height_ ? end + kWindowRadius : height_; }
 
   // Makes rows row..row + count - 1, count <= kRows, from the stored rows row - 5..row + count + 4.
-  // derive(stored) gives the N fields from the stored ones; out(row, column, access, blurred) takes them, along a row
-  // from left to right; end_row(row) follows each row.
-  template <class Derive, class Out, class EndRow>
-  void Block(int row, int count, const Derive& derive, const Out& out, const EndRow& end_row) {
-    Down(row, InputEnd(row + count), derive);
-    for (int r = 0; r < count; ++r) {
-      Along(row + r, down_ + Index{r * N} * stride_, out);
-      end_row(row + r);
+  // derive(stored) gives the N fields from the stored ones; out(row, column, access, blurred) takes them, block by
+  // block from left to right; end_rows(row, count) follows the last.
+  template <class Derive, class Out, class EndRows>
+  void Block(int row, int count, const Derive& derive, const Out& out, const EndRows& end_rows) {
+    const S* source[kInputRows][kStored];
+    for (int k = 0; k < kInputRows; ++k) {
+      const int from = row + k - kWindowRadius;
+      for (int n = 0; n < kStored; ++n)
+        source[k][n] = from >= 0 && from < InputEnd(row + count) ? Row(from, n) : zeros_;
     }
+    Down(source, derive);
+    Along(row, count, out);
+    end_rows(row, count);
   }
 
  private:
   static constexpr int kRing = 24;
   static constexpr int kLanes = static_cast<int>(V::size);
   static constexpr int kInputRows = kRows + 2 * kWindowRadius;
-  // Vectors made together along a row: enough independent sums to hide the latency of a fused multiply-add, and of what
-  // follows the blur.
-  static constexpr int kVectorsAlong = N == 1 || (N <= 4 && sizeof(V) == 64) ? 4 : 1;
+  // Fields summed together: as many sums as registers hold.
+  static constexpr int kTogether = sizeof(V) == 64 && N <= 4 ? N : N < 2 ? N : 2;
+  using Rows = Several<V, kRows>;
 
-  // First half, down the columns; rows from `end` on count as zero.
+  // First half, down the columns. The sums are stored by columns (Transposed): lane kRows g + r of stream j is row r of
+  // column kRows g + j, so that what lies beside a column is another stream, or the same some whole columns on.
   template <class Derive>
-  VESTA_FLATTEN void Down(int row, int end, const Derive& derive) {
-    const S* source[kInputRows][kStored];
-    for (int k = 0; k < kInputRows; ++k) {
-      const int from = row + k - kWindowRadius;
-      for (int n = 0; n < kStored; ++n) source[k][n] = from >= 0 && from < end ? Row(from, n) : zeros_;
-    }
-    constexpr int kVectors = N == 1 ? 2 : 1;
-    constexpr WholeVectors<S, kVectors> access;
-    using T = typename WholeVectors<S, kVectors>::T;
-    for (int column = 0; column < width_; column += kVectors * kLanes) {
-      T sum[kRows][N];
-      Unrolled<kInputRows>([&](auto k) {
-        Fields<kStored, T> stored;
-        Unrolled<kStored>([&](auto n) { stored.f[n] = access.LoadAligned(source[k][n] + column); });
-        const Fields<N, T> value = derive(stored);
-        Unrolled<kRows>([&](auto r) { Unrolled<N>([&](auto n) { Add<k - r>(sum[r][n], value.f[n]); }); });
-      });
-      Unrolled<kRows>([&](auto r) {
-        Unrolled<N>([&](auto n) { access.StoreAligned(down_ + Index{r * N + n} * stride_ + column, sum[r][n]); });
-      });
-    }
-  }
-
-  // Second half, along row `row`, from N rows that begin at `source`.
-  template <class Out>
-  VESTA_FLATTEN void Along(int row, const S* source, const Out& out) {
-    ForColumns<kVectorsAlong, S>(width_, [&](int column, auto access) {
-      using T = Several<V, kVectorsAlong>;
-      Fields<N, T> sum;
-      Unrolled<N>([&](auto n) {
-        const Neighbours<S, kVectorsAlong> row_of(source + n * stride_ + column);
-        Unrolled<kWindowTaps>([&](auto k) { Add<k>(sum.f[n], row_of.template At<k - kWindowRadius>()); });
-      });
-      out(row, column, access, sum);
+  VESTA_FLATTEN void Down(const S* const (&source)[kInputRows][kStored], const Derive& derive) {
+    Unrolled<(N + kTogether - 1) / kTogether>([&](auto part) {
+      constexpr int kFirst = part * kTogether, kCount = N - kFirst < kTogether ? N - kFirst : kTogether;
+      for (int column = 0; column < width_; column += kLanes) {
+        Rows sum[kCount];
+        Unrolled<kInputRows>([&](auto k) {
+          Fields<kStored, V> stored;
+          Unrolled<kStored>([&](auto n) { stored.f[n] = V::load_aligned(source[k][n] + column); });
+          const Fields<N, V> value = derive(stored);
+          Unrolled<kRows>(
+              [&](auto r) { Unrolled<kCount>([&](auto n) { Add<k - r>(sum[n].v[r], value.f[kFirst + n]); }); });
+        });
+        Unrolled<kCount>([&](auto n) {
+          const Rows columns = Transposed(sum[n]);
+          Unrolled<kRows>([&](auto j) { columns.v[j].store_aligned(Stream(kFirst + n, j) + column); });
+        });
+      }
     });
   }
 
+  // Second half, along the rows.
+  template <class Out>
+  VESTA_FLATTEN void Along(int row, int count, const Out& out) {
+    const auto blurred_at = [&](int column) {
+      Fields<N, Rows> sum;
+      Unrolled<N>([&](auto n) {
+        Unrolled<kInputRows>([&](auto m) {
+          // Columns m - 5, m - 5 + kRows, ... from `column`.
+          constexpr int kStream = (m - kWindowRadius + 8 * kRows) % kRows;
+          const V value = V::load_unaligned(Stream(n, kStream) + column + (m - kWindowRadius - kStream));
+          Unrolled<kRows>([&](auto j) { Add<m - j>(sum.f[n].v[j], value); });
+        });
+        sum.f[n] = Transposed(sum.f[n]);
+      });
+      return sum;
+    };
+    ForBlocks<S, kRows>(width_, count,
+                        [&](int column, const auto& access) { out(row, column, access, blurred_at(column)); });
+  }
+
+  S* Stream(int n, int j) const { return down_ + Index{n * kRows + j} * stride_; }
+
   // sum (+)= the window's weight k * value; no such weight: nothing.
-  template <int k, class T>
-  void Add(T& sum, const T& value) const {
+  template <int k>
+  void Add(V& sum, const V& value) const {
     if constexpr (k >= 0 && k < kWindowTaps) {
-      const T tap = Tap<T>(k < kWindowRadius ? kWindowRadius - k : k - kWindowRadius);
+      const V& tap = tap_[k < kWindowRadius ? kWindowRadius - k : k - kWindowRadius];
       if constexpr (k == 0) {
         sum = tap * value;
       } else {
         sum = Fma(tap, value, sum);
       }
     }
-  }
-  template <class T>
-  T Tap(int distance) const {
-    T tap;
-    for (V& v : tap.v) v = tap_[distance];
-    return tap;
   }
 
   int width_, height_;
@@ -172,12 +183,10 @@ class ImageRows {
   // Puts all rows before `end` into the blur's ring.
   VESTA_FLATTEN void MakeUpTo(int end) {
     for (; next_ < end; ++next_) {
-      S* target[kStored];
-      for (int n = 0; n < kStored; ++n) target[n] = blur_.Row(next_, n);
       const Index position = PositionOf(rows_, next_, 0);
-      ForColumns<4, S>(rows_.width, [&](int column, auto access) {
+      ForBlocks<S, 1>(rows_.width, 1, [&](int column, const auto& access) {
         const auto fields = load_(position + column, access);
-        Unrolled<kStored>([&](auto n) { access.StoreAligned(target[n] + column, fields.f[n]); });
+        Unrolled<kStored>([&](auto n) { blur_.StoreRows(next_, n, column, access, fields.f[n]); });
       });
     }
   }
@@ -190,20 +199,31 @@ class ImageRows {
 };
 
 // The blurred rows begin..end - 1 of a blur, made in order and as far as they are asked for, from `source` (ImageRows,
-// or BlurredRows that write into this blur's ring). derive, out, end_row: see WindowBlur::Block.
-template <class Source, class Blur, class Derive, class Out, class EndRow>
+// or BlurredRows that write into this blur's ring). derive, out, end_rows: see WindowBlur::Block. No block has rows
+// both of the range and outside it.
+template <class Source, class Blur, class Derive, class Out, class EndRows>
 class BlurredRows {
  public:
-  BlurredRows(Source& source, Blur& blur, int begin, int end, const Derive& derive, const Out& out,
-              const EndRow& end_row)
-      : source_(source), blur_(blur), next_(begin), end_(end), derive_(derive), out_(out), end_row_(end_row) {}
+  template <class S>
+  BlurredRows(const RowRange<S>& rows, Source& source, Blur& blur, int begin, int end, const Derive& derive,
+              const Out& out, const EndRows& end_rows)
+      : source_(source),
+        blur_(blur),
+        next_(begin),
+        ends_{rows.begin, rows.end, end},
+        derive_(derive),
+        out_(out),
+        end_rows_(end_rows) {}
 
   // Makes all rows before `end`, and perhaps a few more; none twice.
   void MakeUpTo(int end) {
     while (next_ < end) {
-      const int count = end_ - next_ < Blur::kRows ? end_ - next_ : Blur::kRows;
+      int count = Blur::kRows;
+      for (const int stop : ends_) {
+        if (next_ < stop && stop - next_ < count) count = stop - next_;
+      }
       source_.MakeUpTo(blur_.InputEnd(next_ + count));
-      blur_.Block(next_, count, derive_, out_, end_row_);
+      blur_.Block(next_, count, derive_, out_, end_rows_);
       next_ += count;
     }
   }
@@ -211,10 +231,11 @@ class BlurredRows {
  private:
   Source& source_;
   Blur& blur_;
-  int next_, end_;
+  int next_;
+  int ends_[3];
   const Derive& derive_;
   const Out& out_;
-  const EndRow& end_row_;
+  const EndRows& end_rows_;
 };
 
 }  // namespace VESTA_ISA

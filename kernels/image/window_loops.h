@@ -2,41 +2,41 @@
 // image_kernels.simd.cpp.
 #pragma once
 
-#include "kernels/image/lane_access.h"  // before the formulas: they call what it declares
+#include "kernels/image/block_lanes.h"  // before the formulas: they call what it declares
 #include "kernels/image/photometric_formula.h"
 #include "kernels/image/row_blur.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// A sum of one row: vectors in S, the lanes in double.
+// A sum of each row of a block: vectors in S, the lanes in double.
 template <class S>
-struct RowSum {
+struct RowSums {
   using V = xsimd::batch<S>;
-  V lanes = V(S(0));
+  using T = Several<V, kBlockRows<S>>;
+  T lanes = T(S(0));
 
-  template <int kCount>
-  void Add(const Several<V, kCount>& values) {
-    Unrolled<kCount>([&](auto i) { lanes += values.v[i]; });
-  }
-  // The total; begins the next row.
-  double Take() {
-    alignas(64) S lane[V::size];
-    lanes.store_aligned(lane);
-    double total = 0.0;
-    for (const S value : lane) total += static_cast<double>(value);
-    lanes = V(S(0));
-    return total;
+  void Add(const T& values) { lanes = lanes + values; }
+  // The totals of the first `count` rows, to every third value from `sums` on; begins the next block.
+  void Take(int count, double* sums) {
+    for (int r = 0; r < count; ++r) {
+      alignas(64) S lane[V::size];
+      lanes.v[r].store_aligned(lane);
+      double total = 0.0;
+      for (const S value : lane) total += static_cast<double>(value);
+      sums[3 * r] = total;
+    }
+    lanes = T(S(0));
   }
 };
 
 constexpr auto kAsTheyAre = [](const auto& fields) { return fields; };
-constexpr auto kNothing = [](int) {};
+constexpr auto kNothing = [](int, int) {};
 
 // u = x + y and e = x - y of two images, of which the four fields of a window are made.
 template <class S>
 auto SumAndDifference(const S* rendered, const S* truth) {
-  return [=](Index i, auto access) {
+  return [=](Index i, const auto& access) {
     const auto x = access.Load(rendered + i), y = access.Load(truth + i);
     return Fields<2, std::remove_const_t<decltype(x)>>{{x + y, x - y}};
   };
@@ -51,32 +51,33 @@ SsimWindow<T> WindowOf(const Fields<4, T>& blurred) {
 }
 
 // The blurred rows of the range, from fields that `load` reads from images.
-template <int kStored, int N, class S, class Load, class Derive, class Out, class EndRow>
-void BlurRows(const RowRange<S>& rows, const Load& load, const Derive& derive, const Out& out, const EndRow& end_row) {
+template <int kStored, int N, class S, class Load, class Derive, class Out, class EndRows>
+void BlurRows(const RowRange<S>& rows, const Load& load, const Derive& derive, const Out& out,
+              const EndRows& end_rows) {
   ScratchRows<S> scratch(rows);
   WindowBlur<kStored, N, S> blur(rows, scratch);
   ImageRows images(rows, blur, blur.InputBegin(rows.begin), load);
-  BlurredRows blurred(images, blur, rows.begin, rows.end, derive, out, end_row);
+  BlurredRows blurred(rows, images, blur, rows.begin, rows.end, derive, out, end_rows);
   blurred.MakeUpTo(rows.end);
 }
 
 // Sums of the penalty of each pixel.
 template <class S>
 struct PenaltySums {
-  RowSum<S> absolute, value;
+  RowSums<S> absolute, value;
 
   template <class Access, class T>
   void Add(const Access& access, const PixelPenalty<T>& penalty) {
     absolute.Add(access.Used(penalty.absolute));
     value.Add(access.Used(penalty.value));
   }
-  void Write(double* sums) {
-    sums[0] = absolute.Take();
-    sums[1] = value.Take();
+  void Take(int count, double* sums) {
+    absolute.Take(count, sums);
+    value.Take(count, sums + 1);
   }
 };
 
-// The sums of one row.
+// The sums of a row, and behind them those of the rows after it.
 template <class S>
 double* SumsOf(const LossTerms<S>& loss, const RowRange<S>& rows, int row) {
   return loss.row_sums + 3 * (Index{rows.plane} * rows.height + row);
@@ -86,24 +87,24 @@ template <class S>
 void Value(const RowRange<S>& rows, const ValueArgs<S>& args) {
   const LossTerms<S> loss = args.loss;
   PenaltySums<S> penalties;
-  RowSum<S> dissimilarity;
-  const auto measure = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  RowSums<S> dissimilarity;
+  const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     dissimilarity.Add(access.Used(WindowOf(blurred).Dissimilarity()));
     penalties.Add(access, PixelPenalty<T>(access.Load(loss.rendered + i) - access.Load(loss.truth + i), loss.penalty));
   };
-  const auto end_row = [&](int row) {
-    penalties.Write(SumsOf(loss, rows, row));
-    SumsOf(loss, rows, row)[2] = dissimilarity.Take();
+  const auto end_rows = [&](int row, int count) {
+    penalties.Take(count, SumsOf(loss, rows, row));
+    dissimilarity.Take(count, SumsOf(loss, rows, row) + 2);
   };
-  BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_row);
+  BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
 }
 
 template <class S>
 void Windows(const RowRange<S>& rows, const WindowArgs<S>& args) {
-  const auto measure = [&](int row, int column, auto access, const auto& blurred) {
-    using T = typename decltype(access)::T;
+  const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
+    using T = typename std::remove_cvref_t<decltype(access)>::T;
     const Index i = PositionOf(rows, row, column);
     const SsimWindow<T> window = WindowOf(blurred);
     const SsimSlopes<T> slopes(window);

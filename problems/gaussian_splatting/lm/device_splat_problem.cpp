@@ -76,8 +76,7 @@ bool DeviceSplatProblem::DampingMetric(ConstView, ConstView diag_h, View D) {
     backend.Fill(1, ones_);
   }
   const double sum = backend.Dot(diag_h.subspan(splat::kOpacity * n, n), ones_.view());
-  const std::vector<double> metric = RatesMetric(options_.rates_damping, options_.rates, options_.extent, n,
-                                                 options_.sh_degree, sum, options_.position_damping);
+  const std::vector<double> metric = RatesMetric(options_, sum);
   for (std::size_t a = 0; a < metric.size(); ++a) {
     backend.Fill(metric[a], D.subspan(static_cast<Index>(a) * n, n));
   }

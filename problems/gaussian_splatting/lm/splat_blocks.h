@@ -6,6 +6,7 @@
 #include "kernels/core/block_diagonal.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/adam.h"
 
 namespace vesta::gs {
@@ -29,15 +30,18 @@ inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool
 }
 
 // The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping). opacity_sum: of
-// diag(H) over the opacities; position_damping: a factor for the means. Empty where that gives no metric.
-inline std::vector<double> RatesMetric(double damping, const LearningRates& rates, double extent, Index count,
-                                       int sh_degree, double opacity_sum, double position_damping) {
-  const double c = damping * (rates.opacity * rates.opacity) * opacity_sum / static_cast<double>(count > 0 ? count : 1);
+// diag(H) over the opacities. Empty where that gives no metric.
+inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
+  const double opacity_rate2 = options.rates.opacity * options.rates.opacity;
+  const double count = static_cast<double>(options.count > 0 ? options.count : 1);
+  const double c = options.rates_damping * opacity_rate2 * opacity_sum / count;
   std::vector<double> metric;
   if (!(c > 0)) return metric;
-  for (int a = 0; a < splat::NumAttributes(sh_degree); ++a) {
-    const double rate = RateOf(rates, a, extent);
-    metric.push_back((a < splat::kLogScale ? position_damping : 1) * c / (rate * rate));
+  for (int a = 0; a < splat::NumAttributes(options.sh_degree); ++a) {
+    const double rate = RateOf(options.rates, a, options.extent);
+    const bool turns = a >= splat::kQuaternion && a < splat::kOpacity;
+    const double factor = a < splat::kLogScale ? options.position_damping : turns ? options.rotation_damping : 1;
+    metric.push_back(factor * c / (rate * rate));
   }
   return metric;
 }

@@ -15,6 +15,7 @@ namespace {
 template <class S>
 std::vector<splat::PinholeView> Pinholes(const std::vector<TargetView<S>>& views) {
   std::vector<splat::PinholeView> pinholes;
+  pinholes.reserve(views.size());
   for (const TargetView<S>& view : views) pinholes.push_back(view.pinhole);
   return pinholes;
 }
@@ -91,8 +92,7 @@ bool SplatProblem<S>::DampingMetric(ConstView, ConstView diag_h, View D) {
   const double sum = ParallelSum<double>(n, 4096, [&](Index begin, Index end) {
     return std::accumulate(opacity_diagonal + begin, opacity_diagonal + end, 0.0);
   });
-  const std::vector<double> metric = RatesMetric(options_.rates_damping, options_.rates, options_.extent, n,
-                                                 options_.sh_degree, sum, options_.position_damping);
+  const std::vector<double> metric = RatesMetric(options_, sum);
   for (std::size_t a = 0; a < metric.size(); ++a) {
     std::fill_n(D.data() + static_cast<Index>(a) * n, n, static_cast<S>(metric[a]));
   }

@@ -25,6 +25,7 @@ std::vector<Pose> Poses(const std::vector<splat::PinholeView>& views) {
   double radius = std::numeric_limits<double>::min();
   for (const splat::PinholeView& view : views) radius = std::max(radius, distance(view));
   std::vector<Pose> poses;
+  poses.reserve(views.size());
   for (const splat::PinholeView& view : views) {
     Pose pose;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -54,6 +55,7 @@ std::vector<Pose> FirstCentres(const std::vector<Pose>& poses, Index num_cluster
   while (static_cast<Index>(centres.size()) < num_clusters) {
     std::vector<double> sums;
     double sum = 0;
+    sums.reserve(poses.size());
     for (const Pose& pose : poses) sums.push_back(sum += SquaredDistance(pose, centres[Nearest(pose, centres)]));
     const double pick = random.Uniform() * sum;
     const auto at = static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end(), pick) - sums.begin());

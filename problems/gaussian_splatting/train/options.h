@@ -52,7 +52,7 @@ struct DensityOptions {
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmOptions {
   int iterations = 8;
-  int pcg_iterations = 6;
+  int pcg_iterations = 3;
   int batches = 1;
   int batch_size = 0;                    // views in each; 0: all are divided among the batches
   std::string batch_choice = "strided";  // strided | random | clustered
@@ -74,12 +74,13 @@ struct LmOptions {
   double step_limit_size = 1;          // factor on the caps, or the bound on the squared Hellinger distance
   bool line_search = false;
   double line_search_views = 0.3;
-  double initial_lambda = 0.005;
-  double min_lambda = 1e-6;
+  double initial_lambda = 0.03;
+  double min_lambda = 0.01;
   double max_lambda = 1e4;
-  double rates_damping = 0.3;   // tau of the damping metric
-  double position_damping = 1;  // factor on it for the means
-  double l1_floor = 0.01;       // epsilon of the reweighted L1
+  double rates_damping = 0.3;    // tau of the damping metric
+  double position_damping = 30;  // factors on it for the means and the quaternions
+  double rotation_damping = 100;
+  double l1_floor = 0.01;  // epsilon of the reweighted L1
   // The cost and its quadratic: kernels/image/loss_options.h.
   std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
   double huber_threshold = 0.1;                  // of huber

@@ -9,6 +9,32 @@
 namespace vesta::gs {
 namespace {
 
+// LM as memory allows; what was foreseen and chosen goes into the result. options are those of the session.
+void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
+                  TrainResult& result) {
+  const std::vector<const View*>& views = session.training_views();
+  const bool has_cache = options.lm.jacobian != "recompute";
+  const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : 4;
+  const MemoryScene counts = CountMemory(model, views, NearPlane(session.scene()), counted, has_cache);
+  LmPlan plan{options.lm};
+  try {
+    plan = PlanLm(counts, options);
+  } catch (const Error& error) {
+    // What Adam has made is not lost for want of memory.
+    if (options.adam.iterations == 0) throw;
+    result.lm_left_out = error.what();
+    options.lm.iterations = 0;
+  }
+  if (options.lm.iterations > 0 && !session.ShouldStop()) {
+    options.lm = plan.lm;
+    result.lm_report = stages.lm(session, model, plan.hold_batches);
+  } else {
+    plan.bytes = 0;
+  }
+  const Index batches = ViewBatches::CutCount(plan.lm.batches, plan.lm.batch_size, static_cast<Index>(views.size()));
+  result.memory = {PredictedMib(counts, options, plan.bytes), plan.lm.jacobian, static_cast<int>(batches)};
+}
+
 TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool with_adam,
                       double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
   ValidateOptions(asked);
@@ -18,26 +44,13 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   TrainResult result;
   const double begin = session.Seconds();
   if (!with_adam) options.adam.iterations = 0;
-  const double near = NearPlane(scene);
   if (options.memory.budget_gib > 0) {
-    const MemoryScene counts = CountMemory(model, session.training_views(), near, 8, false);
+    const MemoryScene counts = CountMemory(model, session.training_views(), NearPlane(scene), 8, false);
     options.density.max_gaussians = PlanGaussians(counts, options);
   }
   if (options.adam.iterations > 0) stages.adam(session, model);
   const double between = session.Seconds();
-  const bool counts_all = options.memory.budget_gib > 0 || options.lm.jacobian != "recompute";
-  const MemoryScene counts =
-      CountMemory(model, session.training_views(), near, counts_all ? 1 << 20 : 4, options.lm.jacobian != "recompute");
-  LmPlan plan = PlanLm(counts, options);
-  if (options.lm.iterations > 0 && !session.ShouldStop()) {
-    options.lm = plan.lm;
-    result.lm_report = stages.lm(session, model, plan.hold_batches);
-  } else {
-    plan.bytes = 0;
-  }
-  const auto views = static_cast<Index>(session.training_views().size());
-  result.memory = {PredictedMib(counts, options, plan.bytes), plan.lm.jacobian,
-                   static_cast<int>(ViewBatches::CutCount(plan.lm.batches, plan.lm.batch_size, views))};
+  PlanAndRunLm(session, options, model, stages, result);
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;
   result.lm_seconds = session.Seconds() - between;

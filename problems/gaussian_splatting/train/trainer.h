@@ -67,6 +67,7 @@ struct TrainResult {
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
   bool stopped = false;                                       // by the callback or the time limit
   std::string lm_report;                                      // the engine's full report, empty without LM
+  std::string lm_left_out;                                    // why LM did not run though asked for; else empty
 };
 
 // seconds_before: since the start of the process (loading). The scene's images must be loaded.

@@ -122,12 +122,14 @@ TYPED_TEST(BlockDiagonalTest, CopiesShareABlock) {
   for (int g = 0; g < 3; ++g) std::copy(blocks.values(0).begin(), blocks.values(0).end(), apart.values(g).begin());
   typename TestFixture::Vector x(kAll), d(kAll), y(kAll), expected(kAll);
   // What d has for the copies differs; its mean over them is 2 plus the component.
+  const auto component = [](Index k) { return k / (3 * kCount); };
+  const auto copy = [](Index k) { return k / kCount % 3; };
   for (Index k = 0; k < kAll; ++k) {
     x[k] = static_cast<S>(std::cos(0.37 * static_cast<double>(k)));
-    d[k] = static_cast<S>(k / (3 * kCount) + 1 + k / kCount % 3);
+    d[k] = static_cast<S>(component(k) + 1 + copy(k));
   }
   blocks.AddToDiagonal(1, d);
-  for (Index k = 0; k < kAll; ++k) d[k] = static_cast<S>(k / (3 * kCount) + 2);
+  for (Index k = 0; k < kAll; ++k) d[k] = static_cast<S>(component(k) + 2);
   apart.AddToDiagonal(1, d);
   const auto expect_same = [&](const char* what) {
     for (Index k = 0; k < kAll; ++k) EXPECT_NEAR(y[k], expected[k], this->kTolerance * 50) << what << " " << k;

@@ -44,6 +44,8 @@ TEST_P(Jacobian, TangentIsTheDerivativeOfTheReference) {
   }
 }
 
+constexpr CacheFormat kFullFormat = CacheFormat::kFull;
+
 // v with only some attributes or some Gaussians.
 template <class S>
 std::vector<S> Confined(std::vector<S> v, int count, int first_attribute, int last_attribute, int first, int last) {
@@ -136,6 +138,45 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
         ASSERT_EQ(g[i], 0);
       }
     }
+  }
+}
+
+// Rows that are not kept are 0 in J v and do not count in J^T u; the others are as ever.
+TEST(JacobianOfRows, SeesTheRowsThatAreKept) {
+  for (const CacheFormat* format : {static_cast<const CacheFormat*>(nullptr), &kFullFormat}) {
+    const Scene scene = test::RandomScene(SceneOptions(), 34);
+    RenderedView<double> rendered(scene);
+    test::Random random(35);
+    const std::vector<double> v = random.NormalVector<double>(scene.x.size());
+    std::vector<double> u = random.NormalVector<double>(rendered.image.size());
+    const std::vector<double> jv = rendered.ApplyJ(v);
+    const Index tiles = rendered.view.num_tiles(), pairs = rendered.view.num_pairs();
+    std::vector<std::uint16_t> rows;
+    for (Index tile = 0; tile < tiles; ++tile) rows.push_back(tile % 3 == 0 ? 0 : tile % 3 == 1 ? 0x9249 : 0xffff);
+    const int tiles_x = (scene.view.width + 15) / 16;
+    const auto is_kept = [&](std::size_t i) {
+      const int pixel = static_cast<int>(i) % (scene.view.width * scene.view.height);
+      const int x = pixel % scene.view.width, y = pixel / scene.view.width;
+      const int tile = y / 16 * tiles_x + x / 16;
+      return (rows[static_cast<std::size_t>(tile)] >> (y % 16) & 1) != 0;
+    };
+    std::vector<double> kept_u = u;
+    for (std::size_t i = 0; i < u.size(); ++i) kept_u[i] = is_kept(i) ? u[i] : 0;
+    const std::vector<double> expected = rendered.ApplyJT(kept_u);
+    rendered.view.KeepRows(rows);
+    EXPECT_LT(rendered.view.num_pairs(), pairs);
+    if (format != nullptr) rendered.view.CacheJacobian(rendered.image.data(), *format);
+    const std::vector<double> kept = rendered.ApplyJ(v), jtu = rendered.ApplyJT(u);
+    double largest = 0;
+    for (const double value : jv) largest = std::max(largest, std::abs(value));
+    for (std::size_t i = 0; i < jv.size(); ++i) ASSERT_NEAR(kept[i], is_kept(i) ? jv[i] : 0, 1e-12 * largest);
+    double scale = 0;
+    for (const double value : expected) scale = std::max(scale, std::abs(value));
+    for (std::size_t k = 0; k < jtu.size(); ++k) ASSERT_NEAR(jtu[k], expected[k], 1e-12 * scale);
+    // Until the next Build.
+    rendered.view.Build(rendered.model, scene.view, scene.background, rendered.workspace);
+    EXPECT_EQ(rendered.view.num_pairs(), pairs);
+    EXPECT_TRUE(rendered.ApplyJ(v) == jv);
   }
 }
 
