@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "apps/commands.h"
+#include "apps/device.h"
 #include "apps/flags.h"
 #include "apps/interrupt.h"
 #include "apps/metrics_json.h"
@@ -80,7 +81,8 @@ double ModelMib(const gs::SplatModel& model) {
 
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
-int TrainAndWrite(const gs::TrainOptions& options, double load_seconds, OutputFolder* out, const Run& run) {
+int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stages, double load_seconds,
+                  OutputFolder* out, const Run& run) {
   CatchInterrupts();
   ProgressLine line(stdout);
   gs::TrainResult result = run(Callbacks(&line));
@@ -96,6 +98,7 @@ int TrainAndWrite(const gs::TrainOptions& options, double load_seconds, OutputFo
                     .total_seconds = SecondsSinceStart(),
                     .peak_memory_mib = PeakMemoryMib(),
                     .memory_budget_gib = options.memory.budget_gib,
+                    .device = stages.device.c_str(),
                     .threads = NumThreads(),
                     .seed = options.seed});
   out->Keep();
@@ -118,8 +121,9 @@ int RunTrain(const Arguments& arguments) {
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib();
-  return TrainAndWrite(options, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
-    return gs::Train(scene, options, load_seconds, callbacks);
+  const gs::StageRunners stages = StagesFromFlag();
+  return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+    return gs::Train(scene, options, load_seconds, callbacks, stages);
   });
 }
 
@@ -134,8 +138,9 @@ int RunRefine(const Arguments& arguments) {
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
-  return TrainAndWrite(options, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
-    return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks);
+  const gs::StageRunners stages = StagesFromFlag();
+  return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+    return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
   });
 }
 

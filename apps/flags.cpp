@@ -63,7 +63,7 @@ DEFINE_int32(downscale, 1, "divide the images' width and height by this");
 DEFINE_uint64(seed, 0, "start of the random numbers (default 0)");
 DEFINE_int32(threads, 0, "threads; 0: one for each core");
 DEFINE_double(time_limit, 0, "stop after so many seconds, loading included; 0: none");
-DEFINE_string(device, "auto", "where to compute (auto: cpu)");
+DEFINE_string(device, "auto", "where train and refine compute (auto: on a GPU where there is one)");
 DEFINE_string(loss, "none", "robust loss of each reprojection error, by its name in Ceres (default none)");
 DEFINE_double(loss_scale, 1, "pixels from which an error counts less under --loss (default 1)");
 DEFINE_bool(log_lm, false, "log each LM iteration, and the engine's report, to stderr");

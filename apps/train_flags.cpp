@@ -1,5 +1,6 @@
 #include "apps/train_flags.h"
 
+#include "apps/device.h"
 #include "apps/flag_values.h"
 #include "apps/flags.h"
 #include "kernels/core/check.h"
@@ -86,7 +87,7 @@ std::array<float, 3> BackgroundFromFlag() {
 }
 
 void UseComputeFlags() {
-  if (FLAGS_device == "cuda") Fail("--device=cuda: this build has no CUDA; use --device=cpu");
+  CheckDeviceFlag();
   SetNumThreads(FLAGS_threads);
 }
 

@@ -16,7 +16,17 @@ find_package(CUDAToolkit REQUIRED)
 # counterpart of -ffp-contract=off. Files for nvcc keep clear of fmt: version 9 does not compile there as C++20.
 set(CMAKE_CUDA_STANDARD 20)
 set(CMAKE_CUDA_STANDARD_REQUIRED OFF)
-string(APPEND CMAKE_CUDA_FLAGS " -std=c++20 -fmad=false -Xcompiler=-Wall,-Wextra,-Wshadow,-ffp-contract=off")
+string(APPEND CMAKE_CUDA_FLAGS " -std=c++20 -fmad=false --expt-relaxed-constexpr --extended-lambda -Xcompiler=-Wall,-Wextra,-Wshadow,-ffp-contract=off")
 if(VESTA_WARNINGS_AS_ERRORS)
   string(APPEND CMAKE_CUDA_FLAGS " -Werror=all-warnings -Xcompiler=-Werror")
 endif()
+
+# vesta_cuda_library(name SOURCES a.cu b.cpp ... [LINK targets ...])
+# As vesta_library, with device code or calls of CUDA in it. Such libraries stand beside those of the host, which stay as
+# they are, and are not installed.
+function(vesta_cuda_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_library(vesta_${name} STATIC ${ARG_SOURCES})
+  add_library(vesta::${name} ALIAS vesta_${name})
+  target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK} PRIVATE CUDA::cudart_static)
+endfunction()

@@ -1,5 +1,5 @@
 # cmake --install, and the package that find_package(vesta) reads (vestaConfig.cmake.in). A build with VESTA_CUDA
-# installs the same libraries: none of them has device code yet.
+# installs the same libraries: device code is in others beside them, which are not installed.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
 

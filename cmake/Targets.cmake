@@ -58,7 +58,7 @@ function(vesta_test name)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest_main GTest::gmock)
   # What is tested is compiled as ever; the tests' own code need not be fast, and Eigen's takes long to optimise.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
   foreach(label IN LISTS ARG_LABELS)
     if(NOT TARGET tests_${label})
       add_custom_target(tests_${label})

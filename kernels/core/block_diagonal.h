@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
+#include "kernels/core/hd.h"
 
 namespace vesta {
 
@@ -23,7 +24,7 @@ struct BlockGroup {
   int copies = 1;
   Index copy_stride = 0;
 
-  Index Parameter(Index block, int component, int copy = 0) const {
+  VESTA_HD Index Parameter(Index block, int component, int copy = 0) const {
     return offset + component * component_stride + block * block_stride + copy * copy_stride;
   }
   // Number of stored values: packed lower triangles.
@@ -31,7 +32,7 @@ struct BlockGroup {
 };
 
 // Position of element (row, col), row >= col, in a packed lower triangle.
-constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
+VESTA_HD constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
 
 // Values of a symmetric block-diagonal matrix over the parameters 0..num_parameters-1; the groups cover each parameter
 // exactly once. Element (row, col) of block i of group g is at values(g)[PackedLower(row, col) * count + i]: blocks

@@ -4,24 +4,17 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
-#include <string>
+#include <utility>
+
+#include "kernels/core/error.h"
 
 namespace vesta {
-
-// The one exception type of the library. what() is a single line fit to be shown to a user.
-class Error : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 // Throws Error with a message formatted by fmt.
 template <class... Args>
 [[noreturn]] void Fail(fmt::format_string<Args...> format, Args&&... args) {
   throw Error(fmt::format(format, std::forward<Args>(args)...));
 }
-
-[[noreturn]] void FailCheck(const char* condition, const char* file, int line, const std::string& message);
 
 }  // namespace vesta
 

@@ -3,21 +3,21 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/types.h"
-#include "kernels/math/lanes.h"
+#include "kernels/math/lane_traits.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 // alpha = min(0.99, 2^exponent) where that is at least 1/255, else 0: what an open pixel blends.
 template <class V>
-inline V EvaluateAlpha(const V& exponent) {
+VESTA_HD inline V EvaluateAlpha(const V& exponent) {
   using S = typename Lanes<V>::Scalar;
   return Min(MaskedExp2(exponent >= V(static_cast<S>(kLog2AlphaFloor)), exponent), V(static_cast<S>(kAlphaCap)));
 }
 
 // What d alpha is multiplied by to give d log alpha's share: alpha, or 0 at the cap, where alpha stands still.
 template <class V>
-inline V MovingAlpha(const V& alpha, const V& value) {
+VESTA_HD inline V MovingAlpha(const V& alpha, const V& value) {
   return Select(alpha < V(static_cast<typename Lanes<V>::Scalar>(kAlphaCap)), value, V(0));
 }
 
@@ -34,7 +34,7 @@ struct Blend {
 // from EvaluateAlpha. A splat that would bring the transmittance below 1e-4 closes the pixel and is itself left out, as
 // in 3DGS. The transmittance never grows, so that comparing it at each splat tells of all splats before.
 template <class V>
-inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
+VESTA_HD inline Blend<V> BlendSplat(const V& transmittance, const V& alpha) {
   using S = typename Lanes<V>::Scalar;
   Blend<V> blend;
   blend.transmittance = Fnma(alpha, transmittance, transmittance);

@@ -1,6 +1,7 @@
 // The splatting kernels of one instruction set; compiled once for each (cmake/Targets.cmake, vesta_simd_sources).
 #include "kernels/gaussian_splatting/project_block.h"
 #include "kernels/gaussian_splatting/raster_tile.h"
+#include "kernels/math/lanes.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {

@@ -1,12 +1,9 @@
-// The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit.
-//
-// With w = alpha T and S = what lies behind a splat, already weighted (the final colour minus what has been accumulated
-// up to and including the splat),
-//   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
-//   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h)
+// The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit. The formulas are those of
+// pixel_steps.h. What lies behind a splat is the final colour minus what has been accumulated up to and including it,
 // so adjoint and Gram go front to back too and no per-pixel state is stored between passes.
 #pragma once
 
+#include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/traverse_rows.h"
 #include "kernels/gaussian_splatting/traverse_splats.h"
 
@@ -92,8 +89,8 @@ struct TangentPass {
   }
   void PrepareRow(int first, const V& q) {
     const auto member = [&](int k) { return L::Load(shape[k] + first); };
-    L::Store(linear + first, Fma(member(kKappa), q, member(kXi)));
-    L::Store(constant + first, Fnma(q, Fma(member(kSigma), q, member(kZeta)), member(kLambda)));
+    L::Store(linear + first, PsiLinear(member(kXi), member(kKappa), q));
+    L::Store(constant + first, PsiConstant(member(kZeta), member(kSigma), member(kLambda), q));
   }
   State Load(int offset) const {
     return {{L::Load(d_color[0] + offset), L::Load(d_color[1] + offset), L::Load(d_color[2] + offset)},
@@ -104,15 +101,12 @@ struct TangentPass {
     L::Store(minus_dT + offset, state.minus_dT);
   }
   void Pixels(State& state, std::uint32_t place, const V& p, const Blend<V>& blend) {
-    const V psi = Fnma(p, Fma(V(shape[kRho][place]), p, V(linear[place])), V(constant[place]));
-    const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
-    const V d_weight = Fnma(blend.alpha, state.minus_dT, d_alpha_T);
+    const V psi = Psi(V(linear[place]), V(constant[place]), V(shape[kRho][place]), p);
+    const V d_weight = TangentWeight(blend, psi, state.minus_dT);
     for (int k = 0; k < 3; ++k) {
       state.d_color[k] =
-          Fma(blend.weight, V(of[place].d_color[k]), Fma(d_weight, V(of[place].color[k]), state.d_color[k]));
+          TangentColor(blend, d_weight, V(of[place].color[k]), V(of[place].d_color[k]), state.d_color[k]);
     }
-    // Not minus_dT + d_weight, which behind opaque splats is a small difference of large numbers.
-    state.minus_dT = Fma(state.minus_dT, V(1) - blend.alpha, d_alpha_T);
   }
 };
 
@@ -136,13 +130,12 @@ struct AdjointPass {
     const V u0 = L::Load(u[0] + offset), u1 = L::Load(u[1] + offset), u2 = L::Load(u[2] + offset), q(row_q);
     V* total = state.total;
     const V share = blend.weight * Fma(state.c[0], u0, Fma(state.c[1], u1, state.c[2] * u2));
-    const V rest = L::Load(behind + offset) - share;
+    V rest = L::Load(behind + offset);
+    const V g = ByLogAlpha(blend, Odds(blend.alpha), share, rest);
     L::Store(behind + offset, rest);
     total[kColor] = Fma(blend.weight, u0, total[kColor]);
     total[kColor + 1] = Fma(blend.weight, u1, total[kColor + 1]);
     total[kColor + 2] = Fma(blend.weight, u2, total[kColor + 2]);
-    // By log alpha, as long as that is free to move.
-    const V g = MovingAlpha(blend.alpha, Fnma(rest, blend.alpha * Reciprocal(V(1) - blend.alpha), share));
     const V gp = g * p, gq = g * q;
     total[kLambda] = total[kLambda] + g;
     total[kXi] = total[kXi] - gp;
@@ -176,16 +169,16 @@ struct GramPass {
     return state;
   }
   void Pixels(State& state, S row_q, int offset, const V& p, const Blend<V>& blend) {
-    const V odds = blend.alpha * Reciprocal(V(1) - blend.alpha);
+    const V odds = Odds(blend.alpha);
     const S q2 = row_q * row_q;
     const V q_power[5] = {V(1), V(row_q), V(q2), V(q2 * row_q), V(q2 * q2)};
     V m(0);
     for (int k = 0; k < 3; ++k) {
       const V share = blend.weight * state.c[k];
-      const V rest = L::Load(behind[k] + offset) - share;
+      V rest = L::Load(behind[k] + offset);
+      const V d = ByLogAlpha(blend, odds, share, rest);
       L::Store(behind[k] + offset, rest);
       const V curvature = L::Load(omega[k] + offset);
-      const V d = MovingAlpha(blend.alpha, Fnma(rest, odds, share));  // d colour / d log alpha
       const V curvature_w = curvature * blend.weight;
       m = Fma(curvature * d, d, m);
       state.color[k] = Fma(curvature_w, blend.weight, state.color[k]);

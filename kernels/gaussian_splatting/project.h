@@ -16,6 +16,7 @@ struct Camera {
   S R[9], T[3], centre[3];
   S fx, fy, cx, cy, near;
   S x_lo, x_hi, y_lo, y_hi;  // clamp of x/z and y/z inside the Jacobian of the projection
+  S width, height;           // of the image
 };
 
 template <class S>
@@ -31,6 +32,7 @@ inline Camera<S> MakeCamera(const PinholeView& view) {
   c.x_hi = static_cast<S>((1.15 * view.width - view.cx) / view.fx);
   c.y_lo = static_cast<S>((-view.cy - 0.15 * view.height) / view.fy);
   c.y_hi = static_cast<S>((1.15 * view.height - view.cy) / view.fy);
+  c.width = static_cast<S>(view.width), c.height = static_cast<S>(view.height);
   return c;
 }
 

@@ -1,4 +1,5 @@
-// Projection passes over blocks of neighbouring Gaussians, one in each lane: what ProjectKernels points to.
+// Projection passes over blocks of neighbouring Gaussians, one in each lane: what ProjectKernels points to. On a device
+// a thread is a block of one.
 #pragma once
 
 #include <bit>
@@ -7,9 +8,10 @@
 
 #include "kernels/gaussian_splatting/color.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/math/dual.h"
-#include "kernels/math/lanes.h"
+#include "kernels/math/lane_traits.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -22,22 +24,24 @@ struct Block {
   std::int64_t i;
   int n;
 
-  Block(std::int64_t num, std::int64_t first, std::int64_t end)
+  VESTA_HD Block(std::int64_t num, std::int64_t first, std::int64_t end)
       : count(num), i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
   // Asks for the attributes of a block to come. Each is a stream of its own, more than the processor foresees.
-  void PrefetchAhead(const S* x, int attributes) const {
-    constexpr int kBlocks = 2;
-    if (i + (kBlocks + 1) * L::kWidth > count) return;
-    for (int a = 0; a < attributes; ++a) __builtin_prefetch(x + a * count + i + kBlocks * L::kWidth);
+  VESTA_HD void PrefetchAhead(const S* x, int attributes) const {
+    if constexpr (L::kWidth > 1) {  // neighbouring threads of a device read together
+      constexpr int kBlocks = 2;
+      if (i + (kBlocks + 1) * L::kWidth > count) return;
+      for (int a = 0; a < attributes; ++a) __builtin_prefetch(x + a * count + i + kBlocks * L::kWidth);
+    }
   }
-  V Load(const S* x, int attribute) const {
+  VESTA_HD V Load(const S* x, int attribute) const {
     const S* p = x + attribute * count + i;
     if (n == L::kWidth) return L::Load(p);
     alignas(64) S lane[L::kWidth] = {};
     for (int k = 0; k < n; ++k) lane[k] = p[k];
     return L::Load(lane);
   }
-  void Add(S* x, int attribute, const V& value) const {
+  VESTA_HD void Add(S* x, int attribute, const V& value) const {
     S* p = x + attribute * count + i;
     if (n == L::kWidth) return L::Store(p, L::Load(p) + value);
     alignas(64) S lane[L::kWidth];
@@ -53,7 +57,7 @@ struct ProjectedBlock {
   ProjectionState<V> state;
   SplatShape<V> shape;
 
-  ProjectedBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x) {
+  VESTA_HD ProjectedBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x) {
     for (int k = 0; k < 3; ++k) mean[k] = block.Load(x, kMean + k), log_scale[k] = block.Load(x, kLogScale + k);
     for (int k = 0; k < 4; ++k) quaternion[k] = block.Load(x, kQuaternion + k);
     opacity = Sigmoid(block.Load(x, kOpacity));
@@ -63,7 +67,7 @@ struct ProjectedBlock {
 
 // Lanes of a block that are seen.
 template <class V, class S>
-typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
+VESTA_HD typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* rank_of) {
   bool is_seen[Lanes<V>::kWidth];
   for (int lane = 0; lane < Lanes<V>::kWidth; ++lane) is_seen[lane] = lane < block.n && rank_of[block.i + lane] >= 0;
   return Lanes<V>::LoadMask(is_seen);
@@ -71,7 +75,7 @@ typename Lanes<V>::Mask SeenLanes(const Block<V, S>& block, const std::int32_t* 
 
 // out[k] = field k of the records of the block's Gaussians, zero for those not seen. fields(rank) points to N scalars.
 template <int N, class V, class S, class Fields>
-void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
+VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields, V* out) {
   alignas(64) S lanes[N][Lanes<V>::kWidth] = {};
   for (int lane = 0; lane < block.n; ++lane) {
     const std::int32_t rank = rank_of[block.i + lane];
@@ -83,19 +87,18 @@ void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_of, const 
 }
 
 template <class V>
-V Log2(const V& x) {
+VESTA_HD V Log2(const V& x) {
   using std::log2;
   return log2(x);
 }
 
 template <class V, class S, int Degree>
-void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-                  std::uint32_t* key, Splat<S>* splats) {
+VESTA_HD void ProjectRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                           std::uint32_t* key, Splat<S>* splats) {
   using L = Lanes<V>;
   using std::sqrt;
-  const Camera<S> camera = MakeCamera<S>(view);
-  const V floor_opacity(static_cast<S>(kAlphaFloor)), width(static_cast<S>(view.width)),
-      height(static_cast<S>(view.height)), huge(static_cast<S>(1e15));
+  const V floor_opacity(static_cast<S>(kAlphaFloor)), width(camera.width), height(camera.height),
+      huge(static_cast<S>(1e15));
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(model.count, i, end);
     block.PrefetchAhead(model.x, NumAttributes(Degree));
@@ -115,7 +118,7 @@ void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t b
     bool is_seen[L::kWidth];
     L::StoreMask(is_seen, seen);
     for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;
-    if (!Any(seen)) continue;
+    if (!Lanes<V>::Any(seen)) continue;
 
     V dir[3], basis[ShCoefficients(Degree)], color[3];
     ViewDirection(camera, b.mean, dir);
@@ -154,16 +157,15 @@ void ProjectRange(const Model<S>& model, const PinholeView& view, std::int64_t b
 }
 
 template <class V, class S, int Degree>
-void TangentRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-                  const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
+VESTA_HD void TangentRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                           const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
   using L = Lanes<V>;
   using D = Dual<V>;
-  const Camera<S> camera = MakeCamera<S>(view);
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(model.count, i, end);
     block.PrefetchAhead(model.x, NumAttributes(Degree));
     block.PrefetchAhead(dx, NumAttributes(Degree));
-    if (!Any(SeenLanes(block, rank_of))) continue;
+    if (!Lanes<V>::Any(SeenLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return D(block.Load(model.x, a), block.Load(dx, a)); };
     D mean[3], log_scale[3], quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
@@ -198,30 +200,29 @@ template <class V, class S, int Degree>
 struct ColorBlock {
   V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
 
-  ColorBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
+  VESTA_HD ColorBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
     inv_distance = ViewDirection(camera, mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     for (int a = 0; a < 3 * ShCoefficients(Degree); ++a) sh[a] = block.Load(x, kSh + a);
     ShColor<Degree>(
         basis, [&](int a) { return sh[a]; }, color);
   }
-  V Masked(int c, const V& value) const { return Select(color[c] > V(0), value, V(0)); }
-  void MeanAdjoint(const V color_bar[3], V mean_bar[3]) const {
+  VESTA_HD V Masked(int c, const V& value) const { return Select(color[c] > V(0), value, V(0)); }
+  VESTA_HD void MeanAdjoint(const V color_bar[3], V mean_bar[3]) const {
     ShColorMeanAdjoint<Degree>(
         dir, inv_distance, [&](int a) { return sh[a]; }, color_bar, mean_bar);
   }
 };
 
 template <class V, class S, int Degree>
-void AdjointRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-                  const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
-  const Camera<S> camera = MakeCamera<S>(view);
+VESTA_HD void AdjointRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                           const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
     block.PrefetchAhead(model.x, NumAttributes(Degree));
     block.PrefetchAhead(g, NumAttributes(Degree));
     const auto seen = SeenLanes(block, rank_of);
-    if (!Any(seen)) continue;
+    if (!Lanes<V>::Any(seen)) continue;
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(
         block, rank_of, [&](std::int32_t rank) { return cotangents[rank].w; }, w_bar);
@@ -244,22 +245,18 @@ void AdjointRange(const Model<S>& model, const PinholeView& view, std::int64_t b
   }
 }
 
-// Exponents of p and q in the derivatives of psi by xi, zeta, rho, kappa, sigma, lambda; all but the last have sign -1.
-inline constexpr int kPowerP[kSplatShape] = {1, 0, 2, 1, 0, 0};
-inline constexpr int kPowerQ[kSplatShape] = {0, 1, 0, 1, 2, 0};
-
 // The 9 x 9 Gram matrix of d colour / d(splat tangent) from the moments, upper and lower half.
 template <class V>
-void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
+VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
   const V* cross = m + kMoments4;
   const V* color = cross + 3 * kMoments2;
   for (int i = 0; i < kSplatShape; ++i) {
     for (int j = 0; j <= i; ++j) {
-      const V value = m[MonomialIndex(kPowerP[i] + kPowerP[j], kPowerQ[i] + kPowerQ[j])];
+      const V value = m[MonomialIndex(PowerP(i) + PowerP(j), PowerQ(i) + PowerQ(j))];
       G[i][j] = G[j][i] = (i == kLambda) != (j == kLambda) ? -value : value;
     }
     for (int c = 0; c < 3; ++c) {
-      const V value = cross[c * kMoments2 + MonomialIndex(kPowerP[i], kPowerQ[i])];
+      const V value = cross[c * kMoments2 + MonomialIndex(PowerP(i), PowerQ(i))];
       G[i][kColor + c] = G[kColor + c][i] = i == kLambda ? value : -value;
     }
   }
@@ -269,15 +266,15 @@ void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]) {
 }
 
 template <class V, class S, int Degree>
-void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
-               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks) {
-  const Camera<S> camera = MakeCamera<S>(view);
+VESTA_HD void GramRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+                        const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal,
+                        S* sh_blocks) {
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
     block.PrefetchAhead(model.x, NumAttributes(Degree));
     block.PrefetchAhead(blocks, kGeometry * (kGeometry + 1) / 2);
     const auto seen = SeenLanes(block, rank_of);
-    if (!Any(seen)) continue;
+    if (!Lanes<V>::Any(seen)) continue;
     V m[kGramSums], G[kSplatTangent][kSplatTangent];
     GatherRecords<kGramSums>(
         block, rank_of, [&](std::int32_t rank) { return grams[rank].m; }, m);
@@ -338,8 +335,21 @@ void GramRange(const Model<S>& model, const PinholeView& view, std::int64_t begi
 
 template <class V, class S, int Degree>
 constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
-  return {&ProjectRange<V, S, Degree>, &TangentRange<V, S, Degree>, &AdjointRange<V, S, Degree>,
-          &GramRange<V, S, Degree>};
+  using Index = std::int64_t;
+  return {[](const Model<S>& model, const PinholeView& view, Index begin, Index end, std::uint32_t* key,
+             Splat<S>* splats) { ProjectRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, key, splats); },
+          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+             const S* dx, SplatTangent<S>* tangents) {
+            TangentRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, dx, tangents);
+          },
+          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+             const SplatTangent<S>* cotangents,
+             S* g) { AdjointRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, cotangents, g); },
+          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+             const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks) {
+            GramRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal,
+                                    sh_blocks);
+          }};
 }
 
 // kernels[d] for models whose active degree is d.

@@ -1,5 +1,6 @@
 // Where splats reach in rows of a tile, and what stays the same along a row. One template for both orders of work: the
-// lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row (traverse_rows.h), with the same bits.
+// lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row (traverse_rows.h), with the same bits; on
+// a device one row of one splat (raster_blocks.h).
 #pragma once
 
 #include <cmath>
@@ -24,7 +25,7 @@ struct RowPlace {
   V middle;  // x where p is 0
 
   // y: rows of the tile.
-  RowPlace(const V& u, const V& v, const V& r, const V& s, const V& beta, const V& y) {
+  VESTA_HD RowPlace(const V& u, const V& v, const V& r, const V& s, const V& beta, const V& y) {
     const V dy = y - v;
     q = s * dy;
     middle = Fnma(beta, dy, u);
@@ -40,7 +41,7 @@ struct RowSpan : RowPlace<V> {
   V begin, end;
   typename L::Mask reaches;
 
-  RowSpan(const RowSplat<V>& splat, const V& y)
+  VESTA_HD RowSpan(const RowSplat<V>& splat, const V& y)
       : RowPlace<V>(splat.u, splat.v, splat.r, splat.s, splat.beta, y),
         peak(Fnma(this->q, this->q, splat.log2_opacity)) {
     using std::ceil;
@@ -53,7 +54,7 @@ struct RowSpan : RowPlace<V> {
   }
 
   // Lane by lane: whether vector k of the row holds a pixel within reach; not where the span lies between two.
-  std::uint32_t Meets(int k) const {
+  VESTA_HD std::uint32_t Meets(int k) const {
     const V from(static_cast<S>(k * L::kWidth)), to(static_cast<S>(k * L::kWidth + L::kWidth - 1));
     return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));
   }

@@ -5,8 +5,10 @@
 #include <bit>
 #include <cstdint>
 
+#include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/row_span.h"
 #include "kernels/gaussian_splatting/tile_pixels.h"
+#include "kernels/math/lanes.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -57,8 +59,8 @@ class RowBatch {
   // Of the row set: how many splats meet vector k, and which, with two more that are none.
   int met(int k) const { return met_[k]; }
   const std::uint32_t* meets(int k) const { return meets_[k]; }
-  V P(std::uint32_t splat, const V& columns) const { return Fma(columns, V(r_[splat]), V(p0_[splat])); }
-  V Exponent(std::uint32_t splat, const V& p) const { return Fnma(p, p, V(peak_[splat])); }
+  V P(std::uint32_t splat, const V& columns) const { return OffsetAt(columns, V(r_[splat]), V(p0_[splat])); }
+  V Exponent(std::uint32_t splat, const V& p) const { return ExponentAt(p, V(peak_[splat])); }
 
  private:
   alignas(64) S u_[kSplats], v_[kSplats], r_[kSplats + 1] = {}, s_[kSplats], beta_[kSplats],
@@ -112,7 +114,7 @@ template <class V, class S, class Pass>
           const Blend<V> blend = BlendSplat(transmittance, alpha);
           transmittance = blend.transmittance;
           pass.Pixels(state, places[i], p, blend);
-          if (!Any(blend.open)) [[unlikely]] {
+          if (!L::Any(blend.open)) [[unlikely]] {
             pixels.CloseRow(y, k);
             break;
           }

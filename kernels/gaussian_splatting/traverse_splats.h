@@ -5,8 +5,10 @@
 #include <bit>
 #include <cstdint>
 
+#include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/row_span.h"
 #include "kernels/gaussian_splatting/tile_pixels.h"
+#include "kernels/math/lanes.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -67,18 +69,17 @@ template <class V, class S, class Pass>
       if (todo == 0) continue;
       // alpha one row ahead of what uses it: its latency would otherwise fill the processor's queue of instructions.
       int row = std::countr_zero(todo);
-      V p = Fma(columns, r, V(rows.p0[row])), alpha = EvaluateAlpha(Fnma(p, p, V(rows.peak[row])));
+      V p = OffsetAt(columns, r, V(rows.p0[row])), alpha = AlphaAt(p, V(rows.peak[row]));
       do {
         todo &= todo - 1;
         const int next = std::countr_zero(todo | 1U << kTileSize);
-        const V next_p = Fma(columns, r, V(rows.p0[next]));
-        const V next_alpha = EvaluateAlpha(Fnma(next_p, next_p, V(rows.peak[next])));
+        const V next_p = OffsetAt(columns, r, V(rows.p0[next])), next_alpha = AlphaAt(next_p, V(rows.peak[next]));
 
         const int offset = row * kTileSize + k * L::kWidth;
         S* transmittance = pixels.transmittance + offset;
         const Blend<V> blend = BlendSplat(L::Load(transmittance), alpha);
         L::Store(transmittance, Select(blend.open, blend.transmittance, V(0)));
-        if (!Any(blend.open)) [[unlikely]]
+        if (!L::Any(blend.open)) [[unlikely]]
           pixels.CloseRow(row, k);
         pass.Pixels(state, rows.q[row], offset, p, blend);
         row = next, p = next_p, alpha = next_alpha;

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "kernels/core/hd.h"
+
 namespace vesta::splat {
 
 // A pinhole view. World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Pixel centres lie at (i + 0.5,
@@ -37,7 +39,7 @@ inline constexpr double kTwoLn2 = 1.3862943611198906;
 //   r = w sqrt(C / det),  beta = -B / C,  s = w / sqrt(C),  w = kWhitening:
 // the Cholesky factor of the conic. It never cancels, unlike the quadratic form of the conic on needles.
 template <class S>
-struct Splat {
+struct alignas(16) Splat {
   S u, v;  // pixel mean
   S r, s, beta;
   S log2_opacity;  // of the opacity after the sigmoid
@@ -63,7 +65,7 @@ struct SplatTangent {
 inline constexpr int kMoments4 = 15;                             // monomials of degree <= 4, by degree, then power of q
 inline constexpr int kMoments2 = 6;                              // of degree <= 2
 inline constexpr int kGramSums = kMoments4 + 3 * kMoments2 + 3;  // shape x shape, shape x colour c, colour x colour
-constexpr int MonomialIndex(int a, int b) { return (a + b) * (a + b + 1) / 2 + b; }  // of p^a q^b
+VESTA_HD constexpr int MonomialIndex(int a, int b) { return (a + b) * (a + b + 1) / 2 + b; }  // of p^a q^b
 template <class S>
 struct SplatGram {
   S m[kGramSums];

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <xsimd/xsimd.hpp>
 
-#include "kernels/math/scalar.h"
+#include "kernels/math/lane_traits.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {
@@ -32,76 +32,68 @@ struct Elementary<FloatLanes> {
 #endif
   static FloatLanes Max(const FloatLanes& a, const FloatLanes& b) { return xsimd::max(a, b); }
   static FloatLanes Min(const FloatLanes& a, const FloatLanes& b) { return xsimd::min(a, b); }
-};
-
-inline bool Any(const FloatMask& m) {
-#if defined(__AVX512F__)
-  return _kortestz_mask16_u8(m, m) == 0;
-#else
-  return xsimd::any(m);
-#endif
-}
-
-// c0 + c1 x + ... + c5 x^5.
-inline FloatLanes Quintic(const FloatLanes& x, float c0, float c1, float c2, float c3, float c4, float c5) {
-  const FloatLanes high = Fma(Fma(FloatLanes(c5), x, FloatLanes(c4)), x, FloatLanes(c3));
-  return Fma(Fma(Fma(high, x, FloatLanes(c2)), x, FloatLanes(c1)), x, FloatLanes(c0));
-}
-
-// 2^x where mask is set and x lies in [-126, 0], 0 where it is not. Relative error at most 5e-7 (a minimax polynomial
-// of degree 5, 8e-8, and its rounding), with and without fused multiply-adds.
-inline FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
+  // 2^x where mask is set and x lies in [-126, 0], 0 where it is not. Relative error at most 5e-7 (a minimax polynomial
+  // of degree 5, 8e-8, and its rounding), with and without fused multiply-adds.
+  static FloatLanes MaskedExp2(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512DQ__)
-  // 2^x = 2^floor(x) 2^f. The hardware gives f in [0, 1) and the scaling in one instruction each.
-  const FloatLanes f = _mm512_reduce_ps(x, 0x01);
-  const FloatLanes p = Quintic(f, 0.9999999250635514f, 0.6931530731988381f, 0.24015361705587057f, 0.055826318019286086f,
-                               0.008989340131009826f, 0.0018775766584552267f);
-  return _mm512_maskz_scalef_ps(mask, p, x);
+    // 2^x = 2^floor(x) 2^f. The hardware gives f in [0, 1) and the scaling in one instruction each.
+    const FloatLanes f = _mm512_reduce_ps(x, 0x01);
+    const FloatLanes p = Quintic(f, 0.9999999250635514f, 0.6931530731988381f, 0.24015361705587057f,
+                                 0.055826318019286086f, 0.008989340131009826f, 0.0018775766584552267f);
+    return _mm512_maskz_scalef_ps(mask, p, x);
 #else
-  // Adding 1.5 * 2^23 leaves the rounded integer n in the low mantissa bits; shifted up by 23 they are the exponent.
-  const FloatLanes magic(12582912.0f);
-  const FloatLanes biased = x + magic;
-  const FloatLanes f = x - (biased - magic);
-  const FloatLanes p = Quintic(f, 1.0000000716546757f, 0.693146967064535f, 0.24022119723863694f, 0.055507132738658184f,
-                               0.009675541333494672f, 0.0013276471873520587f);
-  const auto exponent = xsimd::bitwise_cast<xsimd::batch<int32_t>>(biased) << 23;
-  return Select(mask, xsimd::bitwise_cast<FloatLanes>(xsimd::bitwise_cast<xsimd::batch<int32_t>>(p) + exponent),
-                FloatLanes(0));
+    // Adding 1.5 * 2^23 leaves the rounded integer n in the low mantissa bits; shifted up by 23 they are the exponent.
+    const FloatLanes magic(12582912.0f);
+    const FloatLanes biased = x + magic;
+    const FloatLanes f = x - (biased - magic);
+    const FloatLanes p = Quintic(f, 1.0000000716546757f, 0.693146967064535f, 0.24022119723863694f,
+                                 0.055507132738658184f, 0.009675541333494672f, 0.0013276471873520587f);
+    const auto exponent = xsimd::bitwise_cast<xsimd::batch<int32_t>>(biased) << 23;
+    return Select(mask, xsimd::bitwise_cast<FloatLanes>(xsimd::bitwise_cast<xsimd::batch<int32_t>>(p) + exponent),
+                  FloatLanes(0));
 #endif
-}
+  }
 
-// a * b where mask is set, else 0.
-inline FloatLanes MaskedProduct(const FloatMask& mask, const FloatLanes& a, const FloatLanes& b) {
+  // a * b where mask is set, else 0.
+  static FloatLanes MaskedProduct(const FloatMask& mask, const FloatLanes& a, const FloatLanes& b) {
 #if defined(__AVX512F__)
-  return _mm512_maskz_mul_ps(mask, a, b);
+    return _mm512_maskz_mul_ps(mask, a, b);
 #else
-  return Select(mask, a * b, FloatLanes(0));
+    return Select(mask, a * b, FloatLanes(0));
 #endif
-}
+  }
 
-// 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7 (an estimate of the hardware and one Newton step).
-inline FloatLanes Reciprocal(const FloatLanes& x) {
+  // 1 / x for x in [2^-100, 2^100]. Relative error at most 3e-7 (an estimate of the hardware and one Newton step).
+  static FloatLanes Reciprocal(const FloatLanes& x) {
 #if defined(__AVX512F__)
-  const FloatLanes guess = _mm512_rcp14_ps(x);
+    const FloatLanes guess = _mm512_rcp14_ps(x);
 #elif defined(__AVX2__)
-  const FloatLanes guess = _mm256_rcp_ps(x);
+    const FloatLanes guess = _mm256_rcp_ps(x);
 #else
-  return FloatLanes(1) / x;
+    return FloatLanes(1) / x;
 #endif
 #if defined(__AVX2__)
-  return Fma(guess, Fnma(x, guess, FloatLanes(1)), guess);
+    return Fma(guess, Fnma(x, guess, FloatLanes(1)), guess);
 #endif
-}
+  }
 
-// sqrt(x) where mask is set, for x in [2^-100, 2^100]; 0 where it is not. Relative error at most 7e-5.
-inline FloatLanes MaskedSquareRoot(const FloatMask& mask, const FloatLanes& x) {
+  // sqrt(x) where mask is set, for x in [2^-100, 2^100]; 0 where it is not. Relative error at most 7e-5.
+  static FloatLanes MaskedSquareRoot(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512F__)
-  // The square root of the hardware takes as long as twenty other instructions.
-  return _mm512_mul_ps(x, _mm512_maskz_rsqrt14_ps(mask, x));
+    // The square root of the hardware takes as long as twenty other instructions.
+    return _mm512_mul_ps(x, _mm512_maskz_rsqrt14_ps(mask, x));
 #else
-  return xsimd::sqrt(Select(mask, x, FloatLanes(0)));
+    return xsimd::sqrt(Select(mask, x, FloatLanes(0)));
 #endif
-}
+  }
+
+ private:
+  // c0 + c1 x + ... + c5 x^5.
+  static FloatLanes Quintic(const FloatLanes& x, float c0, float c1, float c2, float c3, float c4, float c5) {
+    const FloatLanes high = Fma(Fma(FloatLanes(c5), x, FloatLanes(c4)), x, FloatLanes(c3));
+    return Fma(Fma(Fma(high, x, FloatLanes(c2)), x, FloatLanes(c1)), x, FloatLanes(c0));
+  }
+};
 
 // out[0..] = first + i for each bit i < 16 that is set in bits, ascending; returns their number. May write up to 16
 // elements.
@@ -182,26 +174,6 @@ inline void SumLanes(const FloatLanes* v, float* out) {
 }
 #endif
 
-// How a lane type is loaded, stored and summed. Width 1 for plain scalars.
-template <class V>
-struct Lanes {
-  using Scalar = V;
-  using Mask = bool;
-  static constexpr int kWidth = 1;
-  static V Load(const V* p) { return *p; }
-  static void Store(V* p, const V& x) { *p = x; }
-  static V Iota() { return V(0); }
-  // out[i] = the sum of the lanes of v[i].
-  template <int kCount>
-  static void SumEach(const V* v, V* out) {
-    for (int i = 0; i < kCount; ++i) out[i] = v[i];
-  }
-  // Lane i in bit i.
-  static std::uint32_t Bits(bool m) { return m ? 1 : 0; }
-  static void StoreMask(bool* p, bool m) { *p = m; }
-  static bool LoadMask(const bool* p) { return *p; }
-};
-
 template <>
 struct Lanes<FloatLanes> {
   using Scalar = float;
@@ -217,6 +189,13 @@ struct Lanes<FloatLanes> {
   template <int kCount>
   static void SumEach(const FloatLanes* v, float* out) {
     SumLanes<kCount>(v, out);
+  }
+  static bool Any(const FloatMask& m) {
+#if defined(__AVX512F__)
+    return _kortestz_mask16_u8(m, m) == 0;
+#else
+    return xsimd::any(m);
+#endif
   }
   static std::uint32_t Bits(const FloatMask& m) {
 #if defined(__AVX512F__)

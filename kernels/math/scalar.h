@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "kernels/core/hd.h"
+#include "kernels/math/device_scalar.h"
 #include "kernels/math/isa.h"
 
 namespace vesta {
@@ -22,11 +23,17 @@ struct Elementary {
   VESTA_HD static T Select(const Mask& condition, const T& a, const T& b) {
     return condition ? a : b;
   }
-  // Scalars round twice: std::fma without hardware support would cost fifty times as much.
-  VESTA_HD static T Fma(const T& a, const T& b, const T& c) { return a * b + c; }
-  VESTA_HD static T Fnma(const T& a, const T& b, const T& c) { return c - a * b; }
+  VESTA_HD static T Fma(const T& a, const T& b, const T& c) { return MultiplyAdd(a, b, c); }
+  VESTA_HD static T Fnma(const T& a, const T& b, const T& c) { return MultiplyAdd(-a, b, c); }
   VESTA_HD static T Max(const T& a, const T& b) { return a < b ? b : a; }
   VESTA_HD static T Min(const T& a, const T& b) { return b < a ? b : a; }
+  VESTA_HD static T MaskedExp2(bool mask, const T& x) { return mask ? Exp2(x) : T(0); }
+  VESTA_HD static T MaskedProduct(bool mask, const T& a, const T& b) { return mask ? a * b : T(0); }
+  VESTA_HD static T MaskedSquareRoot(bool mask, const T& x) {
+    using std::sqrt;
+    return mask ? sqrt(x) : T(0);
+  }
+  VESTA_HD static T Reciprocal(const T& x) { return FastReciprocal(x); }
 };
 
 template <class Mask, class T>
@@ -61,20 +68,24 @@ VESTA_HD inline T Square(const T& x) {
 }
 
 // 2^x where mask is set, else 0.
-VESTA_HD inline double MaskedExp2(bool mask, double x) { return mask ? std::exp2(x) : 0.0; }
-VESTA_HD inline float MaskedExp2(bool mask, float x) { return mask ? std::exp2(x) : 0.0f; }
-
+template <class Mask, class T>
+VESTA_HD inline T MaskedExp2(const Mask& mask, const T& x) {
+  return Elementary<T>::MaskedExp2(mask, x);
+}
 // a * b where mask is set, else 0.
-VESTA_HD inline double MaskedProduct(bool mask, double a, double b) { return mask ? a * b : 0.0; }
-VESTA_HD inline float MaskedProduct(bool mask, float a, float b) { return mask ? a * b : 0.0f; }
-
+template <class Mask, class T>
+VESTA_HD inline T MaskedProduct(const Mask& mask, const T& a, const T& b) {
+  return Elementary<T>::MaskedProduct(mask, a, b);
+}
 // sqrt(x) where mask is set, else 0.
-VESTA_HD inline double MaskedSquareRoot(bool mask, double x) { return mask ? std::sqrt(x) : 0.0; }
-
-VESTA_HD inline double Reciprocal(double x) { return 1 / x; }
-VESTA_HD inline float Reciprocal(float x) { return 1 / x; }
-
-VESTA_HD inline bool Any(bool mask) { return mask; }
+template <class Mask, class T>
+VESTA_HD inline T MaskedSquareRoot(const Mask& mask, const T& x) {
+  return Elementary<T>::MaskedSquareRoot(mask, x);
+}
+template <class T>
+VESTA_HD inline T Reciprocal(const T& x) {
+  return Elementary<T>::Reciprocal(x);
+}
 
 }  // namespace VESTA_ISA
 }  // namespace vesta

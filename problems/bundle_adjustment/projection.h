@@ -45,7 +45,7 @@ inline namespace VESTA_ISA {
 // sin(a) / a, (1 - cos a) / a^2 and (a - sin a) / a^3 of the angle whose square is given: smooth functions of that
 // square, by their power series where the quotients would cancel or be 0 / 0.
 template <class T>
-void AngleCoefficients(const T& square, T coefficients[3]) {
+VESTA_HD void AngleCoefficients(const T& square, T coefficients[3]) {
   using std::cos;
   using std::sin;
   using std::sqrt;
@@ -68,7 +68,7 @@ void AngleCoefficients(const T& square, T coefficients[3]) {
 // The camera of nine parameters. R = I + A [w] + B [w]^2 (Rodrigues), left Jacobian I + B [w] + C [w]^2, with
 // [w]^2 = w w' - |w|^2 I.
 template <class T>
-Camera<T> MakeCamera(const T* parameters) {
+VESTA_HD Camera<T> MakeCamera(const T* parameters) {
   const T* w = parameters;
   const T square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
   T c[3];
@@ -92,7 +92,7 @@ Camera<T> MakeCamera(const T* parameters) {
 }
 
 template <class T>
-Projection<T> Project(const Camera<T>& camera, const T X[3]) {
+VESTA_HD Projection<T> Project(const Camera<T>& camera, const T X[3]) {
   Projection<T> out;
   T P[3];
   for (int i = 0; i < 3; ++i) {
@@ -110,7 +110,7 @@ Projection<T> Project(const Camera<T>& camera, const T X[3]) {
 
 // jacobian[12 * i + c]: derivative of predicted[i] by the point (c = 0..2), w, t, f, k1, k2.
 template <class T>
-void ProjectionJacobian(const Camera<T>& camera, const Projection<T>& at, T* jacobian) {
+VESTA_HD void ProjectionJacobian(const Camera<T>& camera, const Projection<T>& at, T* jacobian) {
   // predicted = f d(p) p, so its derivative by p is f (d I + (2 k1 + 4 k2 |p|^2) p p').
   const T slope = T(2.0) * camera.k1 + T(4.0) * camera.k2 * at.square;
   const T mixed = camera.focal * slope * at.p[0] * at.p[1];

@@ -5,12 +5,10 @@
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
+#include "problems/gaussian_splatting/lm/splat_blocks.h"
 
 namespace vesta::gs {
 namespace {
-
-// Values of a packed block.
-constexpr int Packed(int size) { return size * (size + 1) / 2; }
 
 // v *= scale.
 template <class S>
@@ -131,9 +129,9 @@ void SplatLinearization<S>::Gradient(View g) {
 template <class S>
 void SplatLinearization<S>::EnsureGram() {
   if (!gram_blocks_.empty()) return;
-  gram_blocks_.Resize(Packed(splat::kGeometry) * model_.count);
+  gram_blocks_.Resize(PackedValues(splat::kGeometry) * model_.count);
   gram_sh_.Resize(x_.size() - splat::kSh * model_.count);
-  if (options_.sh_blocks) gram_sh_blocks_.Resize(Packed(ShCoefficients(model_.sh_degree)) * model_.count);
+  if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * model_.count);
   for (Unit& unit : units_) {
     const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
     CpuBackend<S>().Axpby(unit.scale, unit.loss.diagonal, 0.0, omega);
@@ -153,17 +151,7 @@ void SplatLinearization<S>::DiagJTJ(View d) {
 
 template <class S>
 std::vector<BlockGroup> SplatLinearization<S>::block_groups() const {
-  const Index n = model_.count;
-  const BlockGroup geometry{.size = splat::kGeometry, .count = n, .offset = 0, .component_stride = n};
-  if (!options_.sh_blocks)
-    return {geometry, {.size = 1, .count = x_.size() - splat::kSh * n, .offset = splat::kSh * n}};
-  return {geometry,
-          {.size = ShCoefficients(model_.sh_degree),
-           .count = n,
-           .offset = splat::kSh * n,
-           .component_stride = 3 * n,
-           .copies = 3,
-           .copy_stride = n}};
+  return SplatBlockGroups(model_.count, model_.sh_degree, options_.sh_blocks);
 }
 
 template <class S>

@@ -5,8 +5,8 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"
-#include "problems/gaussian_splatting/train/adam.h"
 
 namespace vesta::gs {
 
@@ -92,17 +92,11 @@ bool SplatProblem<S>::DampingMetric(ConstView, ConstView diag_h, View D) {
   const double sum = ParallelSum<double>(n, 4096, [&](Index begin, Index end) {
     return std::accumulate(opacity_diagonal + begin, opacity_diagonal + end, 0.0);
   });
-  const double opacity_rate2 = options_.rates.opacity * options_.rates.opacity;
-  const double c = options_.rates_damping * opacity_rate2 * sum / static_cast<double>(std::max<Index>(n, 1));
-  if (!(c > 0)) return false;
-  const int attributes = splat::NumAttributes(options_.sh_degree);
-  for (int a = 0; a < attributes; ++a) {
-    const double rate = RateOf(options_.rates, a, options_.extent);
-    const bool turns = a >= splat::kQuaternion && a < splat::kOpacity;
-    const double factor = a < splat::kLogScale ? options_.position_damping : turns ? options_.rotation_damping : 1;
-    std::fill_n(D.data() + a * n, n, static_cast<S>(factor * c / (rate * rate)));
+  const std::vector<double> metric = RatesMetric(options_, sum);
+  for (std::size_t a = 0; a < metric.size(); ++a) {
+    std::fill_n(D.data() + static_cast<Index>(a) * n, n, static_cast<S>(metric[a]));
   }
-  return true;
+  return !metric.empty();
 }
 
 template class SplatProblem<float>;

@@ -17,6 +17,15 @@ double RateOf(const LearningRates& rates, int attribute, double extent) {
   return attribute < splat::kSh + 3 ? rates.sh_dc : rates.sh_rest;
 }
 
+float Adam::StepRate(int attribute, double factor, int steps) const {
+  const double correction1 = 1 - std::pow(double{kAdamBeta1}, steps);
+  return static_cast<float>(RateOf(rates_, attribute, extent_) * factor / correction1);
+}
+
+float Adam::RootCorrection2(int steps) {
+  return static_cast<float>(1 / std::sqrt(1 - std::pow(double{kAdamBeta2}, steps)));
+}
+
 void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
   if (first_.empty()) {
     count_ = model.count;
@@ -24,9 +33,6 @@ void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double f
     second_.assign(model.data.size(), 0.0f);
   }
   ++steps_;
-  const double correction1 = 1 - std::pow(double{kAdamBeta1}, steps_),
-               correction2 = 1 - std::pow(double{kAdamBeta2}, steps_);
-  const float root_correction2 = static_cast<float>(1 / std::sqrt(correction2));
   const AdamUpdate update = AdamUpdateFor(ActiveIsa());
   const Index count = model.count;
   constexpr Index kGrain = 4096;
@@ -34,15 +40,14 @@ void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double f
   ParallelFor(chunks * num_attributes, 1, [&](Index task) {
     const auto attribute = static_cast<int>(task / chunks);
     const Index begin = task % chunks * kGrain, n = std::min(kGrain, count - begin);
-    const auto rate = static_cast<float>(RateOf(rates_, attribute, extent_) * factor / correction1);
     const Index offset = attribute * count + begin;
     update({.size = n,
             .gradient = gradient + offset,
             .parameters = model.data.data() + offset,
             .first = first_.data() + offset,
             .second = second_.data() + offset,
-            .rate = rate,
-            .root_correction2 = root_correction2});
+            .rate = StepRate(attribute, factor, steps_),
+            .root_correction2 = RootCorrection2(steps_)});
   });
 }
 

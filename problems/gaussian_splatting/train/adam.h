@@ -25,6 +25,16 @@ class Adam {
   // Forget the moments of one attribute.
   void Reset(int attribute);
 
+  // What a step multiplies: the rate of an attribute over the first moment's bias correction, and the second moment's
+  // correction, after so many steps.
+  float StepRate(int attribute, double factor, int steps) const;
+  static float RootCorrection2(int steps);
+  // The moments, laid out as the model; empty before the first step. For a device, which keeps them elsewhere between
+  // changes of the model.
+  std::vector<float>& first_moments() { return first_; }
+  std::vector<float>& second_moments() { return second_; }
+  void set_count(Index count) { count_ = count; }
+
  private:
   LearningRates rates_;
   double extent_;

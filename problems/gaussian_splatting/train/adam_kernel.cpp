@@ -18,12 +18,12 @@ gs::AdamUpdate gs::AdamUpdateFor(Isa isa) {
   switch (isa) {
 #if defined(__x86_64__)
     case Isa::kAvx512:
-      return avx512::CompiledAdamUpdate();
+      return vesta::avx512::CompiledAdamUpdate();
     case Isa::kAvx2:
-      return avx2::CompiledAdamUpdate();
+      return vesta::avx2::CompiledAdamUpdate();
 #endif
     default:
-      return baseline::CompiledAdamUpdate();
+      return vesta::baseline::CompiledAdamUpdate();
   }
 }
 

@@ -3,13 +3,9 @@
 
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
+#include "problems/gaussian_splatting/train/adam_formula.h"
 
 namespace vesta::gs {
-
-inline constexpr float kAdamBeta1 = 0.9f, kAdamBeta2 = 0.999f;
-// Added to the second moment at every step, it settles at 1e-27: its root takes the part of Adam's epsilon, and no
-// moment ever becomes a denormal number, which would cost a hundred times the work.
-inline constexpr float kAdamSecondFloor = 1e-30f, kAdamFirstFloor = 1e-30f;
 
 struct AdamRange {
   Index size;

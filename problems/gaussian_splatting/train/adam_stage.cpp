@@ -1,47 +1,13 @@
 // Stage one: Adam on one view an iteration, or a few, with adaptive density.
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
-#include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/train/adam_schedule.h"
 #include "problems/gaussian_splatting/train/density.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
-namespace {
-
-// Training views in random order, each once an epoch.
-class ViewOrder {
- public:
-  ViewOrder(std::size_t views, std::uint64_t seed) : order_(views), seed_(seed) {}
-
-  std::size_t Next() {
-    if (at_ == 0) {
-      std::iota(order_.begin(), order_.end(), std::size_t{0});
-      CounterRandom random(seed_, epoch_++);
-      for (std::size_t i = order_.size(); i > 1; --i) {
-        std::swap(order_[i - 1], order_[static_cast<std::size_t>(random.Below(static_cast<Index>(i)))]);
-      }
-      at_ = order_.size();
-    }
-    return order_[--at_];
-  }
-
- private:
-  std::vector<std::size_t> order_;
-  std::uint64_t seed_, epoch_ = 0;
-  std::size_t at_ = 0;
-};
-
-// Clone, split and prune happen at iteration `it` of `n`.
-bool DensifiesAt(const DensityOptions& density, int it, int n) {
-  const int interval = std::max(1, static_cast<int>(density.every * n));
-  return density.enabled && it % interval == 0 && it >= density.begin * n && it <= density.end * n;
-}
-
-}  // namespace
 
 void RunAdamStage(TrainingSession& session, SplatModel& model) {
   const TrainOptions& options = session.options();
@@ -59,12 +25,9 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   HostBuffer<float> image_gradient, gradient;
   double mean_cost = 0;
 
-  const auto active_degree = [&](int it) {
-    if (adam_options.sh_band_every <= 0) return model.sh_degree;
-    return std::min(model.sh_degree, static_cast<int>((it - 1) / (adam_options.sh_band_every * n)));
-  };
   const auto kernel_model = [&](int it) {
-    return splat::Model<float>{model.data.data(), model.count, model.sh_degree, active_degree(it)};
+    return splat::Model<float>{model.data.data(), model.count, model.sh_degree,
+                               ActiveShDegree(adam_options, model.sh_degree, it)};
   };
   const int record_every = std::max(1, n / adam_options.evaluations);
 
@@ -94,13 +57,11 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     }
     cost /= values;
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
-    adam.Step(model, gradient.data(), attributes,
-              adam_options.rate_factor * std::pow(adam_options.rate_decay, (it - 1.0) / n));
+    adam.Step(model, gradient.data(), attributes, RateFactor(adam_options, it));
 
     if (observes) {
       if (DensifiesAt(options.density, it, n)) density.Densify(model, adam, it);
-      const int reset_every = static_cast<int>(options.density.opacity_reset_every * n);
-      if (reset_every > 0 && it % reset_every == 0) DensityControl::ResetOpacity(model, adam);
+      if (ResetsOpacityAt(options.density, it, n)) DensityControl::ResetOpacity(model, adam);
     }
     mean_cost = it == 1 ? cost : 0.95 * mean_cost + 0.05 * cost;
     const bool is_last = it == n || session.ShouldStop();

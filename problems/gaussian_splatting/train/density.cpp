@@ -6,8 +6,8 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/project.h"
 #include "kernels/math/quaternion.h"
+#include "problems/gaussian_splatting/train/screen_pull.h"
 
 namespace vesta::gs {
 namespace {
@@ -63,11 +63,8 @@ void DensityControl::Observe(const splat::View<float>& view, const splat::SplatT
   ParallelFor(static_cast<Index>(pull_.size()), 4096, [&](Index i) {
     const std::int32_t rank = view.rank_of()[i];
     if (rank < 0) return;
-    const splat::Splat<float>& splat = view.splats()[rank];
-    const float* w = splat_cotangents[rank].w;
-    float by_u, by_v;
-    splat::ScreenMeanAdjoint(splat.r, splat.s, splat.beta, w, by_u, by_v);
-    pull_[static_cast<std::size_t>(i)] += std::hypot(by_u * half_width, by_v * half_height);
+    pull_[static_cast<std::size_t>(i)] +=
+        ScreenPull(view.splats()[rank], splat_cotangents[rank].w, half_width, half_height);
     ++seen_[static_cast<std::size_t>(i)];
   });
 }

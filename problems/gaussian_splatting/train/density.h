@@ -16,6 +16,11 @@ class DensityControl {
   // After the gradient of one view: splat_cotangents by rank (ViewWorkspace::splat_sums), of the loss times loss_scale.
   void Observe(const splat::View<float>& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale);
 
+  // What was observed, by Gaussian: the sum of the pulls and the number of observations. A device that observes in the
+  // place of this object takes them along and brings them back.
+  std::vector<float>& pull() { return pull_; }
+  std::vector<int>& seen() { return seen_; }
+
   // Clones, splits and prunes; iteration keys the random offsets of split Gaussians. Never leaves more than
   // max_gaussians (the strongest candidates come first) and never none. Forgets what was observed.
   void Densify(SplatModel& model, Adam& adam, int iteration);

@@ -1,13 +1,8 @@
 // Stage two: Levenberg-Marquardt on all training views, by the engine.
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <initializer_list>
 #include <utility>
 
-#include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/train/session.h"
-#include "solver/levenberg_marquardt.h"
+#include "problems/gaussian_splatting/train/lm_steps.h"
 
 namespace vesta::gs {
 namespace {
@@ -36,7 +31,9 @@ PhotometricWeights LossOf(const LmOptions& lm) {
       .structure = lm.ssim_linearization == "root" ? root : SsimLinearization::kQuadratic};
 }
 
-SplatProblemOptions ProblemOptions(const TrainingSession& session, const SplatModel& model) {
+}  // namespace
+
+SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model) {
   const TrainOptions& options = session.options();
   SplatProblemOptions result;
   result.sh_degree = model.sh_degree;
@@ -68,7 +65,7 @@ SplatProblemOptions ProblemOptions(const TrainingSession& session, const SplatMo
   return result;
 }
 
-vesta::LmOptions EngineOptions(const LmOptions& lm) {
+vesta::LmOptions LmEngineOptions(const LmOptions& lm) {
   vesta::LmOptions engine;
   engine.max_iterations = lm.iterations;
   engine.function_tolerance = 0;
@@ -101,34 +98,23 @@ vesta::LmOptions EngineOptions(const LmOptions& lm) {
   return engine;
 }
 
-}  // namespace
-
-std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
-  const LmOptions& lm = session.options().lm;
+std::vector<TargetView<float>> LmTargets(const TrainingSession& session) {
   const double near = NearPlane(session.scene());
   std::vector<TargetView<float>> targets;
-  double values = 0;
   for (const View* view : session.training_views()) {
     targets.push_back({ToPinhole(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
-    values += static_cast<double>(view->image.rgb.size());
   }
-  SplatProblem<float> problem(ProblemOptions(session, model), std::move(targets));
+  return targets;
+}
+
+std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
+  SplatProblem<float> problem(LmProblemOptions(session, model), LmTargets(session));
   CpuBackend<float> backend;
-  vesta::LmOptions engine = EngineOptions(lm);
+  vesta::LmOptions engine = LmEngineOptions(session.options().lm);
   engine.hold_batches = hold_batches;
   LmStepper<CpuBackend<float>> stepper(engine, backend, problem,
                                        {model.data.data(), static_cast<Index>(model.data.size())});
-  session.Record(Stage::kLm, 0, ToKernelModel(model));
-  while (!stepper.done() && !session.ShouldStop()) {
-    const LmIteration& row = stepper.Step();
-    std::copy(stepper.x().begin(), stepper.x().end(), model.data.begin());
-    session.Record(Stage::kLm, row.iteration, ToKernelModel(model));
-    session.Report({Stage::kLm, row.iteration, lm.iterations, session.Seconds(), row.cost / values,
-                    session.latest_psnr(), model.count,
-                    fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
-                                row.pcg_iterations, row.accepted ? "" : " rejected")});
-  }
-  return stepper.summary().FullReport();
+  return RunLmSteps(session, model, backend, stepper, 0);
 }
 
 }  // namespace vesta::gs

@@ -80,7 +80,7 @@ struct LmOptions {
   double rates_damping = 0.3;   // tau of the damping metric
   double position_damping = 5;  // factors on it for the means and the quaternions
   double rotation_damping = 20;
-  double l1_floor = 0.01;      // epsilon of the reweighted L1
+  double l1_floor = 0.01;  // epsilon of the reweighted L1
   // The cost and its quadratic: kernels/image/loss_options.h.
   std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
   double huber_threshold = 0.1;                  // of huber

@@ -10,7 +10,8 @@ namespace vesta::gs {
 namespace {
 
 // LM as memory allows; what was foreseen and chosen goes into the result. options are those of the session.
-void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, TrainResult& result) {
+void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
+                  TrainResult& result) {
   const std::vector<const View*>& views = session.training_views();
   const bool has_cache = options.lm.jacobian != "recompute";
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : 4;
@@ -26,7 +27,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   }
   if (options.lm.iterations > 0 && !session.ShouldStop()) {
     options.lm = plan.lm;
-    result.lm_report = RunLmStage(session, model, plan.hold_batches);
+    result.lm_report = stages.lm(session, model, plan.hold_batches);
   } else {
     plan.bytes = 0;
   }
@@ -35,7 +36,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
 }
 
 TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool with_adam,
-                      double seconds_before, const TrainCallbacks& callbacks) {
+                      double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
   ValidateOptions(asked);
   TrainOptions options = asked;
   TrainingSession session(scene, options, seconds_before, callbacks);
@@ -47,9 +48,9 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
     const MemoryScene counts = CountMemory(model, session.training_views(), NearPlane(scene), 8, false);
     options.density.max_gaussians = PlanGaussians(counts, options);
   }
-  if (options.adam.iterations > 0) RunAdamStage(session, model);
+  if (options.adam.iterations > 0) stages.adam(session, model);
   const double between = session.Seconds();
-  PlanAndRunLm(session, options, model, result);
+  PlanAndRunLm(session, options, model, stages, result);
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;
   result.lm_seconds = session.Seconds() - between;
@@ -68,15 +69,17 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
+StageRunners HostStages() { return {"cpu", RunAdamStage, RunLmStage}; }
+
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
-                  const TrainCallbacks& callbacks) {
+                  const TrainCallbacks& callbacks, const StageRunners& stages) {
   SplatModel model = InitializeFromPoints(scene.points, options.sh_degree, options.density.max_gaussians);
-  return RunStages(scene, std::move(model), options, true, seconds_before, callbacks);
+  return RunStages(scene, std::move(model), options, true, seconds_before, callbacks, stages);
 }
 
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
-                   const TrainCallbacks& callbacks) {
-  return RunStages(scene, std::move(model), options, false, seconds_before, callbacks);
+                   const TrainCallbacks& callbacks, const StageRunners& stages) {
+  return RunStages(scene, std::move(model), options, false, seconds_before, callbacks, stages);
 }
 
 }  // namespace vesta::gs

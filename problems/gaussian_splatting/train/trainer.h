@@ -42,6 +42,17 @@ struct TrainCallbacks {
   std::function<bool()> stop;
 };
 
+class TrainingSession;
+
+// What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
+// engine's full report; hold_batches: LmOptions::hold_batches.
+struct StageRunners {
+  std::string device;
+  std::function<void(TrainingSession&, SplatModel&)> adam;
+  std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
+};
+StageRunners HostStages();
+
 // What was foreseen and chosen (memory_plan.h).
 struct MemoryReport {
   double predicted_mib = 0;  // most that the process would hold, from the model that LM started from
@@ -61,9 +72,9 @@ struct TrainResult {
 
 // seconds_before: since the start of the process (loading). The scene's images must be loaded.
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
-                  const TrainCallbacks& callbacks);
+                  const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 // LM only, from `model`; its SH degree is kept.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
-                   const TrainCallbacks& callbacks);
+                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 
 }  // namespace vesta::gs

@@ -1,0 +1,13 @@
+// --device: what a run computes on. device_cpu.cpp or device_cuda.cpp, as the build has CUDA or not.
+#pragma once
+
+#include "problems/gaussian_splatting/train/trainer.h"
+
+namespace vesta::app {
+
+// Throws Error, one line, for --device=cuda where that cannot be.
+void CheckDeviceFlag();
+// What trains: the GPU for --device=cuda, and for auto where there is one.
+gs::StageRunners StagesFromFlag();
+
+}  // namespace vesta::app

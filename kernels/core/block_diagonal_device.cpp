@@ -1,0 +1,55 @@
+// Block-diagonal matrices in the memory of a GPU: the loop over the groups; what happens to their blocks is in
+// block_kernels.cu.
+#include "kernels/core/block_diagonal.inl"
+#include "kernels/core/block_kernels.h"
+#include "kernels/core/cuda_backend.h"
+
+namespace vesta {
+
+template <class B>
+void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstView d) {
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    device::AddToBlockDiagonal(groups_[g], scale, d.data(), values_.data() + first_value_[g]);
+  }
+}
+
+template <class B>
+void BlockDiagonal<B>::Diagonal(typename B::View out) const {
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    device::BlockDiagonalOf(groups_[g], values_.data() + first_value_[g], out.data());
+  }
+}
+
+template <class B>
+void BlockDiagonal<B>::Apply(typename B::ConstView x, typename B::View y) const {
+  VESTA_CHECK(x.size() == num_parameters_ && y.size() == num_parameters_, "vectors of {} and {} entries, matrix of {}",
+              x.size(), y.size(), num_parameters_);
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    device::MultiplyBlocks(groups_[g], values_.data() + first_value_[g], x.data(), y.data());
+  }
+}
+
+template <class B>
+Index BlockDiagonal<B>::Factorize() {
+  DeviceBuffer<unsigned long long> treated(1);
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    device::FactorizeBlocks(groups_[g], values_.data() + first_value_[g], treated.data());
+  }
+  unsigned long long count = 0;
+  treated.CopyTo({&count, 1});
+  return static_cast<Index>(count);
+}
+
+template <class B>
+void BlockDiagonal<B>::Solve(typename B::ConstView x, typename B::View y) const {
+  VESTA_CHECK(x.size() == num_parameters_ && y.size() == num_parameters_, "vectors of {} and {} entries, matrix of {}",
+              x.size(), y.size(), num_parameters_);
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    device::SolveBlocks(groups_[g], values_.data() + first_value_[g], x.data(), y.data());
+  }
+}
+
+template class BlockDiagonal<CudaBackend<float>>;
+template class BlockDiagonal<CudaBackend<double>>;
+
+}  // namespace vesta

@@ -1,0 +1,83 @@
+// Kernels of a GPU whose threads work together, as plain C++. A block kernel is a struct with
+//
+//   static constexpr int kThreads;            of a block, a multiple of 32
+//   struct Shared;                            what the block's threads share; plain arrays, not initialised, to 48 KB
+//   template <class Block>
+//   VESTA_HD void operator()(Block& block, Shared& shared) const;      what one thread does
+//
+// and sees its surroundings through Block alone:
+//
+//   int thread(), Index id()     this thread's number in its block, the block's in the grid
+//   void Sync()                  a barrier: all threads of the block pass it or none
+//   int Count(bool)              a barrier that also tells how many threads said true
+//
+// launch.cuh runs it on a device; tests run the same struct on the host with one fiber a thread (tests/support/
+// emulated_block.h), in several orders, so that a missing barrier, an index out of range or a barrier that some threads
+// never reach is found where there is no GPU.
+#pragma once
+
+#include "kernels/core/span.h"
+
+namespace vesta {
+
+// The sum of all threads' values by `add`, in a fixed order; every thread calls it, thread 0 gets the result. lanes:
+// kThreads values in shared memory, a power of two.
+template <int kThreads, class Block, class T, class Add>
+VESTA_HD inline T ReduceBlock(Block& block, T* lanes, const T& value, const Add& add) {
+  static_assert((kThreads & (kThreads - 1)) == 0);
+  const int thread = block.thread();
+  lanes[thread] = value;
+  block.Sync();
+  for (int half = kThreads / 2; half > 0; half /= 2) {
+    if (thread < half) lanes[thread] = add(lanes[thread], lanes[thread + half]);
+    block.Sync();
+  }
+  return thread == 0 ? lanes[0] : value;  // nobody else reads: the caller may use lanes again at once
+}
+
+struct AddUp {
+  template <class T>
+  VESTA_HD T operator()(const T& a, const T& b) const {
+    return a + b;
+  }
+};
+// The larger one; NaN wins.
+struct LargestOrNaN {
+  template <class T>
+  VESTA_HD T operator()(const T& a, const T& b) const {
+    return b > a || b != b ? b : a;
+  }
+};
+
+// result[block] = the reduction of term(i) over the block's chunk of [0, size). Chunks are of a fixed size, so that the
+// result depends on size alone. term: VESTA_HD double(Index).
+template <class Term, class Add>
+struct ReduceChunks {
+  static constexpr int kThreads = 256;
+  struct Shared {
+    double lanes[kThreads];
+  };
+  Term term;
+  Add add;
+  Index size, chunk;
+  double* result;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const Index begin = block.id() * chunk, end = begin + chunk < size ? begin + chunk : size;
+    double sum = 0;
+    for (Index i = begin + block.thread(); i < end; i += kThreads) sum = add(sum, term(i));
+    sum = ReduceBlock<kThreads>(block, shared.lanes, sum, add);
+    if (block.thread() == 0) result[block.id()] = sum;
+  }
+};
+
+// How a reduction of `size` terms is cut: at most so many chunks, none so short that launching it costs more.
+inline constexpr Index kMaxChunks = 2048;
+constexpr Index ChunkSize(Index size) {
+  constexpr Index kShortest = 4096, kStep = 256;
+  const Index even = (size + kMaxChunks - 1) / kMaxChunks;
+  return even <= kShortest ? kShortest : (even + kStep - 1) / kStep * kStep;
+}
+
+}  // namespace vesta

@@ -1,0 +1,161 @@
+#include "kernels/core/block_kernels.h"
+#include "kernels/core/block_lanes.h"
+#include "kernels/core/error.h"
+#include "kernels/core/launch.cuh"
+
+namespace vesta::device {
+namespace {
+
+template <class S>
+using Lane = BlockLanes<S, 1>;
+
+// The order of the blocks as a constant where it is a usual one (scalars, points, cameras, Gaussians), so that a block
+// stays in registers; 0 stands for any other.
+template <int kOrder>
+constexpr int kCapacity = kOrder > 0 ? kOrder : kMaxBlockOrder;
+
+template <int kOrder, class S>
+__device__ void Load(const BlockGroup& group, int order, Index block, const S* values, Lane<S>* out) {
+  const int packed = PackedLower(order, 0);
+#pragma unroll
+  for (int k = 0; k < packed; ++k) out[k].lane[0] = values[k * group.count + block];
+}
+
+template <int kOrder>
+constexpr int kPacked = kCapacity<kOrder>*(kCapacity<kOrder> + 1) / 2;
+
+// Calls kernel<order>(), with the order of the group's blocks as a constant where it is a usual one.
+template <class Call>
+void WithOrder(const BlockGroup& group, const Call& call) {
+  switch (group.size) {
+    case 1:
+      return call(std::integral_constant<int, 1>{});
+    case 3:
+      return call(std::integral_constant<int, 3>{});
+    case 9:
+      return call(std::integral_constant<int, 9>{});
+    case 11:
+      return call(std::integral_constant<int, 11>{});
+    default:
+      if (group.size > kMaxBlockOrder) {
+        throw Error("blocks of order " + std::to_string(group.size) + " on a GPU, where " +
+                    std::to_string(kMaxBlockOrder) + " is the largest; use the CPU");
+      }
+      return call(std::integral_constant<int, 0>{});
+  }
+}
+
+template <int kOrder, class S>
+struct Multiply {
+  BlockGroup group;
+  const S *values, *x;
+  S* y;
+  __device__ void operator()(Index block) const {
+    const int order = kOrder > 0 ? kOrder : group.size;
+    Lane<S> a[kPacked<kOrder>], in[kCapacity<kOrder>], out[kCapacity<kOrder>];
+    Load<kOrder>(group, order, block, values, a);
+    for (int copy = 0; copy < group.copies; ++copy) {
+      for (int c = 0; c < order; ++c) in[c].lane[0] = x[group.Parameter(block, c, copy)];
+      MultiplyLanes<1>(order, a, in, out);
+      for (int c = 0; c < order; ++c) y[group.Parameter(block, c, copy)] = out[c].lane[0];
+    }
+  }
+};
+
+template <int kOrder, class S>
+struct Factorize {
+  BlockGroup group;
+  S* values;
+  unsigned long long* treated;
+  __device__ void operator()(Index block) const {
+    const int order = kOrder > 0 ? kOrder : group.size;
+    Lane<S> a[kPacked<kOrder>], root[kCapacity<kOrder>], scale[kCapacity<kOrder>], left[kCapacity<kOrder>];
+    Load<kOrder>(group, order, block, values, a);
+    BlockLanes<int, 1> count{};
+    FactorizeLanes<1>(order, a, root, scale, left, count);
+    const int packed = PackedLower(order, 0);
+#pragma unroll
+    for (int k = 0; k < packed; ++k) values[k * group.count + block] = a[k].lane[0];
+    // Whole numbers: their sum does not depend on the order.
+    if (count.lane[0] > 0) atomicAdd(treated, static_cast<unsigned long long>(count.lane[0]));
+  }
+};
+
+template <int kOrder, class S>
+struct Solve {
+  BlockGroup group;
+  const S *values, *x;
+  S* y;
+  __device__ void operator()(Index block) const {
+    const int order = kOrder > 0 ? kOrder : group.size;
+    Lane<S> a[kPacked<kOrder>], v[kCapacity<kOrder>];
+    Load<kOrder>(group, order, block, values, a);
+    for (int copy = 0; copy < group.copies; ++copy) {
+      for (int c = 0; c < order; ++c) v[c].lane[0] = x[group.Parameter(block, c, copy)];
+      SolveLanes<1>(order, a, v);
+      for (int c = 0; c < order; ++c) y[group.Parameter(block, c, copy)] = v[c].lane[0];
+    }
+  }
+};
+
+}  // namespace
+
+template <class S>
+void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values) {
+  const S share = static_cast<S>(scale / group.copies);
+  for (int c = 0; c < group.size; ++c) {
+    S* diagonal = values + PackedLower(c, c) * group.count;
+    ForEach(
+        group.count,
+        [=] __device__(Index i) {
+          for (int copy = 0; copy < group.copies; ++copy) diagonal[i] += share * d[group.Parameter(i, c, copy)];
+        },
+        "AddToDiagonal");
+  }
+}
+
+template <class S>
+void BlockDiagonalOf(const BlockGroup& group, const S* values, S* out) {
+  for (int c = 0; c < group.size; ++c) {
+    const S* diagonal = values + PackedLower(c, c) * group.count;
+    ForEach(
+        group.count,
+        [=] __device__(Index i) {
+          for (int copy = 0; copy < group.copies; ++copy) out[group.Parameter(i, c, copy)] = diagonal[i];
+        },
+        "Diagonal");
+  }
+}
+
+template <class S>
+void MultiplyBlocks(const BlockGroup& group, const S* values, const S* x, S* y) {
+  WithOrder(group, [&](auto order) {
+    ForEach(group.count, Multiply<decltype(order)::value, S>{group, values, x, y}, "BlockDiagonal::Apply");
+  });
+}
+
+template <class S>
+void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* treated) {
+  WithOrder(group, [&](auto order) {
+    ForEach(group.count, Factorize<decltype(order)::value, S>{group, values, treated}, "BlockDiagonal::Factorize");
+  });
+}
+
+template <class S>
+void SolveBlocks(const BlockGroup& group, const S* values, const S* x, S* y) {
+  WithOrder(group, [&](auto order) {
+    ForEach(group.count, Solve<decltype(order)::value, S>{group, values, x, y}, "BlockDiagonal::Solve");
+  });
+}
+
+#define VESTA_INSTANTIATE(S)                                                 \
+  template void AddToBlockDiagonal(const BlockGroup&, double, const S*, S*); \
+  template void BlockDiagonalOf(const BlockGroup&, const S*, S*);            \
+  template void MultiplyBlocks(const BlockGroup&, const S*, const S*, S*);   \
+  template void FactorizeBlocks(const BlockGroup&, S*, unsigned long long*); \
+  template void SolveBlocks(const BlockGroup&, const S*, const S*, S*);
+VESTA_INSTANTIATE(float)
+VESTA_INSTANTIATE(double)
+#undef VESTA_INSTANTIATE
+
+}  // namespace vesta::device

@@ -1,0 +1,315 @@
+// Device bodies of the vector algebra. All are bound by memory: a thread an element, neighbours next to each other.
+#include <limits>
+
+#include "kernels/core/cuda_backend.h"
+#include "kernels/core/launch.cuh"
+
+namespace vesta {
+namespace {
+
+template <class X, class Y>
+void CheckSizes(const X& x, const Y& y) {
+  if (x.size() != y.size()) {
+    throw Error("vectors of different sizes, " + std::to_string(x.size()) + " and " + std::to_string(y.size()));
+  }
+}
+
+// Partial results of reductions, one user after the other in the stream; and the result of those that are read at once.
+double* Partials() {
+  static auto* buffer = new DeviceBuffer<double>(kMaxChunks + 1);
+  return buffer->data();
+}
+
+struct PartialTerm {
+  const double* partials;
+  VESTA_HD double operator()(Index i) const { return partials[i]; }
+};
+
+// *result = the reduction of term(i) over [0, size) by `add`, 0 for none.
+template <class Term, class Add>
+void Reduce(Index size, const Term& term, const Add& add, double* result) {
+  const Index chunk = ChunkSize(size), chunks = (size + chunk - 1) / chunk;
+  if (chunks <= 1) {
+    device::Launch(ReduceChunks<Term, Add>{term, add, size, chunk, result}, 1, "reduction");
+    return;
+  }
+  double* partials = Partials();
+  device::Launch(ReduceChunks<Term, Add>{term, add, size, chunk, partials}, chunks, "reduction");
+  device::Launch(ReduceChunks<PartialTerm, Add>{{partials}, add, chunks, chunks, result}, 1, "reduction");
+}
+
+template <class Term, class Add>
+double ReduceAndRead(Index size, const Term& term, const Add& add) {
+  double* on_device = Partials() + kMaxChunks;
+  Reduce(size, term, add, on_device);
+  double result = 0;
+  device::CopyToHost(&result, on_device, sizeof(double));
+  return result;
+}
+
+template <class S>
+struct DotTerm {
+  const S *x, *y;
+  VESTA_HD double operator()(Index i) const { return static_cast<double>(x[i]) * static_cast<double>(y[i]); }
+};
+template <class S>
+struct WeightedDotTerm {
+  const S *w, *x, *y;
+  VESTA_HD double operator()(Index i) const {
+    return static_cast<double>(w[i]) * static_cast<double>(x[i]) * static_cast<double>(y[i]);
+  }
+};
+template <class S>
+struct MagnitudeTerm {
+  const S* x;
+  VESTA_HD double operator()(Index i) const { return static_cast<double>(x[i] < S(0) ? -x[i] : x[i]); }
+};
+template <class S>
+struct NotFiniteTerm {
+  const S* x;
+  VESTA_HD double operator()(Index i) const { return x[i] - x[i] == S(0) ? 0.0 : 1.0; }
+};
+template <class S>
+struct NotPositiveTerm {
+  const S* x;
+  VESTA_HD double operator()(Index i) const { return x[i] > S(0) ? 0.0 : 1.0; }
+};
+
+__global__ void RunPcgPhase(PcgPhase phase, double* scalars) { UpdatePcgScalars(phase, scalars); }
+
+}  // namespace
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Fill(double a, View y) {
+  const S value = static_cast<S>(a);
+  device::ForEach(
+      y.size(), [=] __device__(Index i) { y[i] = value; }, "Fill");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Copy(ConstView x, View y) {
+  CheckSizes(x, y);
+  device::Copy(y.data(), x.data(), static_cast<std::size_t>(y.size()) * sizeof(S));
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Axpby(double a, ConstView x, double b, View y) {
+  CheckSizes(x, y);
+  const S sa = static_cast<S>(a), sb = static_cast<S>(b);
+  if (b == 0) {
+    if (a == 0) return Fill(0, y);
+    device::ForEach(
+        y.size(), [=] __device__(Index i) { y[i] = sa * x[i]; }, "Axpby");
+  } else if (a == 0) {
+    device::ForEach(
+        y.size(), [=] __device__(Index i) { y[i] = sb * y[i]; }, "Axpby");
+  } else {
+    device::ForEach(
+        y.size(), [=] __device__(Index i) { y[i] = sa * x[i] + sb * y[i]; }, "Axpby");
+  }
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::AddScaled(double a, ConstView d, ConstView x, View y) {
+  CheckSizes(d, y);
+  CheckSizes(x, y);
+  const S sa = static_cast<S>(a);
+  device::ForEach(
+      y.size(), [=] __device__(Index i) { y[i] += sa * d[i] * x[i]; }, "AddScaled");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Multiply(ConstView d, ConstView x, View y) {
+  CheckSizes(d, y);
+  CheckSizes(x, y);
+  device::ForEach(
+      y.size(), [=] __device__(Index i) { y[i] = d[i] * x[i]; }, "Multiply");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::DivideOrZero(ConstView x, ConstView d, View y) {
+  CheckSizes(x, y);
+  CheckSizes(d, y);
+  device::ForEach(
+      y.size(), [=] __device__(Index i) { y[i] = d[i] != S(0) ? x[i] / d[i] : S(0); }, "DivideOrZero");
+}
+
+// The comparisons below treat NaN as those of the host's std::min and std::max do.
+template <class S, class Space>
+void VectorBackend<S, Space>::Clamp(ConstView x, double lo, double hi, View y) {
+  CheckSizes(x, y);
+  const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
+  device::ForEach(
+      y.size(),
+      [=] __device__(Index i) {
+        const S raised = x[i] < slo ? slo : x[i];
+        y[i] = shi < raised ? shi : raised;
+      },
+      "Clamp");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::ClampRelative(ConstView x, ConstView d, double lo, double hi, View y) {
+  CheckSizes(x, y);
+  CheckSizes(d, y);
+  const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
+  device::ForEach(
+      y.size(),
+      [=] __device__(Index i) {
+        const S low = slo * d[i], high = shi * d[i], raised = x[i] < low ? low : x[i];
+        y[i] = high < raised ? high : raised;
+      },
+      "ClampRelative");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Maximum(ConstView x, View y) {
+  CheckSizes(x, y);
+  device::ForEach(
+      y.size(), [=] __device__(Index i) { y[i] = x[i] < y[i] ? y[i] : x[i]; }, "Maximum");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::ClampedInverse(ConstView d, double lo, double hi, View y) {
+  CheckSizes(d, y);
+  const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
+  device::ForEach(
+      y.size(),
+      [=] __device__(Index i) {
+        const S raised = d[i] < slo ? slo : d[i];
+        y[i] = S(1) / (shi < raised ? shi : raised);
+      },
+      "ClampedInverse");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Sqrt(ConstView x, View y) {
+  CheckSizes(x, y);
+  device::ForEach(
+      y.size(), [=] __device__(Index i) { y[i] = sqrt(x[i]); }, "Sqrt");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::SelectPositive(ConstView x, double value_if_positive, double value_otherwise, View y) {
+  CheckSizes(x, y);
+  const S yes = static_cast<S>(value_if_positive), no = static_cast<S>(value_otherwise);
+  device::ForEach(
+      y.size(), [=] __device__(Index i) { y[i] = x[i] > S(0) ? yes : no; }, "SelectPositive");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Dot(ConstView x, ConstView y, Slot slot) {
+  CheckSizes(x, y);
+  Reduce(x.size(), DotTerm<S>{x.data(), y.data()}, AddUp{}, slot.value);
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y, Slot slot) {
+  CheckSizes(w, y);
+  CheckSizes(x, y);
+  Reduce(x.size(), WeightedDotTerm<S>{w.data(), x.data(), y.data()}, AddUp{}, slot.value);
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::Dot(ConstView x, ConstView y) {
+  CheckSizes(x, y);
+  return ReduceAndRead(x.size(), DotTerm<S>{x.data(), y.data()}, AddUp{});
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y) {
+  CheckSizes(w, y);
+  CheckSizes(x, y);
+  return ReduceAndRead(x.size(), WeightedDotTerm<S>{w.data(), x.data(), y.data()}, AddUp{});
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::MaxAbs(ConstView x) {
+  return ReduceAndRead(x.size(), MagnitudeTerm<S>{x.data()}, LargestOrNaN{});
+}
+
+template <class S, class Space>
+bool VectorBackend<S, Space>::AllFinite(ConstView x) {
+  return ReduceAndRead(x.size(), NotFiniteTerm<S>{x.data()}, AddUp{}) == 0;
+}
+
+template <class S, class Space>
+Index VectorBackend<S, Space>::CountNonPositive(ConstView x) {
+  return static_cast<Index>(ReduceAndRead(x.size(), NotPositiveTerm<S>{x.data()}, AddUp{}));
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::CgStep(Slot alpha, ConstView p, ConstView q, View x, View r) {
+  const double* factor = alpha.value;
+  device::ForEach(
+      x.size(),
+      [=] __device__(Index i) {
+        if (*factor == 0) return;
+        const S a = static_cast<S>(*factor);
+        x[i] += a * p[i];
+        r[i] -= a * q[i];
+      },
+      "CgStep");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::CgDirection(ConstView z, Slot beta, View p) {
+  CheckSizes(z, p);
+  const double* factor = beta.value;
+  device::ForEach(
+      p.size(),
+      [=] __device__(Index i) {
+        const double b = *factor;
+        p[i] = b == 0 ? z[i] : z[i] + static_cast<S>(b) * p[i];
+      },
+      "CgDirection");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::UpdatePcg(PcgPhase phase, Slots& scalars) {
+  RunPcgPhase<<<1, 1, 0, device::Stream()>>>(phase, scalars.data());
+  device::CheckCuda(cudaGetLastError(), "UpdatePcg");
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::Write(HostSpan<const double> values, Slots& slots) {
+  if (slots.size() != values.size()) slots.ResizeForOverwrite(values.size());
+  device::ForgetLagged(slots.data(), static_cast<std::size_t>(slots.size()));
+  slots.CopyFrom(values);
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::Read(Slot slot) {
+  double value = 0;
+  device::CopyToHost(&value, slot.value, sizeof(double));
+  return value;
+}
+
+template <class S, class Space>
+std::vector<double> VectorBackend<S, Space>::Read(const Slots& slots) {
+  std::vector<double> values(static_cast<std::size_t>(slots.size()));
+  slots.CopyTo({values.data(), slots.size()});
+  return values;
+}
+
+template <class S, class Space>
+double VectorBackend<S, Space>::ReadLagged(Slot slot) {
+  return device::ReadLagged(slot.value);
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::FromHost(HostSpan<const S> x, View y) {
+  CheckSizes(x, y);
+  device::CopyFromHost(y.data(), x.data(), static_cast<std::size_t>(y.size()) * sizeof(S));
+}
+
+template <class S, class Space>
+void VectorBackend<S, Space>::ToHost(ConstView x, HostSpan<S> y) {
+  CheckSizes(x, y);
+  device::CopyToHost(y.data(), x.data(), static_cast<std::size_t>(y.size()) * sizeof(S));
+}
+
+template class VectorBackend<float, Device>;
+template class VectorBackend<double, Device>;
+
+}  // namespace vesta

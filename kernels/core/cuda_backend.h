@@ -1,0 +1,14 @@
+// The vector algebra in the memory of a GPU. Bodies are in cuda_backend.cu; programs link vesta::core_cuda for them.
+#pragma once
+
+#include "kernels/core/device_buffer.h"
+#include "kernels/core/vector_backend.h"
+
+namespace vesta {
+
+template <class S>
+using CudaBackend = VectorBackend<S, Device>;
+
+static_assert(Backend<CudaBackend<float>> && Backend<CudaBackend<double>>);
+
+}  // namespace vesta

@@ -1,0 +1,14 @@
+// The library's stream, and errors of the CUDA runtime as Error. For files that see CUDA's headers.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+namespace vesta::device {
+
+// Made at first use, on the first GPU. Throws Error where there is none.
+cudaStream_t Stream();
+
+// Throws Error "what: CUDA's message" unless status is success.
+void CheckCuda(cudaError_t status, const char* what);
+
+}  // namespace vesta::device

@@ -1,0 +1,203 @@
+// The one GPU, its stream, its pool of memory, and the readings that lag behind.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/cuda_runtime.cuh"
+#include "kernels/core/device_kernels.h"
+#include "kernels/core/device_memory.h"
+
+namespace vesta {
+namespace device {
+namespace {
+
+// A scalar whose value is on its way to the host.
+struct LaggedReading {
+  const double* scalar = nullptr;
+  cudaEvent_t arrived = nullptr;
+  bool pending = false;
+};
+constexpr std::size_t kMaxReadings = 16;
+
+struct Context {
+  cudaStream_t stream = nullptr;
+  // One page of pinned memory; reading i arrives in landing[i].
+  double* landing = nullptr;
+  std::array<LaggedReading, kMaxReadings> readings{};
+  std::size_t next_reading = 0;
+  std::unordered_map<void*, std::size_t> sizes;
+  std::size_t in_use = 0, peak = 0;
+
+  Context() {
+    const DeviceInfo& info = QueryDevice();
+    if (!info.usable) Fail("no GPU to use: {}", info.name);
+    CheckCuda(cudaSetDevice(0), "cudaSetDevice");
+    CheckCuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "cudaStreamCreate");
+    CheckCuda(cudaMallocHost(reinterpret_cast<void**>(&landing), kMaxReadings * sizeof(double)), "cudaMallocHost");
+    for (LaggedReading& reading : readings) {
+      CheckCuda(cudaEventCreateWithFlags(&reading.arrived, cudaEventDisableTiming), "cudaEventCreate");
+    }
+    // Freed memory stays in the pool: linearizations come and go with every step, and their sizes repeat.
+    cudaMemPool_t pool = nullptr;
+    CheckCuda(cudaDeviceGetDefaultMemPool(&pool, 0), "cudaDeviceGetDefaultMemPool");
+    std::uint64_t keep = std::numeric_limits<std::uint64_t>::max();
+    CheckCuda(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "cudaMemPoolSetAttribute");
+  }
+};
+
+// Never destroyed: buffers of static life may be freed after it, and the driver takes all back at the end.
+Context& TheContext() {
+  static Context* context = new Context;
+  return *context;
+}
+
+}  // namespace
+
+void CheckCuda(cudaError_t status, const char* what) {
+  if (status == cudaSuccess) return;
+  cudaGetLastError();  // an error that is not sticky must not surface at the next launch
+  Fail("{}: {}", what, cudaGetErrorString(status));
+}
+
+cudaStream_t Stream() { return TheContext().stream; }
+
+void* Allocate(std::size_t bytes) {
+  if (bytes == 0) return nullptr;
+  Context& context = TheContext();
+  void* memory = nullptr;
+  const cudaError_t status = cudaMallocAsync(&memory, bytes, context.stream);
+  if (status == cudaErrorMemoryAllocation) {
+    cudaGetLastError();
+    throw OutOfDeviceMemory(fmt::format("the GPU has no room for {:.1f} MiB more, with {:.1f} MiB of {:.1f} in use",
+                                        static_cast<double>(bytes) / 1048576,
+                                        static_cast<double>(context.in_use) / 1048576,
+                                        static_cast<double>(QueryDevice().memory) / 1048576));
+  }
+  CheckCuda(status, "cudaMallocAsync");
+  context.sizes[memory] = bytes;
+  context.in_use += bytes;
+  context.peak = std::max(context.peak, context.in_use);
+  return memory;
+}
+
+void Free(void* memory) noexcept {
+  if (memory == nullptr) return;
+  Context& context = TheContext();
+  const auto found = context.sizes.find(memory);
+  if (found != context.sizes.end()) {
+    context.in_use -= found->second;
+    context.sizes.erase(found);
+  }
+  // An error here is one that an earlier call left behind, and the next call that may throw reports it.
+  static_cast<void>(cudaFreeAsync(memory, context.stream));
+}
+
+void SetZero(void* memory, std::size_t bytes) {
+  if (bytes > 0) CheckCuda(cudaMemsetAsync(memory, 0, bytes, Stream()), "cudaMemsetAsync");
+}
+
+void Copy(void* to, const void* from, std::size_t bytes) {
+  if (bytes > 0) CheckCuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToDevice, Stream()), "copy on the GPU");
+}
+
+void CopyFromHost(void* to, const void* from, std::size_t bytes) {
+  if (bytes == 0) return;
+  CheckCuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, Stream()), "copy to the GPU");
+  Synchronize();
+}
+
+void CopyToHost(void* to, const void* from, std::size_t bytes) {
+  if (bytes == 0) return;
+  CheckCuda(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, Stream()), "copy from the GPU");
+  Synchronize();
+}
+
+void Synchronize() { CheckCuda(cudaStreamSynchronize(Stream()), "work on the GPU"); }
+
+double ReadLagged(const double* scalar) {
+  Context& context = TheContext();
+  auto& readings = context.readings;
+  auto found = std::find_if(readings.begin(), readings.end(), [&](const auto& r) { return r.scalar == scalar; });
+  if (found == readings.end()) {
+    found = readings.begin() + static_cast<std::ptrdiff_t>(context.next_reading++ % kMaxReadings);
+    if (found->pending) CheckCuda(cudaEventSynchronize(found->arrived), "reading a scalar");
+    *found = {scalar, found->arrived, false};
+  }
+  double* landing = context.landing + (found - readings.begin());
+  double value = 0;
+  if (found->pending) {
+    CheckCuda(cudaEventSynchronize(found->arrived), "reading a scalar");
+    value = *landing;
+  }
+  CheckCuda(cudaMemcpyAsync(landing, scalar, sizeof(double), cudaMemcpyDeviceToHost, context.stream),
+            "reading a scalar");
+  CheckCuda(cudaEventRecord(found->arrived, context.stream), "reading a scalar");
+  found->pending = true;
+  return value;
+}
+
+void ForgetLagged(const double* first, std::size_t count) {
+  for (LaggedReading& reading : TheContext().readings) {
+    if (reading.scalar < first || reading.scalar >= first + count) continue;
+    if (reading.pending) CheckCuda(cudaEventSynchronize(reading.arrived), "reading a scalar");
+    reading.scalar = nullptr;
+    reading.pending = false;
+  }
+}
+
+namespace {
+std::vector<std::pair<const char*, const void*>>& Kernels() {
+  static std::vector<std::pair<const char*, const void*>> kernels;
+  return kernels;
+}
+}  // namespace
+
+void NoteKernel(const char* name, const void* kernel) { Kernels().emplace_back(name, kernel); }
+
+std::vector<KernelFacts> KernelTable() {
+  std::vector<KernelFacts> table;
+  for (const auto& [name, kernel] : Kernels()) {
+    cudaFuncAttributes attributes{};
+    CheckCuda(cudaFuncGetAttributes(&attributes, kernel), name);
+    table.push_back({name, attributes.numRegs, attributes.localSizeBytes, attributes.sharedSizeBytes});
+  }
+  return table;
+}
+
+std::size_t BytesInUse() { return TheContext().in_use; }
+std::size_t PeakBytes() { return TheContext().peak; }
+void ResetPeak() { TheContext().peak = TheContext().in_use; }
+
+}  // namespace device
+
+const DeviceInfo& QueryDevice() {
+  static const DeviceInfo info = [] {
+    DeviceInfo result;
+    int count = 0;
+    const cudaError_t status = cudaGetDeviceCount(&count);
+    cudaDeviceProp properties{};
+    if (status != cudaSuccess) {
+      cudaGetLastError();
+      result.name = cudaGetErrorString(status);
+    } else if (count == 0) {
+      result.name = "none was found";
+    } else if (cudaGetDeviceProperties(&properties, 0) != cudaSuccess) {
+      result.name = cudaGetErrorString(cudaGetLastError());
+    } else {
+      result.name = properties.name;
+      result.usable = true;
+      result.memory = properties.totalGlobalMem;
+      result.multiprocessors = properties.multiProcessorCount;
+      result.capability = 10 * properties.major + properties.minor;
+    }
+    return result;
+  }();
+  return info;
+}
+
+}  // namespace vesta

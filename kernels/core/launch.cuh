@@ -1,0 +1,69 @@
+// Running code on the device, in the library's stream.
+#pragma once
+
+#include <type_traits>
+
+#include "kernels/core/block_kernel.h"
+#include "kernels/core/cuda_runtime.cuh"
+#include "kernels/core/device_kernels.h"
+
+namespace vesta::device {
+
+// The Block of block_kernel.h on a GPU.
+struct CudaBlock {
+#if defined(__CUDA_ARCH__)
+  VESTA_HD int thread() const { return static_cast<int>(threadIdx.x); }
+  VESTA_HD Index id() const { return blockIdx.x; }
+  VESTA_HD void Sync() const { __syncthreads(); }
+  VESTA_HD int Count(bool value) const { return __syncthreads_count(value ? 1 : 0); }
+#else
+  // nvcc's pass for the host sees kernels too, and never runs them.
+  VESTA_HD int thread() const { return 0; }
+  VESTA_HD Index id() const { return 0; }
+  VESTA_HD void Sync() const {}
+  VESTA_HD int Count(bool value) const { return value ? 1 : 0; }
+#endif
+};
+
+template <class Kernel>
+__global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel kernel) {
+  __shared__ typename Kernel::Shared shared;
+  CudaBlock block;
+  kernel(block, shared);
+}
+
+// Small blocks: functions of many registers then still fill a multiprocessor by halves and thirds.
+inline constexpr int kForEachThreads = 128;
+
+template <class F>
+__global__ void __launch_bounds__(kForEachThreads) RunForEach(Index count, const F f) {
+  const Index step = Index{kForEachThreads} * gridDim.x;
+  for (Index i = Index{kForEachThreads} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
+}
+
+// Runs `blocks` blocks of a block kernel.
+template <class Kernel>
+void Launch(const Kernel& kernel, Index blocks, const char* name) {
+  static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
+  if (blocks == 0) return;
+  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
+  static_cast<void>(noted);
+  RunBlockKernel<<<static_cast<unsigned>(blocks), Kernel::kThreads, 0, Stream()>>>(kernel);
+  CheckCuda(cudaGetLastError(), name);
+}
+
+// f(i) for each i in [0, count).
+template <class F>
+void ForEach(Index count, const F& f, const char* name) {
+  if (count == 0) return;
+  static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunForEach<F>)), true);
+  static_cast<void>(noted);
+  // Enough blocks for every multiprocessor of the largest GPUs; the loop inside takes the rest.
+  constexpr Index kMostBlocks = 132 * 128;
+  const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
+  const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);
+  RunForEach<<<blocks, kForEachThreads, 0, Stream()>>>(count, f);
+  CheckCuda(cudaGetLastError(), name);
+}
+
+}  // namespace vesta::device

@@ -1,0 +1,104 @@
+// Products with a Jacobian of many small dense rows, one set of rows for each of many like residual blocks: what a GPU
+// does for problems that keep it. Each step is one function of an index, run for all indices in any order.
+#pragma once
+
+#include "kernels/core/block_diagonal.h"
+#include "kernels/core/span.h"
+
+namespace vesta {
+
+// Blocks of `residuals` rows and `parameters` columns; column c of block b belongs to parameter index[c * blocks + b].
+// Row k of block b is row k * blocks + b of J, its entries jacobian[(k * parameters + c) * blocks + b].
+template <class S>
+struct RowBlocks {
+  Index blocks = 0;
+  int residuals = 0, parameters = 0;
+  const Index* index = nullptr;
+  const S* jacobian = nullptr;
+
+  VESTA_HD S At(int k, int c, Index b) const { return jacobian[(k * parameters + c) * blocks + b]; }
+};
+
+// The blocks' columns by parameter: entries[first_entry[p]..first_entry[p + 1]) are parameter p's, as c * blocks + b,
+// ascending in b. Long lists are cut into segments, so that a parameter of many blocks is many threads' work:
+// segments[s] is the first entry of segment s, parameter p has those from first_segment[p] on, and every segment ends
+// where the next one or its parameter does.
+struct RowBlocksTranspose {
+  const Index *entries, *first_entry, *segments, *segment_end, *first_segment;
+};
+inline constexpr Index kSegmentEntries = 32;
+
+// For block b: u = J v.
+template <class S>
+struct MultiplyRows {
+  RowBlocks<S> rows;
+  const S* v;
+  S* u;
+  VESTA_HD void operator()(Index b) const {
+    for (int k = 0; k < rows.residuals; ++k) {
+      S sum(0);
+      for (int c = 0; c < rows.parameters; ++c) sum += rows.At(k, c, b) * v[rows.index[c * rows.blocks + b]];
+      u[k * rows.blocks + b] = sum;
+    }
+  }
+};
+
+// For segment s: its part of J^T u, or with u null of diag(J^T J).
+template <class S>
+struct SumSegment {
+  RowBlocks<S> rows;
+  RowBlocksTranspose transpose;
+  const S* u;
+  S* partial;
+  VESTA_HD void operator()(Index s) const {
+    S sum(0);
+    for (Index e = transpose.segments[s]; e < transpose.segment_end[s]; ++e) {
+      const Index entry = transpose.entries[e], b = entry % rows.blocks;
+      const int c = static_cast<int>(entry / rows.blocks);
+      for (int k = 0; k < rows.residuals; ++k) {
+        const S value = rows.At(k, c, b);
+        sum += value * (u != nullptr ? u[k * rows.blocks + b] : value);
+      }
+    }
+    partial[s] = sum;
+  }
+};
+
+// For parameter p: the sum of its segments.
+template <class S>
+struct SumSegments {
+  RowBlocksTranspose transpose;
+  const S* partial;
+  S* sums;
+  VESTA_HD void operator()(Index p) const {
+    S sum(0);
+    for (Index s = transpose.first_segment[p]; s < transpose.first_segment[p + 1]; ++s) sum += partial[s];
+    sums[p] = sum;
+  }
+};
+
+// For i = packed * group.count + block: one value of a diagonal block of J^T J. The parameters of a block of the group
+// must lie side by side, in order, among the columns of every residual block that has one of them.
+template <class S>
+struct GramOfRows {
+  RowBlocks<S> rows;
+  RowBlocksTranspose transpose;
+  BlockGroup group;
+  S* values;
+  VESTA_HD void operator()(Index i) const {
+    const Index block = i % group.count;
+    int row = 0;
+    while (PackedLower(row + 1, 0) <= i / group.count) ++row;
+    const int back = row - static_cast<int>(i / group.count - PackedLower(row, 0));
+    const Index p = group.Parameter(block, row);
+    S sum(0);
+    for (Index e = transpose.first_entry[p]; e < transpose.first_entry[p + 1]; ++e) {
+      const Index entry = transpose.entries[e], b = entry % rows.blocks;
+      const int c = static_cast<int>(entry / rows.blocks);
+      for (int k = 0; k < rows.residuals; ++k) sum += rows.At(k, c, b) * rows.At(k, c - back, b);
+    }
+    values[i] = sum;
+  }
+};
+
+}  // namespace vesta

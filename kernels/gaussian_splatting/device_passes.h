@@ -1,0 +1,41 @@
+// The launches behind DeviceView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits.
+#pragma once
+
+#include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/gaussian_splatting/types.h"
+
+namespace vesta::splat::device_passes {
+
+using Index = std::int64_t;
+
+// ProjectKernels over all Gaussians of the model; indices[i] = i.
+void Project(const Model<float>& model, const PinholeView& view, std::uint32_t* keys, std::uint32_t* indices,
+             Splat<float>* splats);
+void ProjectTangent(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of, const float* dx,
+                    SplatTangent<float>* tangents);
+void ProjectAdjoint(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
+                    const SplatTangent<float>* cotangents, float* g);
+void ProjectGram(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
+                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks);
+
+// The steps of tile_pairs.h.
+void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);
+void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
+                  Splat<float>* splats, std::int32_t* rank_of);
+void CountSplatTiles(int width, int height, const Splat<float>* splats, Index count, Index* counts);
+void EmitSplatPairs(int width, int height, const Splat<float>* splats, Index count, const Index* splat_begin,
+                    std::uint32_t* tiles, std::uint32_t* ranks, std::uint32_t* entries);
+void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
+                     Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin);
+
+// The block kernels of raster_blocks.h over all tiles, and the sums of their records by splat.
+void Forward(const TileLists<float>& lists, float* image);
+void Tangent(const TileLists<float>& lists, const SplatTangent<float>* tangents, float* d_image);
+void Adjoint(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* u,
+             SplatTangent<float>* sums);
+void Gram(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* omega,
+          SplatGram<float>* sums);
+void SumBySplat(const Index* splat_begin, Index splats, const SplatTangent<float>* records, SplatTangent<float>* sums);
+void SumBySplat(const Index* splat_begin, Index splats, const SplatGram<float>* records, SplatGram<float>* sums);
+
+}  // namespace vesta::splat::device_passes

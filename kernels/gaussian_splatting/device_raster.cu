@@ -1,0 +1,75 @@
+// Tile lists and raster passes on a GPU: launches of tile_pairs.h and raster_blocks.h.
+#include "kernels/core/launch.cuh"
+#include "kernels/gaussian_splatting/device_passes.h"
+#include "kernels/gaussian_splatting/raster_blocks.h"
+#include "kernels/gaussian_splatting/tile_pairs.h"
+
+namespace vesta::splat::device_passes {
+
+void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen) {
+  device::ForEach(count, CountSeen{keys, count, seen}, "counting splats");
+}
+
+void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
+                  Splat<float>* splats, std::int32_t* rank_of) {
+  device::ForEach(count, GatherSorted<float>{keys, indices, count, unsorted, splats, rank_of}, "gathering splats");
+}
+
+void CountSplatTiles(int width, int height, const Splat<float>* splats, Index count, Index* counts) {
+  device::ForEach(count, CountTiles<float>{TileGrid(width, height), splats, counts}, "counting tiles");
+}
+
+void EmitSplatPairs(int width, int height, const Splat<float>* splats, Index count, const Index* splat_begin,
+                    std::uint32_t* tiles, std::uint32_t* ranks, std::uint32_t* entries) {
+  device::ForEach(count, EmitPairs<float>{TileGrid(width, height), splats, splat_begin, tiles, ranks, entries},
+                  "listing tiles");
+}
+
+void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
+                     Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin) {
+  device::ForEach(pairs, PlacePairs{tiles, entries, rank_of_entry, pairs, num_tiles, ranks, tile_begin},
+                  "placing pairs");
+}
+
+namespace {
+
+Index NumTiles(const TileLists<float>& lists) { return Index{lists.tiles_x} * lists.tiles_y; }
+
+template <class Record>
+void SumRecords(const Index* splat_begin, Index splats, const Record* records, Record* sums) {
+  constexpr int kN = sizeof(Record) / sizeof(float);
+  device::ForEach(
+      splats * kN,
+      SumEntries<float, kN>{splat_begin, reinterpret_cast<const float*>(records), reinterpret_cast<float*>(sums)},
+      "sums by splat");
+}
+
+}  // namespace
+
+void Forward(const TileLists<float>& lists, float* image) {
+  device::Launch(ForwardBlock<float>{lists, image}, NumTiles(lists), "forward pass");
+}
+
+void Tangent(const TileLists<float>& lists, const SplatTangent<float>* tangents, float* d_image) {
+  device::Launch(TangentBlock<float>{lists, tangents, d_image}, NumTiles(lists), "tangent pass");
+}
+
+void Adjoint(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* u,
+             SplatTangent<float>* sums) {
+  device::Launch(AdjointBlock<float>{lists, entries, image, u, sums}, NumTiles(lists), "adjoint pass");
+}
+
+void Gram(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* omega,
+          SplatGram<float>* sums) {
+  device::Launch(GramBlock<float>{lists, entries, image, omega, sums}, NumTiles(lists), "Gram pass");
+}
+
+void SumBySplat(const Index* splat_begin, Index splats, const SplatTangent<float>* records, SplatTangent<float>* sums) {
+  SumRecords(splat_begin, splats, records, sums);
+}
+
+void SumBySplat(const Index* splat_begin, Index splats, const SplatGram<float>* records, SplatGram<float>* sums) {
+  SumRecords(splat_begin, splats, records, sums);
+}
+
+}  // namespace vesta::splat::device_passes

@@ -1,0 +1,54 @@
+// One view of a model in the memory of a GPU: the same operators as View, in float.
+#pragma once
+
+#include "kernels/core/device_buffer.h"
+#include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/gaussian_splatting/types.h"
+
+namespace vesta::splat {
+
+// Memory that views share while they work one after the other. Contents mean nothing between calls but for splat_sums,
+// which AddJT leaves as the cotangents by rank.
+struct DeviceViewWorkspace {
+  DeviceBuffer<std::uint32_t> keys, indices, other_keys, other_indices;  // by Gaussian
+  DeviceBuffer<Splat<float>> unsorted;
+  DeviceBuffer<Index> seen, counts;
+  DeviceBuffer<std::uint32_t> tiles, entries, other_tiles, other_entries, rank_of_entry;  // by pair
+  DeviceBuffer<SplatTangent<float>> pair_sums, splat_sums;
+  DeviceBuffer<SplatGram<float>> pair_grams, splat_grams;
+  DeviceBuffer<unsigned char> temporary;
+};
+
+// All pointers are to memory of the GPU. Build waits for the device twice, to learn how much memory the lists take; the
+// operators neither wait nor, after their first call, allocate. The same bits every time: no sum is made by atomics.
+class DeviceView {
+ public:
+  // As View::Build.
+  void Build(const Model<float>& model, const PinholeView& view, const double background[3],
+             DeviceViewWorkspace& workspace);
+
+  const PinholeView& pinhole() const { return pinhole_; }
+  Index num_pixels() const { return Index{pinhole_.width} * pinhole_.height; }
+  Index num_splats() const { return splats_.size(); }
+  Index num_pairs() const { return ranks_.size(); }
+  Span<const std::int32_t, Device> rank_of() const { return rank_of_; }
+  Span<const Splat<float>, Device> splats() const { return splats_; }
+
+  TileLists<float> Lists() const;
+  void Render(float* image) const;
+  void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
+  void AddJT(const Model<float>& model, const float* image, const float* u, float* g,
+             DeviceViewWorkspace& workspace) const;
+  void AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks, float* sh_diagonal,
+               DeviceViewWorkspace& workspace, float* sh_blocks = nullptr) const;
+
+ private:
+  PinholeView pinhole_{};
+  float background_[3]{};
+  DeviceBuffer<Splat<float>> splats_;
+  DeviceBuffer<std::int32_t> rank_of_;
+  DeviceBuffer<Index> splat_begin_, tile_begin_;
+  DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order of splats
+};
+
+}  // namespace vesta::splat

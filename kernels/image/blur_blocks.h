@@ -1,0 +1,229 @@
+// The operators of the photometric loss for a GPU as block kernels (kernels/core/block_kernel.h): a block blurs N
+// fields over a piece of one plane, 32 x 16 pixels with a border of five, and says what becomes of the result. The
+// formulas are those of photometric_formula.h.
+#pragma once
+
+#include "kernels/core/block_kernel.h"
+#include "kernels/image/gaussian_window.h"
+#include "kernels/image/image_shape.h"
+#include "kernels/image/photometric_formula.h"
+#include "kernels/image/pixel_penalty.h"
+
+namespace vesta {
+inline namespace VESTA_ISA {
+
+template <class S>
+struct WindowTaps {
+  S tap[kWindowTaps];
+};
+template <class S>
+inline WindowTaps<S> MakeWindowTaps() {
+  WindowTaps<S> taps;
+  int k = 0;
+  for (const double tap : GaussianTaps()) taps.tap[k++] = static_cast<S>(tap);
+  return taps;
+}
+
+// The values of N fields at one pixel.
+template <int N, class S>
+struct PixelFields {
+  S f[N];
+};
+
+// Operator has
+//   kFields, kSums
+//   Load(i) -> PixelFields<kFields>      the fields before the blur at position i of the image
+//   Store(i, blurred, sums)              takes the blurred ones, and adds to kSums double sums over all pixels
+// partial_sums: kSums for each block.
+template <class S, class Operator>
+struct BlurBlock {
+  static constexpr int kThreads = 256, kWidth = 32, kHeight = 16;
+  static constexpr int kFields = Operator::kFields, kSums = Operator::kSums;
+  static constexpr int kWide = kWidth + 2 * kWindowRadius, kHigh = kHeight + 2 * kWindowRadius;
+  struct Shared {
+    union {
+      S field[kFields][kHigh][kWide];
+      double lanes[kThreads];  // of the reductions, when the fields are done with
+    };
+    S column[kFields][kHeight][kWide];  // blurred down the columns
+  };
+  int width, height;
+  WindowTaps<S> taps;
+  Operator op;
+  double* partial_sums;
+
+  static constexpr Index NumBlocks(int width, int height) {
+    return ImageShape::kChannels * BlocksAcross(width) * BlocksDown(height);
+  }
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const Index across = BlocksAcross(width), in_plane = across * BlocksDown(height);
+    const Index plane = block.id() / in_plane * (static_cast<Index>(width) * height), piece = block.id() % in_plane;
+    const int left = static_cast<int>(piece % across) * kWidth, top = static_cast<int>(piece / across) * kHeight;
+    const int thread = block.thread();
+    for (int k = thread; k < kHigh * kWide; k += kThreads) {
+      const int r = k / kWide, c = k % kWide, y = top + r - kWindowRadius, x = left + c - kWindowRadius;
+      PixelFields<kFields, S> value = {};
+      if (x >= 0 && x < width && y >= 0 && y < height) value = op.Load(plane + static_cast<Index>(y) * width + x);
+      for (int n = 0; n < kFields; ++n) shared.field[n][r][c] = value.f[n];
+    }
+    block.Sync();
+    for (int k = thread; k < kHeight * kWide; k += kThreads) {
+      const int r = k / kWide, c = k % kWide;
+      for (int n = 0; n < kFields; ++n) {
+        S sum(0);
+        for (int t = 0; t < kWindowTaps; ++t) sum = Fma(taps.tap[t], shared.field[n][r + t][c], sum);
+        shared.column[n][r][c] = sum;
+      }
+    }
+    block.Sync();
+    double sums[kSums > 0 ? kSums : 1] = {};
+    for (int k = thread; k < kHeight * kWidth; k += kThreads) {
+      const int r = k / kWidth, c = k % kWidth, y = top + r, x = left + c;
+      if (x >= width || y >= height) continue;
+      PixelFields<kFields, S> blurred;
+      for (int n = 0; n < kFields; ++n) {
+        S sum(0);
+        for (int t = 0; t < kWindowTaps; ++t) sum = Fma(taps.tap[t], shared.column[n][r][c + t], sum);
+        blurred.f[n] = sum;
+      }
+      op.Store(plane + static_cast<Index>(y) * width + x, blurred, sums);
+    }
+    for (int i = 0; i < kSums; ++i) {
+      const double sum = ReduceBlock<kThreads>(block, shared.lanes, sums[i], AddUp{});
+      if (thread == 0) partial_sums[block.id() * kSums + i] = sum;
+    }
+  }
+
+ private:
+  VESTA_HD static constexpr Index BlocksAcross(int width) { return (width + kWidth - 1) / kWidth; }
+  VESTA_HD static constexpr Index BlocksDown(int height) { return (height + kHeight - 1) / kHeight; }
+};
+
+// sums[i] = the sum over the blocks of partial_sums[kSums block + i]; one block a sum.
+template <int kSums>
+struct SumPartials {
+  static constexpr int kThreads = 256;
+  struct Shared {
+    double lanes[kThreads];
+  };
+  const double* partial_sums;
+  Index blocks;
+  double* sums;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    double sum = 0;
+    for (Index b = block.thread(); b < blocks; b += kThreads) sum += partial_sums[b * kSums + block.id()];
+    sum = ReduceBlock<kThreads>(block, shared.lanes, sum, AddUp{});
+    if (block.thread() == 0) sums[block.id()] = sum;
+  }
+};
+
+// Sums of |e|, of the cost that stands for it and of 1 - SSIM; on request the slopes p, q, s of 1 - SSIM and its window
+// curvature.
+template <class S>
+struct WindowsOperator {
+  static constexpr int kFields = 4, kSums = 3;
+  const S *rendered, *truth;
+  PenaltyCoefficients<S> penalty;
+  S *p, *q, *s, *curvature;  // p, q, s null: not wanted; curvature likewise
+
+  VESTA_HD PixelFields<4, S> Load(Index i) const {
+    const S u = rendered[i] + truth[i], e = rendered[i] - truth[i];
+    return {{u, e, u * u, e * e}};
+  }
+  VESTA_HD void Store(Index i, const PixelFields<4, S>& blurred, double* sums) const {
+    const SsimWindow<S> window(blurred.f[0], blurred.f[1], blurred.f[2], blurred.f[3]);
+    const PixelPenalty<S> pixel(rendered[i] - truth[i], penalty);
+    sums[0] += static_cast<double>(pixel.absolute);
+    sums[1] += static_cast<double>(pixel.value);
+    sums[2] += static_cast<double>(window.Dissimilarity());
+    if (p == nullptr) return;
+    const SsimSlopes<S> slopes(window);
+    p[i] = slopes.p, q[i] = slopes.q, s[i] = slopes.s;
+    if (curvature != nullptr) curvature[i] = SsimWindowCurvature(window, slopes);
+  }
+};
+
+// gradient = ssim J^T 1 + l1 times the penalty's derivative; diagonal (null: not wanted) = ssim G s + l1 times its
+// curvature.
+template <class S>
+struct GradientOperator {
+  static constexpr int kFields = 3, kSums = 0;
+  const S *rendered, *truth, *p, *q, *s;
+  S l1, ssim;
+  PenaltyCoefficients<S> penalty;
+  S *gradient, *diagonal;
+
+  VESTA_HD PixelFields<3, S> Load(Index i) const { return {{p[i], q[i], s[i]}}; }
+  VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
+    const S x = rendered[i], e = x - truth[i];
+    const PixelPenalty<S> pixel(e, penalty);
+    gradient[i] = Fma(ssim, SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]), l1 * pixel.derivative);
+    if (diagonal != nullptr) diagonal[i] = Fma(ssim, blurred.f[2], l1 * pixel.Curvature(penalty));
+  }
+};
+
+// The Jacobian of 1 - SSIM by the rendered image: out = J in.
+template <class S>
+struct SsimTangentOperator {
+  static constexpr int kFields = 3, kSums = 0;
+  const S *rendered, *truth, *p, *q, *s, *in;
+  S* out;
+
+  VESTA_HD PixelFields<3, S> Load(Index i) const {
+    const S v = in[i], x = rendered[i];
+    return {{v, x * v, (x - truth[i]) * v}};
+  }
+  VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
+    out[i] = SsimTangent(p[i], q[i], s[i], blurred.f[0], blurred.f[1], blurred.f[2]);
+  }
+};
+
+// out = J^T in.
+template <class S>
+struct SsimAdjointOperator {
+  static constexpr int kFields = 3, kSums = 0;
+  const S *rendered, *truth, *p, *q, *s, *in;
+  S* out;
+
+  VESTA_HD PixelFields<3, S> Load(Index i) const {
+    const S v = in[i];
+    return {{p[i] * v, q[i] * v, s[i] * v}};
+  }
+  VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
+    const S x = rendered[i];
+    out[i] = SsimAdjoint(x, x - truth[i], blurred.f[0], blurred.f[1], blurred.f[2]);
+  }
+};
+
+// out = c o G in: the first half of W.
+template <class S>
+struct WeightedBlurOperator {
+  static constexpr int kFields = 1, kSums = 0;
+  const S *in, *c;
+  S* out;
+
+  VESTA_HD PixelFields<1, S> Load(Index i) const { return {{in[i]}}; }
+  VESTA_HD void Store(Index i, const PixelFields<1, S>& blurred, double*) const { out[i] = c[i] * blurred.f[0]; }
+};
+
+// out = scale G in + d o v: the second half.
+template <class S>
+struct BlurAddOperator {
+  static constexpr int kFields = 1, kSums = 0;
+  const S* in;
+  S scale;
+  const S *d, *v;
+  S* out;
+
+  VESTA_HD PixelFields<1, S> Load(Index i) const { return {{in[i]}}; }
+  VESTA_HD void Store(Index i, const PixelFields<1, S>& blurred, double*) const {
+    out[i] = Fma(scale, blurred.f[0], d[i] * v[i]);
+  }
+};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta

@@ -1,0 +1,18 @@
+// The launches behind DevicePhotometricLoss: what nvcc compiles. All pointers are to memory of the GPU; nothing waits.
+#pragma once
+
+#include "kernels/image/blur_blocks.h"
+
+namespace vesta::device_image {
+
+// Room for the partial sums of Windows.
+Index NumPartialSums(const ImageShape& shape);
+// sums: three.
+void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums);
+void Gradient(const ImageShape& shape, const GradientOperator<float>& op);
+void SsimTangents(const ImageShape& shape, const SsimTangentOperator<float>& op);
+void SsimAdjoints(const ImageShape& shape, const SsimAdjointOperator<float>& op);
+void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op);
+void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op);
+
+}  // namespace vesta::device_image

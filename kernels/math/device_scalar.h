@@ -1,0 +1,55 @@
+// Operations on floats for which a GPU has instructions of its own. The one place below the macro VESTA_HD where host
+// and device code differ; what differs is rounding.
+#pragma once
+
+#include <cmath>
+
+#include "kernels/core/hd.h"
+#include "kernels/math/isa.h"
+
+namespace vesta {
+inline namespace VESTA_ISA {
+
+// a * b + c. Scalars of the host round twice: std::fma without hardware support would cost fifty times as much. A GPU
+// rounds once.
+template <class T>
+VESTA_HD inline T MultiplyAdd(const T& a, const T& b, const T& c) {
+  return a * b + c;
+}
+#if defined(__CUDA_ARCH__)
+template <>
+VESTA_HD inline float MultiplyAdd(const float& a, const float& b, const float& c) {
+  return __fmaf_rn(a, b, c);
+}
+template <>
+VESTA_HD inline double MultiplyAdd(const double& a, const double& b, const double& c) {
+  return __fma_rn(a, b, c);
+}
+#endif
+
+// 2^x for x in [-126, 126]; on a GPU one instruction, relative error at most 2^-22 (PTX ISA, ex2.approx).
+VESTA_HD inline float Exp2(float x) {
+#if defined(__CUDA_ARCH__)
+  float result;
+  asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
+  return result;
+#else
+  return std::exp2(x);
+#endif
+}
+VESTA_HD inline double Exp2(double x) { return std::exp2(x); }
+
+// 1 / x for x in [2^-100, 2^100]; on a GPU one instruction, at most 1 unit in the last place off (rcp.approx).
+VESTA_HD inline float FastReciprocal(float x) {
+#if defined(__CUDA_ARCH__)
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(x));
+  return result;
+#else
+  return 1 / x;
+#endif
+}
+VESTA_HD inline double FastReciprocal(double x) { return 1 / x; }
+
+}  // namespace VESTA_ISA
+}  // namespace vesta

@@ -1,0 +1,14 @@
+// The residuals of a bundle adjustment on a GPU.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "problems/bundle_adjustment/observation.h"
+#include "solver/device_block_problem.h"
+
+namespace vesta::bundle {
+
+std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<BundleObservation>& observations);
+
+}  // namespace vesta::bundle

@@ -1,0 +1,45 @@
+// A bundle adjustment as like blocks of rows (kernels/core/row_blocks.h): one for each observation.
+#pragma once
+
+#include <vector>
+
+#include "kernels/core/block_diagonal.h"
+#include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/observation.h"
+
+namespace vesta::bundle {
+
+struct ObservationBlocks {
+  std::vector<BundleObservation> functors;
+  std::vector<Index> index;        // [12 * observations], as in RowBlocks: the point's parameters, then the camera's
+  std::vector<BlockGroup> groups;  // cameras, points
+  Index num_parameters;
+
+  explicit ObservationBlocks(const BundleData& data)
+      : groups{{.size = kCameraSize,
+                .count = data.num_cameras,
+                .offset = 0,
+                .component_stride = 1,
+                .block_stride = kCameraSize},
+               {.size = kPointSize,
+                .count = data.num_points,
+                .offset = kCameraSize * data.num_cameras,
+                .component_stride = 1,
+                .block_stride = kPointSize}},
+        num_parameters(kCameraSize * data.num_cameras + kPointSize * data.num_points) {
+    const auto blocks = data.observations.size();
+    index.resize(kRowSize * blocks);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const Observation& observation = data.observations[b];
+      functors.push_back({observation.pixel[0], observation.pixel[1]});
+      for (std::size_t c = 0; c < kRowSize; ++c) {
+        const Index column = static_cast<Index>(c);
+        index[c * blocks + b] = column < kPointSize
+                                    ? groups[1].Parameter(observation.point, static_cast<int>(c))
+                                    : groups[0].Parameter(observation.camera, static_cast<int>(c) - kPointSize);
+      }
+    }
+  }
+};
+
+}  // namespace vesta::bundle

@@ -1,0 +1,49 @@
+// The diagonal blocks of the splatting problem and its damping metric: what both memory spaces share.
+#pragma once
+
+#include <vector>
+
+#include "kernels/core/block_diagonal.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/math/spherical_harmonics.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/train/adam.h"
+
+namespace vesta::gs {
+
+// Values of a packed block.
+constexpr int PackedValues(int size) { return size * (size + 1) / 2; }
+
+// One block of the geometric attributes for each Gaussian; of the spherical harmonics the diagonal, or one block for
+// the three channels.
+inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool sh_blocks) {
+  const BlockGroup geometry{.size = splat::kGeometry, .count = count, .offset = 0, .component_stride = count};
+  const Index coefficients = ShCoefficients(sh_degree);
+  if (!sh_blocks) return {geometry, {.size = 1, .count = 3 * coefficients * count, .offset = splat::kSh * count}};
+  return {geometry,
+          {.size = static_cast<int>(coefficients),
+           .count = count,
+           .offset = splat::kSh * count,
+           .component_stride = 3 * count,
+           .copies = 3,
+           .copy_stride = count}};
+}
+
+// The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping). opacity_sum: of
+// diag(H) over the opacities. Empty where that gives no metric.
+inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
+  const double opacity_rate2 = options.rates.opacity * options.rates.opacity;
+  const double count = static_cast<double>(options.count > 0 ? options.count : 1);
+  const double c = options.rates_damping * opacity_rate2 * opacity_sum / count;
+  std::vector<double> metric;
+  if (!(c > 0)) return metric;
+  for (int a = 0; a < splat::NumAttributes(options.sh_degree); ++a) {
+    const double rate = RateOf(options.rates, a, options.extent);
+    const bool turns = a >= splat::kQuaternion && a < splat::kOpacity;
+    const double factor = a < splat::kLogScale ? options.position_damping : turns ? options.rotation_damping : 1;
+    metric.push_back(factor * c / (rate * rate));
+  }
+  return metric;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,57 @@
+// When the Adam stage does what: views, rates, bands of the spherical harmonics, density. The same on every device.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "kernels/core/random.h"
+#include "problems/gaussian_splatting/train/options.h"
+
+namespace vesta::gs {
+
+// Training views in random order, each once an epoch.
+class ViewOrder {
+ public:
+  ViewOrder(std::size_t views, std::uint64_t seed) : order_(views), seed_(seed) {}
+
+  std::size_t Next() {
+    if (at_ == 0) {
+      std::iota(order_.begin(), order_.end(), std::size_t{0});
+      CounterRandom random(seed_, epoch_++);
+      for (std::size_t i = order_.size(); i > 1; --i) {
+        std::swap(order_[i - 1], order_[static_cast<std::size_t>(random.Below(static_cast<Index>(i)))]);
+      }
+      at_ = order_.size();
+    }
+    return order_[--at_];
+  }
+
+ private:
+  std::vector<std::size_t> order_;
+  std::uint64_t seed_, epoch_ = 0;
+  std::size_t at_ = 0;
+};
+
+// Clone, split and prune happen at iteration `it` of `n`.
+inline bool DensifiesAt(const DensityOptions& density, int it, int n) {
+  const int interval = std::max(1, static_cast<int>(density.every * n));
+  return density.enabled && it % interval == 0 && it >= density.begin * n && it <= density.end * n;
+}
+inline bool ResetsOpacityAt(const DensityOptions& density, int it, int n) {
+  const int every = static_cast<int>(density.opacity_reset_every * n);
+  return every > 0 && it % every == 0;
+}
+
+// What all rates are multiplied by at iteration `it`.
+inline double RateFactor(const AdamOptions& adam, int it) {
+  return adam.rate_factor * std::pow(adam.rate_decay, (it - 1.0) / adam.iterations);
+}
+
+inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, int it) {
+  if (adam.sh_band_every <= 0) return sh_degree;
+  return std::min(sh_degree, static_cast<int>((it - 1) / (adam.sh_band_every * adam.iterations)));
+}
+
+}  // namespace vesta::gs

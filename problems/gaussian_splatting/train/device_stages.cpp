@@ -1,0 +1,68 @@
+#include "problems/gaussian_splatting/train/device_stages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/lm/device_splat_problem.h"
+#include "problems/gaussian_splatting/train/device_adam_stage.h"
+#include "problems/gaussian_splatting/train/lm_steps.h"
+
+namespace vesta::gs {
+namespace {
+
+// Adds what a stepper has done to a total, also where it ends by an exception.
+class CountDone {
+ public:
+  CountDone(const LmStepper<CudaBackend<float>>& stepper, int& total) : stepper_(stepper), total_(total) {}
+  ~CountDone() { total_ += stepper_.summary().num_accepted + stepper_.summary().num_rejected; }
+  CountDone(const CountDone&) = delete;
+  CountDone& operator=(const CountDone&) = delete;
+
+ private:
+  const LmStepper<CudaBackend<float>>& stepper_;
+  int& total_;
+};
+
+// Where the GPU's memory does not suffice the stage goes on from its best model with batches of half the size, solved
+// one by one and merged, so that one of them is in memory at a time.
+std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
+  using B = CudaBackend<float>;
+  const std::vector<DeviceTargetView> targets = UploadTargets(LmTargets(session));
+  SplatProblemOptions problem_options = LmProblemOptions(session, model);
+  vesta::LmOptions engine_options = LmEngineOptions(session.options().lm);
+  engine_options.hold_batches = hold_batches;
+  const int views = static_cast<int>(targets.size());
+  std::string report;
+  int done = 0;
+  for (;;) {
+    try {
+      B backend;
+      DeviceSplatProblem problem(problem_options, targets);
+      DeviceBuffer<float> x;
+      x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
+      engine_options.max_iterations = session.options().lm.iterations - done;
+      LmStepper<B> stepper(engine_options, backend, problem, x.view());
+      const CountDone count(stepper, done);
+      return report + RunLmSteps(session, model, backend, stepper, done);
+    } catch (const OutOfDeviceMemory& error) {
+      if (problem_options.batches.count >= views) throw;
+      problem_options.batches.count = std::min(views, 2 * problem_options.batches.count);
+      problem_options.batches.size = 0;
+      engine_options.batch_mode = BatchMode::kMerge;
+      engine_options.hold_batches = false;
+      report += fmt::format("{}; going on with {} batches\n", error.what(), problem_options.batches.count);
+    }
+  }
+}
+
+}  // namespace
+
+StageRunners DeviceStages() {
+  const DeviceInfo& device = QueryDevice();
+  if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
+  return {"cuda", RunDeviceAdamStage, RunDeviceLmStage};
+}
+
+}  // namespace vesta::gs

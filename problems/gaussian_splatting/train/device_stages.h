@@ -1,0 +1,11 @@
+// The stages of training on a GPU.
+#pragma once
+
+#include "problems/gaussian_splatting/train/trainer.h"
+
+namespace vesta::gs {
+
+// For Train and Refine. Throws Error, one line, where there is no GPU to use.
+StageRunners DeviceStages();
+
+}  // namespace vesta::gs

@@ -1,0 +1,38 @@
+// The LM stage, whatever the memory the engine works in: its options, and the loop over its steps.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/train/session.h"
+#include "solver/levenberg_marquardt.h"
+
+namespace vesta::gs {
+
+SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model);
+vesta::LmOptions LmEngineOptions(const LmOptions& lm);
+std::vector<TargetView<float>> LmTargets(const TrainingSession& session);
+
+// Runs the stepper to its end or until the session says stop; model holds its best x after each step. first: the
+// iterations that were done before. Returns the engine's full report.
+template <Backend B>
+std::string RunLmSteps(TrainingSession& session, SplatModel& model, B& backend, LmStepper<B>& stepper, int first) {
+  double values = 0;
+  for (const View* view : session.training_views()) values += static_cast<double>(view->image.rgb.size());
+  if (first == 0) session.Record(Stage::kLm, 0, ToKernelModel(model));
+  while (!stepper.done() && !session.ShouldStop()) {
+    const LmIteration& row = stepper.Step();
+    backend.ToHost(stepper.x(), {model.data.data(), static_cast<Index>(model.data.size())});
+    session.Record(Stage::kLm, first + row.iteration, ToKernelModel(model));
+    session.Report({Stage::kLm, first + row.iteration, session.options().lm.iterations, session.Seconds(),
+                    row.cost / values, session.latest_psnr(), model.count,
+                    fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
+                                row.pcg_iterations, row.accepted ? "" : " rejected")});
+  }
+  return stepper.summary().FullReport();
+}
+
+}  // namespace vesta::gs

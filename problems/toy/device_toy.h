@@ -1,0 +1,15 @@
+// Curve fits on a GPU: an example of a problem of one's own there (solver/device_functors.cuh).
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "problems/toy/exponential_fit.h"
+#include "solver/device_block_problem.h"
+
+namespace vesta {
+
+// Residuals of a fit, for DeviceBlockProblem; every functor reads the same two parameters.
+std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<ExponentialFit>& samples);
+
+}  // namespace vesta

@@ -1,0 +1,111 @@
+#include "solver/device_block_problem.h"
+
+#include "kernels/core/check.h"
+#include "kernels/core/device_rows.h"
+#include "solver/row_transpose.h"
+
+namespace vesta {
+namespace {
+
+DeviceBuffer<Index> Upload(const std::vector<Index>& values) {
+  DeviceBuffer<Index> buffer;
+  buffer.CopyFrom(HostSpan<const Index>(values.data(), static_cast<Index>(values.size())));
+  return buffer;
+}
+
+}  // namespace
+
+template <class S>
+struct DeviceBlockProblem<S>::Data {
+  Index num_parameters;
+  std::unique_ptr<DeviceResiduals<S>> residuals;
+  std::vector<BlockGroup> groups;
+  DeviceBuffer<Index> index, entries, first_entry, segments, segment_end, first_segment;
+  DeviceBuffer<S> cost_residuals;
+
+  Index num_residuals() const { return residuals->num_blocks() * residuals->residuals_per_block(); }
+  RowBlocksTranspose transpose() const {
+    return {entries.data(), first_entry.data(), segments.data(), segment_end.data(), first_segment.data()};
+  }
+};
+
+template <class S>
+class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>> {
+ public:
+  Linear(const Data& data, ConstView x) : data_(data), residuals_(data.num_residuals()) {
+    const DeviceResiduals<S>& blocks = *data.residuals;
+    jacobian_.ResizeForOverwrite(data.num_residuals() * blocks.parameters_per_block());
+    partial_.ResizeForOverwrite(data.segments.size());
+    blocks.Evaluate(data.index.data(), x.data(), residuals_.data(), jacobian_.data());
+    rows_ = {blocks.num_blocks(), blocks.residuals_per_block(), blocks.parameters_per_block(), data.index.data(),
+             jacobian_.data()};
+  }
+  Index num_residuals() const override { return data_.num_residuals(); }
+  Index num_parameters() const override { return data_.num_parameters; }
+  ConstView residuals() const override { return residuals_; }
+  void ApplyJ(ConstView v, View u) override { device::ApplyRows(rows_, v.data(), u.data()); }
+  void ApplyJT(ConstView u, View g) override { Transposed(u.data(), g.data()); }
+  void DiagJTJ(View d) override { Transposed(nullptr, d.data()); }
+  std::vector<BlockGroup> block_groups() const override { return data_.groups; }
+  void BlockGram(BlockDiagonal<B>& blocks) override {
+    for (std::size_t g = 0; g < data_.groups.size(); ++g) {
+      device::GramBlocks(rows_, data_.transpose(), data_.groups[g], blocks.values(static_cast<int>(g)).data());
+    }
+  }
+
+ private:
+  void Transposed(const S* u, S* g) {
+    device::ApplyRowsTransposed(rows_, data_.transpose(), data_.segments.size(), data_.num_parameters, u,
+                                partial_.data(), g);
+  }
+
+  const Data& data_;
+  DeviceBuffer<S> residuals_, jacobian_, partial_;
+  RowBlocks<S> rows_;
+};
+
+template <class S>
+DeviceBlockProblem<S>::DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
+                                          std::vector<Index> index, std::vector<BlockGroup> groups) {
+  const Index blocks = residuals->num_blocks();
+  VESTA_CHECK(static_cast<Index>(index.size()) == blocks * residuals->parameters_per_block(),
+              "{} indices for {} blocks of {} parameters", index.size(), blocks, residuals->parameters_per_block());
+  for (const Index p : index) VESTA_CHECK(p >= 0 && p < num_parameters, "index {} of {} parameters", p, num_parameters);
+  const HostRowTranspose transpose(num_parameters, index, blocks);
+  data_ = std::make_unique<Data>(Data{num_parameters,
+                                      std::move(residuals),
+                                      std::move(groups),
+                                      Upload(index),
+                                      Upload(transpose.entries),
+                                      Upload(transpose.first_entry),
+                                      Upload(transpose.segments),
+                                      Upload(transpose.segment_end),
+                                      Upload(transpose.first_segment),
+                                      {}});
+}
+
+template <class S>
+DeviceBlockProblem<S>::~DeviceBlockProblem() = default;
+
+template <class S>
+Index DeviceBlockProblem<S>::num_parameters() const {
+  return data_->num_parameters;
+}
+
+template <class S>
+double DeviceBlockProblem<S>::Cost(ConstView x) {
+  DeviceBuffer<S>& r = data_->cost_residuals;
+  r.ResizeForOverwrite(data_->num_residuals());
+  data_->residuals->Evaluate(data_->index.data(), x.data(), r.data(), nullptr);
+  return 0.5 * B().Dot(r.view(), r.view());
+}
+
+template <class S>
+std::unique_ptr<Linearization<CudaBackend<S>>> DeviceBlockProblem<S>::Linearize(ConstView x, int) {
+  return std::make_unique<Linear>(*data_, x);
+}
+
+template class DeviceBlockProblem<float>;
+template class DeviceBlockProblem<double>;
+
+}  // namespace vesta

@@ -1,0 +1,32 @@
+// Functors as residuals on a GPU: included by the .cu file of a problem, which says
+//   template std::unique_ptr<DeviceResiduals<double>> MakeDeviceResiduals(const std::vector<MyFunctor>&);
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "kernels/core/launch.cuh"
+#include "solver/device_block_problem.h"
+#include "solver/device_functors.h"
+
+namespace vesta {
+
+template <class F, class S>
+class FunctorsOnDevice final : public DeviceResiduals<S> {
+ public:
+  explicit FunctorsOnDevice(const std::vector<F>& functors) {
+    functors_.CopyFrom(HostSpan<const F>(functors.data(), static_cast<Index>(functors.size())));
+  }
+  Index num_blocks() const override { return functors_.size(); }
+  int residuals_per_block() const override { return F::kResiduals; }
+  int parameters_per_block() const override { return F::kParameters; }
+  void Evaluate(const Index* index, const S* x, S* residuals, S* jacobian) const override {
+    device::ForEach(num_blocks(), EvaluateFunctor<F, S>{functors_.data(), num_blocks(), index, x, residuals, jacobian},
+                    "residuals");
+  }
+
+ private:
+  DeviceBuffer<F> functors_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,190 @@
+// The kernels of a GPU, run on the host thread by thread, against the passes of the host.
+#include "kernels/gaussian_splatting/raster_blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/kernels/gaussian_splatting/device_lists.h"
+#include "tests/support/emulated_block.h"
+
+namespace vesta::splat {
+namespace {
+
+using test::DeviceLists;
+using test::Emulate;
+using test::RenderedView;
+using test::Scene;
+using test::SceneOptions;
+using test::ThreadOrder;
+
+class RasterBlocks : public testing::TestWithParam<SceneOptions> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, RasterBlocks, testing::ValuesIn(test::SceneKinds()),
+                         [](const auto& param) { return param.param.name; });
+
+// Largest difference, relative to the largest value.
+template <class S>
+double Error(const std::vector<S>& a, const std::vector<S>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double difference = 0, largest = 1e-30;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_TRUE(std::isfinite(a[i])) << i;
+    difference = std::max(difference, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+    largest = std::max(largest, std::abs(static_cast<double>(b[i])));
+  }
+  return difference / largest;
+}
+
+// What the four kernels give, the sums of pairs added up by splat.
+template <class S>
+struct Results {
+  std::vector<S> image, d_image, cotangents, grams;
+};
+
+template <class S>
+struct Inputs {
+  std::vector<SplatTangent<S>> tangents;
+  std::vector<S> u, omega;
+
+  Inputs(std::size_t splats, std::size_t values) : tangents(splats) {
+    test::Random random(3);
+    for (SplatTangent<S>& tangent : tangents) {
+      for (S& w : tangent.w) w = static_cast<S>(random.Normal());
+    }
+    u = random.NormalVector<S>(values);
+    omega = u;
+    for (S& value : omega) value *= value;
+  }
+};
+
+template <class S>
+constexpr S kUnwritten = std::numeric_limits<S>::quiet_NaN();
+
+template <class S, class Record>
+std::vector<S> SumBySplat(const DeviceLists<S>& lists, const std::vector<Record>& records) {
+  constexpr int kN = sizeof(Record) / sizeof(S);
+  std::vector<S> sums(kN * lists.splats.size(), kUnwritten<S>);
+  test::ForEachBackwards(
+      static_cast<Index>(sums.size()),
+      SumEntries<S, kN>{lists.splat_begin.data(), reinterpret_cast<const S*>(records.data()), sums.data()});
+  return sums;
+}
+
+template <class S>
+Results<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, const Inputs<S>& in, ThreadOrder order) {
+  const Index tiles = lists.grid.num_tiles();
+  const TileLists<S> l = lists.Lists();
+  Results<S> out;
+  out.image.assign(image.size(), kUnwritten<S>);
+  out.d_image = out.image;
+  Emulate(ForwardBlock<S>{l, out.image.data()}, tiles, order);
+  Emulate(TangentBlock<S>{l, in.tangents.data(), out.d_image.data()}, tiles, order);
+  SplatTangent<S> no_cotangent;
+  std::fill(std::begin(no_cotangent.w), std::end(no_cotangent.w), kUnwritten<S>);
+  std::vector<SplatTangent<S>> cotangents(lists.ranks.size(), no_cotangent);
+  Emulate(AdjointBlock<S>{l, lists.entries.data(), image.data(), in.u.data(), cotangents.data()}, tiles, order);
+  out.cotangents = SumBySplat<S>(lists, cotangents);
+  SplatGram<S> no_gram;
+  std::fill(std::begin(no_gram.m), std::end(no_gram.m), kUnwritten<S>);
+  std::vector<SplatGram<S>> grams(lists.ranks.size(), no_gram);
+  Emulate(GramBlock<S>{l, lists.entries.data(), image.data(), in.omega.data(), grams.data()}, tiles, order);
+  out.grams = SumBySplat<S>(lists, grams);
+  return out;
+}
+
+template <class S>
+Results<S> RunHost(const RenderedView<S>& rendered, const Inputs<S>& in) {
+  const auto& raster = GetRasterKernels<S>();
+  const TileLists<S> lists = rendered.view.Lists();
+  const auto pairs = static_cast<std::size_t>(rendered.view.num_pairs());
+  Results<S> out;
+  out.image = rendered.image;
+  out.d_image.resize(out.image.size());
+  std::vector<SplatTangent<S>> cotangents(pairs);
+  std::vector<SplatGram<S>> grams(pairs);
+  for (int tile = 0; tile < lists.tiles_x * lists.tiles_y; ++tile) {
+    raster.tangent(lists, tile, in.tangents.data(), out.d_image.data());
+    raster.adjoint(lists, tile, rendered.image.data(), in.u.data(), cotangents.data());
+    raster.gram(lists, tile, rendered.image.data(), in.omega.data(), grams.data());
+  }
+  const auto splats = static_cast<std::size_t>(rendered.view.num_splats());
+  out.cotangents.assign(kSplatTangent * splats, S(0));
+  out.grams.assign(kGramSums * splats, S(0));
+  for (std::size_t pair = 0; pair < pairs; ++pair) {
+    const std::size_t rank = lists.ranks[pair];
+    for (std::size_t i = 0; i < kSplatTangent; ++i) out.cotangents[kSplatTangent * rank + i] += cotangents[pair].w[i];
+    for (std::size_t i = 0; i < kGramSums; ++i) out.grams[kGramSums * rank + i] += grams[pair].m[i];
+  }
+  return out;
+}
+
+TEST_P(RasterBlocks, ListsAreThoseOfTheHost) {
+  for (const std::uint64_t seed : {0, 1, 2}) {
+    const Scene scene = test::RandomScene(GetParam(), seed);
+    const RenderedView<double> rendered(scene);
+    const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+    const TileLists<double> expected = rendered.view.Lists();
+    const auto tiles = static_cast<std::size_t>(lists.grid.num_tiles());
+    ASSERT_EQ(static_cast<Index>(lists.splats.size()), rendered.view.num_splats());
+    EXPECT_EQ(lists.tile_begin, std::vector<std::int64_t>(expected.tile_begin, expected.tile_begin + tiles + 1));
+    EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
+    EXPECT_EQ(lists.rank_of, std::vector<std::int32_t>(rendered.view.rank_of().begin(), rendered.view.rank_of().end()));
+    EXPECT_LT((lists.grid.num_tiles() - 1) >> lists.grid.key_bits(), 1);
+  }
+}
+
+// The same formulas in double: what differs is the order of sums.
+TEST_P(RasterBlocks, DoubleAgreesWithTheHost) {
+  const Scene scene = test::RandomScene(GetParam(), 5);
+  const RenderedView<double> rendered(scene);
+  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+  const Inputs<double> in(lists.splats.size(), rendered.image.size());
+  const Results<double> expected = RunHost(rendered, in);
+  const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
+  EXPECT_LT(Error(found.image, expected.image), 1e-13);
+  EXPECT_LT(Error(found.d_image, expected.d_image), 1e-11);
+  EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-11);
+  EXPECT_LT(Error(found.grams, expected.grams), 1e-11);
+}
+
+// A missing barrier shows as a result that depends on who runs first.
+TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
+  const Scene scene = test::RandomScene(GetParam(), 6);
+  const RenderedView<float> rendered(scene);
+  const DeviceLists<float> lists(rendered.model, scene.view, scene.background);
+  const Inputs<float> in(lists.splats.size(), rendered.image.size());
+  const Results<float> expected = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
+  for (const ThreadOrder order : {ThreadOrder::kBackward, ThreadOrder::kShuffled}) {
+    const Results<float> found = RunBlocks(lists, rendered.image, in, order);
+    EXPECT_EQ(found.image, expected.image);
+    EXPECT_EQ(found.d_image, expected.d_image);
+    EXPECT_EQ(found.cotangents, expected.cotangents);
+    EXPECT_EQ(found.grams, expected.grams);
+  }
+}
+
+// More splats in a tile than any kernel takes at once, and pixels that close on the way.
+TEST(RasterBlocksOfManySplats, SeveralBatchesAgreeWithTheHost) {
+  SceneOptions options;
+  options.width = 33, options.height = 20, options.count = 700, options.sh_degree = 0;
+  options.sigma_min = 1, options.sigma_max = 8;
+  const Scene scene = test::RandomScene(options, 7);
+  const RenderedView<double> rendered(scene);
+  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+  Index longest = 0;
+  for (int tile = 0; tile < lists.grid.num_tiles(); ++tile) {
+    const auto t = static_cast<std::size_t>(tile);
+    longest = std::max<Index>(longest, lists.tile_begin[t + 1] - lists.tile_begin[t]);
+  }
+  ASSERT_GT(longest, ForwardBlock<double>::kBatch);
+  const Inputs<double> in(lists.splats.size(), rendered.image.size());
+  const Results<double> expected = RunHost(rendered, in);
+  const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kShuffled);
+  EXPECT_LT(Error(found.image, expected.image), 1e-13);
+  EXPECT_LT(Error(found.d_image, expected.d_image), 1e-10);
+  EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-10);
+  EXPECT_LT(Error(found.grams, expected.grams), 1e-10);
+}
+
+}  // namespace
+}  // namespace vesta::splat

@@ -1,0 +1,124 @@
+// The loss's kernels of a GPU, run on the host thread by thread, against the loss of the host.
+#include "kernels/image/blur_blocks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernels/image/photometric_loss.h"
+#include "tests/support/emulated_block.h"
+
+namespace vesta {
+namespace {
+
+using test::ThreadOrder;
+
+// Images that differ, over several blocks with parts outside.
+struct Images {
+  ImageShape shape;
+  std::vector<double> rendered, truth, v;
+
+  Images(int width, int height) : shape{width, height} {
+    test::Random random(4);
+    const auto n = static_cast<std::size_t>(shape.NumValues());
+    for (std::size_t i = 0; i < n; ++i) {
+      truth.push_back(random.Uniform(0, 1));
+      rendered.push_back(std::clamp(truth.back() + 0.2 * random.Normal(), 0.0, 1.0));
+    }
+    v = random.NormalVector<double>(n);
+  }
+  std::vector<double> Unwritten() const {
+    return std::vector<double>(rendered.size(), std::numeric_limits<double>::quiet_NaN());
+  }
+};
+
+HostSpan<const double> ViewOf(const std::vector<double>& x) { return {x.data(), static_cast<Index>(x.size())}; }
+
+template <class Operator>
+std::vector<double> RunBlocks(const ImageShape& shape, const Operator& op, ThreadOrder order) {
+  using Kernel = BlurBlock<double, Operator>;
+  const Index blocks = Kernel::NumBlocks(shape.width, shape.height);
+  std::vector<double> partial(static_cast<std::size_t>(blocks * Operator::kSums));
+  test::Emulate(Kernel{shape.width, shape.height, MakeWindowTaps<double>(), op, partial.data()}, blocks, order);
+  std::vector<double> sums(Operator::kSums);
+  if constexpr (Operator::kSums > 0) {
+    test::Emulate(SumPartials<Operator::kSums>{partial.data(), blocks, sums.data()}, Operator::kSums, order);
+  }
+  return sums;
+}
+
+void ExpectNear(const std::vector<double>& found, HostSpan<const double> expected) {
+  double largest = 0;
+  for (const double value : expected) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_NEAR(found[i], expected[static_cast<Index>(i)], 1e-12 * largest) << i;
+  }
+}
+
+class BlurBlocks : public testing::TestWithParam<ThreadOrder> {};
+INSTANTIATE_TEST_SUITE_P(Orders, BlurBlocks,
+                         testing::Values(ThreadOrder::kForward, ThreadOrder::kBackward, ThreadOrder::kShuffled));
+
+TEST_P(BlurBlocks, LossGradientAndCurvatureAreThoseOfTheHost) {
+  const Images images(45, 37);
+  PhotometricLoss<double> loss;
+  PhotometricLinearization<double> w;
+  std::vector<double> gradient = images.Unwritten(), Wv = gradient;
+  const PhotometricValue value = loss.Linearize(ViewOf(images.rendered), ViewOf(images.truth), images.shape,
+                                                {gradient.data(), images.shape.NumValues()}, w);
+  loss.ApplyW(w, ViewOf(images.v), {Wv.data(), images.shape.NumValues()});
+
+  std::vector<double> p = images.Unwritten(), q = p, s = p, curvature = p, found_gradient = p, diagonal = p, half = p,
+                      found_Wv = p;
+  const PhotometricWeights weights;
+  const auto penalty = PenaltyCoefficientsOf<double>(weights);
+  const std::vector<double> sums =
+      RunBlocks(images.shape,
+                WindowsOperator<double>{images.rendered.data(), images.truth.data(), penalty, p.data(), q.data(),
+                                        s.data(), curvature.data()},
+                GetParam());
+  EXPECT_NEAR(sums[0], value.absolute, 1e-12 * value.absolute);
+  EXPECT_NEAR(sums[1], value.pixelwise, 1e-12 * value.pixelwise);
+  EXPECT_NEAR(sums[2], value.dissimilarity, 1e-12 * value.dissimilarity);
+  RunBlocks(images.shape,
+            GradientOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(),
+                                     weights.l1, weights.ssim, penalty, found_gradient.data(), diagonal.data()},
+            GetParam());
+  ExpectNear(found_gradient, ViewOf(gradient));
+  ExpectNear(diagonal, w.diagonal);
+  ExpectNear(curvature, w.curvature);
+  RunBlocks(images.shape, WeightedBlurOperator<double>{images.v.data(), curvature.data(), half.data()}, GetParam());
+  RunBlocks(images.shape,
+            BlurAddOperator<double>{half.data(), weights.ssim, diagonal.data(), images.v.data(), found_Wv.data()},
+            GetParam());
+  ExpectNear(found_Wv, ViewOf(Wv));
+}
+
+TEST_P(BlurBlocks, SsimJacobianIsThatOfTheHost) {
+  const Images images(20, 50);
+  const Index n = images.shape.NumValues();
+  SsimJacobian<double> jacobian;
+  std::vector<double> expected = images.Unwritten(), p = expected, q = p, s = p, found = p;
+  jacobian.Linearize(ViewOf(images.rendered), ViewOf(images.truth), images.shape, {expected.data(), n});
+  RunBlocks(images.shape,
+            WindowsOperator<double>{images.rendered.data(), images.truth.data(), PenaltyCoefficientsOf<double>({}),
+                                    p.data(), q.data(), s.data(), nullptr},
+            GetParam());
+  jacobian.Apply(ViewOf(images.v), {expected.data(), n});
+  RunBlocks(images.shape,
+            SsimTangentOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(),
+                                        images.v.data(), found.data()},
+            GetParam());
+  ExpectNear(found, ViewOf(expected));
+  jacobian.ApplyAdjoint(ViewOf(images.v), {expected.data(), n});
+  RunBlocks(images.shape,
+            SsimAdjointOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(),
+                                        images.v.data(), found.data()},
+            GetParam());
+  ExpectNear(found, ViewOf(expected));
+}
+
+}  // namespace
+}  // namespace vesta

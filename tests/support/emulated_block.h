@@ -1,0 +1,133 @@
+// Runs block kernels (kernels/core/block_kernel.h) on the host: one fiber a thread, switched at barriers only. The
+// order in which threads run between barriers is the caller's, so that a result that depends on it, which is what a
+// missing barrier looks like, shows up as a difference between two orders.
+#pragma once
+
+#include <ucontext.h>
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+#include "kernels/core/block_kernel.h"
+#include "tests/support/random.h"
+
+namespace vesta::test {
+
+enum class ThreadOrder { kForward, kBackward, kShuffled };
+
+// The threads of one block.
+class FiberBlock {
+ public:
+  FiberBlock(int threads, ThreadOrder order, std::uint64_t seed) : fibers_(static_cast<std::size_t>(threads)) {
+    order_.resize(fibers_.size());
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    if (order == ThreadOrder::kBackward) std::reverse(order_.begin(), order_.end());
+    if (order == ThreadOrder::kShuffled) {
+      Random random(seed);
+      for (std::size_t i = order_.size(); i > 1; --i) {
+        std::swap(order_[i - 1], order_[static_cast<std::size_t>(random.Uniform(0, static_cast<double>(i)))]);
+      }
+    }
+  }
+
+  // Calls body(thread) in every fiber until all have returned. Throws where some wait at a barrier that others never
+  // reach, and rethrows what a body throws.
+  void Run(const std::function<void(int)>& body) {
+    for (std::size_t t = 0; t < fibers_.size(); ++t) {
+      Fiber& fiber = fibers_[t];
+      if (fiber.stack == nullptr) fiber.stack = std::make_unique<char[]>(kStackBytes);
+      fiber.done = false;
+      getcontext(&fiber.context);
+      fiber.context.uc_stack.ss_sp = fiber.stack.get();
+      fiber.context.uc_stack.ss_size = kStackBytes;
+      fiber.context.uc_link = &scheduler_;
+      const auto self = reinterpret_cast<std::uintptr_t>(this);
+      makecontext(&fiber.context, reinterpret_cast<void (*)()>(&FiberBlock::Enter), 2,
+                  static_cast<unsigned>(self >> 32), static_cast<unsigned>(self));
+    }
+    body_ = &body;
+    failure_ = nullptr;
+    for (;;) {
+      votes_ = next_votes_;
+      next_votes_ = 0;
+      std::size_t done = 0;
+      for (const std::size_t t : order_) {
+        current_ = t;
+        if (!fibers_[t].done) swapcontext(&scheduler_, &fibers_[t].context);
+        done += fibers_[t].done ? 1U : 0U;
+        if (failure_) std::rethrow_exception(failure_);
+      }
+      if (done == fibers_.size()) return;
+      if (done > 0) throw std::logic_error("a barrier that some threads of the block never reach");
+    }
+  }
+  // A barrier; returns how many threads said true.
+  int Wait(bool vote) {
+    next_votes_ += vote ? 1 : 0;
+    Fiber& fiber = fibers_[current_];
+    swapcontext(&fiber.context, &scheduler_);
+    return votes_;
+  }
+
+ private:
+  static constexpr std::size_t kStackBytes = 64 * 1024;
+  struct Fiber {
+    std::unique_ptr<char[]> stack;
+    ucontext_t context;
+    bool done = false;
+  };
+  static void Enter(unsigned high, unsigned low) {
+    auto* self = reinterpret_cast<FiberBlock*>(std::uintptr_t{high} << 32 | low);
+    try {
+      (*self->body_)(static_cast<int>(self->current_));
+    } catch (...) {
+      self->failure_ = std::current_exception();
+    }
+    self->fibers_[self->current_].done = true;
+  }
+
+  std::vector<Fiber> fibers_;
+  std::vector<std::size_t> order_;
+  ucontext_t scheduler_{};
+  std::size_t current_ = 0;
+  int votes_ = 0, next_votes_ = 0;
+  const std::function<void(int)>* body_ = nullptr;
+  std::exception_ptr failure_;
+};
+
+// The Block of block_kernel.h.
+class EmulatedBlock {
+ public:
+  EmulatedBlock(FiberBlock& fibers, int thread, Index id) : fibers_(fibers), thread_(thread), id_(id) {}
+  int thread() const { return thread_; }
+  Index id() const { return id_; }
+  void Sync() { fibers_.Wait(false); }
+  int Count(bool value) { return fibers_.Wait(value); }
+
+ private:
+  FiberBlock& fibers_;
+  int thread_;
+  Index id_;
+};
+
+// Runs a kernel's blocks one after the other. Shared memory holds NaNs at first.
+template <class Kernel>
+void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder::kForward) {
+  FiberBlock fibers(Kernel::kThreads, order, 1);
+  auto shared = std::make_unique<typename Kernel::Shared>();
+  for (Index id = 0; id < blocks; ++id) {
+    std::memset(static_cast<void*>(shared.get()), 0xff, sizeof(*shared));
+    fibers.Run([&](int thread) {
+      EmulatedBlock block(fibers, thread, id);
+      kernel(block, *shared);
+    });
+  }
+}
+
+}  // namespace vesta::test
