@@ -14,7 +14,7 @@ std::string Help(const std::vector<std::string>& arguments) {
   const ProgramOutput output = RunProgram(arguments);
   EXPECT_EQ(output.status, 0);
   EXPECT_EQ(output.err, "");
-  EXPECT_LE(CountLines(output.out), 60);
+  EXPECT_LE(CountLines(output.out), 72);
   EXPECT_THAT(output.out, Not(HasSubstr("alsologtostderr")));  // no flags of the libraries
   return output.out;
 }

@@ -21,13 +21,13 @@ struct LearningRates {
 };
 
 struct AdamOptions {
-  int iterations = 2000;
+  int iterations = 3000;
   // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
   // The authors' rates are made for 30,000 iterations; short runs want several times as much.
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
   double rate_factor = 5.0;
-  double rate_decay = 0.3;
+  double rate_decay = 0.4;
   // One more band of spherical harmonics after each of these parts of the run.
   double sh_band_every = 0.08;
   // Rows of the history, evenly spaced (more where the iterations do not divide).
@@ -74,13 +74,13 @@ struct LmOptions {
   double step_limit_size = 1;          // factor on the caps, or the bound on the squared Hellinger distance
   bool line_search = false;
   double line_search_views = 0.3;
-  double initial_lambda = 0.03;
-  double min_lambda = 0.01;
+  double initial_lambda = 0.01;
+  double min_lambda = 0.003;
   double max_lambda = 1e4;
-  double rates_damping = 0.3;    // tau of the damping metric
-  double position_damping = 30;  // factors on it for the means and the quaternions
-  double rotation_damping = 100;
-  double l1_floor = 0.01;  // epsilon of the reweighted L1
+  double rates_damping = 0.3;   // tau of the damping metric
+  double position_damping = 10;  // factors on it for the means and the quaternions
+  double rotation_damping = 50;
+  double l1_floor = 0.01;      // epsilon of the reweighted L1
   // The cost and its quadratic: kernels/image/loss_options.h.
   std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
   double huber_threshold = 0.1;                  // of huber

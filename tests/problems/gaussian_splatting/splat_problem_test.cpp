@@ -297,6 +297,8 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   RingProblem<S> ring(1, kCount, 1, 60);
   ring.options.rates_damping = 0.25;
   ring.options.extent = 3;
+  ring.options.position_damping = 20;
+  ring.options.rotation_damping = 50;
   SplatProblem<S> problem = ring.Make();
   const Index n = problem.num_parameters();
   HostBuffer<S> diagonal(n), metric(n);
@@ -307,12 +309,13 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   const double c = 0.25 * 0.5 * (kCount - 1) * rates.opacity * rates.opacity;
   const double expected[] = {3 * rates.position, rates.log_scale, rates.quaternion,
                              rates.opacity,      rates.sh_dc,     rates.sh_rest};
+  constexpr double kFactor[] = {20, 1, 50, 1, 1, 1};
   constexpr int kFirst[] = {splat::kMean,    splat::kLogScale, splat::kQuaternion,
                             splat::kOpacity, splat::kSh,       splat::kSh + 3};
   for (Index k = 0; k < n; ++k) {
     const auto group = std::upper_bound(std::begin(kFirst), std::end(kFirst), k / kCount) - std::begin(kFirst) - 1;
     const double rate = expected[group];
-    ASSERT_NEAR(metric[k] * rate * rate / c, 1, 1e-6) << k;
+    ASSERT_NEAR(metric[k] * rate * rate / (c * kFactor[group]), 1, 1e-6) << k;
   }
 }
 
