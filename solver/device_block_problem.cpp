@@ -66,7 +66,7 @@ class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>>
 
 template <class S>
 DeviceBlockProblem<S>::DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
-                                          std::vector<Index> index, std::vector<BlockGroup> groups) {
+                                          const std::vector<Index>& index, std::vector<BlockGroup> groups) {
   const Index blocks = residuals->num_blocks();
   VESTA_CHECK(static_cast<Index>(index.size()) == blocks * residuals->parameters_per_block(),
               "{} indices for {} blocks of {} parameters", index.size(), blocks, residuals->parameters_per_block());

@@ -33,8 +33,8 @@ class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
 
   // index: the parameters of each block, in the layout of RowBlocks. groups: for block Jacobi, as GramOfRows wants
   // them; empty: none. Throws Error where the sizes do not fit.
-  DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals, std::vector<Index> index,
-                     std::vector<BlockGroup> groups = {});
+  DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
+                     const std::vector<Index>& index, std::vector<BlockGroup> groups = {});
   ~DeviceBlockProblem() override;
 
   Index num_parameters() const override;

@@ -34,9 +34,19 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
 
 // Small blocks: functions of many registers then still fill a multiprocessor by halves and thirds.
 inline constexpr int kForEachThreads = 128;
+// F::kMinBlocks, where a function says how many blocks a multiprocessor must hold at least: with 1 the compiler may use
+// all registers, where left to itself it spills some for the sake of one more block. 0: left to itself.
+template <class F>
+constexpr int MinBlocks() {
+  if constexpr (requires { F::kMinBlocks; }) {
+    return F::kMinBlocks;
+  } else {
+    return 0;
+  }
+}
 
 template <class F>
-__global__ void __launch_bounds__(kForEachThreads) RunForEach(Index count, const F f) {
+__global__ void __launch_bounds__(kForEachThreads, MinBlocks<F>()) RunForEach(Index count, const F f) {
   const Index step = Index{kForEachThreads} * gridDim.x;
   for (Index i = Index{kForEachThreads} * blockIdx.x + threadIdx.x; i < count; i += step) f(i);
 }

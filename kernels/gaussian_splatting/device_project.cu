@@ -32,6 +32,7 @@ struct TangentOne {
 
 template <int kDegree>
 struct AdjointOne {
+  static constexpr int kMinBlocks = 1;
   Model<float> model;
   Camera<float> camera;
   const std::int32_t* rank_of;

@@ -40,8 +40,9 @@ struct BlockPixel {
 template <class S>
 VESTA_HD inline Splat<S> InTile(const TileLists<S>& lists, std::int64_t tile, const Splat<S>& splat) {
   Splat<S> moved = splat;
-  moved.u = splat.u - (static_cast<S>(tile % lists.tiles_x * kTileSize) + S(0.5));
-  moved.v = splat.v - (static_cast<S>(tile / lists.tiles_x * kTileSize) + S(0.5));
+  const std::int64_t left = tile % lists.tiles_x * kTileSize, top = tile / lists.tiles_x * kTileSize;
+  moved.u = splat.u - (static_cast<S>(left) + S(0.5));
+  moved.v = splat.v - (static_cast<S>(top) + S(0.5));
   return moved;
 }
 

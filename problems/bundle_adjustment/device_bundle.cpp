@@ -1,5 +1,7 @@
 #include "problems/bundle_adjustment/device_bundle.h"
 
+#include <utility>
+
 #include "problems/bundle_adjustment/device_residuals.h"
 #include "problems/bundle_adjustment/observation_blocks.h"
 #include "problems/bundle_adjustment/structure.h"
@@ -10,7 +12,7 @@ std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const Bundle
   const Structure checked(data);  // throws where the data do not fit together
   ObservationBlocks blocks(data);
   return std::make_unique<DeviceBlockProblem<double>>(blocks.num_parameters, MakeDeviceResiduals(blocks.functors),
-                                                      std::move(blocks.index), std::move(blocks.groups));
+                                                      blocks.index, std::move(blocks.groups));
 }
 
 }  // namespace vesta::bundle

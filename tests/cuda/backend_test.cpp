@@ -130,12 +130,15 @@ TYPED_TEST(CudaBackendTest, BlockDiagonalMatricesAreThoseOfTheHost) {
     BlockDiagonal<CudaBackend<S>> gpu(n, groups);
     // Positive definite blocks.
     for (Index i = 0; i < count; ++i) {
-      const auto a = random.NormalVector<S>(static_cast<std::size_t>(order * order));
+      const auto a = random.NormalVector<S>(std::size_t{121});
+      const auto at = [&a](int row, int k) {
+        return a[static_cast<std::size_t>(11) * static_cast<std::size_t>(row) + static_cast<std::size_t>(k)];
+      };
       for (int row = 0; row < order; ++row) {
         for (int col = 0; col <= row; ++col) {
           S sum = row == col ? S(0.5) : S(0);
           for (int k = 0; k < order; ++k) {
-            sum += a[static_cast<std::size_t>(row * order + k)] * a[static_cast<std::size_t>(col * order + k)];
+            sum += at(row, k) * at(col, k);
           }
           cpu.values(0)[PackedLower(row, col) * count + i] = sum;
         }

@@ -12,6 +12,7 @@ namespace {
 
 std::vector<splat::PinholeView> Pinholes(const std::vector<DeviceTargetView>& views) {
   std::vector<splat::PinholeView> pinholes;
+  pinholes.reserve(views.size());
   for (const DeviceTargetView& view : views) pinholes.push_back(view.pinhole);
   return pinholes;
 }
@@ -20,6 +21,7 @@ std::vector<splat::PinholeView> Pinholes(const std::vector<DeviceTargetView>& vi
 
 std::vector<DeviceTargetView> UploadTargets(const std::vector<TargetView<float>>& views) {
   std::vector<DeviceTargetView> targets;
+  targets.reserve(views.size());
   for (const TargetView<float>& view : views) {
     VESTA_CHECK(view.truth.size() == 3 * Index{view.pinhole.width} * view.pinhole.height,
                 "a truth image of {} values for a view of {} x {}", view.truth.size(), view.pinhole.width,

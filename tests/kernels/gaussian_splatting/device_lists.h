@@ -13,6 +13,7 @@ namespace vesta::test {
 template <class T>
 std::vector<T> Permuted(const std::vector<T>& values, const std::vector<std::size_t>& order) {
   std::vector<T> result;
+  result.reserve(order.size());
   for (const std::size_t i : order) result.push_back(values[i]);
   return result;
 }

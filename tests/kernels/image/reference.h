@@ -128,12 +128,8 @@ double MaxAbs(const HostBuffer<S>& a) {
 // Below the window in either direction, odd, larger than a band of rows and several vectors, and a multiple of every
 // vector width.
 inline std::vector<ImageShape> Shapes() {
-  return {{.width = 1, .height = 1},
-          {.width = 3, .height = 7},
-          {.width = 12, .height = 9},
-          {.width = 17, .height = 31},
-          {.width = 32, .height = 13},
-          {.width = 69, .height = 101}};
+  return {{.width = 1, .height = 1},   {.width = 3, .height = 7},   {.width = 12, .height = 9},
+          {.width = 17, .height = 31}, {.width = 32, .height = 13}, {.width = 69, .height = 101}};
 }
 
 }  // namespace vesta::reference
