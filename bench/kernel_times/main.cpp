@@ -222,7 +222,7 @@ void Run(const Arguments& arguments) {
     bench.Operators();
     bench.AdamIteration();
   }
-  if (arguments.Flag("scaling", "") == "yes") Scaling(threads.back(), 3, rate, report);
+  if (arguments.Flag("scaling", "") == "yes") Scaling(threads.back(), 5, rate, report);
   report.Finish(arguments.Flag("json", ""));
 }
 

@@ -136,6 +136,10 @@ struct BadLine {
   std::string text;
 };
 
+void PrintTo(const BadLine& line, std::ostream* out) {
+  for (const std::string& argument : line.arguments) *out << argument << ' ';
+}
+
 class BadCommandLine : public testing::TestWithParam<BadLine> {};
 
 TEST_P(BadCommandLine, IsOneLine) {

@@ -61,7 +61,7 @@ struct SplatProblemOptions {
   // Factors on D of the means and of the quaternions. Means move splats past each other in the order of depth, which
   // the linear model does not see: where the order has been fitted, that costs in proportion to the way. A needle that
   // turns sweeps views far from those that it is fitted to (docs/results).
-  double position_damping = 5, rotation_damping = 20;
+  double position_damping = 5, rotation_damping = 200;
   LearningRates rates;
   double extent = 1;  // unit of the position rate
 };

@@ -34,8 +34,7 @@ TrainOptions PresetOptions(const std::string& name) {
   if (name == "best") {
     options.adam.iterations = 6000;
     options.density.gradient_threshold = 5e-4;
-    options.lm.iterations = 20;
-    options.lm.pcg_iterations = 8;
+    options.lm.iterations = 40;
     return options;
   }
   if (name == "paper" || name == "paper_code") {

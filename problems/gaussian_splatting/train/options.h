@@ -51,7 +51,7 @@ struct DensityOptions {
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmOptions {
-  int iterations = 12;
+  int iterations = 20;
   int pcg_iterations = 4;
   int batches = 1;
   int batch_size = 0;                    // views in each; 0: all are divided among the batches
@@ -79,7 +79,7 @@ struct LmOptions {
   double max_lambda = 1e4;
   double rates_damping = 0.3;   // tau of the damping metric
   double position_damping = 5;  // factors on it for the means and the quaternions
-  double rotation_damping = 20;
+  double rotation_damping = 200;
   double l1_floor = 0.01;  // epsilon of the reweighted L1
   // The cost and its quadratic: kernels/image/loss_options.h.
   std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
