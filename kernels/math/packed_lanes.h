@@ -1,8 +1,7 @@
 // Vectors of which only some lanes are kept in memory, one after the other, as scalars or as Half.
 //
-// PackedLanes<E, V>::Load(p, bits): lane i is the next stored element where bit i of bits is set, else 0; reads up to
-// kPackedOverread elements from p, whatever bits is. Store(p, bits, v) is its inverse and writes no more than there are
-// bits.
+// Load of PackedLanes<E, V> takes a pointer and bits: lane i is the next stored element where bit i is set, else 0; it
+// reads up to kPackedOverread elements, whatever the bits are. Store is its inverse and writes no more than there are bits.
 #pragma once
 
 #include <array>

@@ -51,7 +51,7 @@ struct DensityOptions {
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmOptions {
-  int iterations = 30;
+  int iterations = 20;
   int pcg_iterations = 4;
   int batches = 1;
   int batch_size = 0;                    // views in each; 0: all are divided among the batches
