@@ -1,7 +1,8 @@
 // Vectors of which only some lanes are kept in memory, one after the other, as scalars or as Half.
 //
 // Load of PackedLanes<E, V> takes a pointer and bits: lane i is the next stored element where bit i is set, else 0; it
-// reads up to kPackedOverread elements, whatever the bits are. Store is its inverse and writes no more than there are bits.
+// reads up to kPackedOverread elements, whatever the bits are. Store is its inverse and writes no more than there are
+// bits.
 #pragma once
 
 #include <array>
