@@ -15,8 +15,12 @@
 #include "kernels/image/image_kernels.h"
 
 // Inlines all that the function calls. The compiler's own measure of what is too large to inline would leave sums in
-// memory.
+// memory. Under the sanitizers, whose checks make such functions more than a compiler finishes in minutes, it is off.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define VESTA_FLATTEN
+#else
 #define VESTA_FLATTEN __attribute__((flatten))
+#endif
 
 namespace vesta {
 inline namespace VESTA_ISA {

@@ -39,18 +39,7 @@ class FiberBlock {
   // Calls body(thread) in every fiber until all have returned. Throws where some wait at a barrier that others never
   // reach, and rethrows what a body throws.
   void Run(const std::function<void(int)>& body) {
-    for (std::size_t t = 0; t < fibers_.size(); ++t) {
-      Fiber& fiber = fibers_[t];
-      if (fiber.stack == nullptr) fiber.stack = std::make_unique<char[]>(kStackBytes);
-      fiber.done = false;
-      getcontext(&fiber.context);
-      fiber.context.uc_stack.ss_sp = fiber.stack.get();
-      fiber.context.uc_stack.ss_size = kStackBytes;
-      fiber.context.uc_link = &scheduler_;
-      const auto self = reinterpret_cast<std::uintptr_t>(this);
-      makecontext(&fiber.context, reinterpret_cast<void (*)()>(&FiberBlock::Enter), 2,
-                  static_cast<unsigned>(self >> 32), static_cast<unsigned>(self));
-    }
+    for (Fiber& fiber : fibers_) Prepare(fiber);
     body_ = &body;
     failure_ = nullptr;
     for (;;) {
@@ -82,6 +71,18 @@ class FiberBlock {
     ucontext_t context;
     bool done = false;
   };
+  // Sets the fiber to begin at Enter.
+  void Prepare(Fiber& fiber) {
+    if (fiber.stack == nullptr) fiber.stack = std::make_unique<char[]>(kStackBytes);
+    fiber.done = false;
+    getcontext(&fiber.context);
+    fiber.context.uc_stack.ss_sp = fiber.stack.get();
+    fiber.context.uc_stack.ss_size = kStackBytes;
+    fiber.context.uc_link = &scheduler_;
+    const auto self = reinterpret_cast<std::uintptr_t>(this);
+    makecontext(&fiber.context, reinterpret_cast<void (*)()>(&FiberBlock::Enter), 2, static_cast<unsigned>(self >> 32),
+                static_cast<unsigned>(self));
+  }
   static void Enter(unsigned high, unsigned low) {
     auto* self = reinterpret_cast<FiberBlock*>(std::uintptr_t{high} << 32 | low);
     try {
