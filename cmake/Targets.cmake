@@ -65,7 +65,7 @@ function(vesta_test name)
   # What is tested is compiled as ever; the tests' own code need not be fast, and Eigen's takes long to optimise, with
   # the sanitizers' checks in it longer still.
   if(VESTA_SANITIZE)
-    target_compile_options(${name} PRIVATE -O0)
+    target_compile_options(${name} PRIVATE -Og)
   else()
     target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
   endif()
