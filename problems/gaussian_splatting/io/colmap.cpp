@@ -157,7 +157,7 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
     scene.points.colors.push_back(color);
   }
   SortAndSplit(&scene.views);
-  scene.extent = SceneExtent(scene.views);
+  scene.extent = SceneExtent(scene.views, scene.points);
   return scene;
 }
 

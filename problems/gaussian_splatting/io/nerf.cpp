@@ -243,7 +243,7 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random)
     if (!test_names.empty()) view.is_test = test_names.contains(view.name);
   }
   scene.points = FindPoints(folder, top, random);
-  scene.extent = SceneExtent(scene.views);
+  scene.extent = SceneExtent(scene.views, scene.points);
   return scene;
 }
 

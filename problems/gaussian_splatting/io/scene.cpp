@@ -24,7 +24,10 @@ void SortAndSplit(std::vector<View>* views) {
   for (std::size_t i = 0; i < views->size(); ++i) (*views)[i].is_test = i % 8 == 0;
 }
 
-double SceneExtent(const std::vector<View>& views) {
+namespace {
+
+// 1.1 times the largest distance of a training camera's centre from their mean; 1 where all coincide.
+double CameraRadius(const std::vector<View>& views) {
   std::vector<std::array<double, 3>> centers;
   for (const View& view : views) {
     if (!view.is_test) centers.push_back(CameraCenter(view));
@@ -38,6 +41,36 @@ double SceneExtent(const std::vector<View>& views) {
     radius = std::max(radius, std::hypot(center[0] - mean[0], center[1] - mean[1], center[2] - mean[2]));
   }
   return radius > 0 ? 1.1 * radius : 1.0;
+}
+
+// The depth of the point in the view, where it is in front and within the image; 0 elsewhere.
+double DepthInView(const View& view, const std::array<float, 3>& point) {
+  const auto& r = view.rotation;
+  std::array<double, 3> p;
+  for (std::size_t i = 0; i < 3; ++i) {
+    p[i] = r[3 * i] * point[0] + r[3 * i + 1] * point[1] + r[3 * i + 2] * point[2] + view.translation[i];
+  }
+  if (!(p[2] > 0)) return 0;
+  const Camera& camera = view.camera;
+  const double u = camera.fx * p[0] / p[2] + camera.cx, v = camera.fy * p[1] / p[2] + camera.cy;
+  return u >= 0 && u <= camera.width && v >= 0 && v <= camera.height ? p[2] : 0;
+}
+
+}  // namespace
+
+double SceneExtent(const std::vector<View>& views, const PointCloud& points) {
+  std::vector<double> depths;
+  for (const View& view : views) {
+    if (view.is_test) continue;
+    for (const auto& point : points.positions) {
+      const double depth = DepthInView(view, point);
+      if (depth > 0) depths.push_back(depth);
+    }
+  }
+  if (depths.empty()) return CameraRadius(views);
+  const auto median = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), median, depths.end());
+  return 0.5 * *median;
 }
 
 }  // namespace vesta::gs

@@ -48,8 +48,11 @@ struct Scene {
 // Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.
 void SortAndSplit(std::vector<View>* views);
 
-// 1.1 times the largest distance of a training camera's centre from the mean of those centres: the unit of lengths of
-// the 3DGS training schedule (Kerbl et al. 2023, after NeRF++). 1 where all centres coincide.
-double SceneExtent(const std::vector<View>& views);
+// The unit of lengths of the training schedule: half the median depth of the points in the training views' images.
+// So a learning rate for positions is one in pixels, whatever the cameras do. Kerbl et al. 2023 (after NeRF++) take 1.1
+// times the largest distance of a camera from their mean, which is about the same for cameras all round an object, and
+// stands in where no point is seen (1 where all centres coincide); for cameras side by side it says how long the row
+// is, and nothing of the scene (docs/results).
+double SceneExtent(const std::vector<View>& views, const PointCloud& points);
 
 }  // namespace vesta::gs

@@ -75,7 +75,7 @@ Scene RingOfCameras(int views, int width, int height, bool with_test_views) {
     scene.views.push_back(view);
   }
   if (with_test_views) SortAndSplit(&scene.views);
-  scene.extent = SceneExtent(scene.views);
+  scene.extent = SceneExtent(scene.views, scene.points);
   return scene;
 }
 

@@ -26,16 +26,31 @@ TEST(Scene, CenterIsWhereTheCameraMapsToZero) {
   }
 }
 
-TEST(Scene, ExtentIsTheRadiusOfTheTrainingCameras) {
+TEST(Scene, ExtentIsOfTheMedianDepth) {
+  std::vector<View> views(3);
+  for (View& view : views) view.camera = {100, 50, 50, 50, 50, 25};
+  views[0].translation = {-2, 0, 0};
+  views[1].translation = {0, 0, 6};
+  views[2].translation = {0, 0, 1000};
+  views[2].is_test = true;
+  // Depths 10 and 16; 20 and 26; behind the first and 2 in the second; the last beside both images.
+  const PointCloud points{{{0, 0, 10}, {3, 0, 20}, {0, 0, -4}, {40, 0, 1}}, {}};
+  EXPECT_DOUBLE_EQ(SceneExtent(views, points), 0.5 * 16);
+  // The length of the row of cameras has no part in it.
+  views[0].translation = {-4, 0, 0};
+  EXPECT_DOUBLE_EQ(SceneExtent(views, points), 0.5 * 16);
+}
+
+TEST(Scene, ExtentWithoutPointsIsTheRadiusOfTheTrainingCameras) {
   std::vector<View> views(4);
   views[0].translation = {-2, 0, 0};  // centres are the negatives
   views[1].translation = {2, 0, 0};
   views[2].translation = {0, 0, 0};
   views[3].translation = {100, 100, 100};
   views[3].is_test = true;
-  EXPECT_DOUBLE_EQ(SceneExtent(views), 2.2);
+  EXPECT_DOUBLE_EQ(SceneExtent(views, {}), 2.2);
   views.resize(1);
-  EXPECT_EQ(SceneExtent(views), 1.0) << "one camera has no extent";
+  EXPECT_EQ(SceneExtent(views, {}), 1.0) << "one camera has no extent";
 }
 
 TEST(Scene, ResizedCameraSeesTheSame) {
