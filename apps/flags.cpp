@@ -35,7 +35,7 @@ DEFINE_double(min_lambda, 0, "least damping");
 DEFINE_double(max_lambda, 0, "most damping");
 DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(position_damping, 0, "factor on it for the positions");
-DEFINE_double(rotation_damping, 0, "factor on it for the rotations");
+DEFINE_double(rotation_damping, 0, "weight in it of the way of a turning splat's ends");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
 DEFINE_double(memory_budget, 0, "GiB that the program may take, foreseen before they are used; 0: no limit");

@@ -4,6 +4,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/device_metric.h"
 #include "problems/gaussian_splatting/lm/device_splat_linearization.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 
@@ -69,7 +70,7 @@ std::unique_ptr<Linearization<CudaBackend<float>>> DeviceSplatProblem::Linearize
   return std::make_unique<DeviceSplatLinearization>(options_, x, views, batches_.scale(), loss_, workspace_);
 }
 
-bool DeviceSplatProblem::DampingMetric(ConstView, ConstView diag_h, View D) {
+bool DeviceSplatProblem::DampingMetric(ConstView x, ConstView diag_h, View D) {
   if (options_.rates_damping <= 0) return false;
   B backend;
   const Index n = options_.count;
@@ -82,7 +83,10 @@ bool DeviceSplatProblem::DampingMetric(ConstView, ConstView diag_h, View D) {
   for (std::size_t a = 0; a < metric.size(); ++a) {
     backend.Fill(metric[a], D.subspan(static_cast<Index>(a) * n, n));
   }
-  return !metric.empty();
+  if (metric.empty()) return false;
+  device_metric::AddTurns(
+      {static_cast<float>(options_.rotation_damping * metric[splat::kMean]), n, x.data(), D.data()});
+  return true;
 }
 
 bool DeviceSplatProblem::LimitStep(ConstView x, View step) {

@@ -29,7 +29,8 @@ inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool
            .copy_stride = count}};
 }
 
-// The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping). opacity_sum: of
+// The metric of the learning rates: entry a is D of attribute a, of
+// quaternions without AddTurnMetric (SplatProblemOptions::rates_damping). opacity_sum: of
 // diag(H) over the opacities. Empty where that gives no metric.
 inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
   const double opacity_rate2 = options.rates.opacity * options.rates.opacity;
@@ -39,8 +40,7 @@ inline std::vector<double> RatesMetric(const SplatProblemOptions& options, doubl
   if (!(c > 0)) return metric;
   for (int a = 0; a < splat::NumAttributes(options.sh_degree); ++a) {
     const double rate = RateOf(options.rates, a, options.extent);
-    const bool turns = a >= splat::kQuaternion && a < splat::kOpacity;
-    const double factor = a < splat::kLogScale ? options.position_damping : turns ? options.rotation_damping : 1;
+    const double factor = a < splat::kLogScale ? options.position_damping : 1;
     metric.push_back(factor * c / (rate * rate));
   }
   return metric;

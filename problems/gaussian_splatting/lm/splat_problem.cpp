@@ -7,6 +7,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"
+#include "problems/gaussian_splatting/lm/turn_metric.h"
 
 namespace vesta::gs {
 
@@ -85,7 +86,7 @@ bool SplatProblem<S>::LimitStep(ConstView x, View step) {
 }
 
 template <class S>
-bool SplatProblem<S>::DampingMetric(ConstView, ConstView diag_h, View D) {
+bool SplatProblem<S>::DampingMetric(ConstView x, ConstView diag_h, View D) {
   if (options_.rates_damping <= 0) return false;
   const Index n = options_.count;
   const S* opacity_diagonal = diag_h.data() + splat::kOpacity * n;
@@ -96,7 +97,10 @@ bool SplatProblem<S>::DampingMetric(ConstView, ConstView diag_h, View D) {
   for (std::size_t a = 0; a < metric.size(); ++a) {
     std::fill_n(D.data() + static_cast<Index>(a) * n, n, static_cast<S>(metric[a]));
   }
-  return !metric.empty();
+  if (metric.empty()) return false;
+  const AddTurnMetric<S> turns{static_cast<S>(options_.rotation_damping * metric[splat::kMean]), n, x.data(), D.data()};
+  ParallelFor(n, 4096, turns);
+  return true;
 }
 
 template class SplatProblem<float>;

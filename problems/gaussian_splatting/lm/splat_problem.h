@@ -58,10 +58,11 @@ struct SplatProblemOptions {
   // rate squared: the metric of Adam's learning rates, in which parameters that no view sees well are held too.
   // 0: the engine's own, diag(H).
   double rates_damping = 0.3;
-  // Factors on D of the means and of the quaternions. Means move splats past each other in the order of depth, which
-  // the linear model does not see: where the order has been fitted, that costs in proportion to the way. A needle that
-  // turns sweeps views far from those that it is fitted to (docs/results).
-  double position_damping = 5, rotation_damping = 200;
+  // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
+  // see: where the order has been fitted, that costs in proportion to the way (docs/results).
+  double position_damping = 5;
+  // Weight of what a splat's length adds to D of its quaternion (lm/turn_metric.h).
+  double rotation_damping = 1;
   LearningRates rates;
   double extent = 1;  // unit of the position rate
 };

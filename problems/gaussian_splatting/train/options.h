@@ -78,9 +78,9 @@ struct LmOptions {
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
   double rates_damping = 0.3;   // tau of the damping metric
-  double position_damping = 5;  // factors on it for the means and the quaternions
-  double rotation_damping = 200;
-  double l1_floor = 0.01;  // epsilon of the reweighted L1
+  double position_damping = 5;  // factor on it for the means
+  double rotation_damping = 1;  // weight in it of how far a splat's ends move when it turns
+  double l1_floor = 0.01;       // epsilon of the reweighted L1
   // The cost and its quadratic: kernels/image/loss_options.h.
   std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
   double huber_threshold = 0.1;                  // of huber
