@@ -20,6 +20,11 @@ list(APPEND options -ffp-contract=off)
 
 if(VESTA_SANITIZE)
   list(APPEND options -fsanitize=${VESTA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # The checks cost the compiler more than the code they are in. The same checks as calls where a function has more
+    # than a few of them, and no hunt for garbage in the first gigabyte: a third less time to compile.
+    list(APPEND options --param=asan-instrumentation-with-call-threshold=20 --param=ggc-min-heapsize=1000000)
+  endif()
   add_link_options(-fsanitize=${VESTA_SANITIZE})
   # Eigen allocates in another way under the address sanitizer; a static Ceres, compiled without it, brings the usual one,
   # and the linker takes one of both for all.

@@ -70,10 +70,10 @@ TEST(Bounds, ABoxAroundALinearProblem) {
       if (!free.empty()) {
         Eigen::MatrixXd columns(6, static_cast<Index>(free.size()));
         for (std::size_t k = 0; k < free.size(); ++k) columns.col(static_cast<Index>(k)) = a.col(free[k]);
-        const Eigen::VectorXd solved = columns.householderQr().solve(b - a * x);
+        const Eigen::VectorXd solved = test::LeastSquares(columns, b - test::Apply(a, x));
         for (std::size_t k = 0; k < free.size(); ++k) x[free[k]] = solved[static_cast<Index>(k)];
       }
-      if (x.cwiseAbs().maxCoeff() <= 0.3) best = std::min(best, 0.5 * (a * x - b).squaredNorm());
+      if (x.cwiseAbs().maxCoeff() <= 0.3) best = std::min(best, 0.5 * (test::Apply(a, x) - b).squaredNorm());
     }
     Cpu::Vector x(3);
     const LmSummary summary = SolveLm<Cpu>(Options(LinearSolverKind::kDenseQr), backend, problem, x.view());

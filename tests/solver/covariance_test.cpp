@@ -29,7 +29,7 @@ TEST(Covariance, IsTheInverseOfTheNormalMatrix) {
   const auto first = RandomBatch(8, 4, 1), second = RandomBatch(6, 4, 2);
   LinearProblem problem({first, second});
   const Covariance covariance = EstimateCovariance(problem, Cpu::Vector(4));
-  const Eigen::MatrixXd expected = (first.a.transpose() * first.a + second.a.transpose() * second.a).inverse();
+  const Eigen::MatrixXd expected = test::Inverse(test::Gram(first.a) + test::Gram(second.a));
   ASSERT_EQ(covariance.size, 4);
   EXPECT_EQ(covariance.rank, 4);
   for (int r = 0; r < 4; ++r) {
@@ -51,8 +51,8 @@ TEST(Covariance, TellsOfDirectionsWithoutInformation) {
   ASSERT_EQ(truncated.values.size(), 9U);
   // A generalised inverse: H C H = H.
   Eigen::Map<const Eigen::MatrixXd> c(truncated.values.data(), 3, 3);
-  const Eigen::MatrixXd h = batch.a.transpose() * batch.a;
-  EXPECT_LE((h * c * h - h).norm(), 1e-10 * h.norm());
+  const Eigen::MatrixXd h = test::Gram(batch.a);
+  EXPECT_LE((test::Multiply(test::Multiply(h, c), h) - h).norm(), 1e-10 * h.norm());
   LinearProblem zero({{Eigen::MatrixXd::Zero(2, 2), Eigen::VectorXd::Zero(2)}});
   EXPECT_EQ(EstimateCovariance(zero, Cpu::Vector(2)).rank, 0);
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "solver/linear_operator.h"
+#include "tests/support/dense_reference.h"
 
 namespace vesta {
 
@@ -18,7 +19,7 @@ class DenseOperator final : public LinearOperator<Cpu> {
   explicit DenseOperator(Eigen::MatrixXd a) : a_(std::move(a)) {}
   Index size() const override { return a_.rows(); }
   void Apply(Cpu::ConstView x, Cpu::View y) override {
-    AsEigen(y) = a_ * AsEigen(x);
+    AsEigen(y) = test::Apply(a_, AsEigen(x));
     ++applications;
   }
   int applications = 0;
@@ -32,8 +33,8 @@ class DenseMap final : public LinearMap<Cpu> {
   explicit DenseMap(Eigen::MatrixXd a) : a_(std::move(a)) {}
   Index rows() const override { return a_.rows(); }
   Index cols() const override { return a_.cols(); }
-  void Apply(Cpu::ConstView x, Cpu::View y) override { AsEigen(y) = a_ * AsEigen(x); }
-  void ApplyAdjoint(Cpu::ConstView y, Cpu::View x) override { AsEigen(x) = a_.transpose() * AsEigen(y); }
+  void Apply(Cpu::ConstView x, Cpu::View y) override { AsEigen(y) = test::Apply(a_, AsEigen(x)); }
+  void ApplyAdjoint(Cpu::ConstView y, Cpu::View x) override { AsEigen(x) = test::ApplyTransposed(a_, AsEigen(y)); }
 
  private:
   Eigen::MatrixXd a_;

@@ -217,13 +217,13 @@ TEST_P(Extremes, ZeroResidualAtTheStart) {
 TEST_P(Extremes, ConditionNumber1e12) {
   srand(6);
   const int n = 12;
-  const Eigen::MatrixXd u = Eigen::MatrixXd(Eigen::MatrixXd::Random(20, n).householderQr().householderQ()).leftCols(n);
-  const Eigen::MatrixXd v = Eigen::MatrixXd::Random(n, n).householderQr().householderQ();
+  const Eigen::MatrixXd u = test::Orthonormal(Eigen::MatrixXd::Random(20, n));
+  const Eigen::MatrixXd v = test::Orthonormal(Eigen::MatrixXd::Random(n, n));
   Eigen::VectorXd sigma(n);
   // H = J^T J has condition number 1e12.
   for (int k = 0; k < n; ++k) sigma[k] = std::pow(10.0, -6.0 * k / (n - 1));
-  const Eigen::MatrixXd a = u * sigma.asDiagonal() * v.transpose();
-  LinearProblem problem({{a, a * Eigen::VectorXd::Ones(n)}});
+  const Eigen::MatrixXd a = test::Multiply(u * sigma.asDiagonal(), v.transpose());
+  LinearProblem problem({{a, test::Apply(a, Eigen::VectorXd::Ones(n))}});
   Cpu::Vector x(n);
   LmOptions options = Options();
   options.parameter_tolerance = 0;

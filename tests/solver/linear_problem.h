@@ -22,7 +22,7 @@ class LinearProblem final : public Problem<Cpu> {
   int num_batches() const override { return static_cast<int>(batches_.size()); }
   double Cost(Cpu::ConstView x) override {
     double cost = 0;
-    for (const Batch& batch : batches_) cost += 0.5 * (batch.a * AsEigen(x) - batch.b).squaredNorm();
+    for (const Batch& batch : batches_) cost += 0.5 * (test::Apply(batch.a, AsEigen(x)) - batch.b).squaredNorm();
     return cost;
   }
   std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int batch) override {
@@ -46,17 +46,17 @@ class LinearProblem final : public Problem<Cpu> {
    public:
     Rows(const Batch& batch, Cpu::ConstView x, std::vector<BlockGroup> groups)
         : a_(batch.a), groups_(std::move(groups)), residuals_(batch.b.size()) {
-      AsEigen(residuals_.view()) = a_ * AsEigen(x) - batch.b;
+      AsEigen(residuals_.view()) = test::Apply(a_, AsEigen(x)) - batch.b;
     }
     Index num_residuals() const override { return a_.rows(); }
     Index num_parameters() const override { return a_.cols(); }
     Cpu::ConstView residuals() const override { return residuals_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = a_ * AsEigen(v); }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { AsEigen(g) = a_.transpose() * AsEigen(u); }
+    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = test::Apply(a_, AsEigen(v)); }
+    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { AsEigen(g) = test::ApplyTransposed(a_, AsEigen(u)); }
     void DiagJTJ(Cpu::View d) override { AsEigen(d) = a_.colwise().squaredNorm().transpose(); }
     std::vector<BlockGroup> block_groups() const override { return groups_; }
     void BlockGram(BlockDiagonal<Cpu>& blocks) override {
-      const Eigen::MatrixXd h = a_.transpose() * a_;
+      const Eigen::MatrixXd h = test::Gram(a_);
       for (std::size_t g = 0; g < groups_.size(); ++g) {
         const BlockGroup& group = groups_[g];
         for (Index i = 0; i < group.count; ++i) {

@@ -26,41 +26,41 @@ TEST(Lsmr, SolvesLeastSquares) {
   const Eigen::VectorXd b = Eigen::VectorXd::Random(30);
   LsmrSummary summary;
   const Eigen::VectorXd x = Solve(a, b, &summary);
-  const Eigen::VectorXd expected = a.householderQr().solve(b);
+  const Eigen::VectorXd expected = test::LeastSquares(a, b);
   EXPECT_LE((x - expected).norm(), 1e-12 * expected.norm());
   // The recursions' norms are those of the iterate.
-  EXPECT_NEAR(summary.residual_norm, (b - a * x).norm(), 1e-12);
+  EXPECT_NEAR(summary.residual_norm, (b - test::Apply(a, x)).norm(), 1e-12);
   LsmrOptions early{.max_iterations = 4, .relative_tolerance = 1e-15};
   const Eigen::VectorXd y = Solve(a, b, &summary, early);
   EXPECT_EQ(summary.iterations, 4);
   EXPECT_FALSE(summary.converged);
-  EXPECT_NEAR(summary.residual_norm, (b - a * y).norm(), 1e-12);
-  EXPECT_NEAR(summary.normal_residual_norm, (a.transpose() * (b - a * y)).norm(), 1e-12);
+  EXPECT_NEAR(summary.residual_norm, (b - test::Apply(a, y)).norm(), 1e-12);
+  EXPECT_NEAR(summary.normal_residual_norm, test::ApplyTransposed(a, b - test::Apply(a, y)).norm(), 1e-12);
 }
 
 TEST(Lsmr, FindsTheSolutionOfLeastNorm) {
   srand(4);
-  const Eigen::MatrixXd a = Eigen::MatrixXd::Random(10, 3) * Eigen::MatrixXd::Random(3, 6);
+  const Eigen::MatrixXd a = test::Multiply(Eigen::MatrixXd::Random(10, 3), Eigen::MatrixXd::Random(3, 6));
   const Eigen::VectorXd b = Eigen::VectorXd::Random(10);
   LsmrSummary summary;
   const Eigen::VectorXd x = Solve(a, b, &summary, {.max_iterations = 100, .relative_tolerance = 1e-12});
-  const Eigen::VectorXd expected = a.completeOrthogonalDecomposition().solve(b);
+  const Eigen::VectorXd expected = test::LeastNorm(a, b);
   EXPECT_LE((x - expected).norm(), 1e-10 * expected.norm());
 }
 
 // At condition number 1e7 the normal equations keep two digits of double; LSMR keeps what a QR keeps.
 TEST(Lsmr, SeesTheConditionNumberOnce) {
   srand(5);
-  Eigen::MatrixXd u = Eigen::MatrixXd::Random(40, 8).householderQr().householderQ() * Eigen::MatrixXd::Identity(40, 8);
-  Eigen::MatrixXd v = Eigen::MatrixXd::Random(8, 8).householderQr().householderQ();
+  const Eigen::MatrixXd u = test::Orthonormal(Eigen::MatrixXd::Random(40, 8));
+  const Eigen::MatrixXd v = test::Orthonormal(Eigen::MatrixXd::Random(8, 8));
   Eigen::VectorXd sigma(8);
   for (int k = 0; k < 8; ++k) sigma[k] = std::pow(10.0, -k);
-  const Eigen::MatrixXd a = u * sigma.asDiagonal() * v.transpose();
-  const Eigen::VectorXd truth = Eigen::VectorXd::Random(8), b = a * truth;
+  const Eigen::MatrixXd a = test::Multiply(u * sigma.asDiagonal(), v.transpose());
+  const Eigen::VectorXd truth = Eigen::VectorXd::Random(8), b = test::Apply(a, truth);
   LsmrSummary summary;
   const Eigen::VectorXd x = Solve(a, b, &summary);
   EXPECT_LE((x - truth).norm(), 1e-7 * truth.norm());
-  const Eigen::VectorXd normal = (a.transpose() * a).ldlt().solve(a.transpose() * b);
+  const Eigen::VectorXd normal = test::SolveSymmetric(test::Gram(a), test::ApplyTransposed(a, b));
   EXPECT_GE((normal - truth).norm(), 1e-5 * truth.norm());
 }
 

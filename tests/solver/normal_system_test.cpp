@@ -32,13 +32,13 @@ TEST_F(NormalSystemTest, SolvesTheDampedSumOfBatches) {
   const auto first = RandomBatch(8, 5, 1), second = RandomBatch(6, 5, 2);
   LinearProblem problem({first, second});
   const Cpu::Vector x = Vector({1, 2, 3, 4, 5});
-  const Eigen::MatrixXd h = first.a.transpose() * first.a + second.a.transpose() * second.a;
-  const Eigen::VectorXd g = first.a.transpose() * (first.a * AsEigen(x.view()) - first.b) +
-                            second.a.transpose() * (second.a * AsEigen(x.view()) - second.b);
+  const Eigen::MatrixXd h = test::Gram(first.a) + test::Gram(second.a);
+  const Eigen::VectorXd g = test::ApplyTransposed(first.a, test::Apply(first.a, AsEigen(x.view())) - first.b) +
+                            test::ApplyTransposed(second.a, test::Apply(second.a, AsEigen(x.view())) - second.b);
   const double lambda = 0.3;
   Eigen::MatrixXd damped = h;
   damped.diagonal() += lambda * h.diagonal();
-  const Eigen::VectorXd expected = -damped.ldlt().solve(g);
+  const Eigen::VectorXd expected = -test::SolveSymmetric(damped, g);
 
   problem.groups = {{5, 1, 0, 1, 5}};
   for (const auto kind :
@@ -66,7 +66,7 @@ TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
   const auto batch = RandomBatch(9, 5, 3);
   LinearProblem problem({batch});
   const Cpu::Vector x = Vector({1, -2, 3, -4, 5});
-  const Eigen::MatrixXd h = batch.a.transpose() * batch.a;
+  const Eigen::MatrixXd h = test::Gram(batch.a);
   for (const auto scaling : {ColumnScaling::kNone, ColumnScaling::kInverseRoot, ColumnScaling::kOnePlusInverse}) {
     for (const int iterations : {1, 2, 3}) {
       NormalSystem<Cpu> system(backend_, problem, x, {0});
@@ -76,7 +76,7 @@ TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
       system.Prepare(options, x, scale);
       Cpu::Vector step(5), moved(5);
       const auto solution = system.Solve(0.7, workspace_, step);
-      const double curvature = AsEigen(step.view()).dot(h * AsEigen(step.view()));
+      const double curvature = AsEigen(step.view()).dot(test::Apply(h, AsEigen(step.view())));
       EXPECT_NEAR(solution.curvature, curvature, 1e-11 * curvature);
       EXPECT_NEAR(system.Curvature(step), curvature, 1e-12 * curvature);
       // The problem is linear: the model is the cost.
@@ -116,9 +116,9 @@ TEST_F(NormalSystemTest, TheProblemsMetricReplacesTheDiagonal) {
   system.Prepare(Tight(), x, scale);
   Cpu::Vector step(4);
   system.Solve(0.2, workspace_, step);
-  const Eigen::MatrixXd h = batch.a.transpose() * batch.a;
-  const Eigen::VectorXd g = batch.a.transpose() * (batch.a * AsEigen(x.view()) - batch.b);
-  const Eigen::VectorXd expected = -(h + 0.5 * Eigen::MatrixXd::Identity(4, 4)).ldlt().solve(g);
+  const Eigen::MatrixXd h = test::Gram(batch.a);
+  const Eigen::VectorXd g = test::ApplyTransposed(batch.a, test::Apply(batch.a, AsEigen(x.view())) - batch.b);
+  const Eigen::VectorXd expected = -test::SolveSymmetric(h + 0.5 * Eigen::MatrixXd::Identity(4, 4), g);
   EXPECT_LE((AsEigen(step.view()) - expected).norm(), 1e-10 * expected.norm());
   EXPECT_LE((problem.last_diag_h - h.diagonal()).norm(), 1e-13 * h.norm());
 }

@@ -22,7 +22,7 @@ class Arrow final : public Problem<Cpu> {
     for (int p = 0; p < kPoints; ++p) a_.block(4 * p, kKept + p, 4, 1).setRandom();
   }
   Index num_parameters() const override { return a_.cols(); }
-  double Cost(Cpu::ConstView x) override { return 0.5 * (a_ * AsEigen(x) - b_).squaredNorm(); }
+  double Cost(Cpu::ConstView x) override { return 0.5 * (test::Apply(a_, AsEigen(x)) - b_).squaredNorm(); }
   std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override {
     return std::make_unique<Rows>(*this, x);
   }
@@ -32,13 +32,15 @@ class Arrow final : public Problem<Cpu> {
   class Rows final : public Linearization<Cpu> {
    public:
     Rows(const Arrow& problem, Cpu::ConstView x) : problem_(problem), residuals_(problem.b_.size()) {
-      AsEigen(residuals_.view()) = problem.a_ * AsEigen(x) - problem.b_;
+      AsEigen(residuals_.view()) = test::Apply(problem.a_, AsEigen(x)) - problem.b_;
     }
     Index num_residuals() const override { return residuals_.size(); }
     Index num_parameters() const override { return problem_.a_.cols(); }
     Cpu::ConstView residuals() const override { return residuals_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = problem_.a_ * AsEigen(v); }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { AsEigen(g) = problem_.a_.transpose() * AsEigen(u); }
+    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = test::Apply(problem_.a_, AsEigen(v)); }
+    void ApplyJT(Cpu::ConstView u, Cpu::View g) override {
+      AsEigen(g) = test::ApplyTransposed(problem_.a_, AsEigen(u));
+    }
     void DiagJTJ(Cpu::View d) override { AsEigen(d) = problem_.a_.colwise().squaredNorm().transpose(); }
     std::unique_ptr<ReducedSystem<Cpu>> MakeReducedSystem() override { return std::make_unique<Reduced>(problem_.a_); }
 
@@ -48,14 +50,14 @@ class Arrow final : public Problem<Cpu> {
   };
   class Reduced final : public ReducedSystem<Cpu> {
    public:
-    explicit Reduced(const Eigen::MatrixXd& a) : h_(a.transpose() * a) {}
+    explicit Reduced(const Eigen::MatrixXd& a) : h_(test::Gram(a)) {}
     Index size() const override { return kKept; }
     void SetDamping(double lambda, Cpu::ConstView metric) override {
       Eigen::MatrixXd damped = h_;
       damped.diagonal() += lambda * AsEigen(metric);
       e_ = damped.topRightCorner(kKept, kPoints);
       c_ = damped.bottomRightCorner(kPoints, kPoints).diagonal();
-      s_ = damped.topLeftCorner(kKept, kKept) - e_ * c_.cwiseInverse().asDiagonal() * e_.transpose();
+      s_ = damped.topLeftCorner(kKept, kKept) - test::Multiply(e_ * c_.cwiseInverse().asDiagonal(), e_.transpose());
     }
     void ReduceRhs(Cpu::ConstView rhs, Cpu::View reduced) override {
       const auto b = AsEigen(rhs);
@@ -65,7 +67,7 @@ class Arrow final : public Problem<Cpu> {
       auto x = AsEigen(step);
       x.tail(kPoints) = (AsEigen(rhs).tail(kPoints) - e_.transpose() * x.head(kKept)).cwiseQuotient(c_);
     }
-    void Apply(Cpu::ConstView x, Cpu::View y) override { AsEigen(y) = s_ * AsEigen(x); }
+    void Apply(Cpu::ConstView x, Cpu::View y) override { AsEigen(y) = test::Apply(s_, AsEigen(x)); }
     std::vector<BlockGroup> kept_groups() const override { return {{kKept, 1, 0, 1, kKept}}; }
     void DiagonalBlocks(BlockDiagonal<Cpu>& blocks) override {
       for (int r = 0; r < kKept; ++r) {
@@ -114,17 +116,17 @@ TEST(StepSolver, AllKindsAgreeWithTheDenseStep) {
   Arrow arrow;
   Cpu::Vector x(arrow.num_parameters());
   AsEigen(x.view()).setRandom();
-  const Eigen::MatrixXd h = arrow.a().transpose() * arrow.a();
+  const Eigen::MatrixXd h = test::Gram(arrow.a());
   for (const double lambda : {1e-12, 1e-3, 10.0}) {
     for (const auto kind : {LinearSolverKind::kAuto, LinearSolverKind::kPcg, LinearSolverKind::kReducedPcg,
                             LinearSolverKind::kLsmr, LinearSolverKind::kDenseQr}) {
       const Solved solved = StepOf(arrow, Options(kind), x, lambda);
       Eigen::MatrixXd damped = h;
       damped.diagonal() += lambda * h.diagonal();
-      const Eigen::VectorXd expected = -damped.ldlt().solve(solved.gradient);
+      const Eigen::VectorXd expected = -test::SolveSymmetric(damped, solved.gradient);
       EXPECT_LE((solved.step - expected).norm(), 1e-10 * expected.norm()) << ToString(kind) << ' ' << lambda;
       EXPECT_NEAR(solved.solution.gradient_dot_step, solved.gradient.dot(expected), 1e-10 * expected.norm());
-      EXPECT_NEAR(solved.solution.curvature, expected.dot(h * expected), 1e-10 * expected.norm());
+      EXPECT_NEAR(solved.solution.curvature, expected.dot(test::Apply(h, expected)), 1e-10 * expected.norm());
     }
   }
 }

@@ -8,6 +8,7 @@
 #include "solver/reduced_system.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/cpu_isas.h"
+#include "tests/support/dense_reference.h"
 
 namespace vesta::bundle {
 namespace {
@@ -28,7 +29,7 @@ MatrixXd DenseDamped(Linearization<Cpu>& linearization, double lambda, Cpu::View
     unit[k] = 0;
     jacobian.col(k) = AsEigen(column);
   }
-  MatrixXd damped = jacobian.transpose() * jacobian;
+  MatrixXd damped = test::Gram(jacobian);
   damped.diagonal() += lambda * AsEigen(metric);
   return damped;
 }
@@ -70,14 +71,12 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
   }
   // Everything for one damping; called twice, since a system is damped again after a rejected step.
   void Check(double lambda) {
-    const Index n = problem_.num_parameters(), kept = reduced_->size(), rest = n - kept;
+    const Index n = problem_.num_parameters(), kept = reduced_->size();
     ASSERT_EQ(kept, 81);
     reduced_->SetDamping(lambda, metric_);
     const MatrixXd damped = DenseDamped(*linearization_, lambda, metric_);
     const VectorXd scale = damped.diagonal().cwiseSqrt();
-    const MatrixXd schur = damped.topLeftCorner(kept, kept) -
-                           damped.topRightCorner(kept, rest) *
-                               damped.bottomRightCorner(rest, rest).llt().solve(damped.bottomLeftCorner(rest, kept));
+    const MatrixXd schur = test::SchurComplement(damped, kept);
     // Entries relative to the roots of their row's and column's diagonal.
     Cpu::Vector unit(kept), column(kept);
     for (Index k = 0; k < kept; ++k) {
@@ -107,7 +106,7 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
       Cpu::Vector solved(kept), b(kept);
       AsEigen(b) = given;
       factor->Apply(b, solved);
-      const VectorXd back = schur * AsEigen(solved);
+      const VectorXd back = test::Apply(schur, AsEigen(solved));
       EXPECT_LE((back - given).cwiseQuotient(scale.head(kept)).norm(),
                 1e-9 * given.cwiseQuotient(scale.head(kept)).norm());
     }
@@ -117,9 +116,9 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
     FillRandom(backend, 6, rhs.view());
     for (Index k = 0; k < n; ++k) rhs[k] *= scale[k];
     reduced_->ReduceRhs(rhs, reduced_rhs);
-    AsEigen(step).head(kept) = schur.ldlt().solve(AsEigen(reduced_rhs));
+    AsEigen(step).head(kept) = test::SolveSymmetric(schur, AsEigen(reduced_rhs));
     reduced_->BackSubstitute(rhs, step);
-    const VectorXd residual = (damped * AsEigen(step) - AsEigen(rhs)).cwiseQuotient(scale);
+    const VectorXd residual = (test::Apply(damped, AsEigen(step)) - AsEigen(rhs)).cwiseQuotient(scale);
     EXPECT_LE(residual.norm(), 1e-10 * AsEigen(rhs).cwiseQuotient(scale).norm());
   }
 

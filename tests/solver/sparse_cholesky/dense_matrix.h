@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/sparse_cholesky/block_matrix.h"
+#include "tests/support/dense_reference.h"
 #include "tests/support/random.h"
 
 namespace vesta::test {

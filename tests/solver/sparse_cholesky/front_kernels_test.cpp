@@ -16,7 +16,7 @@ struct Front {
     test::Random random(seed);
     const Eigen::MatrixXd g =
         test::Vector(random.NormalVector<double>(static_cast<std::size_t>(rows * rows))).reshaped(rows, rows);
-    matrix = g * g.transpose() + Eigen::MatrixXd::Identity(rows, rows);
+    matrix = test::Multiply(g, g.transpose()) + Eigen::MatrixXd::Identity(rows, rows);
     panel = {values.data(), PaddedRows(rows), rows, pivots};
     for (Index col = 0; col < pivots; ++col) {
       for (Index row = 0; row < rows; ++row) values[col * panel.stride + row] = matrix(row, col);
@@ -41,7 +41,7 @@ TEST_P(FrontKernelsOf, FactorizeAndUpdateAsTheDenseFactor) {
       if (pivots == 0 || pivots > rows) continue;
       Front front(rows, pivots, 1);
       EXPECT_EQ(kernels().factorize(front.panel, front.least.data()), 0);
-      const Eigen::MatrixXd L = front.matrix.llt().matrixL();
+      const Eigen::MatrixXd L = test::CholeskyFactor(front.matrix);
       const double tolerance = 1e-12 * L.norm();
       for (Index col = 0; col < pivots; ++col) {
         for (Index row = col; row < rows; ++row) {
@@ -54,7 +54,7 @@ TEST_P(FrontKernelsOf, FactorizeAndUpdateAsTheDenseFactor) {
       kernels().subtract_outer(front.panel, update.data(), stride, 0, middle);
       kernels().subtract_outer(front.panel, update.data(), stride, middle, below);
       const Eigen::MatrixXd L2 = L.block(pivots, 0, below, pivots);
-      const Eigen::MatrixXd expected = -L2 * L2.transpose();
+      const Eigen::MatrixXd expected = -test::Multiply(L2, L2.transpose());
       for (Index col = 0; col < below; ++col) {
         for (Index row = col; row < below; ++row) {
           EXPECT_NEAR(update[col * stride + row], expected(row, col), tolerance * L.norm());
@@ -70,7 +70,7 @@ TEST_P(FrontKernelsOf, SolveAsTheDenseFactor) {
     const Index pivots = front.panel.pivots;
     kernels().factorize(front.panel, front.least.data());
     Eigen::MatrixXd L = Eigen::MatrixXd::Identity(rows, rows);
-    L.leftCols(pivots) = Eigen::MatrixXd(front.matrix.llt().matrixL()).leftCols(pivots);
+    L.leftCols(pivots) = test::CholeskyFactor(front.matrix).leftCols(pivots);
     test::Random random(3);
     const std::vector<double> x = random.NormalVector<double>(static_cast<std::size_t>(rows));
     std::vector<double> forward = x, backward = x;

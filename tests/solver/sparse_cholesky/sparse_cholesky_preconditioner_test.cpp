@@ -99,7 +99,7 @@ TEST_F(SparseCholeskyPreconditionerTest, InvertsTheDampedSystem) {
     preconditioner->Apply(x, y);
     Eigen::MatrixXd damped = DenseH(*linearization);
     for (Index k = 0; k < n; ++k) damped(k, k) += lambda * metric[k];
-    const Eigen::VectorXd expected = damped.llt().solve(Eigen::Map<Eigen::VectorXd>(x.data(), n));
+    const Eigen::VectorXd expected = test::SolveSymmetric(damped, Eigen::Map<Eigen::VectorXd>(x.data(), n));
     EXPECT_LE((Eigen::Map<Eigen::VectorXd>(y.data(), n) - expected).norm(), 1e-12 * expected.norm());
   }
 }
