@@ -100,7 +100,8 @@ class Bench {
     HostBuffer<float> image(shape.NumValues()), u(shape.NumValues());
     gs::SplatModel trained = workload_.model;
     HostBuffer<float> gradient(static_cast<Index>(trained.data.size()));
-    gs::Adam adam(gs::LearningRates(), workload_.extent);
+    gs::Adam adam{gs::LearningRates()};
+    adam.SetUnits(std::vector<float>(static_cast<std::size_t>(trained.count), static_cast<float>(workload_.extent)));
     PhotometricLoss<float> loss({.l1_floor = 0});
     std::size_t next = 0;
     const int attributes = splat::NumAttributes(trained.sh_degree);

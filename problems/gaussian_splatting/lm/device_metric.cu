@@ -3,6 +3,6 @@
 
 namespace vesta::gs::device_metric {
 
-void AddTurns(const AddTurnMetric<float>& turns) { device::ForEach(turns.count, turns, "metric of turns"); }
+void Complete(const LengthMetric<float>& lengths) { device::ForEach(lengths.count, lengths, "metric of lengths"); }
 
 }  // namespace vesta::gs::device_metric

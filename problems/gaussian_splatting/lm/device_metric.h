@@ -1,11 +1,11 @@
 // What the splatting problem on a GPU does to its damping metric: what nvcc compiles.
 #pragma once
 
-#include "problems/gaussian_splatting/lm/turn_metric.h"
+#include "problems/gaussian_splatting/lm/length_metric.h"
 
 namespace vesta::gs::device_metric {
 
-// AddTurnMetric for all Gaussians. All pointers are to memory of the GPU; nothing waits.
-void AddTurns(const AddTurnMetric<float>& turns);
+// LengthMetric for all Gaussians. All pointers are to memory of the GPU; nothing waits.
+void Complete(const LengthMetric<float>& lengths);
 
 }  // namespace vesta::gs::device_metric

@@ -39,6 +39,8 @@ DeviceSplatProblem::DeviceSplatProblem(const SplatProblemOptions& options, const
       batches_(options.batches, Pinholes(views)),
       loss_(std::make_shared<DevicePhotometricLoss>(options.weights)),
       workspace_(std::make_shared<splat::DeviceViewWorkspace>()) {
+  CheckUnits(options);
+  if (options.units) units_.CopyFrom({options.units->data(), static_cast<Index>(options.units->size())});
   if (options.jacobian != JacobianKind::kRecompute) Fail("a cached Jacobian is for the CPU; choose recompute");
   if (options.residual_sampling != 1) Fail("sampling of tiles is for the CPU; choose a rate of 1");
 }
@@ -84,8 +86,8 @@ bool DeviceSplatProblem::DampingMetric(ConstView x, ConstView diag_h, View D) {
     backend.Fill(metric[a], D.subspan(static_cast<Index>(a) * n, n));
   }
   if (metric.empty()) return false;
-  device_metric::AddTurns(
-      {static_cast<float>(options_.rotation_damping * metric[splat::kMean]), n, x.data(), D.data()});
+  device_metric::Complete(
+      {static_cast<float>(options_.rotation_damping), n, units_.empty() ? nullptr : units_.data(), x.data(), D.data()});
   return true;
 }
 

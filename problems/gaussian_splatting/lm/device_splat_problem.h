@@ -49,7 +49,7 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
   std::shared_ptr<DevicePhotometricLoss> loss_;
   std::shared_ptr<splat::DeviceViewWorkspace> workspace_;
   splat::DeviceView cost_view_;
-  DeviceBuffer<float> cost_image_, ones_;
+  DeviceBuffer<float> cost_image_, ones_, units_;
 };
 
 }  // namespace vesta::gs

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
+#include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
@@ -29,9 +30,14 @@ inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool
            .copy_stride = count}};
 }
 
-// The metric of the learning rates: entry a is D of attribute a, of
-// quaternions without AddTurnMetric (SplatProblemOptions::rates_damping). opacity_sum: of
-// diag(H) over the opacities. Empty where that gives no metric.
+// Throws Error unless there is a unit of length for each Gaussian, or none at all.
+inline void CheckUnits(const SplatProblemOptions& options) {
+  VESTA_CHECK(!options.units || static_cast<Index>(options.units->size()) == options.count,
+              "{} units of length for {} Gaussians", options.units->size(), options.count);
+}
+
+// The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping), before
+// LengthMetric completes it. opacity_sum: of diag(H) over the opacities. Empty where that gives no metric.
 inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
   const double opacity_rate2 = options.rates.opacity * options.rates.opacity;
   const double count = static_cast<double>(options.count > 0 ? options.count : 1);
@@ -39,7 +45,7 @@ inline std::vector<double> RatesMetric(const SplatProblemOptions& options, doubl
   std::vector<double> metric;
   if (!(c > 0)) return metric;
   for (int a = 0; a < splat::NumAttributes(options.sh_degree); ++a) {
-    const double rate = RateOf(options.rates, a, options.extent);
+    const double rate = RateOf(options.rates, a);
     const double factor = a < splat::kLogScale ? options.position_damping : 1;
     metric.push_back(factor * c / (rate * rate));
   }

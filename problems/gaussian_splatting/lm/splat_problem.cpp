@@ -5,9 +5,9 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/length_metric.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"
-#include "problems/gaussian_splatting/lm/turn_metric.h"
 
 namespace vesta::gs {
 
@@ -32,6 +32,7 @@ SplatProblem<S>::SplatProblem(const SplatProblemOptions& options, std::vector<Ta
       workspace_(std::make_shared<splat::ViewWorkspace<S>>()) {
   VESTA_CHECK(options.residual_sampling > 0 && options.residual_sampling <= 1, "a sampling rate of {}",
               options.residual_sampling);
+  CheckUnits(options);
   for (const TargetView<S>& view : views_) {
     VESTA_CHECK(view.truth.size() == 3 * Index{view.pinhole.width} * view.pinhole.height,
                 "a truth image of {} values for a view of {} x {}", view.truth.size(), view.pinhole.width,
@@ -98,8 +99,9 @@ bool SplatProblem<S>::DampingMetric(ConstView x, ConstView diag_h, View D) {
     std::fill_n(D.data() + static_cast<Index>(a) * n, n, static_cast<S>(metric[a]));
   }
   if (metric.empty()) return false;
-  const AddTurnMetric<S> turns{static_cast<S>(options_.rotation_damping * metric[splat::kMean]), n, x.data(), D.data()};
-  ParallelFor(n, 4096, turns);
+  const LengthMetric<S> lengths{static_cast<S>(options_.rotation_damping), n,
+                                options_.units ? options_.units->data() : nullptr, x.data(), D.data()};
+  ParallelFor(n, 4096, lengths);
   return true;
 }
 

@@ -57,14 +57,15 @@ struct SplatProblemOptions {
   // Damping metric D_k = rates_damping * c / rate_k^2, c = the mean over Gaussians of diag(H) of the opacity times its
   // rate squared: the metric of Adam's learning rates, in which parameters that no view sees well are held too.
   // 0: the engine's own, diag(H).
-  double rates_damping = 0.3;
+  double rates_damping = 1.2;
   // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
   // see: where the order has been fitted, that costs in proportion to the way (docs/results).
   double position_damping = 5;
-  // Weight of what a splat's length adds to D of its quaternion (lm/turn_metric.h).
+  // Weight of what a splat's length adds to D of its quaternion (lm/length_metric.h).
   double rotation_damping = 1;
   LearningRates rates;
-  double extent = 1;  // unit of the position rate
+  // Of length, for each Gaussian (train/length_units.h); null: all 1.
+  std::shared_ptr<const std::vector<float>> units;
 };
 
 template <class S>

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/train/adam_kernel.h"
 
 namespace vesta::gs {
 
-double RateOf(const LearningRates& rates, int attribute, double extent) {
-  if (attribute < splat::kLogScale) return rates.position * extent;
+double RateOf(const LearningRates& rates, int attribute) {
+  if (attribute < splat::kLogScale) return rates.position;
   if (attribute < splat::kQuaternion) return rates.log_scale;
   if (attribute < splat::kOpacity) return rates.quaternion;
   if (attribute < splat::kSh) return rates.opacity;
@@ -19,7 +20,7 @@ double RateOf(const LearningRates& rates, int attribute, double extent) {
 
 float Adam::StepRate(int attribute, double factor, int steps) const {
   const double correction1 = 1 - std::pow(double{kAdamBeta1}, steps);
-  return static_cast<float>(RateOf(rates_, attribute, extent_) * factor / correction1);
+  return static_cast<float>(RateOf(rates_, attribute) * factor / correction1);
 }
 
 float Adam::RootCorrection2(int steps) {
@@ -32,6 +33,8 @@ void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double f
     first_.assign(model.data.size(), 0.0f);
     second_.assign(model.data.size(), 0.0f);
   }
+  VESTA_CHECK(units_.empty() || static_cast<Index>(units_.size()) == model.count, "{} units of length for {} Gaussians",
+              units_.size(), model.count);
   ++steps_;
   const AdamUpdate update = AdamUpdateFor(ActiveIsa());
   const Index count = model.count;
@@ -46,6 +49,7 @@ void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double f
             .parameters = model.data.data() + offset,
             .first = first_.data() + offset,
             .second = second_.data() + offset,
+            .units = attribute < splat::kLogScale && !units_.empty() ? units_.data() + begin : nullptr,
             .rate = StepRate(attribute, factor, steps_),
             .root_correction2 = RootCorrection2(steps_)});
   });

@@ -1,6 +1,7 @@
 // Adam (Kingma and Ba 2015) on a model, a rate for each class of parameter.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "problems/gaussian_splatting/io/ply.h"
@@ -8,12 +9,16 @@
 
 namespace vesta::gs {
 
-// The rate of attribute a (kernels/gaussian_splatting/layout.h); the position rate times extent.
-double RateOf(const LearningRates& rates, int attribute, double extent);
+// The rate of attribute a (kernels/gaussian_splatting/layout.h); of positions in units of length.
+double RateOf(const LearningRates& rates, int attribute);
 
 class Adam {
  public:
-  Adam(const LearningRates& rates, double extent) : rates_(rates), extent_(extent) {}
+  explicit Adam(const LearningRates& rates) : rates_(rates) {}
+
+  // The unit of length of each Gaussian of the model (length_units.h), to be set anew when those change; without it 1.
+  void SetUnits(std::vector<float> units) { units_ = std::move(units); }
+  const std::vector<float>& units() const { return units_; }
 
   // model -= step, for attributes [0, num_attributes), all rates times `factor`; gradient laid out as the model,
   // zero afterwards. Moments are made on first use. Parallel.
@@ -37,9 +42,9 @@ class Adam {
 
  private:
   LearningRates rates_;
-  double extent_;
   int steps_ = 0;
   Index count_ = 0;
+  std::vector<float> units_;
   std::vector<float> first_, second_;  // moments, laid out as the model
 };
 

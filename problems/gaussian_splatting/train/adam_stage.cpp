@@ -14,7 +14,8 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   const AdamOptions& adam_options = options.adam;
   const int n = adam_options.iterations;
   const double near = NearPlane(session.scene());
-  Adam adam(options.rates, session.scene().extent);
+  Adam adam(options.rates);
+  adam.SetUnits(TrainingUnits(session, model));
   DensityControl density(options.density, session.scene().extent, options.seed, model.count);
   ViewOrder order(session.training_views().size(), options.seed);
   // |e| itself, as in 3DGS: Adam needs no floor.
@@ -60,7 +61,10 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     adam.Step(model, gradient.data(), attributes, RateFactor(adam_options, it));
 
     if (observes) {
-      if (DensifiesAt(options.density, it, n)) density.Densify(model, adam, it);
+      if (DensifiesAt(options.density, it, n)) {
+        density.Densify(model, adam, it);
+        adam.SetUnits(TrainingUnits(session, model));
+      }
       if (ResetsOpacityAt(options.density, it, n)) DensityControl::ResetOpacity(model, adam);
     }
     mean_cost = it == 1 ? cost : 0.95 * mean_cost + 0.05 * cost;

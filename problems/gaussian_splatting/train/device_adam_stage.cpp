@@ -47,6 +47,7 @@ class DeviceModel {
                                       .parameters = x_.data(),
                                       .first = first_.data(),
                                       .second = second_.data(),
+                                      .units = units_.data(),
                                       .rate = {},
                                       .root_correction2 = Adam::RootCorrection2(steps_)};
     for (int a = 0; a < attributes; ++a) arrays.rate[a] = adam_.StepRate(a, factor, steps_);
@@ -80,6 +81,7 @@ class DeviceModel {
   void Upload() {
     const auto size = static_cast<Index>(model_.data.size());
     x_.CopyFrom(ViewOf(model_.data));
+    units_.CopyFrom(ViewOf(adam_.units()));
     gradient_.Resize(size);
     for (auto [buffer, moments] : {std::pair(&first_, &adam_.first_moments()), {&second_, &adam_.second_moments()}}) {
       if (moments->empty()) {
@@ -96,7 +98,7 @@ class DeviceModel {
   Adam& adam_;
   DensityControl& density_;
   int steps_ = 0;
-  DeviceBuffer<float> x_, gradient_, first_, second_, pull_;
+  DeviceBuffer<float> x_, gradient_, first_, second_, units_, pull_;
   DeviceBuffer<int> seen_;
 };
 
@@ -107,13 +109,15 @@ void RunDeviceAdamStage(TrainingSession& session, SplatModel& model) {
   const AdamOptions& adam_options = options.adam;
   const int n = adam_options.iterations;
   const std::vector<DeviceTargetView> targets = UploadTargets(LmTargets(session));
-  Adam adam(options.rates, session.scene().extent);
+  Adam adam(options.rates);
   DensityControl density(options.density, session.scene().extent, options.seed, model.count);
   ViewOrder order(targets.size(), options.seed);
   DevicePhotometricLoss loss({.l1_floor = 0});
   splat::DeviceView view;
   splat::DeviceViewWorkspace workspace;
   DeviceBuffer<float> image, image_gradient;
+  const auto measure_units = [&] { adam.SetUnits(TrainingUnits(session, model)); };
+  measure_units();
   DeviceModel on_device(model, adam, density);
   double mean_cost = 0;
   const int record_every = std::max(1, n / adam_options.evaluations);
@@ -142,7 +146,7 @@ void RunDeviceAdamStage(TrainingSession& session, SplatModel& model) {
     on_device.Step(attributes, RateFactor(adam_options, it));
 
     if (observes && DensifiesAt(options.density, it, n)) {
-      on_device.OnHost([&] { density.Densify(model, adam, it); });
+      on_device.OnHost([&] { density.Densify(model, adam, it), measure_units(); });
     }
     if (observes && ResetsOpacityAt(options.density, it, n)) {
       on_device.OnHost([&] { DensityControl::ResetOpacity(model, adam); });

@@ -10,7 +10,9 @@ namespace {
 struct StepOne {
   AdamArrays a;
   VESTA_HD void operator()(Index i) const {
-    const float step = AdamStep(a.gradient[i], a.rate[i / a.count], a.root_correction2, a.first[i], a.second[i]);
+    const Index attribute = i / a.count;
+    const float unit = attribute < splat::kLogScale ? a.units[i - attribute * a.count] : 1.0f;
+    const float step = AdamStep(a.gradient[i], unit * a.rate[attribute], a.root_correction2, a.first[i], a.second[i]);
     a.gradient[i] = 0;
     a.parameters[i] -= step;
   }

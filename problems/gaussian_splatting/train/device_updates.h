@@ -14,6 +14,7 @@ struct AdamArrays {
   Index count;
   int attributes;
   float *gradient, *parameters, *first, *second;
+  const float* units;                 // [count], factors on the rates of the positions
   float rate[splat::kMaxAttributes];  // of each attribute, Adam::StepRate
   float root_correction2;
 };

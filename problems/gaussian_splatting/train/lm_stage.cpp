@@ -61,7 +61,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
   result.rotation_damping = options.lm.rotation_damping;
   result.rates_damping = options.lm.damping == "rates" ? options.lm.rates_damping : 0;
   result.rates = options.rates;
-  result.extent = session.scene().extent;
+  result.units = std::make_shared<const std::vector<float>>(TrainingUnits(session, model));
   return result;
 }
 
@@ -99,10 +99,11 @@ vesta::LmOptions LmEngineOptions(const LmOptions& lm) {
 }
 
 std::vector<TargetView<float>> LmTargets(const TrainingSession& session) {
-  const double near = NearPlane(session.scene());
+  const std::vector<splat::PinholeView> pinholes = TrainingPinholes(session);
   std::vector<TargetView<float>> targets;
-  for (const View* view : session.training_views()) {
-    targets.push_back({ToPinhole(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
+  for (std::size_t v = 0; v < pinholes.size(); ++v) {
+    const std::vector<float>& truth = session.training_views()[v]->image.rgb;
+    targets.push_back({pinholes[v], {truth.data(), static_cast<Index>(truth.size())}});
   }
   return targets;
 }

@@ -38,6 +38,9 @@ double VectorBytes(const MemoryScene& scene) {
   return kFloat * splat::NumAttributes(scene.sh_degree) * static_cast<double>(scene.gaussians);
 }
 
+// Units of length.
+double UnitBytes(Index gaussians) { return kFloat * static_cast<double>(gaussians); }
+
 // A splat::View<float>.
 double ViewBytes(const ViewCounts& view, Index gaussians) {
   const double offsets = sizeof(std::int64_t), index = sizeof(std::uint32_t);
@@ -168,7 +171,7 @@ double AdamBytes(const MemoryScene& scene, bool density) {
   const ViewCounts most = Largest(scene.views);
   const Index n = scene.gaussians;
   // The model, its gradient and two moments; while Gaussians are rearranged one vector is there twice.
-  return (density ? 5 : 4) * VectorBytes(scene) + (density ? 2 * kFloat * static_cast<double>(n) : 0) +
+  return (density ? 5 : 4) * VectorBytes(scene) + UnitBytes(n) + (density ? 2 * kFloat * static_cast<double>(n) : 0) +
          ViewBytes(most, n) + ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
          2 * kImage * most.pixels + EvaluationBytes(most, n);
 }
@@ -196,7 +199,7 @@ double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches)
   if (lm.jacobian != "recompute") workspace += kImage * splat::kTileSize * splat::kTileSize * most.tiles;
   // The view and image of the cost.
   const double cost = ViewBytes(most, n) + kImage * most.pixels;
-  return batch_bytes + vectors * VectorBytes(scene) + workspace + cost + EvaluationBytes(most, n);
+  return batch_bytes + vectors * VectorBytes(scene) + UnitBytes(n) + workspace + cost + EvaluationBytes(most, n);
 }
 
 LmPlan PlanLm(const MemoryScene& scene, const TrainOptions& options) {

@@ -44,6 +44,7 @@ TrainOptions PresetOptions(const std::string& name) {
     // half of ours, whose cost lacks the factor 1/2. What differs, and why: docs/results/2026-11-21-lm-options.md.
     const bool code = name == "paper_code";
     options.adam = {.iterations = 20000, .rate_factor = 1, .rate_decay = 1, .sh_band_every = 0.05};
+    options.rates.opacity = 0.05;
     options.density.gradient_threshold = 2e-4;
     options.density.begin = 0.025;
     options.density.every = 0.005;

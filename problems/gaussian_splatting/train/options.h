@@ -10,12 +10,13 @@
 namespace vesta::gs {
 
 // Adam's learning rates by class of parameter, for the mean photometric loss of one view (Kerbl et al. 2023, the
-// authors' code). The position rate is multiplied by the scene's extent. They also are the metric in which LM damps.
+// authors' code). Of positions in units of length (length_units.h); of opacity as in later versions of that code. They
+// also are the metric in which LM damps.
 struct LearningRates {
   double position = 1.6e-4;
   double log_scale = 5e-3;
   double quaternion = 1e-3;
-  double opacity = 0.05;
+  double opacity = 0.025;
   double sh_dc = 2.5e-3;
   double sh_rest = 1.25e-4;
 };
@@ -77,7 +78,7 @@ struct LmOptions {
   double initial_lambda = 0.005;
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
-  double rates_damping = 0.3;   // tau of the damping metric
+  double rates_damping = 1.2;   // tau of the damping metric
   double position_damping = 5;  // factor on it for the means
   double rotation_damping = 1;  // weight in it of how far a splat's ends move when it turns
   double l1_floor = 0.01;       // epsilon of the reweighted L1

@@ -11,17 +11,15 @@
 namespace vesta::gs {
 namespace {
 
-constexpr double kExtent = 2.5;
-
 TEST(Adam, RatesFollowTheLayout) {
   const LearningRates rates;
-  EXPECT_EQ(RateOf(rates, splat::kMean + 2, kExtent), rates.position * kExtent);
-  EXPECT_EQ(RateOf(rates, splat::kLogScale, kExtent), rates.log_scale);
-  EXPECT_EQ(RateOf(rates, splat::kLogScale + 2, kExtent), rates.log_scale);
-  EXPECT_EQ(RateOf(rates, splat::kQuaternion + 3, kExtent), rates.quaternion);
-  EXPECT_EQ(RateOf(rates, splat::kOpacity, kExtent), rates.opacity);
-  EXPECT_EQ(RateOf(rates, splat::kSh + 2, kExtent), rates.sh_dc);
-  EXPECT_EQ(RateOf(rates, splat::kSh + 3, kExtent), rates.sh_rest);
+  EXPECT_EQ(RateOf(rates, splat::kMean + 2), rates.position);
+  EXPECT_EQ(RateOf(rates, splat::kLogScale), rates.log_scale);
+  EXPECT_EQ(RateOf(rates, splat::kLogScale + 2), rates.log_scale);
+  EXPECT_EQ(RateOf(rates, splat::kQuaternion + 3), rates.quaternion);
+  EXPECT_EQ(RateOf(rates, splat::kOpacity), rates.opacity);
+  EXPECT_EQ(RateOf(rates, splat::kSh + 2), rates.sh_dc);
+  EXPECT_EQ(RateOf(rates, splat::kSh + 3), rates.sh_rest);
 }
 
 // The first step is the rate against the sign of the gradient, whatever its size.
@@ -31,10 +29,10 @@ TEST(Adam, FirstStepIsTheRate) {
   std::vector<float> gradient(model.data.size());
   const float values[] = {1e-6f, -1e5f, 0.0f};
   for (std::size_t k = 0; k < gradient.size(); ++k) gradient[k] = values[k % 3];
-  Adam adam({}, kExtent);
+  Adam adam{LearningRates()};
   adam.Step(model, gradient.data(), model.num_attributes(), 2.0);
   for (int a = 0; a < model.num_attributes(); ++a) {
-    const double step = 2 * RateOf({}, a, kExtent);
+    const double step = 2 * RateOf({}, a);
     EXPECT_NEAR(model.attribute(a)[0], -step, 1e-6 * step);
     EXPECT_NEAR(model.attribute(a)[1], step, 1e-6 * step);
     EXPECT_EQ(model.attribute(a)[2], 0);
@@ -62,14 +60,19 @@ TEST(Adam, FollowsThePlainAlgorithm) {
   vesta::test::Random random(1);
   std::vector<PlainAdam> plain(model.data.size());
   std::vector<double> expected(model.data.size());
-  Adam adam({}, kExtent);
+  Adam adam{LearningRates()};
+  std::vector<float> units(5003);
+  for (std::size_t i = 0; i < units.size(); ++i) units[i] = 0.5f + 1e-3f * static_cast<float>(i);
+  adam.SetUnits(units);
   for (int step = 0; step < 50; ++step) {
     // Gradients with a mean, so that the moved distances do not cancel.
     std::vector<float> gradient = random.NormalVector<float>(model.data.size());
     for (float& value : gradient) value = 1e3f * (value + 1.5f);
     const double factor = std::pow(0.98, step);
     for (std::size_t k = 0; k < plain.size(); ++k) {
-      const double rate = factor * RateOf({}, static_cast<int>(k / 5003), kExtent);
+      const auto attribute = static_cast<int>(k / 5003);
+      const double unit = attribute < splat::kLogScale ? units[k % 5003] : 1;
+      const double rate = factor * unit * RateOf({}, attribute);
       expected[k] += plain[k].Step(gradient[k], rate);
     }
     adam.Step(model, gradient.data(), model.num_attributes(), factor);
@@ -85,7 +88,7 @@ TEST(Adam, MovesActiveAttributesOnly) {
   SplatModel model = test::RandomModel(4, 2, 2);
   const SplatModel before = model;
   std::vector<float> gradient(model.data.size(), 1.0f);
-  Adam adam({}, kExtent);
+  Adam adam{LearningRates()};
   adam.Step(model, gradient.data(), splat::NumAttributes(1), 1);
   for (int a = 0; a < model.num_attributes(); ++a) {
     for (Index i = 0; i < model.count; ++i) {
@@ -105,7 +108,7 @@ float MoveOfOpacity(Adam& adam, SplatModel& model, float gradient, Index i) {
 TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
   SplatModel model;
   model.Resize(0, 2);
-  Adam adam({}, kExtent), reference({}, kExtent);
+  Adam adam({}), reference({});
   SplatModel same = model;
   // Gaussian 0 is pushed one way, Gaussian 1 the other.
   std::vector<float> gradient(model.data.size());
@@ -136,7 +139,7 @@ TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
 TEST(Adam, ResetForgetsOneAttribute) {
   SplatModel model;
   model.Resize(0, 2);
-  Adam adam({}, kExtent);
+  Adam adam{LearningRates()};
   MoveOfOpacity(adam, model, 1.0f, 0);
   adam.Reset(splat::kOpacity);
   const SplatModel before = model;
@@ -147,7 +150,7 @@ TEST(Adam, ResetForgetsOneAttribute) {
 TEST(Adam, RearrangeAndResetBeforeTheFirstStepDoNothing) {
   SplatModel model;
   model.Resize(0, 2);
-  Adam adam({}, kExtent);
+  Adam adam{LearningRates()};
   adam.Rearrange({0, 1}, {true, false}, model.num_attributes());
   adam.Reset(splat::kOpacity);
   EXPECT_NEAR(MoveOfOpacity(adam, model, 1.0f, 1), -LearningRates().opacity, 1e-7);
@@ -157,7 +160,7 @@ TEST(Adam, UnseenParametersStayForever) {
   SplatModel model = test::RandomModel(3, 0, 3);
   SplatModel before = model;
   std::vector<float> none(model.data.size(), 0.0f);
-  Adam adam({}, kExtent);
+  Adam adam{LearningRates()};
   for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
   EXPECT_EQ(model.data, before.data);
   // And those that are no longer seen come to rest.

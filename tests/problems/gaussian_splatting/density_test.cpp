@@ -48,7 +48,7 @@ TEST(Density, LeavesWhatIsPulledLittle) {
   DensityControl control(OptionsThatClone(), 1, kSeed, 8);
   scene.Observe(control, Pulls(8, kWeak));
   const SplatModel before = scene.model;
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   control.Densify(scene.model, adam, 1);
   EXPECT_EQ(scene.model.data, before.data);
 }
@@ -56,7 +56,7 @@ TEST(Density, LeavesWhatIsPulledLittle) {
 TEST(Density, ThresholdIsOnTheMeanOverObservations) {
   DensityScene scene(4);
   DensityControl control(OptionsThatClone(), 1, kSeed, 4);
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   // Mean 1.75e-4, then, with another observation, 2.5e-4: over the threshold of 2e-4.
   scene.Observe(control, Pulls(4, 1.5e-4f));
   scene.Observe(control, Pulls(4, 2.0e-4f));
@@ -95,7 +95,7 @@ TEST(Density, PullIsTheGradientByTheScreenMean) {
     DensityControl control(options, 1, kSeed, 1);
     control.Observe(scene.view, scene.workspace.splat_sums.data(), 5);
     SplatModel changed = model;
-    Adam adam({}, 1);
+    Adam adam{LearningRates()};
     control.Densify(changed, adam, 1);
     EXPECT_EQ(changed.count, factor < 1 ? 2 : 1);
   }
@@ -110,7 +110,7 @@ TEST(Density, ClonesKeepTheJointOpacityAndAllElse) {
   DensityOptions options = OptionsThatClone();
   DensityControl control(options, 1, kSeed, kCount);
   scene.Observe(control, Pulls(kCount, kStrong));
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   control.Densify(scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 2 * kCount);
   for (Index i = 0; i < kCount; ++i) {
@@ -131,7 +131,7 @@ TEST(Density, ClonesOfOpaqueGaussiansStayFinite) {
     *scene.model.attribute(splat::kOpacity) = logit;
     DensityControl control(OptionsThatClone(), 1, kSeed, 1);
     scene.Observe(control, Pulls(1, kStrong));
-    Adam adam({}, 1);
+    Adam adam{LearningRates()};
     control.Densify(scene.model, adam, 1);
     ASSERT_EQ(scene.model.count, 2);
     EXPECT_NEAR(*scene.model.attribute(splat::kOpacity), logit / 2, 1e-3);
@@ -144,7 +144,7 @@ TEST(Density, SplitsShrinkAndScatter) {
   const SplatModel before = scene.model;
   DensityControl control(OptionsThatSplit(), 1, kSeed, kCount);
   scene.Observe(control, Pulls(kCount, kStrong));
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   control.Densify(scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 2 * kCount);
   double squares = 0;
@@ -183,7 +183,7 @@ TEST(Density, SplitsWhatIsLargeAndClonesWhatIsSmall) {
   const SplatModel before = scene.model;
   DensityControl control({}, 2, kSeed, 2);  // at 1 % of an extent of 2
   scene.Observe(control, Pulls(2, kStrong));
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   control.Densify(scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 4);
   EXPECT_EQ(MeanOf(scene.model, 0), MeanOf(before, 0));
@@ -202,7 +202,7 @@ TEST(Density, CapIsHardAndGoesToTheStrongest) {
   for (Index i = 0; i < kCount; ++i) pull.push_back(kStrong * static_cast<float>(1 + (7 * i) % kCount));
   const SplatModel before = scene.model;
   scene.Observe(control, pull);
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   control.Densify(scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, kCount + kRoom);
   std::vector<Index> cloned;
@@ -228,7 +228,7 @@ TEST(Density, PrunesTheTransparentAndTheHuge) {
   options.max_gaussians = 5;
   const SplatModel before = scene.model;
   DensityControl control(options, 2, kSeed, 5);
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   control.Densify(scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 3);
   EXPECT_EQ(MeanOf(scene.model, 0), MeanOf(before, 0));
@@ -244,7 +244,7 @@ TEST(Density, NeverEmptiesAModel) {
   std::fill_n(scene.model.attribute(splat::kOpacity), 3, -9.0f);
   const SplatModel before = scene.model;
   DensityControl control({}, 1, kSeed, 3);
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   control.Densify(scene.model, adam, 1);
   EXPECT_EQ(scene.model.data, before.data);
 }
@@ -252,7 +252,7 @@ TEST(Density, NeverEmptiesAModel) {
 TEST(Density, ResetLowersOpacities) {
   SplatModel model = test::RandomModel(3, 0, 4);
   model.attribute(splat::kOpacity)[1] = -7;
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   DensityControl::ResetOpacity(model, adam);
   EXPECT_NEAR(OpacityOf(model, 0), 0.01, 1e-8);
   EXPECT_EQ(model.attribute(splat::kOpacity)[1], -7);
@@ -262,7 +262,7 @@ TEST(Density, ResetLowersOpacities) {
 // Adam goes on with the model it is left with: the halves of a clone move alike.
 TEST(Density, MomentsFollowTheModel) {
   DensityScene scene(4);
-  Adam adam({}, 1);
+  Adam adam{LearningRates()};
   std::vector<float> gradient(scene.model.data.size(), 1.0f);
   adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
   DensityControl control(OptionsThatClone(), 1, kSeed, 4);

@@ -294,9 +294,11 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
 
 TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   using S = TypeParam;
+  std::vector<float> units(kCount);
+  for (std::size_t i = 0; i < units.size(); ++i) units[i] = 0.5f + 0.125f * static_cast<float>(i);
   RingProblem<S> ring(1, kCount, 1, 60);
   ring.options.rates_damping = 0.25;
-  ring.options.extent = 3;
+  ring.options.units = std::make_shared<const std::vector<float>>(units);
   ring.options.position_damping = 20;
   ring.options.rotation_damping = 50;
   SplatProblem<S> problem = ring.Make();
@@ -307,22 +309,23 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   ASSERT_TRUE(problem.DampingMetric(ring.x, diagonal, metric));
   const LearningRates& rates = ring.options.rates;
   const double c = 0.25 * 0.5 * (kCount - 1) * rates.opacity * rates.opacity;
+  const auto position = [&](Index i) { return units[static_cast<std::size_t>(i)] * rates.position; };
   const auto turn = [&](Index i) {  // of the quaternion: what the rate gives, and the way of the ends
     double square = 0, sigma = 0;
     for (int a = splat::kQuaternion; a < splat::kOpacity; ++a) square += std::pow(ring.x[a * kCount + i], 2);
     for (int a = splat::kLogScale; a < splat::kQuaternion; ++a) {
       sigma = std::max(sigma, std::exp(static_cast<double>(ring.x[a * kCount + i])));
     }
-    return 1 / std::pow(rates.quaternion, 2) + 50 * 20 / std::pow(3 * rates.position, 2) * 4 * sigma * sigma / square;
+    return 1 / std::pow(rates.quaternion, 2) + 50 * 20 / std::pow(position(i), 2) * 4 * sigma * sigma / square;
   };
-  const double expected[] = {3 * rates.position, rates.log_scale, rates.quaternion,
-                             rates.opacity,      rates.sh_dc,     rates.sh_rest};
+  const double expected[] = {0, rates.log_scale, rates.quaternion, rates.opacity, rates.sh_dc, rates.sh_rest};
   constexpr double kFactor[] = {20, 1, 1, 1, 1, 1};
   constexpr int kFirst[] = {splat::kMean,    splat::kLogScale, splat::kQuaternion,
                             splat::kOpacity, splat::kSh,       splat::kSh + 3};
   for (Index k = 0; k < n; ++k) {
     const auto group = std::upper_bound(std::begin(kFirst), std::end(kFirst), k / kCount) - std::begin(kFirst) - 1;
-    const double unit = group == 2 ? turn(k % kCount) : 1 / std::pow(expected[group], 2);
+    const Index i = k % kCount;
+    const double unit = group == 2 ? turn(i) : 1 / std::pow(group == 0 ? position(i) : expected[group], 2);
     ASSERT_NEAR(metric[k] / (c * kFactor[group] * unit), 1, 1e-5) << k;
   }
 }

@@ -71,7 +71,7 @@ TEST(GsThreads, Density) {
     options.max_gaussians = kCount + 3000;
     DensityControl control(options, 1, 5, kCount);
     scene.Observe(control, pull);
-    Adam adam({}, 1);
+    Adam adam{LearningRates()};
     std::vector<float> gradient(scene.model.data.size(), 1.0f);
     adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
     control.Densify(scene.model, adam, 1);
