@@ -46,7 +46,29 @@ const std::vector<Change>& LmChanges() {
       {"initial lambda", "x 10", [](Options& o) { o.lm.initial_lambda *= 10; }},
 
       {"preconditioner", "jacobi", [](Options& o) { o.lm.preconditioner = "jacobi"; }},
+      {"preconditioner", "block_sh", [](Options& o) { o.lm.preconditioner = "block_sh"; }},
+      {"weight of turning", "0", [](Options& o) { o.lm.rotation_damping = 0; }},
+      {"weight of moving", "1", [](Options& o) { o.lm.position_damping = 1; }},
+      {"weight of moving", "20", [](Options& o) { o.lm.position_damping = 20; }},
 
+      {"|error|", "as the square of its root", [](Options& o) { o.lm.loss_linearization = "sqrt"; }},
+      {"|error|", "huber", [](Options& o) { o.lm.loss_linearization = "huber"; }},
+      {"|error|", "l2", [](Options& o) { o.lm.loss_linearization = "l2"; }},
+      {"SSIM", "root, exact", [](Options& o) { o.lm.ssim_linearization = "root"; }},
+      {"SSIM", "root, centre", [](Options& o) { o.lm.ssim_linearization = "root", o.lm.ssim_jacobian = "center"; }},
+
+      {"sampling", "rows, 1/2", [](Options& o) { o.lm.residual_sampling = 0.5; }},
+      {"sampling", "rows, 1/4", [](Options& o) { o.lm.residual_sampling = 0.25; }},
+      {"sampling", "tiles, 1/2", [](Options& o) { o.lm.residual_sampling = 0.5, o.lm.sampling_unit = "tiles"; }},
+      {"sampling", "rows, 1/2, gradient too",
+       [](Options& o) { o.lm.residual_sampling = 0.5, o.lm.sample_gradient = true; }},
+      {"limit on steps", "caps", [](Options& o) { o.lm.step_limit = "caps"; }},
+      {"limit on steps", "hellinger", [](Options& o) { o.lm.step_limit = "hellinger", o.lm.step_limit_size = 0.1; }},
+      {"Jacobian", "cache32", [](Options& o) { o.lm.jacobian = "cache32"; }},
+      {"Jacobian", "cache16", [](Options& o) { o.lm.jacobian = "cache16"; }},
+
+      {"views a step", "8", [](Options& o) { o.lm.batch_size = 8; }},
+      {"views a step", "8, random", [](Options& o) { o.lm.batch_size = 8, o.lm.batch_choice = "random"; }},
       {"batches", "2, exact sum", [](Options& o) { o.lm.batches = 2; }},
       {"batches", "4, exact sum", [](Options& o) { o.lm.batches = 4; }},
       {"batches", "2, merged", [](Options& o) { o.lm.batches = 2, o.lm.merge_batches = true; }},
@@ -73,6 +95,8 @@ std::vector<Change> WholeChanges(double whole) {
   return {
       {"when to switch", "Adam x 0.25", [=](Options& o) { o.adam.iterations = times(o, 0.25); }},
       {"when to switch", "Adam x 0.5", [=](Options& o) { o.adam.iterations = times(o, 0.5); }},
+      {"when to switch", "Adam x 0.75", [=](Options& o) { o.adam.iterations = times(o, 0.75); }},
+      {"when to switch", "without a cooldown", [](Options& o) { o.adam.cooldown = 0; }},
       {"when to switch", "Adam x 1.5", [=](Options& o) { o.adam.iterations = times(o, 1.5); }},
       {"no LM", "Adam alone", [=](Options& o) { o = AdamAlone(o, times(o, whole), o.adam.rate_factor); }},
       {"no LM", "Adam alone, 4 views an iteration",

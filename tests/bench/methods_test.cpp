@@ -15,8 +15,10 @@ std::vector<std::string> Names(std::vector<const char*> flags, int training_view
   flags.insert(flags.begin(), "lm_vs_adam");
   std::vector<std::string> known = {"methods", "lengths", "rate_factors", "views_per_iteration", "evaluations"};
   const Arguments arguments(static_cast<int>(flags.size()), const_cast<char**>(flags.data()), known);
+  gs::TrainOptions ours = gs::PresetOptions("balanced");
+  ours.adam.iterations = 2000;
   std::vector<std::string> names;
-  for (const Method& method : SelectMethods(arguments, gs::PresetOptions("balanced"), training_views)) {
+  for (const Method& method : SelectMethods(arguments, ours, training_views)) {
     gs::ValidateOptions(method.options);
     names.push_back(method.name);
   }

@@ -46,7 +46,9 @@ inline bool ResetsOpacityAt(const DensityOptions& density, int it, int n) {
 
 // What all rates are multiplied by at iteration `it`.
 inline double RateFactor(const AdamOptions& adam, int it) {
-  return adam.rate_factor * std::pow(adam.rate_decay, (it - 1.0) / adam.iterations);
+  const double part = (it - 1.0) / adam.iterations, cooled = part - (1 - adam.cooldown);
+  const double cooldown = cooled > 0 ? std::pow(adam.cooldown_to, cooled / adam.cooldown) : 1;
+  return adam.rate_factor * std::pow(adam.rate_decay, part) * cooldown;
 }
 
 inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, int it) {

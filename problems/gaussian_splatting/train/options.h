@@ -22,13 +22,17 @@ struct LearningRates {
 };
 
 struct AdamOptions {
-  int iterations = 2000;
+  int iterations = 3000;
   // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
   // The authors' rates are made for 30,000 iterations; short runs want several times as much.
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
   double rate_factor = 5.0;
-  double rate_decay = 0.3;
+  double rate_decay = 0.5;
+  // In the last part of the stage, so long, they fall besides by another factor: high rates come far and end in noise,
+  // which a short cooldown takes out at next to no cost (docs/results).
+  double cooldown = 0.1;
+  double cooldown_to = 0.03;
   // One more band of spherical harmonics after each of these parts of the run.
   double sh_band_every = 0.08;
   // Rows of the history, evenly spaced (more where the iterations do not divide).
@@ -52,7 +56,7 @@ struct DensityOptions {
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmOptions {
-  int iterations = 20;
+  int iterations = 12;
   int pcg_iterations = 4;
   int batches = 1;
   int batch_size = 0;                    // views in each; 0: all are divided among the batches
@@ -75,7 +79,7 @@ struct LmOptions {
   double step_limit_size = 1;          // factor on the caps, or the bound on the squared Hellinger distance
   bool line_search = false;
   double line_search_views = 0.3;
-  double initial_lambda = 0.005;
+  double initial_lambda = 0.02;
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
   double rates_damping = 1.2;   // tau of the damping metric

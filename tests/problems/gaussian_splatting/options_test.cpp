@@ -99,6 +99,7 @@ TEST(TrainOptions, EachOptionOutOfRangeIsNamedInOneLine) {
       {"--rate_factor", [](TrainOptions& o) { o.adam.rate_factor = 0; }},
       {"--rate_factor", [nan](TrainOptions& o) { o.adam.rate_factor = nan; }},
       {"--rate_decay", [](TrainOptions& o) { o.adam.rate_decay = 1.5; }},
+      {"--rate_cooldown", [](TrainOptions& o) { o.adam.cooldown = -0.1; }},
       {"--max_gaussians", [](TrainOptions& o) { o.density.max_gaussians = 0; }},
       {"--lm_iterations", [](TrainOptions& o) { o.lm.iterations = -3; }},
       {"--pcg_iterations", [](TrainOptions& o) { o.lm.pcg_iterations = 0; }},

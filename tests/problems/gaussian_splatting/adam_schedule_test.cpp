@@ -1,0 +1,32 @@
+#include "problems/gaussian_splatting/train/adam_schedule.h"
+
+#include <gtest/gtest.h>
+
+namespace vesta::gs {
+namespace {
+
+TEST(AdamSchedule, RatesDecayGeometrically) {
+  const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 0.25, .cooldown = 0};
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 1), 5);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 51), 2.5);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 101), 1.25);
+}
+
+TEST(AdamSchedule, CooldownIsTheLastPart) {
+  const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 1, .cooldown = 0.2, .cooldown_to = 0.01};
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 81), 5);
+  EXPECT_NEAR(RateFactor(adam, 91), 0.5, 1e-12);
+  EXPECT_NEAR(RateFactor(adam, 101), 0.05, 1e-12);
+}
+
+TEST(AdamSchedule, EveryViewOnceAnEpoch) {
+  ViewOrder order(5, 3);
+  for (int epoch = 0; epoch < 4; ++epoch) {
+    std::vector<int> times(5, 0);
+    for (int k = 0; k < 5; ++k) ++times[order.Next()];
+    EXPECT_EQ(times, std::vector<int>(5, 1));
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs
