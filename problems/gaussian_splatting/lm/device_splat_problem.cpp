@@ -40,7 +40,9 @@ DeviceSplatProblem::DeviceSplatProblem(const SplatProblemOptions& options, const
       loss_(std::make_shared<DevicePhotometricLoss>(options.weights)),
       workspace_(std::make_shared<splat::DeviceViewWorkspace>()) {
   CheckUnits(options);
-  if (options.units) units_.CopyFrom({options.units->data(), static_cast<Index>(options.units->size())});
+  if (options.units) {
+    units_.CopyFrom(HostSpan<const float>(options.units->data(), static_cast<Index>(options.units->size())));
+  }
   if (options.jacobian != JacobianKind::kRecompute) Fail("a cached Jacobian is for the CPU; choose recompute");
   if (options.residual_sampling != 1) Fail("sampling of tiles is for the CPU; choose a rate of 1");
 }

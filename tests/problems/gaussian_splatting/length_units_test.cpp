@@ -42,6 +42,7 @@ TEST(LengthUnits, AreHalfTheDepthInTheNearestImageThatHoldsTheMean) {
 
 TEST(LengthUnits, ManyViewsAreSampledEvenly) {
   std::vector<splat::PinholeView> views;
+  views.reserve(640);
   for (int v = 0; v < 640; ++v) views.push_back(Camera(v + 1));  // every tenth, from the first on
   EXPECT_EQ(LengthUnits(ModelAt({{0, 0, -0.5f}, {0, 0, -5}}), views, 1), (std::vector<float>{0.25, 3}));
 }
