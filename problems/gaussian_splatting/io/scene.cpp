@@ -43,7 +43,8 @@ double CameraRadius(const std::vector<View>& views) {
   return radius > 0 ? 1.1 * radius : 1.0;
 }
 
-// The depth of the point in the view, where it is in front and within the image; 0 elsewhere.
+}  // namespace
+
 double DepthInView(const View& view, const std::array<float, 3>& point) {
   const auto& r = view.rotation;
   std::array<double, 3> p;
@@ -55,8 +56,6 @@ double DepthInView(const View& view, const std::array<float, 3>& point) {
   const double u = camera.fx * p[0] / p[2] + camera.cx, v = camera.fy * p[1] / p[2] + camera.cy;
   return u >= 0 && u <= camera.width && v >= 0 && v <= camera.height ? p[2] : 0;
 }
-
-}  // namespace
 
 double SceneExtent(const std::vector<View>& views, const PointCloud& points) {
   std::vector<double> depths;

@@ -33,6 +33,9 @@ struct View {
 // Centre of the view's camera in world coordinates.
 std::array<double, 3> CameraCenter(const View& view);
 
+// The depth of a point of the world in the view, where it is in front of the camera and within the image; 0 elsewhere.
+double DepthInView(const View& view, const std::array<float, 3>& point);
+
 struct PointCloud {
   std::vector<std::array<float, 3>> positions;  // finite, world coordinates
   std::vector<std::array<float, 3>> colors;     // r, g, b in 0..1; as many as positions

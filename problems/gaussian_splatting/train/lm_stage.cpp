@@ -99,11 +99,10 @@ vesta::LmOptions LmEngineOptions(const LmOptions& lm) {
 }
 
 std::vector<TargetView<float>> LmTargets(const TrainingSession& session) {
-  const std::vector<splat::PinholeView> pinholes = TrainingPinholes(session);
+  const double near = NearPlane(session.scene());
   std::vector<TargetView<float>> targets;
-  for (std::size_t v = 0; v < pinholes.size(); ++v) {
-    const std::vector<float>& truth = session.training_views()[v]->image.rgb;
-    targets.push_back({pinholes[v], {truth.data(), static_cast<Index>(truth.size())}});
+  for (const View* view : session.training_views()) {
+    targets.push_back({ToPinhole(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
   }
   return targets;
 }

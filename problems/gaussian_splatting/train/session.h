@@ -92,9 +92,7 @@ class TrainingSession {
   bool stopped_ = false;
 };
 
-// The training views as the kernels have them.
-std::vector<splat::PinholeView> TrainingPinholes(const TrainingSession& session);
-// LengthUnits by those; the scene's extent where none of them sees a Gaussian.
+// LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
 
 // The two stages; both leave the model at its best and record their last state.

@@ -7,18 +7,14 @@
 namespace vesta::gs {
 namespace {
 
+constexpr double kNear = 0.1;
+
 // Looks along +z from `back` behind the origin; 90 degrees wide and high.
-splat::PinholeView Camera(double back) {
-  return {.R = {1, 0, 0, 0, 1, 0, 0, 0, 1},
-          .T = {0, 0, back},
-          .centre = {0, 0, -back},
-          .fx = 50,
-          .fy = 50,
-          .cx = 50,
-          .cy = 50,
-          .width = 100,
-          .height = 100,
-          .near = 0.1};
+View CameraBehind(double back) {
+  View view;
+  view.camera = {100, 100, 50, 50, 50, 50};
+  view.translation = {0, 0, back};
+  return view;
 }
 
 SplatModel ModelAt(const std::vector<std::array<float, 3>>& means) {
@@ -36,19 +32,28 @@ TEST(LengthUnits, AreHalfTheDepthInTheNearestImageThatHoldsTheMean) {
   // Seen by both, by the far one alone for lying beside the near one's image, by that alone for lying behind the near
   // one, and by none.
   const SplatModel model = ModelAt({{1, -1, 4}, {5, 0, 3}, {0, 0, -4}, {0, 0, -11}});
-  const std::vector<float> units = LengthUnits(model, {Camera(0), Camera(10)}, 7);
+  const View at_origin = CameraBehind(0), behind = CameraBehind(10);
+  const std::vector<float> units = LengthUnits(model, {&at_origin, &behind}, kNear, 7);
   EXPECT_EQ(units, (std::vector<float>{2, 6.5, 3, 7}));
 }
 
 TEST(LengthUnits, ManyViewsAreSampledEvenly) {
-  std::vector<splat::PinholeView> views;
+  std::vector<View> views;
   views.reserve(640);
-  for (int v = 0; v < 640; ++v) views.push_back(Camera(v + 1));  // every tenth, from the first on
-  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, -0.5f}, {0, 0, -5}}), views, 1), (std::vector<float>{0.25, 3}));
+  for (int v = 0; v < 640; ++v) views.push_back(CameraBehind(v + 1));  // every tenth, from the first on
+  std::vector<const View*> pointers;
+  pointers.reserve(views.size());
+  for (const View& view : views) pointers.push_back(&view);
+  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, -0.5f}, {0, 0, -5}}), pointers, kNear, 1), (std::vector<float>{0.25, 3}));
+}
+
+TEST(LengthUnits, BeforeTheNearPlaneNothingIsSeen) {
+  const View view = CameraBehind(0);
+  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, 0.05f}, {0, 0, 0.5f}}), {&view}, kNear, 3), (std::vector<float>{3, 0.25}));
 }
 
 TEST(LengthUnits, WithoutViewsAreTheOther) {
-  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, 1}}), {}, 3), (std::vector<float>{3}));
+  EXPECT_EQ(LengthUnits(ModelAt({{0, 0, 1}}), {}, kNear, 3), (std::vector<float>{3}));
 }
 
 }  // namespace
