@@ -12,6 +12,8 @@
 #include "kernels/image/image_kernels.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
+#include "problems/gaussian_splatting/train/adam.h"
+#include "problems/gaussian_splatting/train/block_adam_formula.h"
 #include "problems/gaussian_splatting/train/metrics.h"
 #include "solver/line_search.h"
 
@@ -167,13 +169,17 @@ MemoryScene MemoryScene::Scaled(Index new_gaussians) const {
   return scene;
 }
 
-double AdamBytes(const MemoryScene& scene, bool density) {
+double AdamBytes(const MemoryScene& scene, const TrainOptions& options) {
+  const bool density = options.density.enabled, blocks = MetricOf(options.adam) == AdamMetric::kBlock;
   const ViewCounts most = Largest(scene.views);
   const Index n = scene.gaussians;
-  // The model, its gradient and two moments; while Gaussians are rearranged one vector is there twice.
-  return (density ? 5 : 4) * VectorBytes(scene) + UnitBytes(n) + (density ? 2 * kFloat * static_cast<double>(n) : 0) +
-         ViewBytes(most, n) + ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
-         2 * kImage * most.pixels + EvaluationBytes(most, n);
+  const double of_blocks = kFloat * static_cast<double>(n);
+  // The model, its gradient and two moments; while Gaussians are rearranged one vector is there twice, or the bases of
+  // blocks.
+  const double rearranged = density ? std::max(VectorBytes(scene), blocks ? kBlockNumbers * of_blocks : 0.0) : 0.0;
+  return 4 * VectorBytes(scene) + rearranged + (blocks ? kBlockNumbers * of_blocks : 0.0) + UnitBytes(n) +
+         (density ? 2 * kFloat * static_cast<double>(n) : 0) + ViewBytes(most, n) + ProjectBytes(most, n) +
+         SumBytes(most, sizeof(splat::SplatTangent<float>)) + 2 * kImage * most.pixels + EvaluationBytes(most, n);
 }
 
 double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
@@ -230,7 +236,7 @@ Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options) {
     LmOptions lm = options.lm;
     lm.jacobian = "recompute";
     lm.batches = static_cast<int>(scene.views.size());
-    const double adam = options.adam.iterations > 0 ? AdamBytes(scaled, density) : 0;
+    const double adam = options.adam.iterations > 0 ? AdamBytes(scaled, options) : 0;
     return std::max(adam, lm.iterations > 0 ? LmBytes(scaled, lm, false) : 0.0);
   };
   if (bytes_of(scene.gaussians) > budget_bytes) {
@@ -246,7 +252,7 @@ Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options) {
 
 double PredictedMib(const MemoryScene& scene, const TrainOptions& options, double lm_bytes) {
   const double evaluation = VectorBytes(scene) + EvaluationBytes(Largest(scene.views), scene.gaussians);
-  const double adam = options.adam.iterations > 0 ? AdamBytes(scene, options.density.enabled) : 0;
+  const double adam = options.adam.iterations > 0 ? AdamBytes(scene, options) : 0;
   return options.memory.before_mib + std::max({adam, lm_bytes, evaluation}) / kMib;
 }
 

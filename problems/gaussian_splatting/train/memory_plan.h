@@ -34,8 +34,8 @@ MemoryScene CountMemory(const SplatModel& model, const std::vector<const View*>&
                         bool with_entries);
 
 // Bytes that each stage holds at its peak beside the scene's images and the program: the model, and all that the stage
-// keeps. `density`: whether Gaussians are rearranged.
-double AdamBytes(const MemoryScene& scene, bool density);
+// keeps.
+double AdamBytes(const MemoryScene& scene, const TrainOptions& options);
 // lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
 // batches are there at once.
 double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);
