@@ -1,5 +1,7 @@
 #include "kernels/gaussian_splatting/device_view.h"
 
+#include <algorithm>
+
 #include "kernels/core/check.h"
 #include "kernels/core/device_sort.h"
 #include "kernels/gaussian_splatting/device_passes.h"
@@ -43,10 +45,17 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
   rank_of_.ResizeForOverwrite(count);
   device_passes::GatherSplats(workspace.keys.data(), workspace.indices.data(), count, workspace.unsorted.data(),
                               splats_.data(), rank_of_.data());
+  kept_rows_.ResizeForOverwrite(0);
+  ListTiles(workspace);
+}
+
+void DeviceView::ListTiles(DeviceViewWorkspace& workspace) {
+  const TileGrid grid(pinhole_.width, pinhole_.height, rows());
+  const Index seen = num_splats();
   // One more than there are splats: the last running sum is the number of pairs.
   workspace.counts.Resize(seen + 1);
   splat_begin_.ResizeForOverwrite(seen + 1);
-  device_passes::CountSplatTiles(view.width, view.height, splats_.data(), seen, workspace.counts.data());
+  device_passes::CountSplatTiles(grid, splats_.data(), seen, workspace.counts.data());
   device::RunningSum(workspace.counts.data(), splat_begin_.data(), seen + 1, workspace.temporary);
   const Index pairs = ReadBack(splat_begin_.data() + seen);
   VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view", pairs);
@@ -55,9 +64,8 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
                        &workspace.rank_of_entry}) {
     EnsureSize(*buffer, pairs);
   }
-  device_passes::EmitSplatPairs(view.width, view.height, splats_.data(), seen, splat_begin_.data(),
-                                workspace.tiles.data(), workspace.rank_of_entry.data(), workspace.entries.data());
-  const TileGrid grid(view.width, view.height);
+  device_passes::EmitSplatPairs(grid, splats_.data(), seen, splat_begin_.data(), workspace.tiles.data(),
+                                workspace.rank_of_entry.data(), workspace.entries.data());
   device::SortPairs(workspace.tiles, workspace.entries, workspace.other_tiles, workspace.other_entries, pairs,
                     grid.key_bits(), workspace.temporary);
   ranks_.ResizeForOverwrite(pairs);
@@ -70,7 +78,17 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
 TileLists<float> DeviceView::Lists() const {
   const TileGrid grid(pinhole_.width, pinhole_.height);
   return {splats_.data(), tile_begin_.data(), ranks_.data(), grid.width,
-          grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]}};
+          grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]},
+          rows()};
+}
+
+Index DeviceView::num_tiles() const { return TileGrid(pinhole_.width, pinhole_.height).num_tiles(); }
+
+void DeviceView::KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace) {
+  VESTA_CHECK(static_cast<Index>(rows.size()) == num_tiles(), "{} flags for {} tiles", rows.size(), num_tiles());
+  kept_rows_.CopyFrom(HostSpan<const std::uint16_t>(rows.data(), static_cast<Index>(rows.size())));
+  // Where each tile keeps a row, the lists stay as they are.
+  if (std::find(rows.begin(), rows.end(), 0) != rows.end()) ListTiles(workspace);
 }
 
 void DeviceView::Render(float* image) const { device_passes::Forward(Lists(), image); }

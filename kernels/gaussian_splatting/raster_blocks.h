@@ -18,10 +18,24 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kRasterThreads = kTileSize * kTileSize;
 
+// The rows of a tile in the order in which threads take them: those that are looked at come first, so that where few
+// are, whole warps have nothing to do.
+VESTA_HD inline int RowInOrder(std::uint32_t looked_at, int place) {
+  int kept = 0;
+  for (int y = 0; y < kTileSize; ++y) kept += static_cast<int>(looked_at >> y & 1U);
+  const bool among_kept = place < kept;
+  int left = among_kept ? place : place - kept;
+  for (int y = 0; y < kTileSize; ++y) {
+    if (((looked_at >> y & 1U) != 0) == among_kept && left-- == 0) return y;
+  }
+  return place;  // never: there are sixteen
+}
+
 // The pixel of a thread. A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
 struct BlockPixel {
   int x, y;            // in the tile
   bool inside;         // the image
+  bool looked_at;      // inside, and its row is (TileLists::rows); others count as closed
   std::int64_t place;  // in a plane of the image
 
   template <class S>
@@ -29,8 +43,11 @@ struct BlockPixel {
     const int warp = thread / 32, lane = thread % 32;
     x = warp % 2 * 8 + lane % 8;
     y = warp / 2 * 4 + lane / 8;
+    const std::uint32_t rows = lists.rows == nullptr ? 0xffffU : lists.rows[tile];
+    if (rows != 0xffffU) y = RowInOrder(rows, y);
     const std::int64_t column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
     inside = column < lists.width && row < lists.height;
+    looked_at = inside && (rows >> y & 1U) != 0;
     place = row * lists.width + column;
   }
   VESTA_HD int in_tile() const { return y * kTileSize + x; }
@@ -60,7 +77,7 @@ struct Passing {
   S transmittance = S(1);  // behind the last splat that is part of the pixel
   bool open;
 
-  VESTA_HD explicit Passing(bool inside) : open(inside) {}
+  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.looked_at) {}
   VESTA_HD Blend<S> Take(const S& alpha) {
     const Blend<S> blend = BlendSplat(transmittance, alpha);
     open = blend.open;
@@ -98,7 +115,7 @@ struct ForwardBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, block.id(), block.thread());
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S color[3] = {S(0), S(0), S(0)};
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
@@ -137,7 +154,7 @@ struct TangentBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, block.id(), block.thread());
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S d_color[3] = {S(0), S(0), S(0)}, minus_dT(0);
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
@@ -193,7 +210,7 @@ struct AdjointBlock {
     const int thread = block.thread();
     const BlockPixel pixel(lists, block.id(), thread);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S behind(0), my_u[3];
     for (int c = 0; c < 3; ++c) {
       my_u[c] = pixel.inside ? u[c * plane + pixel.place] : S(0);
@@ -299,7 +316,7 @@ struct GramBlock {
     const int thread = block.thread();
     const BlockPixel pixel(lists, block.id(), thread);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S behind[3];
     for (int c = 0; c < 3; ++c) {
       behind[c] = pixel.inside ? image[c * plane + pixel.place] : S(0);

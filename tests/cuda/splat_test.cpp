@@ -129,6 +129,48 @@ TEST_F(CudaSplatProblem, CostGradientDiagonalAndCurvatureAreThoseOfTheHost) {
   EXPECT_EQ(ToHost(again), ToHost(device_vector));
 }
 
+// What the options change of the operators.
+TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
+  struct Variant {
+    const char* name;
+    void (*apply)(gs::SplatProblemOptions&);
+  };
+  const Variant variants[] = {
+      {"sampled rows", [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
+      {"sampled tiles",
+       [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sampling_unit = gs::SamplingUnit::kTiles; }},
+      {"sampled gradient", [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
+  };
+  for (const Variant& variant : variants) {
+    SCOPED_TRACE(variant.name);
+    gs::test::RingProblem<float> ring(3, 30, 1, 13);
+    variant.apply(ring.options);
+    gs::SplatProblem<float> host = ring.Make();
+    const std::vector<gs::DeviceTargetView> targets = gs::UploadTargets(ring.views);
+    gs::DeviceSplatProblem problem(ring.options, targets);
+    DeviceBuffer<float> x;
+    x.CopyFrom(ring.x.view());
+    host.BeginTurn(3);
+    problem.BeginTurn(3);
+    const auto expected = host.Linearize(ring.x, 0);
+    const auto found = problem.Linearize(x, 0);
+    HostBuffer<float> host_vector(ring.x.size());
+    DeviceBuffer<float> device_vector(x.size());
+    expected->Gradient(host_vector);
+    found->Gradient(device_vector);
+    EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), kTolerance);
+    expected->DiagJTJ(host_vector);
+    found->DiagJTJ(device_vector);
+    EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), 5 * kTolerance);
+    test::Random random(14);
+    const auto v = random.NormalVector<float>(static_cast<std::size_t>(x.size()));
+    const DeviceBuffer<float> dv = ToDevice(v);
+    expected->ApplyH(ViewOf(v), host_vector);
+    found->ApplyH(dv, device_vector);
+    EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), 5 * kTolerance);
+  }
+}
+
 class CudaTraining : public test::OnDevice {};
 
 TEST_F(CudaTraining, ReachesTheQualityOfTheHost) {

@@ -1,4 +1,5 @@
-// The diagonal blocks of the splatting problem and its damping metric: what both memory spaces share.
+// The diagonal blocks of the splatting problem, its damping metric and the checks of its options: what both memory
+// spaces share.
 #pragma once
 
 #include <vector>
@@ -34,6 +35,12 @@ inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool
 inline void CheckUnits(const SplatProblemOptions& options) {
   VESTA_CHECK(!options.units || static_cast<Index>(options.units->size()) == options.count,
               "{} units of length for {} Gaussians", options.units->size(), options.count);
+}
+
+// Throws Error unless the rate of sampling is within (0, 1].
+inline void CheckSampling(const SplatProblemOptions& options) {
+  VESTA_CHECK(options.residual_sampling > 0 && options.residual_sampling <= 1, "a sampling rate of {}",
+              options.residual_sampling);
 }
 
 // The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping), before

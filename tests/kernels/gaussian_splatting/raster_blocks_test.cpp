@@ -163,6 +163,57 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
   }
 }
 
+// Rows of which some are looked at, a few of each tile, and tiles of which all are or none.
+std::vector<std::uint16_t> SomeRows(int tiles, bool whole_tiles) {
+  test::Random random(11);
+  std::vector<std::uint16_t> rows;
+  for (int tile = 0; tile < tiles; ++tile) {
+    const std::uint16_t some = whole_tiles ? 0xffff : static_cast<std::uint16_t>(random.Uniform(1, 0x10000));
+    rows.push_back(tile % 3 == 1 && whole_tiles ? std::uint16_t{0} : some);
+  }
+  return rows;
+}
+
+TEST_P(RasterBlocks, KeptRowsAreThoseOfTheHost) {
+  const Scene scene = test::RandomScene(GetParam(), 8);
+  for (const bool whole_tiles : {false, true}) {
+    SCOPED_TRACE(whole_tiles ? "tiles" : "rows");
+    RenderedView<double> rendered(scene);
+    const std::vector<std::uint16_t> rows = SomeRows(static_cast<int>(rendered.view.num_tiles()), whole_tiles);
+    const Index all = rendered.view.num_pairs();
+    rendered.view.KeepRows(rows);
+    EXPECT_EQ(rendered.view.num_pairs() < all, whole_tiles && rows.size() > 1);
+    const DeviceLists<double> lists(rendered.model, scene.view, scene.background, rows.data());
+    const TileLists<double> host_lists = rendered.view.Lists();
+    EXPECT_EQ(lists.tile_begin,
+              std::vector<std::int64_t>(host_lists.tile_begin, host_lists.tile_begin + rows.size() + 1));
+    EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(host_lists.ranks, host_lists.ranks + rendered.view.num_pairs()));
+    const Inputs<double> in(lists.splats.size(), rendered.image.size());
+    const Results<double> expected = RunHost(rendered, in);
+    for (const ThreadOrder order : {ThreadOrder::kForward, ThreadOrder::kShuffled}) {
+      const Results<double> found = RunBlocks(lists, rendered.image, in, order);
+      EXPECT_LT(Error(found.d_image, expected.d_image), 1e-11);
+      EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-11);
+      EXPECT_LT(Error(found.grams, expected.grams), 1e-11);
+    }
+  }
+}
+
+TEST(RowOrder, KeptRowsComeFirstAndNoneIsLost) {
+  for (const std::uint32_t rows : {0x0U, 0x1U, 0x8000U, 0x0420U, 0x7fffU, 0xfffeU, 0xffffU}) {
+    std::uint32_t seen = 0;
+    bool kept_before = true;
+    for (int place = 0; place < kTileSize; ++place) {
+      const int y = RowInOrder(rows, place);
+      const bool kept = (rows >> y & 1U) != 0;
+      EXPECT_TRUE(kept_before || !kept) << rows;
+      kept_before = kept;
+      seen |= 1U << y;
+    }
+    EXPECT_EQ(seen, 0xffffU) << rows;
+  }
+}
+
 // More splats in a tile than any kernel takes at once, and pixels that close on the way.
 TEST(RasterBlocksOfManySplats, SeveralBatchesAgreeWithTheHost) {
   SceneOptions options;
