@@ -76,24 +76,28 @@ TEST_F(CudaLoss, ValueGradientAndCurvatureAreThoseOfTheHost) {
     rendered.push_back(static_cast<float>(std::clamp(truth.back() + 0.1 * random.Normal(), 0.0, 1.0)));
   }
   const auto v = random.NormalVector<float>(rendered.size());
-  PhotometricLoss<float> host;
-  PhotometricLinearization<float> host_w;
-  std::vector<float> gradient(rendered.size()), Wv(rendered.size());
-  const PhotometricValue expected =
-      host.Linearize(ViewOf(rendered), ViewOf(truth), shape, {gradient.data(), shape.NumValues()}, host_w);
-  host.ApplyW(host_w, ViewOf(v), {Wv.data(), shape.NumValues()});
+  for (const SsimLinearization structure :
+       {SsimLinearization::kQuadratic, SsimLinearization::kRoot, SsimLinearization::kRootCenter}) {
+    SCOPED_TRACE(static_cast<int>(structure));
+    PhotometricLoss<float> host({.structure = structure});
+    PhotometricLinearization<float> host_w;
+    std::vector<float> gradient(rendered.size()), Wv(rendered.size());
+    const PhotometricValue expected =
+        host.Linearize(ViewOf(rendered), ViewOf(truth), shape, {gradient.data(), shape.NumValues()}, host_w);
+    host.ApplyW(host_w, ViewOf(v), {Wv.data(), shape.NumValues()});
 
-  const DeviceBuffer<float> dx = ToDevice(rendered), dy = ToDevice(truth), dv = ToDevice(v);
-  DeviceBuffer<float> device_gradient(shape.NumValues()), device_Wv(shape.NumValues());
-  DevicePhotometricLoss loss;
-  DevicePhotometricLinearization w;
-  loss.Linearize(dx, dy, shape, device_gradient, w);
-  const PhotometricValue found = loss.Value();
-  loss.ApplyW(w, dv, device_Wv);
-  EXPECT_NEAR(found.cost, expected.cost, kTolerance * expected.cost);
-  EXPECT_NEAR(loss.Evaluate(dx, dy, shape).objective, expected.objective, kTolerance * expected.objective);
-  EXPECT_LT(RelativeError(ToHost(device_gradient), gradient), kTolerance);
-  EXPECT_LT(RelativeError(ToHost(device_Wv), Wv), kTolerance);
+    const DeviceBuffer<float> dx = ToDevice(rendered), dy = ToDevice(truth), dv = ToDevice(v);
+    DeviceBuffer<float> device_gradient(shape.NumValues()), device_Wv(shape.NumValues());
+    DevicePhotometricLoss loss({.structure = structure});
+    DevicePhotometricLinearization w;
+    loss.Linearize(dx, dy, shape, device_gradient, w);
+    const PhotometricValue found = loss.Value();
+    loss.ApplyW(w, dv, device_Wv);
+    EXPECT_NEAR(found.cost, expected.cost, kTolerance * expected.cost);
+    EXPECT_NEAR(loss.Evaluate(dx, dy, shape).objective, expected.objective, kTolerance * expected.objective);
+    EXPECT_LT(RelativeError(ToHost(device_gradient), gradient), kTolerance);
+    EXPECT_LT(RelativeError(ToHost(device_Wv), Wv), kTolerance);
+  }
 }
 
 class CudaSplatProblem : public test::OnDevice {};
@@ -140,6 +144,8 @@ TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
       {"sampled tiles",
        [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sampling_unit = gs::SamplingUnit::kTiles; }},
       {"sampled gradient", [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
+      {"root", [](gs::SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRoot; }},
+      {"root by centres", [](gs::SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRootCenter; }},
   };
   for (const Variant& variant : variants) {
     SCOPED_TRACE(variant.name);
