@@ -46,6 +46,7 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
   device_passes::GatherSplats(workspace.keys.data(), workspace.indices.data(), count, workspace.unsorted.data(),
                               splats_.data(), rank_of_.data());
   kept_rows_.ResizeForOverwrite(0);
+  cache_.Clear();
   ListTiles(workspace);
 }
 
@@ -91,12 +92,17 @@ void DeviceView::KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWork
   if (std::find(rows.begin(), rows.end(), 0) != rows.end()) ListTiles(workspace);
 }
 
+void DeviceView::CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace) {
+  cache_.Build(Lists(), entries_.data(), num_pairs(), image, format, workspace.counts, workspace.temporary);
+}
+
 void DeviceView::Render(float* image) const { device_passes::Forward(Lists(), image); }
 
 void DeviceView::ApplyJ(const Model<float>& model, const float* dx, float* d_image,
                         DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   device_passes::ProjectTangent(model, pinhole_, rank_of_.data(), dx, workspace.splat_sums.data());
+  if (!cache_.empty()) return cache_.Tangent(Lists(), entries_.data(), workspace.splat_sums.data(), d_image);
   device_passes::Tangent(Lists(), workspace.splat_sums.data(), d_image);
 }
 
@@ -104,7 +110,11 @@ void DeviceView::AddJT(const Model<float>& model, const float* image, const floa
                        DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.pair_sums, num_pairs());
   EnsureSize(workspace.splat_sums, num_splats());
-  device_passes::Adjoint(Lists(), entries_.data(), image, u, workspace.pair_sums.data());
+  if (cache_.empty()) {
+    device_passes::Adjoint(Lists(), entries_.data(), image, u, workspace.pair_sums.data());
+  } else {
+    cache_.Adjoint(Lists(), u, workspace.pair_sums.data());
+  }
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
   device_passes::ProjectAdjoint(model, pinhole_, rank_of_.data(), workspace.splat_sums.data(), g);
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/core/device_buffer.h"
+#include "kernels/gaussian_splatting/device_cache.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/types.h"
 
@@ -42,6 +43,9 @@ class DeviceView {
   void Render(float* image) const;
   // As View::KeepRows, rows being in the memory of the host. Waits for the device, once more where tiles are left out.
   void KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace);
+  // As View::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
+  void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
+  const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
   void AddJT(const Model<float>& model, const float* image, const float* u, float* g,
              DeviceViewWorkspace& workspace) const;
@@ -59,7 +63,8 @@ class DeviceView {
   DeviceBuffer<std::int32_t> rank_of_;
   DeviceBuffer<Index> splat_begin_, tile_begin_;
   DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order of splats
-  DeviceBuffer<std::uint16_t> kept_rows_;        // by tile; empty: all
+  DeviceJacobianCache cache_;
+  DeviceBuffer<std::uint16_t> kept_rows_;  // by tile; empty: all
 };
 
 }  // namespace vesta::splat

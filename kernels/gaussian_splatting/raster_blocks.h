@@ -185,12 +185,38 @@ struct TangentBlock {
   }
 };
 
+// What the adjoint sums along one row of a tile for a splat: g p^a for a <= 2, then w u for the colours; g is the
+// derivative of the pixel's part of u . image by log alpha, w that of its colour by the splat's.
+inline constexpr int kAdjointRowSums = 6;
+template <class S>
+struct AdjointRow {
+  S sum[kAdjointRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0)};
+
+  VESTA_HD void Add(const S& g, const S& w, const S u[3], const S& p) {
+    const S gp = g * p;
+    sum[0] += g;
+    sum[1] += gp;
+    sum[2] = Fma(gp, p, sum[2]);
+    for (int c = 0; c < 3; ++c) sum[3 + c] = Fma(w, u[c], sum[3 + c]);
+  }
+};
+// Component i of the cotangent of a splat (InTile) from the sums of all rows, weighed with powers of q.
+template <class S>
+VESTA_HD inline S AddAdjointRows(const Splat<S>& splat, const S (&rows)[kTileSize][kAdjointRowSums], int i) {
+  const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
+  S sum(0);
+  for (int y = 0; y < kTileSize; ++y) {
+    const S q = RowInTile(splat, y).q;
+    const S weight = power_q == 0 ? S(1) : power_q == 1 ? q : q * q;
+    sum = Fma(weight, rows[y][column], sum);
+  }
+  return i < kLambda ? -sum : sum;
+}
+
 // RasterKernels::adjoint, with the sums of pair k of the lists at sums[entries[k]].
 template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
-  // Sums along one row: g p^a for a <= 2, then w u for the colours.
-  static constexpr int kRowSums = 6;
   struct Share {
     S g, w;  // derivative of the pixel's part of u . image by log alpha, and by u . colour
   };
@@ -198,7 +224,7 @@ struct AdjointBlock {
     Splat<S> splats[kBatch];
     S u[3][kRasterThreads];
     Share shares[kBatch][kRasterThreads];
-    S rows[kBatch][kTileSize][kRowSums];
+    S rows[kBatch][kTileSize][kAdjointRowSums];
   };
   TileLists<S> lists;
   const std::uint32_t* entries;
@@ -246,7 +272,8 @@ struct AdjointBlock {
       block.Sync();
       if (thread < count * kSplatTangent) {
         const int k = thread / kSplatTangent;
-        sums[entries[first + k]].w[thread % kSplatTangent] = AddRows(shared, k, thread % kSplatTangent);
+        sums[entries[first + k]].w[thread % kSplatTangent] =
+            AddAdjointRows(shared.splats[k], shared.rows[k], thread % kSplatTangent);
       }
     }
     // All pixels are closed.
@@ -263,28 +290,14 @@ struct AdjointBlock {
   VESTA_HD void AddRow(Shared& shared, int k, int y) const {
     const Splat<S>& splat = shared.splats[k];
     const RowSpan<S> row = RowInTile(splat, y);
-    S sum[kRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0)};
+    AdjointRow<S> total;
     for (int i = 0; i < kTileSize; ++i) {
       const int x = (i + y) % kTileSize, at = y * kTileSize + x;
       const Share& share = shared.shares[k][Column(x, y)];
-      const S p = OffsetAt(static_cast<S>(x), splat.r, row.p0), gp = share.g * p;
-      sum[0] += share.g;
-      sum[1] += gp;
-      sum[2] = Fma(gp, p, sum[2]);
-      for (int c = 0; c < 3; ++c) sum[3 + c] = Fma(share.w, shared.u[c][at], sum[3 + c]);
+      const S u_here[3] = {shared.u[0][at], shared.u[1][at], shared.u[2][at]};
+      total.Add(share.g, share.w, u_here, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
-    for (int i = 0; i < kRowSums; ++i) shared.rows[k][y][i] = sum[i];
-  }
-  // Component i of the cotangent.
-  VESTA_HD S AddRows(const Shared& shared, int k, int i) const {
-    const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
-    S sum(0);
-    for (int y = 0; y < kTileSize; ++y) {
-      const S q = RowInTile(shared.splats[k], y).q;
-      const S weight = power_q == 0 ? S(1) : power_q == 1 ? q : q * q;
-      sum = Fma(weight, shared.rows[k][y][column], sum);
-    }
-    return i < kLambda ? -sum : sum;
+    for (int i = 0; i < kAdjointRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
   }
 };
 

@@ -144,6 +144,10 @@ TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
       {"sampled tiles",
        [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sampling_unit = gs::SamplingUnit::kTiles; }},
       {"sampled gradient", [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
+      {"cache32", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache32; }},
+      {"cache16", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache16; }},
+      {"sampled cache",
+       [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = gs::JacobianKind::kCache16; }},
       {"root", [](gs::SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRoot; }},
       {"root by centres", [](gs::SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRootCenter; }},
   };

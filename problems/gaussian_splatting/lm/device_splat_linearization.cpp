@@ -54,11 +54,15 @@ DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& op
 }
 
 void DeviceSplatLinearization::Prepare(Unit& unit, Index view, int turn) {
-  if (options_.residual_sampling == 1) return;
-  const PixelSample sample = SamplePixels(options_.sampling_unit, unit.view.num_tiles(), options_.residual_sampling,
-                                          options_.seed, turn, view);
-  unit.view.KeepRows(sample.rows, *workspace_);
-  unit.scale *= sample.scale;
+  if (options_.residual_sampling < 1) {
+    const PixelSample sample = SamplePixels(options_.sampling_unit, unit.view.num_tiles(), options_.residual_sampling,
+                                            options_.seed, turn, view);
+    unit.view.KeepRows(sample.rows, *workspace_);
+    unit.scale *= sample.scale;
+  }
+  if (options_.jacobian != JacobianKind::kRecompute) {
+    unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
+  }
 }
 
 B::ConstView DeviceSplatLinearization::residuals() const {

@@ -42,7 +42,7 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
     DeviceBuffer<float> image;
     DevicePhotometricLinearization loss;
   };
-  // Samples pixels, as the options have it.
+  // Samples pixels and caches the Jacobian, as the options have it.
   void Prepare(Unit& unit, Index view, int turn);
   // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
   void EnsureGram();

@@ -44,7 +44,6 @@ DeviceSplatProblem::DeviceSplatProblem(const SplatProblemOptions& options, const
   if (options.units) {
     units_.CopyFrom(HostSpan<const float>(options.units->data(), static_cast<Index>(options.units->size())));
   }
-  if (options.jacobian != JacobianKind::kRecompute) Fail("a cached Jacobian is for the CPU; choose recompute");
 }
 
 Index DeviceSplatProblem::num_parameters() const { return splat::NumAttributes(options_.sh_degree) * options_.count; }

@@ -27,8 +27,8 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
  public:
   using B = CudaBackend<float>;
 
-  // views must outlive the problem. Throws Error for what the GPU does not offer, a cached Jacobian, and for a sampling
-  // rate outside (0, 1].
+  // views must outlive the problem. Throws Error for a sampling rate outside (0, 1], and unless there is a unit of
+  // length for each Gaussian or none.
   DeviceSplatProblem(const SplatProblemOptions& options, const std::vector<DeviceTargetView>& views);
 
   Index num_parameters() const override;
