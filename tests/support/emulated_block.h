@@ -73,7 +73,7 @@ class FiberBlock {
   };
   // Sets the fiber to begin at Enter.
   void Prepare(Fiber& fiber) {
-    if (fiber.stack == nullptr) fiber.stack = std::make_unique<char[]>(kStackBytes);
+    if (fiber.stack == nullptr) fiber.stack = std::make_unique_for_overwrite<char[]>(kStackBytes);
     fiber.done = false;
     getcontext(&fiber.context);
     fiber.context.uc_stack.ss_sp = fiber.stack.get();
