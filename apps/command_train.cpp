@@ -113,7 +113,7 @@ int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stage
 
 int RunTrain(const Arguments& arguments) {
   const std::string& path = arguments[0];
-  gs::TrainOptions options = TrainOptionsFromFlags();
+  gs::TrainOptions options = WithTrainFlags(gs::PresetOptions(FLAGS_preset));
   options.background = ToDouble(BackgroundFromFlag());
   CheckSceneFolder(path);
   OutputFolder out(FLAGS_out);
@@ -130,7 +130,7 @@ int RunTrain(const Arguments& arguments) {
 int RunRefine(const Arguments& arguments) {
   const std::string& ply = arguments[0];
   const std::string& path = arguments[1];
-  gs::TrainOptions options = TrainOptionsFromFlags();
+  gs::TrainOptions options = WithTrainFlags(gs::RefinePresetOptions(FLAGS_preset));
   CheckSceneFolder(path);
   OutputFolder out(FLAGS_out);
   PosedModel posed = LoadPosedModel(ply, path);

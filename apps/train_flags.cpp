@@ -70,8 +70,7 @@ void OverrideLm(gs::LmOptions* lm) {
 
 }  // namespace
 
-gs::TrainOptions TrainOptionsFromFlags() {
-  gs::TrainOptions options = gs::PresetOptions(FLAGS_preset);
+gs::TrainOptions WithTrainFlags(gs::TrainOptions options) {
   OverrideAdam(&options);
   OverrideLm(&options.lm);
   Override("sh_degree", FLAGS_sh_degree, &options.sh_degree);

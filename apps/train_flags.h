@@ -7,9 +7,9 @@
 
 namespace vesta::app {
 
-// The preset's options, and over them every flag that was given; background is left to the caller. Throws Error where
-// options cannot be used together.
-gs::TrainOptions TrainOptionsFromFlags();
+// These options, a preset's, and over them every flag that was given; background is left to the caller. Throws Error
+// where options cannot be used together.
+gs::TrainOptions WithTrainFlags(gs::TrainOptions options);
 
 // Colour of --background, 0..1.
 std::array<float, 3> BackgroundFromFlag();

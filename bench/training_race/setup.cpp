@@ -27,7 +27,7 @@ gs::TrainOptions OptionsOf(const std::string& scene, const std::vector<std::stri
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   app::ParseCommandLine(static_cast<int>(words.size()), argv.data());
-  gs::TrainOptions options = app::TrainOptionsFromFlags();
+  gs::TrainOptions options = app::WithTrainFlags(gs::PresetOptions(FLAGS_preset));
   options.background = app::ToDouble(app::BackgroundFromFlag());
   return options;
 }

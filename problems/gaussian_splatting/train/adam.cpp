@@ -85,7 +85,7 @@ void Adam::StepBlocks(SplatModel& model, float* gradient, double factor) {
   for (int k = 0; k < kBlockSize; ++k) arrays.rates[k] = static_cast<float>(RateOf(rates_, k));
   const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
   // Each basis is turned once in so many steps, some of them at each.
-  constexpr Index kGrain = 256, kTurnEvery = 50;
+  constexpr Index kGrain = 256, kTurnEvery = 25;
   ParallelFor((model.count + kGrain - 1) / kGrain, 1, [&](Index chunk) {
     const Index begin = chunk * kGrain, end = std::min(begin + kGrain, model.count);
     kernels.step_blocks(arrays, begin, end);

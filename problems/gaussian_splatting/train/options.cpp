@@ -1,5 +1,6 @@
 #include "problems/gaussian_splatting/train/options.h"
 
+#include <algorithm>
 #include <initializer_list>
 
 #include "kernels/core/check.h"
@@ -83,6 +84,12 @@ TrainOptions PresetOptions(const std::string& name) {
     return options;
   }
   Fail("--preset={}: it must be one of fast, balanced, best, paper, paper_code", name);
+}
+
+TrainOptions RefinePresetOptions(const std::string& name) {
+  TrainOptions options = PresetOptions(name);
+  if (name != "paper" && name != "paper_code") options.lm.iterations = std::max(options.lm.iterations, 12);
+  return options;
 }
 
 void ValidateOptions(const TrainOptions& options) {

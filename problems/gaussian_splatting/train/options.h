@@ -22,7 +22,7 @@ struct LearningRates {
 };
 
 struct AdamOptions {
-  int iterations = 3000;
+  int iterations = 4000;
   // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
   // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
@@ -59,7 +59,7 @@ struct DensityOptions {
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmOptions {
-  int iterations = 12;
+  int iterations = 4;
   int pcg_iterations = 4;
   int batches = 1;
   int batch_size = 0;                    // views in each; 0: all are divided among the batches
@@ -119,6 +119,8 @@ struct TrainOptions {
 
 // Presets by name: fast, balanced, best, paper, paper_code. Throws Error for another name.
 TrainOptions PresetOptions(const std::string& name);
+// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations.
+TrainOptions RefinePresetOptions(const std::string& name);
 
 // Throws Error naming the option that is out of range.
 void ValidateOptions(const TrainOptions& options);

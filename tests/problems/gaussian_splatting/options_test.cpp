@@ -27,6 +27,7 @@ std::string MessageOf(const std::function<void()>& call) {
 TEST(TrainOptions, PresetsAreValid) {
   for (const char* name : {"fast", "balanced", "best", "paper", "paper_code"}) {
     EXPECT_EQ(MessageOf([&] { ValidateOptions(PresetOptions(name)); }), "no error") << name;
+    EXPECT_GE(RefinePresetOptions(name).lm.iterations, PresetOptions(name).lm.iterations) << name;
   }
   EXPECT_LT(PresetOptions("fast").adam.iterations, PresetOptions("balanced").adam.iterations);
   EXPECT_LT(PresetOptions("balanced").adam.iterations, PresetOptions("best").adam.iterations);
@@ -40,6 +41,8 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
     EXPECT_EQ(options.adam.rate_factor, 1);
     EXPECT_EQ(options.density.end * options.adam.iterations, 15000);
     EXPECT_EQ(options.lm.iterations, 5);
+    EXPECT_EQ(RefinePresetOptions(name).lm.iterations, 5);
+    EXPECT_EQ(options.adam.metric, "diagonal");
     EXPECT_EQ(options.lm.pcg_iterations, 8);
     EXPECT_EQ(options.lm.batches, 4);
     EXPECT_EQ(options.lm.batch_size, 25);
