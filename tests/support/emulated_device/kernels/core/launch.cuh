@@ -1,0 +1,29 @@
+// Stands in the place of kernels/core/launch.cuh where files for nvcc are compiled as plain C++: kernels run on the
+// host, thread by thread (tests/support/emulated_device.h).
+#pragma once
+
+#include "kernels/core/block_kernel.h"
+#include "tests/support/emulated_block.h"
+
+// What such files say of themselves to nvcc.
+#define __device__
+
+namespace vesta::device {
+
+template <class Kernel>
+void Launch(const Kernel& kernel, Index blocks, const char* /*name*/) {
+  static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
+  // One for all launches: its stacks take longer to make than most kernels to run.
+  static auto* fibers = new test::FiberBlock(Kernel::kThreads, test::ThreadOrder::kForward, 1);
+  test::Emulate(kernel, blocks, *fibers);
+}
+
+// Backwards: what depends on the order shows.
+template <class F>
+void ForEach(Index count, const F& f, const char* /*name*/) {
+  for (Index i = count; i-- > 0;) f(i);
+}
+
+inline void atomicAdd(unsigned long long* sum, unsigned long long value) { *sum += value; }
+
+}  // namespace vesta::device
