@@ -39,7 +39,8 @@ DEFINE_double(position_damping, 0, "factor on it for the positions");
 DEFINE_double(rotation_damping, 0, "weight in it of the way of a turning splat's ends");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
-DEFINE_double(memory_budget, 0, "GiB that the program may take, foreseen before they are used; 0: no limit");
+DEFINE_double(memory_budget, 0,
+              "GiB that the program may take (of the GPU with one), foreseen before they are used; 0: no limit");
 DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
 DEFINE_string(batch_choice, "", "how views are dealt to parts: in order, by chance, or alike ones apart");
 DEFINE_string(preconditioner_damping, "", "damping within the preconditioner: lambda, none, or one");

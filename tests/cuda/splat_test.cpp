@@ -140,7 +140,7 @@ class CudaTraining : public test::OnDevice {};
 
 TEST_F(CudaTraining, ReachesTheQualityOfTheHost) {
   const gs::Scene scene = gs::test::TrainingScene();
-  const gs::TrainOptions options = ShortDeviceTraining(100, 2);
+  const gs::TrainOptions options = ShortDeviceTraining(60, 1);
   const gs::TrainResult host = gs::Train(scene, options, 0, {});
   const gs::TrainResult device = gs::Train(scene, options, 0, {}, gs::DeviceStages());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);

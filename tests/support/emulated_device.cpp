@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/check.h"
@@ -69,8 +70,18 @@ void CopyFromHost(void* to, const void* from, std::size_t bytes) { Copy(to, from
 void CopyToHost(void* to, const void* from, std::size_t bytes) { Copy(to, from, bytes); }
 void Synchronize() {}
 
-double ReadLagged(const double* scalar) { return *scalar; }
-void ForgetLagged(const double* /*first*/, std::size_t /*count*/) {}
+namespace {
+// What the last call for each scalar saw: as late as a device may be.
+std::map<const double*, double>& Readings() {
+  static std::map<const double*, double> readings;
+  return readings;
+}
+}  // namespace
+
+double ReadLagged(const double* scalar) { return std::exchange(Readings()[scalar], *scalar); }
+void ForgetLagged(const double* first, std::size_t count) {
+  Readings().erase(Readings().lower_bound(first), Readings().lower_bound(first + count));
+}
 
 std::size_t FreeBytes() { return TheMemory().total - std::min(TheMemory().total, TheMemory().in_use); }
 std::size_t BytesInUse() { return TheMemory().in_use; }
