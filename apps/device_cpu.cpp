@@ -9,6 +9,11 @@ void CheckDeviceFlag() {
   if (FLAGS_device == "cuda") Fail("--device=cuda: this build has no CUDA; use --device=cpu");
 }
 
+bool UsesGpu() {
+  CheckDeviceFlag();
+  return false;
+}
+
 gs::StageRunners StagesFromFlag() { return gs::HostStages(); }
 
 }  // namespace vesta::app

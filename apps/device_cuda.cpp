@@ -13,10 +13,11 @@ void CheckDeviceFlag() {
   }
 }
 
-gs::StageRunners StagesFromFlag() {
+bool UsesGpu() {
   CheckDeviceFlag();
-  if (FLAGS_device == "cpu" || !QueryDevice().usable) return gs::HostStages();
-  return gs::DeviceStages();
+  return FLAGS_device != "cpu" && QueryDevice().usable;
 }
+
+gs::StageRunners StagesFromFlag() { return UsesGpu() ? gs::DeviceStages() : gs::HostStages(); }
 
 }  // namespace vesta::app
