@@ -11,7 +11,7 @@
 namespace vesta::app {
 namespace {
 
-bundle::BundleData SmallBundle() { return bundle::Generate({.num_cameras = 6, .num_points = 60, .mean_track = 4}); }
+bundle::BundleData SmallBundle() { return bundle::Generate({.num_cameras = 8, .num_points = 60, .mean_track = 4}); }
 
 TEST(BundleOnGpu, SolvesInPlaceByTheOptionsGiven) {
   bundle::BundleData data = SmallBundle();
