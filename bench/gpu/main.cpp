@@ -72,14 +72,17 @@ class GpuBench {
     Add("Gram blocks", "Gram pass", 2 * 88 * visits,
         lists + 288 * pairs + 2 * image_bytes + 2 * parameters + 2 * 4 * 66 * n,
         [&] { view_.AddGram(model, image.data(), w.diagonal.data(), blocks.data(), sh.data(), workspace_); });
-    gs::device_updates::AdamArrays adam{workload_.model.count,
-                                        workload_.model.num_attributes(),
-                                        g.data(),
-                                        dx.data(),
-                                        first.data(),
-                                        second.data(),
-                                        {},
-                                        1};
+    DeviceBuffer<float> units(workload_.model.count);
+    Gpu().Fill(1, units);
+    const gs::device_updates::AdamArrays adam{.count = workload_.model.count,
+                                              .attributes = workload_.model.num_attributes(),
+                                              .gradient = g.data(),
+                                              .parameters = dx.data(),
+                                              .first = first.data(),
+                                              .second = second.data(),
+                                              .units = units.data(),
+                                              .rate = {},
+                                              .root_correction2 = 1};
     Add("Adam's step", "step of Adam", 0, 8 * parameters, [&] { gs::device_updates::StepAdam(adam); });
     Gpu backend;
     Gpu::Slots slots(1);

@@ -147,6 +147,10 @@ class DeviceAdamStage {
     before_growth_.reset();
     density_.LimitGaussians(model_.count);
     density_.Forget(model_.count);
+    // What that iteration did besides.
+    if (ResetsOpacityAt(options_.density, iteration_, options_.adam.iterations)) {
+      DensityControl::ResetOpacity(model_, adam_);
+    }
     on_device_.reset();
     return true;
   }
