@@ -17,7 +17,7 @@ LmSummary SolveBundleOnGpu(bundle::BundleData& data, const LmOptionsEdit& edit, 
     DeviceBuffer<double> on_device;
     on_device.CopyFrom(x);
     B backend;
-    const LmSummary summary = SolveLm<B>(options, backend, *problem, on_device.view(), callback);
+    LmSummary summary = SolveLm<B>(options, backend, *problem, on_device.view(), callback);
     on_device.CopyTo(x);
     return summary;
   } catch (const OutOfDeviceMemory& error) {
