@@ -12,7 +12,7 @@ namespace vesta::app {
 using LmOptionsEdit = std::function<void(LmOptions&)>;
 
 // Plain least squares from data.x, in place, by the options for a GPU after `edit`. Throws Error, one line, where the
-// GPU has no room; data are as they were then. Only where UsesGpu() (apps/device.h).
+// GPU has no room; data are as they were then. Only where there is a GPU (apps/device.h).
 LmSummary SolveBundleOnGpu(bundle::BundleData& data, const LmOptionsEdit& edit, const LmCallback& callback);
 
 }  // namespace vesta::app

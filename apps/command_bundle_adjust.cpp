@@ -40,13 +40,12 @@ void SetOptionsOfFlags(LmOptions& options) {
   if (FLAGS_time_limit > 0) options.max_seconds = std::max(0.0, FLAGS_time_limit - SecondsSinceStart());
 }
 
-// A GPU is for plain least squares.
+// A GPU is for plain least squares, and for who asks for it: auto is the CPU here until somebody has timed both.
 bool SolvesOnGpu() {
-  if (!UsesGpu()) return false;
-  if (FLAGS_loss == "none") return true;
-  if (FLAGS_device == "cuda")
-    Fail("--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", FLAGS_loss);
-  return false;
+  CheckDeviceFlag();
+  if (FLAGS_device != "cuda") return false;
+  if (FLAGS_loss != "none") Fail("--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", FLAGS_loss);
+  return true;
 }
 
 CallbackResult AfterIteration(const LmIteration& row) {

@@ -7,9 +7,7 @@ namespace vesta::app {
 
 // Throws Error, one line, for --device=cuda where that cannot be.
 void CheckDeviceFlag();
-// Whether to compute on a GPU: for --device=cuda, and for auto where there is one. Throws as CheckDeviceFlag.
-bool UsesGpu();
-// What trains: the GPU where UsesGpu(), else the CPU.
+// What trains: the GPU for --device=cuda, and for auto where there is one, else the CPU. Throws as CheckDeviceFlag.
 gs::StageRunners StagesFromFlag();
 
 }  // namespace vesta::app

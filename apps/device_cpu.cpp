@@ -9,11 +9,9 @@ void CheckDeviceFlag() {
   if (FLAGS_device == "cuda") Fail("--device=cuda: this build has no CUDA; use --device=cpu");
 }
 
-bool UsesGpu() {
+gs::StageRunners StagesFromFlag() {
   CheckDeviceFlag();
-  return false;
+  return gs::HostStages();
 }
-
-gs::StageRunners StagesFromFlag() { return gs::HostStages(); }
 
 }  // namespace vesta::app

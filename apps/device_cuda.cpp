@@ -13,11 +13,9 @@ void CheckDeviceFlag() {
   }
 }
 
-bool UsesGpu() {
+gs::StageRunners StagesFromFlag() {
   CheckDeviceFlag();
-  return FLAGS_device != "cpu" && QueryDevice().usable;
+  return FLAGS_device != "cpu" && QueryDevice().usable ? gs::DeviceStages() : gs::HostStages();
 }
-
-gs::StageRunners StagesFromFlag() { return UsesGpu() ? gs::DeviceStages() : gs::HostStages(); }
 
 }  // namespace vesta::app

@@ -12,6 +12,7 @@ DEFINE_bool(truth, false, "put the photograph to the right of each rendered imag
 
 DEFINE_string(preset, "balanced", "where all other options start (default balanced)");
 DEFINE_int32(iterations, 0, "iterations of Adam; of bundle_adjust the most of Levenberg-Marquardt");
+DEFINE_string(adam_metric, "", "what scales Adam's steps: all of a Gaussian's geometry, or each parameter alone");
 DEFINE_int32(views_per_iteration, 1, "views whose mean gradient makes one iteration of Adam");
 DEFINE_int64(max_gaussians, 0, "most Gaussians that densification may make");
 DEFINE_bool(fixed_model, false, "no densification, all SH degrees from the start");
@@ -65,7 +66,8 @@ DEFINE_int32(downscale, 1, "divide the images' width and height by this");
 DEFINE_uint64(seed, 0, "start of the random numbers (default 0)");
 DEFINE_int32(threads, 0, "threads; 0: one for each core");
 DEFINE_double(time_limit, 0, "stop after so many seconds, loading included; 0: none");
-DEFINE_string(device, "auto", "where train, refine and bundle_adjust compute (auto: on a GPU where there is one)");
+DEFINE_string(device, "auto",
+              "where train, refine and bundle_adjust compute (auto: train and refine on a GPU where there is one)");
 DEFINE_string(loss, "none", "robust loss of each reprojection error, by its name in Ceres (default none)");
 DEFINE_double(loss_scale, 1, "pixels from which an error counts less under --loss (default 1)");
 DEFINE_bool(log_lm, false, "log each LM iteration, and the engine's report, to stderr");
@@ -98,6 +100,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"truth", kRender, Switch{}},
       {"preset", kLm, Choice{{"fast", "balanced", "best", "paper", "paper_code"}}},
       {"iterations", kTrain | kBundleAdjust, Range{0, kMany}},
+      {"adam_metric", kTrain, Choice{{"block", "diagonal"}}},
       {"views_per_iteration", kTrain, Range{1, kMany}},
       {"max_gaussians", kTrain, Range{1, kMany}},
       {"fixed_model", kTrain, Switch{}},

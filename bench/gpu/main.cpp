@@ -72,17 +72,18 @@ class GpuBench {
     Add("Gram blocks", "Gram pass", 2 * 88 * visits,
         lists + 288 * pairs + 2 * image_bytes + 2 * parameters + 2 * 4 * 66 * n,
         [&] { view_.AddGram(model, image.data(), w.diagonal.data(), blocks.data(), sh.data(), workspace_); });
+    CachedProducts(lists, visits, image.data(), dx.data(), d_image.data(), g.data());
     DeviceBuffer<float> units(workload_.model.count);
     Gpu().Fill(1, units);
-    const gs::device_updates::AdamArrays adam{.count = workload_.model.count,
-                                              .attributes = workload_.model.num_attributes(),
-                                              .gradient = g.data(),
-                                              .parameters = dx.data(),
-                                              .first = first.data(),
-                                              .second = second.data(),
-                                              .units = units.data(),
-                                              .rate = {},
-                                              .root_correction2 = 1};
+    gs::device_updates::AdamArrays adam{.count = workload_.model.count,
+                                        .attributes = workload_.model.num_attributes(),
+                                        .gradient = g.data(),
+                                        .parameters = dx.data(),
+                                        .first = first.data(),
+                                        .second = second.data(),
+                                        .units = units.data(),
+                                        .rate = {},
+                                        .root_correction2 = 1};
     Add("Adam's step", "step of Adam", 0, 8 * parameters, [&] { gs::device_updates::StepAdam(adam); });
     Gpu backend;
     Gpu::Slots slots(1);
@@ -136,6 +137,23 @@ class GpuBench {
   }
 
  private:
+  // Products with the Jacobian kept in 8 bytes an entry. lists: bytes of the lists by tile, to which each pair adds its
+  // mask and where its entries are.
+  void CachedProducts(double lists, double visits, const float* image, const float* dx, float* d_image, float* g) {
+    const auto pairs = static_cast<double>(view_.num_pairs());
+    const double values = static_cast<double>(workload_.shape().NumValues()),
+                 parameters = 4 * static_cast<double>(x_.size());
+    const double kept = 8 * visits + 64 * pairs;
+    const auto model = Model();
+    Add("cache16, making", "filling entries", 2 * 44 * visits, 2 * lists + 2 * kept + 4 * values,
+        [&] { view_.CacheJacobian(image, splat::CacheFormat::kHalf, workspace_); });
+    Add("cache16, J v", "cached tangent", 2 * 14 * visits, lists + kept + 36 * pairs + 4 * values + 2 * parameters,
+        [&] { view_.ApplyJ(model, dx, d_image, workspace_); });
+    Add("cache16, J^T u", "cached adjoint", 2 * 12 * visits, lists + kept + 72 * pairs + 4 * values + 3 * parameters,
+        [&] { view_.AddJT(model, image, d_image, g, workspace_); });
+    Build();
+  }
+
   splat::Model<float> Model() const {
     return {x_.data(), workload_.model.count, workload_.model.sh_degree, workload_.model.sh_degree};
   }

@@ -8,6 +8,7 @@ namespace vesta::bench {
 gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double rate_factor) {
   gs::TrainOptions options = ours;
   options.lm.iterations = 0;
+  options.adam.metric = "diagonal";
   options.adam.iterations = iterations;
   options.adam.rate_factor = rate_factor;
   return options;

@@ -64,6 +64,7 @@ struct Multiply {
 
 template <int kOrder, class S>
 struct Factorize {
+  static constexpr int kMinBlocks = 1;
   BlockGroup group;
   S* values;
   unsigned long long* treated;

@@ -1,30 +1,14 @@
-// The cached Jacobian of a view: how entries are made, and products with them.
-//
-// An entry is a pixel and a splat that is part of it. With w = alpha T and B the colour behind the splat,
-//   d colour_k = w (dc_k + (c_k - B_k) psi),   psi = d log alpha          (types.h)
-// so w and the three contrasts c - B, zero where alpha is capped, are all that is kept: neither alpha nor T is needed
-// again, and psi follows from the place of the pixel alone.
+// The cached Jacobian of a view: how entries (cache_entry.h) are made, and products with them.
 #pragma once
 
 #include <algorithm>
 
-#include "kernels/gaussian_splatting/cache_kernels.h"
+#include "kernels/gaussian_splatting/cache_entry.h"
 #include "kernels/gaussian_splatting/traverse_splats.h"
 #include "kernels/math/packed_lanes.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
-
-// Powers of two that bring an entry's numbers into the range of their format.
-template <class E>
-struct EntryScale {
-  static constexpr double kWeight = 1, kContrast = 1;
-};
-// w lies in [3.9e-7, 0.99]: all of it keeps 11 bits. Contrasts of at least 2.4e-7 do, and beyond 255 they saturate.
-template <>
-struct EntryScale<Half> {
-  static constexpr double kWeight = 0x1p15, kContrast = 0x1p8;
-};
 
 // The bits of vector k of a row.
 template <class V>
@@ -83,12 +67,11 @@ struct EntryPass {
   void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
     constexpr S kWeight = static_cast<S>(EntryScale<E>::kWeight), kContrast = static_cast<S>(EntryScale<E>::kContrast);
     L::Store(values[0] + offset, V(kWeight) * blend.weight);
-    // 1 / (T (1 - alpha)); not finite where the splat is no part of the pixel, which is not kept.
-    const V inverse = blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha));
+    const V inverse = InverseBehind(blend);
     for (int k = 0; k < 3; ++k) {
-      const V rest = Fnma(blend.weight, state.c[k], L::Load(behind[k] + offset));
+      V rest = L::Load(behind[k] + offset);
+      const V contrast = EntryContrast(blend, inverse, state.c[k], rest);
       L::Store(behind[k] + offset, rest);
-      const V contrast = MovingAlpha(blend.alpha, Fnma(rest, inverse, state.c[k]));
       L::Store(values[1 + k] + offset, V(kContrast) * contrast);
     }
   }
@@ -173,7 +156,7 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
       const V weight = PackedLanes<E, V>::Load(at, bits);
       for (int c = 0; c < 3; ++c) {
         const V contrast = PackedLanes<E, V>::Load(at + (c + 1) * n, bits);
-        L::Store(d_color[c] + offset, Fma(weight, Fma(contrast, psi, dc[c]), L::Load(d_color[c] + offset)));
+        L::Store(d_color[c] + offset, AddEntry(weight, contrast, psi, dc[c], L::Load(d_color[c] + offset)));
       }
       at += kEntryValues * n;
     });

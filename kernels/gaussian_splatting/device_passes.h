@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/gaussian_splatting/tile_pairs.h"
 #include "kernels/gaussian_splatting/types.h"
 
 namespace vesta::splat::device_passes {
@@ -22,8 +23,8 @@ void ProjectGram(const Model<float>& model, const PinholeView& view, const std::
 void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
                   Splat<float>* splats, std::int32_t* rank_of);
-void CountSplatTiles(int width, int height, const Splat<float>* splats, Index count, Index* counts);
-void EmitSplatPairs(int width, int height, const Splat<float>* splats, Index count, const Index* splat_begin,
+void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts);
+void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
                     std::uint32_t* tiles, std::uint32_t* ranks, std::uint32_t* entries);
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
                      Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin);

@@ -15,14 +15,13 @@ void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index
   device::ForEach(count, GatherSorted<float>{keys, indices, count, unsorted, splats, rank_of}, "gathering splats");
 }
 
-void CountSplatTiles(int width, int height, const Splat<float>* splats, Index count, Index* counts) {
-  device::ForEach(count, CountTiles<float>{TileGrid(width, height), splats, counts}, "counting tiles");
+void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts) {
+  device::ForEach(count, CountTiles<float>{grid, splats, counts}, "counting tiles");
 }
 
-void EmitSplatPairs(int width, int height, const Splat<float>* splats, Index count, const Index* splat_begin,
+void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
                     std::uint32_t* tiles, std::uint32_t* ranks, std::uint32_t* entries) {
-  device::ForEach(count, EmitPairs<float>{TileGrid(width, height), splats, splat_begin, tiles, ranks, entries},
-                  "listing tiles");
+  device::ForEach(count, EmitPairs<float>{grid, splats, splat_begin, tiles, ranks, entries}, "listing tiles");
 }
 
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,

@@ -1,5 +1,7 @@
 #include "kernels/gaussian_splatting/device_view.h"
 
+#include <algorithm>
+
 #include "kernels/core/check.h"
 #include "kernels/core/device_sort.h"
 #include "kernels/gaussian_splatting/device_passes.h"
@@ -43,10 +45,18 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
   rank_of_.ResizeForOverwrite(count);
   device_passes::GatherSplats(workspace.keys.data(), workspace.indices.data(), count, workspace.unsorted.data(),
                               splats_.data(), rank_of_.data());
+  kept_rows_.ResizeForOverwrite(0);
+  cache_.Clear();
+  ListTiles(workspace);
+}
+
+void DeviceView::ListTiles(DeviceViewWorkspace& workspace) {
+  const TileGrid grid(pinhole_.width, pinhole_.height, rows());
+  const Index seen = num_splats();
   // One more than there are splats: the last running sum is the number of pairs.
   workspace.counts.Resize(seen + 1);
   splat_begin_.ResizeForOverwrite(seen + 1);
-  device_passes::CountSplatTiles(view.width, view.height, splats_.data(), seen, workspace.counts.data());
+  device_passes::CountSplatTiles(grid, splats_.data(), seen, workspace.counts.data());
   device::RunningSum(workspace.counts.data(), splat_begin_.data(), seen + 1, workspace.temporary);
   const Index pairs = ReadBack(splat_begin_.data() + seen);
   VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view", pairs);
@@ -55,9 +65,8 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
                        &workspace.rank_of_entry}) {
     EnsureSize(*buffer, pairs);
   }
-  device_passes::EmitSplatPairs(view.width, view.height, splats_.data(), seen, splat_begin_.data(),
-                                workspace.tiles.data(), workspace.rank_of_entry.data(), workspace.entries.data());
-  const TileGrid grid(view.width, view.height);
+  device_passes::EmitSplatPairs(grid, splats_.data(), seen, splat_begin_.data(), workspace.tiles.data(),
+                                workspace.rank_of_entry.data(), workspace.entries.data());
   device::SortPairs(workspace.tiles, workspace.entries, workspace.other_tiles, workspace.other_entries, pairs,
                     grid.key_bits(), workspace.temporary);
   ranks_.ResizeForOverwrite(pairs);
@@ -70,7 +79,21 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
 TileLists<float> DeviceView::Lists() const {
   const TileGrid grid(pinhole_.width, pinhole_.height);
   return {splats_.data(), tile_begin_.data(), ranks_.data(), grid.width,
-          grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]}};
+          grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]},
+          rows()};
+}
+
+Index DeviceView::num_tiles() const { return TileGrid(pinhole_.width, pinhole_.height).num_tiles(); }
+
+void DeviceView::KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace) {
+  VESTA_CHECK(static_cast<Index>(rows.size()) == num_tiles(), "{} flags for {} tiles", rows.size(), num_tiles());
+  kept_rows_.CopyFrom(HostSpan<const std::uint16_t>(rows.data(), static_cast<Index>(rows.size())));
+  // Where each tile keeps a row, the lists stay as they are.
+  if (std::find(rows.begin(), rows.end(), 0) != rows.end()) ListTiles(workspace);
+}
+
+void DeviceView::CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace) {
+  cache_.Build(Lists(), entries_.data(), num_pairs(), image, format, workspace.counts, workspace.temporary);
 }
 
 void DeviceView::Render(float* image) const { device_passes::Forward(Lists(), image); }
@@ -79,6 +102,7 @@ void DeviceView::ApplyJ(const Model<float>& model, const float* dx, float* d_ima
                         DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   device_passes::ProjectTangent(model, pinhole_, rank_of_.data(), dx, workspace.splat_sums.data());
+  if (!cache_.empty()) return cache_.Tangent(Lists(), entries_.data(), workspace.splat_sums.data(), d_image);
   device_passes::Tangent(Lists(), workspace.splat_sums.data(), d_image);
 }
 
@@ -86,7 +110,11 @@ void DeviceView::AddJT(const Model<float>& model, const float* image, const floa
                        DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.pair_sums, num_pairs());
   EnsureSize(workspace.splat_sums, num_splats());
-  device_passes::Adjoint(Lists(), entries_.data(), image, u, workspace.pair_sums.data());
+  if (cache_.empty()) {
+    device_passes::Adjoint(Lists(), entries_.data(), image, u, workspace.pair_sums.data());
+  } else {
+    cache_.Adjoint(Lists(), u, workspace.pair_sums.data());
+  }
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
   device_passes::ProjectAdjoint(model, pinhole_, rank_of_.data(), workspace.splat_sums.data(), g);
 }

@@ -1,7 +1,10 @@
 // One view of a model in the memory of a GPU: the same operators as View, in float.
 #pragma once
 
+#include <vector>
+
 #include "kernels/core/device_buffer.h"
+#include "kernels/gaussian_splatting/device_cache.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/types.h"
 
@@ -34,8 +37,15 @@ class DeviceView {
   Span<const std::int32_t, Device> rank_of() const { return rank_of_; }
   Span<const Splat<float>, Device> splats() const { return splats_; }
 
+  Index num_tiles() const;
+
   TileLists<float> Lists() const;
   void Render(float* image) const;
+  // As View::KeepRows, rows being in the memory of the host. Waits for the device, once more where tiles are left out.
+  void KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace);
+  // As View::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
+  void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
+  const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
   void AddJT(const Model<float>& model, const float* image, const float* u, float* g,
              DeviceViewWorkspace& workspace) const;
@@ -43,12 +53,18 @@ class DeviceView {
                DeviceViewWorkspace& workspace, float* sh_blocks = nullptr) const;
 
  private:
+  // The lists by tile of the splats there are, of the rows that are kept.
+  void ListTiles(DeviceViewWorkspace& workspace);
+  const std::uint16_t* rows() const { return kept_rows_.empty() ? nullptr : kept_rows_.data(); }
+
   PinholeView pinhole_{};
   float background_[3]{};
   DeviceBuffer<Splat<float>> splats_;
   DeviceBuffer<std::int32_t> rank_of_;
   DeviceBuffer<Index> splat_begin_, tile_begin_;
   DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order of splats
+  DeviceJacobianCache cache_;
+  DeviceBuffer<std::uint16_t> kept_rows_;  // by tile; empty: all
 };
 
 }  // namespace vesta::splat

@@ -18,10 +18,24 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kRasterThreads = kTileSize * kTileSize;
 
+// The rows of a tile in the order in which threads take them: those that are looked at come first, so that where few
+// are, whole warps have nothing to do.
+VESTA_HD inline int RowInOrder(std::uint32_t looked_at, int place) {
+  int kept = 0;
+  for (int y = 0; y < kTileSize; ++y) kept += static_cast<int>(looked_at >> y & 1U);
+  const bool among_kept = place < kept;
+  int left = among_kept ? place : place - kept;
+  for (int y = 0; y < kTileSize; ++y) {
+    if (((looked_at >> y & 1U) != 0) == among_kept && left-- == 0) return y;
+  }
+  return place;  // never: there are sixteen
+}
+
 // The pixel of a thread. A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
 struct BlockPixel {
   int x, y;            // in the tile
   bool inside;         // the image
+  bool looked_at;      // inside, and its row is (TileLists::rows); others count as closed
   std::int64_t place;  // in a plane of the image
 
   template <class S>
@@ -29,8 +43,11 @@ struct BlockPixel {
     const int warp = thread / 32, lane = thread % 32;
     x = warp % 2 * 8 + lane % 8;
     y = warp / 2 * 4 + lane / 8;
+    const std::uint32_t rows = lists.rows == nullptr ? 0xffffU : lists.rows[tile];
+    if (rows != 0xffffU) y = RowInOrder(rows, y);
     const std::int64_t column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
     inside = column < lists.width && row < lists.height;
+    looked_at = inside && (rows >> y & 1U) != 0;
     place = row * lists.width + column;
   }
   VESTA_HD int in_tile() const { return y * kTileSize + x; }
@@ -60,7 +77,7 @@ struct Passing {
   S transmittance = S(1);  // behind the last splat that is part of the pixel
   bool open;
 
-  VESTA_HD explicit Passing(bool inside) : open(inside) {}
+  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.looked_at) {}
   VESTA_HD Blend<S> Take(const S& alpha) {
     const Blend<S> blend = BlendSplat(transmittance, alpha);
     open = blend.open;
@@ -98,7 +115,7 @@ struct ForwardBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, block.id(), block.thread());
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S color[3] = {S(0), S(0), S(0)};
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
@@ -137,7 +154,7 @@ struct TangentBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const BlockPixel pixel(lists, block.id(), block.thread());
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S d_color[3] = {S(0), S(0), S(0)}, minus_dT(0);
     const std::int64_t end = lists.tile_begin[block.id() + 1];
     for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
@@ -168,12 +185,38 @@ struct TangentBlock {
   }
 };
 
+// What the adjoint sums along one row of a tile for a splat: g p^a for a <= 2, then w u for the colours; g is the
+// derivative of the pixel's part of u . image by log alpha, w that of its colour by the splat's.
+inline constexpr int kAdjointRowSums = 6;
+template <class S>
+struct AdjointRow {
+  S sum[kAdjointRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0)};
+
+  VESTA_HD void Add(const S& g, const S& w, const S u[3], const S& p) {
+    const S gp = g * p;
+    sum[0] += g;
+    sum[1] += gp;
+    sum[2] = Fma(gp, p, sum[2]);
+    for (int c = 0; c < 3; ++c) sum[3 + c] = Fma(w, u[c], sum[3 + c]);
+  }
+};
+// Component i of the cotangent of a splat (InTile) from the sums of all rows, weighed with powers of q.
+template <class S>
+VESTA_HD inline S AddAdjointRows(const Splat<S>& splat, const S (&rows)[kTileSize][kAdjointRowSums], int i) {
+  const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
+  S sum(0);
+  for (int y = 0; y < kTileSize; ++y) {
+    const S q = RowInTile(splat, y).q;
+    const S weight = power_q == 0 ? S(1) : power_q == 1 ? q : q * q;
+    sum = Fma(weight, rows[y][column], sum);
+  }
+  return i < kLambda ? -sum : sum;
+}
+
 // RasterKernels::adjoint, with the sums of pair k of the lists at sums[entries[k]].
 template <class S>
 struct AdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
-  // Sums along one row: g p^a for a <= 2, then w u for the colours.
-  static constexpr int kRowSums = 6;
   struct Share {
     S g, w;  // derivative of the pixel's part of u . image by log alpha, and by u . colour
   };
@@ -181,7 +224,7 @@ struct AdjointBlock {
     Splat<S> splats[kBatch];
     S u[3][kRasterThreads];
     Share shares[kBatch][kRasterThreads];
-    S rows[kBatch][kTileSize][kRowSums];
+    S rows[kBatch][kTileSize][kAdjointRowSums];
   };
   TileLists<S> lists;
   const std::uint32_t* entries;
@@ -193,7 +236,7 @@ struct AdjointBlock {
     const int thread = block.thread();
     const BlockPixel pixel(lists, block.id(), thread);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S behind(0), my_u[3];
     for (int c = 0; c < 3; ++c) {
       my_u[c] = pixel.inside ? u[c * plane + pixel.place] : S(0);
@@ -229,7 +272,8 @@ struct AdjointBlock {
       block.Sync();
       if (thread < count * kSplatTangent) {
         const int k = thread / kSplatTangent;
-        sums[entries[first + k]].w[thread % kSplatTangent] = AddRows(shared, k, thread % kSplatTangent);
+        sums[entries[first + k]].w[thread % kSplatTangent] =
+            AddAdjointRows(shared.splats[k], shared.rows[k], thread % kSplatTangent);
       }
     }
     // All pixels are closed.
@@ -246,28 +290,14 @@ struct AdjointBlock {
   VESTA_HD void AddRow(Shared& shared, int k, int y) const {
     const Splat<S>& splat = shared.splats[k];
     const RowSpan<S> row = RowInTile(splat, y);
-    S sum[kRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0)};
+    AdjointRow<S> total;
     for (int i = 0; i < kTileSize; ++i) {
       const int x = (i + y) % kTileSize, at = y * kTileSize + x;
       const Share& share = shared.shares[k][Column(x, y)];
-      const S p = OffsetAt(static_cast<S>(x), splat.r, row.p0), gp = share.g * p;
-      sum[0] += share.g;
-      sum[1] += gp;
-      sum[2] = Fma(gp, p, sum[2]);
-      for (int c = 0; c < 3; ++c) sum[3 + c] = Fma(share.w, shared.u[c][at], sum[3 + c]);
+      const S u_here[3] = {shared.u[0][at], shared.u[1][at], shared.u[2][at]};
+      total.Add(share.g, share.w, u_here, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
-    for (int i = 0; i < kRowSums; ++i) shared.rows[k][y][i] = sum[i];
-  }
-  // Component i of the cotangent.
-  VESTA_HD S AddRows(const Shared& shared, int k, int i) const {
-    const int power_q = i < kSplatShape ? PowerQ(i) : 0, column = i < kSplatShape ? PowerP(i) : 3 + i - kColor;
-    S sum(0);
-    for (int y = 0; y < kTileSize; ++y) {
-      const S q = RowInTile(shared.splats[k], y).q;
-      const S weight = power_q == 0 ? S(1) : power_q == 1 ? q : q * q;
-      sum = Fma(weight, shared.rows[k][y][column], sum);
-    }
-    return i < kLambda ? -sum : sum;
+    for (int i = 0; i < kAdjointRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
   }
 };
 
@@ -299,7 +329,7 @@ struct GramBlock {
     const int thread = block.thread();
     const BlockPixel pixel(lists, block.id(), thread);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    Passing<S> passing(pixel.inside);
+    Passing<S> passing(pixel);
     S behind[3];
     for (int c = 0; c < 3; ++c) {
       behind[c] = pixel.inside ? image[c * plane + pixel.place] : S(0);

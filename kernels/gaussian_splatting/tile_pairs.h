@@ -40,10 +40,16 @@ struct CountSeen {
 
 struct TileGrid {
   int width, height, tiles_x, tiles_y;  // of the image, in pixels and in tiles
+  const std::uint16_t* rows;            // as TileLists::rows: tiles of which no row is looked at are not listed
 
-  TileGrid(int w, int h)
-      : width(w), height(h), tiles_x((w + kTileSize - 1) / kTileSize), tiles_y((h + kTileSize - 1) / kTileSize) {}
+  TileGrid(int w, int h, const std::uint16_t* looked_at = nullptr)
+      : width(w),
+        height(h),
+        tiles_x((w + kTileSize - 1) / kTileSize),
+        tiles_y((h + kTileSize - 1) / kTileSize),
+        rows(looked_at) {}
   int num_tiles() const { return tiles_x * tiles_y; }
+  VESTA_HD bool Lists(int tile) const { return rows == nullptr || rows[tile] != 0; }
   // Bits of the largest tile's number.
   int key_bits() const {
     int bits = 1;
@@ -52,7 +58,7 @@ struct TileGrid {
   }
 };
 
-// For rank r: how many tiles its splat touches.
+// For rank r: in how many tiles its splat is listed.
 template <class S>
 struct CountTiles {
   TileGrid grid;
@@ -61,7 +67,8 @@ struct CountTiles {
 
   VESTA_HD void operator()(Index r) const {
     Index count = 0;
-    VisitTiles(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height, [&count](int) { ++count; });
+    VisitTiles(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height,
+               [&](int tile) { count += grid.Lists(tile) ? 1 : 0; });
     counts[r] = count;
   }
 };
@@ -77,6 +84,7 @@ struct EmitPairs {
   VESTA_HD void operator()(Index r) const {
     Index e = splat_begin[r];
     VisitTiles(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height, [&](int tile) {
+      if (!grid.Lists(tile)) return;
       tiles[e] = static_cast<std::uint32_t>(tile);
       ranks[e] = static_cast<std::uint32_t>(r);
       entries[e] = static_cast<std::uint32_t>(e);

@@ -87,10 +87,9 @@ void RootDiagonal(const RowRange<S>& rows, const RootArgs<S>& args) {
   const LossTerms<S> loss = args.loss;
   const auto load = [&](Index i, const auto& access) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;
-    const T w = access.Load(args.weight + i);
-    const T p = access.Load(args.p + i), q = access.Load(args.q + i), s = access.Load(args.s + i);
-    const T wp = w * p, wq = w * q;
-    return Fields<6, T>{{wp * p, wq * q, w * s * s, wp * q, wp * s, wq * s}};
+    const SsimRootProducts<T> w(access.Load(args.weight + i), access.Load(args.p + i), access.Load(args.q + i),
+                                access.Load(args.s + i));
+    return Fields<6, T>{{w.pp, w.qq, w.ss, w.pq, w.ps, w.qs}};
   };
   const auto combine = [&](int row, int column, const auto& access, const auto& blurred) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;

@@ -5,10 +5,22 @@ namespace vesta::device_image {
 namespace {
 
 template <class Operator>
-void Run(const ImageShape& shape, const Operator& op, double* partial_sums, const char* name) {
+void Run(const ImageShape& shape, const WindowTaps<float>& taps, const Operator& op, double* partial_sums,
+         const char* name) {
   using Kernel = BlurBlock<float, Operator>;
-  device::Launch(Kernel{shape.width, shape.height, MakeWindowTaps<float>(), op, partial_sums},
+  device::Launch(Kernel{shape.width, shape.height, taps, op, partial_sums},
                  Kernel::NumBlocks(shape.width, shape.height), name);
+}
+template <class Operator>
+void Run(const ImageShape& shape, const Operator& op, const char* name) {
+  Run(shape, MakeWindowTaps<float>(), op, nullptr, name);
+}
+// Operators that also give the three sums of the loss.
+template <class Operator>
+void RunWithSums(const ImageShape& shape, const Operator& op, double* partial_sums, double* sums, const char* name) {
+  constexpr int kSums = Operator::kSums;
+  Run(shape, MakeWindowTaps<float>(), op, partial_sums, name);
+  device::Launch(SumPartials<kSums>{partial_sums, NumPartialSums(shape) / kSums, sums}, kSums, "sums of the loss");
 }
 
 }  // namespace
@@ -18,21 +30,23 @@ Index NumPartialSums(const ImageShape& shape) {
 }
 
 void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums) {
-  constexpr int kSums = WindowsOperator<float>::kSums;
-  Run(shape, op, partial_sums, "SSIM windows");
-  device::Launch(SumPartials<kSums>{partial_sums, NumPartialSums(shape) / kSums, sums}, kSums, "sums of the loss");
+  RunWithSums(shape, op, partial_sums, sums, "SSIM windows");
+}
+void Center(const ImageShape& shape, const CenterOperator<float>& op, double* partial_sums, double* sums) {
+  RunWithSums(shape, op, partial_sums, sums, "loss gradient by centres");
 }
 
-void Gradient(const ImageShape& shape, const GradientOperator<float>& op) { Run(shape, op, nullptr, "loss gradient"); }
-void SsimTangents(const ImageShape& shape, const SsimTangentOperator<float>& op) {
-  Run(shape, op, nullptr, "SSIM tangent");
+void Gradient(const ImageShape& shape, const GradientOperator<float>& op) { Run(shape, op, "loss gradient"); }
+void SsimTangents(const ImageShape& shape, const SsimTangentOperator<float>& op) { Run(shape, op, "SSIM tangent"); }
+void SsimAdjoints(const ImageShape& shape, const SsimAdjointOperator<float>& op) { Run(shape, op, "SSIM adjoint"); }
+void RootTangents(const ImageShape& shape, const RootTangentOperator<float>& op) {
+  Run(shape, op, "SSIM root tangent");
 }
-void SsimAdjoints(const ImageShape& shape, const SsimAdjointOperator<float>& op) {
-  Run(shape, op, nullptr, "SSIM adjoint");
+void RootAdd(const ImageShape& shape, const RootAddOperator<float>& op) { Run(shape, op, "SSIM root adjoint"); }
+void RootDiagonal(const ImageShape& shape, const RootDiagonalOperator<float>& op) {
+  Run(shape, MakeSquaredWindowTaps<float>(), op, nullptr, "SSIM root diagonal");
 }
-void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op) {
-  Run(shape, op, nullptr, "weighted blur");
-}
-void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op) { Run(shape, op, nullptr, "blur and add"); }
+void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op) { Run(shape, op, "weighted blur"); }
+void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op) { Run(shape, op, "blur and add"); }
 
 }  // namespace vesta::device_image

@@ -1,6 +1,7 @@
 #include "kernels/image/device_photometric_loss.h"
 
 #include "kernels/core/check.h"
+#include "kernels/core/cuda_backend.h"
 #include "kernels/image/device_image_passes.h"
 
 namespace vesta {
@@ -17,9 +18,7 @@ DevicePhotometricLoss::DevicePhotometricLoss(const PhotometricWeights& weights)
     : weights_(weights), penalty_(PenaltyCoefficientsOf<float>(weights)) {
   VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
               weights.l1, weights.ssim, weights.l1_floor);
-  if (weights.structure != SsimLinearization::kQuadratic) {
-    Fail("on a GPU SSIM is made a quadratic; take the CPU for its root");
-  }
+  VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
 }
 
 void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
@@ -29,17 +28,47 @@ void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const Image
               truth.size(), n);
   ResizeIfNeeded(partial_sums_, device_image::NumPartialSums(shape));
   ResizeIfNeeded(sums_, 3);
-  WindowsOperator<float> windows{rendered.data(), truth.data(), penalty_, nullptr, nullptr, nullptr, nullptr};
+  if (gradient != nullptr && weights_.structure == SsimLinearization::kRootCenter) {
+    return RunCenter(rendered, truth, shape, gradient, linearization);
+  }
+  const bool root = linearization != nullptr && weights_.structure == SsimLinearization::kRoot;
+  DeviceBuffer<float>& p = root ? linearization->p : p_;
+  DeviceBuffer<float>& q = root ? linearization->q : q_;
+  DeviceBuffer<float>& s = root ? linearization->s : s_;
+  WindowsOperator<float> windows{rendered.data(), truth.data(), penalty_, nullptr, nullptr, nullptr, nullptr, nullptr};
+  float* diagonal = nullptr;
   if (gradient != nullptr) {
-    for (auto* slopes : {&p_, &q_, &s_}) ResizeIfNeeded(*slopes, n);
-    windows.p = p_.data(), windows.q = q_.data(), windows.s = s_.data();
-    if (linearization != nullptr) windows.curvature = linearization->curvature.data();
+    for (auto* slopes : {&p, &q, &s}) ResizeIfNeeded(*slopes, n);
+    windows.p = p.data(), windows.q = q.data(), windows.s = s.data();
+  }
+  if (root) {
+    ResizeIfNeeded(linearization->weight, n);
+    windows.weight = linearization->weight.data();
+  } else if (linearization != nullptr) {
+    ResizeIfNeeded(linearization->curvature, n);
+    windows.curvature = linearization->curvature.data();
+    diagonal = linearization->diagonal.data();
   }
   device_image::Windows(shape, windows, partial_sums_.data(), sums_.data());
   if (gradient == nullptr) return;
-  device_image::Gradient(shape, {rendered.data(), truth.data(), p_.data(), q_.data(), s_.data(),
-                                 static_cast<float>(weights_.l1), static_cast<float>(weights_.ssim), penalty_, gradient,
-                                 linearization != nullptr ? linearization->diagonal.data() : nullptr});
+  const auto l1 = static_cast<float>(weights_.l1), ssim = static_cast<float>(weights_.ssim);
+  device_image::Gradient(
+      shape, {rendered.data(), truth.data(), p.data(), q.data(), s.data(), l1, ssim, penalty_, gradient, diagonal});
+  if (!root) return;
+  linearization->rendered = rendered;
+  linearization->truth = truth;
+  device_image::RootDiagonal(shape, {rendered.data(), truth.data(), p.data(), q.data(), s.data(), windows.weight, l1,
+                                     ssim, penalty_, linearization->diagonal.data()});
+}
+
+void DevicePhotometricLoss::RunCenter(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
+                                      Linearization* linearization) {
+  const float tap = MakeWindowTaps<float>().tap[kWindowRadius];
+  device_image::Center(
+      shape,
+      {rendered.data(), truth.data(), static_cast<float>(weights_.l1), static_cast<float>(weights_.ssim), penalty_,
+       tap * tap, gradient, linearization != nullptr ? linearization->diagonal.data() : nullptr},
+      partial_sums_.data(), sums_.data());
 }
 
 PhotometricValue DevicePhotometricLoss::Value() {
@@ -68,7 +97,6 @@ void DevicePhotometricLoss::Linearize(ConstView rendered, ConstView truth, const
   VESTA_CHECK(gradient.size() == shape.NumValues(), "gradient {} values, want {}", gradient.size(), shape.NumValues());
   linearization.shape = shape;
   ResizeIfNeeded(linearization.diagonal, shape.NumValues());
-  ResizeIfNeeded(linearization.curvature, shape.NumValues());
   Run(rendered, truth, shape, gradient.data(), &linearization);
 }
 
@@ -76,10 +104,22 @@ void DevicePhotometricLoss::ApplyW(const Linearization& linearization, ConstView
   const ImageShape& shape = linearization.shape;
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);
+  if (weights_.structure == SsimLinearization::kRootCenter) {
+    return CudaBackend<float>().Multiply(linearization.diagonal, v, out);
+  }
   ResizeIfNeeded(blurred_, n);
+  if (weights_.structure == SsimLinearization::kRoot) return ApplyRoot(linearization, v, out);
   device_image::WeightedBlur(shape, {v.data(), linearization.curvature.data(), blurred_.data()});
   device_image::BlurAdd(
       shape, {blurred_.data(), static_cast<float>(weights_.ssim), linearization.diagonal.data(), v.data(), out.data()});
+}
+
+void DevicePhotometricLoss::ApplyRoot(const Linearization& linearization, ConstView v, View out) {
+  const Linearization& w = linearization;
+  const float *rendered = w.rendered.data(), *truth = w.truth.data(), *p = w.p.data(), *q = w.q.data(), *s = w.s.data();
+  device_image::RootTangents(w.shape, {{rendered, truth, p, q, s, v.data(), blurred_.data()}, w.weight.data()});
+  device_image::RootAdd(w.shape, {rendered, truth, p, q, s, static_cast<float>(weights_.l1),
+                                  static_cast<float>(weights_.ssim), penalty_, blurred_.data(), v.data(), out.data()});
 }
 
 }  // namespace vesta

@@ -8,10 +8,13 @@
 
 namespace vesta {
 
-// As PhotometricLinearization of SsimLinearization::kQuadratic, the one that there is on a GPU.
+// As PhotometricLinearization: of kQuadratic curvature; of kRoot the slopes and the weight, and views of the rendered
+// image and the truth, which must stay as they are.
 struct DevicePhotometricLinearization {
   ImageShape shape;
   DeviceBuffer<float> diagonal, curvature;
+  DeviceBuffer<float> p, q, s, weight;
+  Span<const float, Device> rendered, truth;
 };
 
 // As PhotometricLoss; what gives a value waits for the device, the rest does not.
@@ -21,13 +24,13 @@ class DevicePhotometricLoss {
   using ConstView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
-  // Throws Error for another.
+  // Throws Error for negative weights or a Huber threshold that is not positive.
   explicit DevicePhotometricLoss(const PhotometricWeights& weights = {});
 
   const PhotometricWeights& weights() const { return weights_; }
 
   PhotometricValue Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape);
-  // gradient = d cost / d rendered. The value can be asked for afterwards.
+  // gradient = d cost / d rendered (of kRootCenter not quite: loss_options.h). The value can be asked for afterwards.
   void Gradient(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient);
   void Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
                  Linearization& linearization);
@@ -37,12 +40,16 @@ class DevicePhotometricLoss {
   void ApplyW(const Linearization& linearization, ConstView v, View out);
 
  private:
+  // gradient null: values alone; linearization null: no W.
   void Run(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient, Linearization* linearization);
+  void RunCenter(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
+                 Linearization* linearization);
+  void ApplyRoot(const Linearization& linearization, ConstView v, View out);
 
   PhotometricWeights weights_;
   PenaltyCoefficients<float> penalty_;
   DeviceBuffer<float> p_, q_, s_;  // slopes of 1 - SSIM
-  DeviceBuffer<float> blurred_;
+  DeviceBuffer<float> blurred_;    // between the halves of W
   DeviceBuffer<double> partial_sums_, sums_;
 };
 

@@ -80,10 +80,10 @@ void Center(const RowRange<S>& rows, const CenterArgs<S>& args) {
     const T value = window.Dissimilarity();
     dissimilarity.Add(access.Used(value));
     penalties.Add(access, penalty);
-    const T by_center = T(centre) * SsimAdjoint(x, e, slopes.p, slopes.q, slopes.s);
+    const T by_center = SsimCenterSlope(T(centre), x, e, slopes);
     access.Store(args.gradient + i, Fma(T(loss.ssim), by_center, T(loss.l1) * penalty.derivative));
     if (args.diagonal == nullptr) return;
-    const T root = T(loss.ssim) * (by_center * by_center) * SsimRootWeight(value);
+    const T root = SsimCenterCurvature(T(loss.ssim), by_center, value);
     access.Store(args.diagonal + i, Fma(T(loss.l1), penalty.Curvature(loss.penalty), root));
   };
   const auto end_rows = [&](int row, int count) {

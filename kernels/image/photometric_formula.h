@@ -93,6 +93,30 @@ VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
   return Reciprocal(floored + floored);
 }
 
+// Each score differentiated by its own pixel alone: d(1 - SSIM of the window) by its centre. centre: the window's
+// weight there, squared for the two axes.
+template <class T>
+VESTA_HD inline T SsimCenterSlope(const T& centre, const T& x, const T& e, const SsimSlopes<T>& slopes) {
+  return centre * SsimAdjoint(x, e, slopes.p, slopes.q, slopes.s);
+}
+// What the root makes of that: ssim times its square and the weight.
+template <class T>
+VESTA_HD inline T SsimCenterCurvature(const T& ssim, const T& by_center, const T& dissimilarity) {
+  return ssim * (by_center * by_center) * SsimRootWeight(dissimilarity);
+}
+
+// What the diagonal of J^T diag(w) J is made of in one window.
+template <class T>
+struct SsimRootProducts {
+  T pp, qq, ss, pq, ps, qs;  // times w
+
+  VESTA_HD SsimRootProducts(const T& w, const T& p, const T& q, const T& s) {
+    const T wp = w * p, wq = w * q;
+    pp = wp * p, qq = wq * q, ss = w * s * s;
+    pq = wp * q, ps = wp * s, qs = wq * s;
+  }
+};
+
 // The diagonal of J^T diag(w) J at a pixel, from G2 f for f = w p^2, w q^2, w s^2, w p q, w p s, w q s, G2 the window
 // with its weights squared. Not negative.
 template <class T>

@@ -1,8 +1,10 @@
-// Operations on floats for which a GPU has instructions of its own. The one place below the macro VESTA_HD where host
+// Operations on scalars for which a GPU has instructions of its own. The one place below the macro VESTA_HD where host
 // and device code differ; what differs is rounding.
 #pragma once
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "kernels/core/hd.h"
 #include "kernels/math/isa.h"
@@ -50,6 +52,27 @@ VESTA_HD inline float FastReciprocal(float x) {
 #endif
 }
 VESTA_HD inline double FastReciprocal(double x) { return 1 / x; }
+
+// How many bits are set.
+VESTA_HD inline int PopCount(std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __popc(bits);
+#else
+  return std::popcount(bits);
+#endif
+}
+
+// The value of the bits of a binary16, which must be 0 or normal (half.h): exact; on a GPU one instruction.
+VESTA_HD inline float FloatOfHalfBits(std::uint16_t bits) {
+#if defined(__CUDA_ARCH__)
+  float result;
+  asm("cvt.f32.f16 %0, %1;" : "=f"(result) : "h"(bits));
+  return result;
+#else
+  const std::uint32_t magnitude = bits & 0x7fffu, sign = (bits & 0x8000u) << 16;
+  return std::bit_cast<float>(sign | (magnitude == 0 ? 0u : (magnitude << 13) + (112u << 23)));
+#endif
+}
 
 }  // namespace VESTA_ISA
 }  // namespace vesta

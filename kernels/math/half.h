@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "kernels/math/device_scalar.h"
 #include "kernels/math/isa.h"
 
 namespace vesta {
@@ -17,7 +18,7 @@ inline constexpr float kSmallestHalf = 0x1p-14f, kLargestHalf = 65504.0f;
 
 // The nearest number of 16 bits, even where two are as near: relative error at most 2^-11 for kSmallestHalf <= |x| <=
 // kLargestHalf. Below that 0, above it (and for NaN, of either sign) +-kLargestHalf. The same on every machine.
-inline Half ToHalf(float x) {
+VESTA_HD inline Half ToHalf(float x) {
   const auto all = std::bit_cast<std::uint32_t>(x);
   const std::uint32_t sign = all >> 16 & 0x8000u, magnitude = all & 0x7fffffffu;
   if (magnitude < std::bit_cast<std::uint32_t>(kSmallestHalf)) return {static_cast<std::uint16_t>(sign)};
@@ -27,10 +28,7 @@ inline Half ToHalf(float x) {
 }
 
 // Exact.
-inline float FromHalf(Half h) {
-  const std::uint32_t magnitude = h.bits & 0x7fffu, sign = (h.bits & 0x8000u) << 16;
-  return std::bit_cast<float>(sign | (magnitude == 0 ? 0u : (magnitude << 13) + (112u << 23)));
-}
+VESTA_HD inline float FromHalf(Half h) { return FloatOfHalfBits(h.bits); }
 
 }  // namespace VESTA_ISA
 }  // namespace vesta

@@ -19,11 +19,10 @@ void Scale(double scale, B::View v) {
 }  // namespace
 
 DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& options, ConstView x,
-                                                   const std::vector<const DeviceTargetView*>& views, double scale,
+                                                   const std::vector<DeviceBatchView>& views, double scale, int turn,
                                                    std::shared_ptr<DevicePhotometricLoss> loss,
                                                    std::shared_ptr<splat::DeviceViewWorkspace> workspace)
     : options_(options),
-      scale_(scale),
       units_(views.size()),
       loss_(std::move(loss)),
       workspace_(std::move(workspace)),
@@ -31,12 +30,13 @@ DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& op
   x_.CopyFrom(x);
   model_ = {x_.data(), options.count, options.sh_degree, options.sh_degree};
   Index largest = 0;
-  for (const DeviceTargetView* view : views) largest = std::max(largest, view->shape().NumValues());
+  for (const DeviceBatchView& view : views) largest = std::max(largest, view.target->shape().NumValues());
   image_work_.ResizeForOverwrite(largest);
   weighted_work_.ResizeForOverwrite(largest);
   for (std::size_t i = 0; i < views.size(); ++i) {
     Unit& unit = units_[i];
-    unit.target = views[i];
+    unit.target = views[i].target;
+    unit.scale = scale;
     unit.shape = unit.target->shape();
     const Index values = unit.shape.NumValues();
     num_residuals_ += values;
@@ -45,8 +45,23 @@ DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& op
     unit.image.ResizeForOverwrite(values);
     unit.view.Render(unit.image.data());
     loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
-    Scale(scale_, image_gradient);
+    if (options.sample_gradient) Prepare(unit, views[i].index, turn);
+    Scale(unit.scale, image_gradient);
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), gradient_.data(), *workspace_);
+    // After the gradient, which is thereby exact.
+    if (!options.sample_gradient) Prepare(unit, views[i].index, turn);
+  }
+}
+
+void DeviceSplatLinearization::Prepare(Unit& unit, Index view, int turn) {
+  if (options_.residual_sampling < 1) {
+    const PixelSample sample = SamplePixels(options_.sampling_unit, unit.view.num_tiles(), options_.residual_sampling,
+                                            options_.seed, turn, view);
+    unit.view.KeepRows(sample.rows, *workspace_);
+    unit.scale *= sample.scale;
+  }
+  if (options_.jacobian != JacobianKind::kRecompute) {
+    unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
   }
 }
 
@@ -86,7 +101,7 @@ void DeviceSplatLinearization::ApplyW(ConstView u, View Wu) {
   for (Unit& unit : units_) {
     const Index values = unit.shape.NumValues();
     loss_->ApplyW(unit.loss, u.subspan(at, values), Wu.subspan(at, values));
-    Scale(scale_, Wu.subspan(at, values));
+    Scale(unit.scale, Wu.subspan(at, values));
     at += values;
   }
 }
@@ -98,7 +113,7 @@ void DeviceSplatLinearization::ApplyH(ConstView v, View Hv) {
     const View d_image = image_work_.view().subspan(0, values), weighted = weighted_work_.view().subspan(0, values);
     unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
     loss_->ApplyW(unit.loss, d_image, weighted);
-    Scale(scale_, weighted);
+    Scale(unit.scale, weighted);
     unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
   }
 }
@@ -112,7 +127,7 @@ void DeviceSplatLinearization::EnsureGram() {
   if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * model_.count);
   for (Unit& unit : units_) {
     const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
-    B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
+    B().Axpby(unit.scale, unit.loss.diagonal, 0.0, omega);
     unit.view.AddGram(model_, unit.image.data(), omega.data(), gram_blocks_.data(), gram_sh_.data(), *workspace_,
                       options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
   }

@@ -5,14 +5,19 @@
 
 namespace vesta::gs {
 
+// A view of a batch, and its number among all.
+struct DeviceBatchView {
+  const DeviceTargetView* target;
+  Index index;
+};
+
 // As SplatLinearization.
 class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> {
  public:
   using B = CudaBackend<float>;
 
-  DeviceSplatLinearization(const SplatProblemOptions& options, ConstView x,
-                           const std::vector<const DeviceTargetView*>& views, double scale,
-                           std::shared_ptr<DevicePhotometricLoss> loss,
+  DeviceSplatLinearization(const SplatProblemOptions& options, ConstView x, const std::vector<DeviceBatchView>& views,
+                           double scale, int turn, std::shared_ptr<DevicePhotometricLoss> loss,
                            std::shared_ptr<splat::DeviceViewWorkspace> workspace);
 
   Index num_residuals() const override { return num_residuals_; }
@@ -31,16 +36,18 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
  private:
   struct Unit {
     const DeviceTargetView* target;
+    double scale;  // of W, and of the loss's derivative
     ImageShape shape;
     splat::DeviceView view;
     DeviceBuffer<float> image;
     DevicePhotometricLinearization loss;
   };
+  // Samples pixels and caches the Jacobian, as the options have it.
+  void Prepare(Unit& unit, Index view, int turn);
   // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
   void EnsureGram();
 
   SplatProblemOptions options_;
-  double scale_;
   splat::Model<float> model_;
   DeviceBuffer<float> x_;
   std::vector<Unit> units_;

@@ -39,12 +39,11 @@ DeviceSplatProblem::DeviceSplatProblem(const SplatProblemOptions& options, const
       batches_(options.batches, Pinholes(views)),
       loss_(std::make_shared<DevicePhotometricLoss>(options.weights)),
       workspace_(std::make_shared<splat::DeviceViewWorkspace>()) {
+  CheckSampling(options);
   CheckUnits(options);
   if (options.units) {
     units_.CopyFrom(HostSpan<const float>(options.units->data(), static_cast<Index>(options.units->size())));
   }
-  if (options.jacobian != JacobianKind::kRecompute) Fail("a cached Jacobian is for the CPU; choose recompute");
-  if (options.residual_sampling != 1) Fail("sampling of tiles is for the CPU; choose a rate of 1");
 }
 
 Index DeviceSplatProblem::num_parameters() const { return splat::NumAttributes(options_.sh_degree) * options_.count; }
@@ -69,9 +68,14 @@ double DeviceSplatProblem::Cost(ConstView x, std::span<const Index> units) {
 }
 
 std::unique_ptr<Linearization<CudaBackend<float>>> DeviceSplatProblem::Linearize(ConstView x, int batch) {
-  std::vector<const DeviceTargetView*> views;
-  for (const Index v : batches_.views(batch)) views.push_back(&views_[static_cast<std::size_t>(v)]);
-  return std::make_unique<DeviceSplatLinearization>(options_, x, views, batches_.scale(), loss_, workspace_);
+  std::vector<DeviceBatchView> views;
+  for (const Index v : batches_.views(batch)) views.push_back({&views_[static_cast<std::size_t>(v)], v});
+  return std::make_unique<DeviceSplatLinearization>(options_, x, views, batches_.scale(), turn_, loss_, workspace_);
+}
+
+void DeviceSplatProblem::BeginTurn(int turn) {
+  turn_ = turn;
+  batches_.BeginTurn(turn);
 }
 
 bool DeviceSplatProblem::DampingMetric(ConstView x, ConstView diag_h, View D) {

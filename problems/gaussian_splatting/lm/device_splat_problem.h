@@ -27,8 +27,8 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
  public:
   using B = CudaBackend<float>;
 
-  // views must outlive the problem. Throws Error for options that the GPU does not offer: a cached Jacobian, sampled
-  // tiles.
+  // views must outlive the problem. Throws Error for a sampling rate outside (0, 1], and unless there is a unit of
+  // length for each Gaussian or none.
   DeviceSplatProblem(const SplatProblemOptions& options, const std::vector<DeviceTargetView>& views);
 
   Index num_parameters() const override;
@@ -38,7 +38,7 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
   double Cost(ConstView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
-  void BeginTurn(int turn) override { batches_.BeginTurn(turn); }
+  void BeginTurn(int turn) override;
   // On the host: once for each step, outside PCG.
   bool LimitStep(ConstView x, View step) override;
 
@@ -46,6 +46,7 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
   SplatProblemOptions options_;
   const std::vector<DeviceTargetView>& views_;
   ViewBatches batches_;
+  int turn_ = 0;
   std::shared_ptr<DevicePhotometricLoss> loss_;
   std::shared_ptr<splat::DeviceViewWorkspace> workspace_;
   splat::DeviceView cost_view_;

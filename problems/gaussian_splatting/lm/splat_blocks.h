@@ -1,4 +1,4 @@
-// The diagonal blocks of the splatting problem and its damping metric: what both memory spaces share.
+// The diagonal blocks of the splatting problem, its damping metric and its options: what both memory spaces share.
 #pragma once
 
 #include <vector>
@@ -34,6 +34,17 @@ inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool
 inline void CheckUnits(const SplatProblemOptions& options) {
   VESTA_CHECK(!options.units || static_cast<Index>(options.units->size()) == options.count,
               "{} units of length for {} Gaussians", options.units->size(), options.count);
+}
+
+// What a cached Jacobian's entries are kept in.
+inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
+  return kind == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+}
+
+// Throws Error unless the rate of sampling is within (0, 1].
+inline void CheckSampling(const SplatProblemOptions& options) {
+  VESTA_CHECK(options.residual_sampling > 0 && options.residual_sampling <= 1, "a sampling rate of {}",
+              options.residual_sampling);
 }
 
 // The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping), before

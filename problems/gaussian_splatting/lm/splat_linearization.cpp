@@ -61,8 +61,7 @@ void SplatLinearization<S>::Prepare(Unit& unit, Index view, int turn) {
     unit.scale *= sample.scale;
   }
   if (options_.jacobian != JacobianKind::kRecompute) {
-    unit.view.CacheJacobian(unit.image.data(), options_.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull
-                                                                                           : splat::CacheFormat::kHalf);
+    unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian));
   }
 }
 

@@ -30,8 +30,7 @@ SplatProblem<S>::SplatProblem(const SplatProblemOptions& options, std::vector<Ta
       batches_(options.batches, Pinholes(views_)),
       loss_(std::make_shared<PhotometricLoss<S>>(options.weights)),
       workspace_(std::make_shared<splat::ViewWorkspace<S>>()) {
-  VESTA_CHECK(options.residual_sampling > 0 && options.residual_sampling <= 1, "a sampling rate of {}",
-              options.residual_sampling);
+  CheckSampling(options);
   CheckUnits(options);
   for (const TargetView<S>& view : views_) {
     VESTA_CHECK(view.truth.size() == 3 * Index{view.pinhole.width} * view.pinhole.height,

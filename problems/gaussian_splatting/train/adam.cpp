@@ -18,40 +18,78 @@ double RateOf(const LearningRates& rates, int attribute) {
   return attribute < splat::kSh + 3 ? rates.sh_dc : rates.sh_rest;
 }
 
+AdamMetric MetricOf(const AdamOptions& options) {
+  return options.metric == "block" ? AdamMetric::kBlock : AdamMetric::kDiagonal;
+}
+
+float Adam::StepFactor(double factor, int steps) {
+  return static_cast<float>(factor / (1 - std::pow(double{kAdamBeta1}, steps)));
+}
+
 float Adam::StepRate(int attribute, double factor, int steps) const {
-  const double correction1 = 1 - std::pow(double{kAdamBeta1}, steps);
-  return static_cast<float>(RateOf(rates_, attribute) * factor / correction1);
+  return static_cast<float>(RateOf(rates_, attribute) * StepFactor(factor, steps));
 }
 
 float Adam::RootCorrection2(int steps) {
   return static_cast<float>(1 / std::sqrt(1 - std::pow(double{kAdamBeta2}, steps)));
 }
 
-void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
-  if (first_.empty()) {
-    count_ = model.count;
-    first_.assign(model.data.size(), 0.0f);
-    second_.assign(model.data.size(), 0.0f);
+void Adam::Start(const SplatModel& model) {
+  count_ = model.count;
+  first_.assign(model.data.size(), 0.0f);
+  second_.assign(model.data.size(), 0.0f);
+  if (!blocks_) return;
+  bases_.assign(static_cast<std::size_t>(BlockArraySize(count_)), 0.0f);
+  for (Index i = 0; i < count_; ++i) {
+    for (int k = 0; k < kBlockSize; ++k) bases_[static_cast<std::size_t>(BlockEntry((kBlockSize + 1) * k, i))] = 1;
   }
+}
+
+void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
+  if (first_.empty()) Start(model);
   VESTA_CHECK(units_.empty() || static_cast<Index>(units_.size()) == model.count, "{} units of length for {} Gaussians",
               units_.size(), model.count);
   ++steps_;
-  const AdamUpdate update = AdamUpdateFor(ActiveIsa());
+  if (blocks_) StepBlocks(model, gradient, factor);
+  const int begin_attribute = blocks_ ? kBlockSize : 0;
+  const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
   const Index count = model.count;
   constexpr Index kGrain = 4096;
   const Index chunks = (count + kGrain - 1) / kGrain;
-  ParallelFor(chunks * num_attributes, 1, [&](Index task) {
-    const auto attribute = static_cast<int>(task / chunks);
+  ParallelFor(chunks * (num_attributes - begin_attribute), 1, [&](Index task) {
+    const int attribute = begin_attribute + static_cast<int>(task / chunks);
     const Index begin = task % chunks * kGrain, n = std::min(kGrain, count - begin);
     const Index offset = attribute * count + begin;
-    update({.size = n,
-            .gradient = gradient + offset,
-            .parameters = model.data.data() + offset,
-            .first = first_.data() + offset,
-            .second = second_.data() + offset,
-            .units = attribute < splat::kLogScale && !units_.empty() ? units_.data() + begin : nullptr,
-            .rate = StepRate(attribute, factor, steps_),
-            .root_correction2 = RootCorrection2(steps_)});
+    kernels.step({.size = n,
+                  .gradient = gradient + offset,
+                  .parameters = model.data.data() + offset,
+                  .first = first_.data() + offset,
+                  .second = second_.data() + offset,
+                  .units = attribute < splat::kLogScale && !units_.empty() ? units_.data() + begin : nullptr,
+                  .rate = StepRate(attribute, factor, steps_),
+                  .root_correction2 = RootCorrection2(steps_)});
+  });
+}
+
+void Adam::StepBlocks(SplatModel& model, float* gradient, double factor) {
+  BlockAdamArrays arrays{.count = model.count,
+                         .gradient = gradient,
+                         .parameters = model.data.data(),
+                         .first = first_.data(),
+                         .second = second_.data(),
+                         .bases = bases_.data(),
+                         .units = units_.empty() ? nullptr : units_.data(),
+                         .rates = {},
+                         .step = StepFactor(factor, steps_),
+                         .root_correction2 = RootCorrection2(steps_)};
+  for (int k = 0; k < kBlockSize; ++k) arrays.rates[k] = static_cast<float>(RateOf(rates_, k));
+  const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
+  // Each basis is turned once in so many steps, some of them at each.
+  constexpr Index kGrain = 256, kTurnEvery = 50;
+  ParallelFor((model.count + kGrain - 1) / kGrain, 1, [&](Index chunk) {
+    const Index begin = chunk * kGrain, end = std::min(begin + kGrain, model.count);
+    kernels.step_blocks(arrays, begin, end);
+    if ((chunk + steps_) % kTurnEvery == 0) kernels.turn_bases(arrays, begin, end);
   });
 }
 
@@ -66,13 +104,24 @@ void Adam::Rearrange(const std::vector<Index>& source, const std::vector<bool>& 
     }
   }
   count_ = count;
+  if (!blocks_) return;
+  std::vector<float> bases(static_cast<std::size_t>(BlockArraySize(count)));
+  ParallelFor(count, 1024, [&](Index i) {
+    const Index from = source[static_cast<std::size_t>(i)];
+    // New Gaussians keep the directions of those that they come from.
+    const int numbers = keep[static_cast<std::size_t>(i)] ? kBlockNumbers : kBasisSize;
+    for (int k = 0; k < numbers; ++k) {
+      bases[static_cast<std::size_t>(BlockEntry(k, i))] = bases_[static_cast<std::size_t>(BlockEntry(k, from))];
+    }
+  });
+  bases_ = std::move(bases);
 }
 
 void Adam::Reset(int attribute) {
   if (first_.empty()) return;
-  for (std::vector<float>* moments : {&first_, &second_}) {
-    std::fill_n(moments->begin() + attribute * count_, count_, 0.0f);
-  }
+  std::fill_n(first_.begin() + attribute * count_, count_, 0.0f);
+  // Of a block the second moments are those of directions, not of attributes: they stay.
+  if (!blocks_ || attribute >= kBlockSize) std::fill_n(second_.begin() + attribute * count_, count_, 0.0f);
 }
 
 std::vector<float> GatherRows(const std::vector<float>& data, Index count, int attributes,

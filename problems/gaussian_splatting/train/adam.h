@@ -1,4 +1,5 @@
-// Adam (Kingma and Ba 2015) on a model, a rate for each class of parameter.
+// Adam (Kingma and Ba 2015) on a model, a rate for each class of parameter, each parameter by itself or the geometric
+// ones of a Gaussian together.
 #pragma once
 
 #include <utility>
@@ -12,9 +13,19 @@ namespace vesta::gs {
 // The rate of attribute a (kernels/gaussian_splatting/layout.h); of positions in units of length.
 double RateOf(const LearningRates& rates, int attribute);
 
+enum class AdamMetric {
+  kDiagonal,  // each parameter has its own second moment
+  // Mean, log-scales, quaternion and opacity of a Gaussian are stepped in the eigenbasis of their gradients
+  // (block_adam_formula.h), for which 187 numbers more are kept of each Gaussian.
+  kBlock,
+};
+
+AdamMetric MetricOf(const AdamOptions& options);
+
 class Adam {
  public:
-  explicit Adam(const LearningRates& rates) : rates_(rates) {}
+  explicit Adam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal)
+      : rates_(rates), blocks_(metric == AdamMetric::kBlock) {}
 
   // The unit of length of each Gaussian of the model (length_units.h), to be set anew when those change; without it 1.
   void SetUnits(std::vector<float> units) { units_ = std::move(units); }
@@ -30,8 +41,9 @@ class Adam {
   // Forget the moments of one attribute.
   void Reset(int attribute);
 
-  // What a step multiplies: the rate of an attribute over the first moment's bias correction, and the second moment's
-  // correction, after so many steps.
+  // What a step multiplies, after so many steps: the factor over the first moment's bias correction, that times the
+  // rate of an attribute, and the second moment's correction.
+  static float StepFactor(double factor, int steps);
   float StepRate(int attribute, double factor, int steps) const;
   static float RootCorrection2(int steps);
   // The moments, laid out as the model; empty before the first step. For a device, which keeps them elsewhere between
@@ -41,11 +53,16 @@ class Adam {
   void set_count(Index count) { count_ = count; }
 
  private:
+  void Start(const SplatModel& model);
+  void StepBlocks(SplatModel& model, float* gradient, double factor);
+
   LearningRates rates_;
+  bool blocks_;
   int steps_ = 0;
   Index count_ = 0;
   std::vector<float> units_;
-  std::vector<float> first_, second_;  // moments, laid out as the model
+  std::vector<float> first_, second_;  // moments, laid out as the model; of blocks `second` in the basis
+  std::vector<float> bases_;           // of blocks: BlockAdamArrays
 };
 
 // The rows `source` of a structure of arrays with `count` rows and `attributes` columns.

@@ -3,27 +3,27 @@
 namespace vesta {
 
 inline namespace baseline {
-gs::AdamUpdate CompiledAdamUpdate();
+gs::AdamKernels CompiledAdamKernels();
 }
 #if defined(__x86_64__)
 namespace avx2 {
-gs::AdamUpdate CompiledAdamUpdate();
+gs::AdamKernels CompiledAdamKernels();
 }
 namespace avx512 {
-gs::AdamUpdate CompiledAdamUpdate();
+gs::AdamKernels CompiledAdamKernels();
 }
 #endif
 
-gs::AdamUpdate gs::AdamUpdateFor(Isa isa) {
+gs::AdamKernels gs::AdamKernelsFor(Isa isa) {
   switch (isa) {
 #if defined(__x86_64__)
     case Isa::kAvx512:
-      return vesta::avx512::CompiledAdamUpdate();
+      return vesta::avx512::CompiledAdamKernels();
     case Isa::kAvx2:
-      return vesta::avx2::CompiledAdamUpdate();
+      return vesta::avx2::CompiledAdamKernels();
 #endif
     default:
-      return vesta::baseline::CompiledAdamUpdate();
+      return vesta::baseline::CompiledAdamKernels();
   }
 }
 

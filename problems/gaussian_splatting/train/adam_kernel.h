@@ -1,9 +1,9 @@
-// The update of Adam on a range of parameters, compiled once per instruction set.
+// The updates of Adam on ranges of parameters and of Gaussians, compiled once per instruction set.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/core/span.h"
-#include "problems/gaussian_splatting/train/adam_formula.h"
+#include "problems/gaussian_splatting/train/block_adam_formula.h"
 
 namespace vesta::gs {
 
@@ -15,12 +15,17 @@ struct AdamRange {
   float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
 };
 
-// parameters -= rate * units * first / (sqrt(second) * root_correction2), the moments brought up to date first; then
-// gradient = 0, since it is at hand and the next one is summed up from there. Memory bound: reads and writes 16 bytes a
-// parameter.
-using AdamUpdate = void (*)(const AdamRange& range);
+struct AdamKernels {
+  // parameters -= rate * units * first / (sqrt(second) * root_correction2), the moments brought up to date first; then
+  // gradient = 0, since it is at hand and the next one is summed up from there. Memory bound: reads and writes 16 bytes
+  // a parameter.
+  void (*step)(const AdamRange& range);
+  // BlockAdamStep and TurnBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB of each.
+  void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);
+  void (*turn_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
+};
 
 // For an instruction set that the CPU has.
-AdamUpdate AdamUpdateFor(Isa isa);
+AdamKernels AdamKernelsFor(Isa isa);
 
 }  // namespace vesta::gs

@@ -21,17 +21,31 @@ void UpdateAt(const AdamRange& range, Index i) {
   L::Store(range.parameters + i, L::Load(range.parameters + i) - step);
 }
 
-void Update(const AdamRange& range) {
+// body(V(), i) for the whole vectors within [begin, end), then for what is left one by one.
+template <class Body>
+void ForVectors(Index begin, Index end, const Body& body) {
   constexpr Index kWidth = Lanes<FloatLanes>::kWidth;
-  const Index whole = range.size / kWidth * kWidth;
-  for (Index i = 0; i < whole; i += kWidth) UpdateAt<FloatLanes>(range, i);
-  for (Index i = whole; i < range.size; ++i) UpdateAt<float>(range, i);
+  Index i = begin;
+  for (; i + kWidth <= end; i += kWidth) body(FloatLanes(0), i);
+  for (; i < end; ++i) body(0.0f, i);
+}
+
+void Step(const AdamRange& range) {
+  ForVectors(0, range.size, [&](auto v, Index i) { UpdateAt<decltype(v)>(range, i); });
+}
+
+void StepBlocks(const gs::BlockAdamArrays& arrays, Index begin, Index end) {
+  ForVectors(begin, end, [&](auto v, Index i) { gs::BlockAdamStep<decltype(v)>(arrays, i); });
+}
+
+void TurnBases(const gs::BlockAdamArrays& arrays, Index begin, Index end) {
+  ForVectors(begin, end, [&](auto v, Index i) { gs::TurnBasis<decltype(v)>(arrays, i); });
 }
 
 }  // namespace
 
-gs::AdamUpdate CompiledAdamUpdate();
-gs::AdamUpdate CompiledAdamUpdate() { return Update; }
+gs::AdamKernels CompiledAdamKernels();
+gs::AdamKernels CompiledAdamKernels() { return {Step, StepBlocks, TurnBases}; }
 
 }  // namespace VESTA_ISA
 }  // namespace vesta

@@ -14,7 +14,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   const AdamOptions& adam_options = options.adam;
   const int n = adam_options.iterations;
   const double near = NearPlane(session.scene());
-  Adam adam(options.rates);
+  Adam adam(options.rates, MetricOf(adam_options));
   adam.SetUnits(TrainingUnits(session, model));
   DensityControl density(options.density, session.scene().extent, options.seed, model.count);
   ViewOrder order(session.training_views().size(), options.seed);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kernels/gaussian_splatting/device_cache.h"
 #include "kernels/gaussian_splatting/types.h"
 #include "problems/gaussian_splatting/train/engine_bytes.h"
 
@@ -26,6 +27,13 @@ double ViewBytes(const ViewCounts& view, const MemoryScene& scene) {
          2 * kWord * view.pairs;
 }
 
+double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
+  if (lm.jacobian == "recompute") return 0;
+  const auto format = lm.jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+  return static_cast<double>(
+      splat::DeviceJacobianCache::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
+}
+
 // A splat::DeviceViewWorkspace: keys and indices twice by Gaussian, five lists by pair; the sums of J^T, and where
 // `gram` those of the Gram matrices.
 double WorkspaceBytes(const ViewCounts& view, const MemoryScene& scene, bool gram) {
@@ -38,21 +46,25 @@ double WorkspaceBytes(const ViewCounts& view, const MemoryScene& scene, bool gra
 
 }  // namespace
 
-double DeviceAdamBytes(const MemoryScene& scene, bool /*density*/) {
+double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options) {
   const ViewCounts most = scene.Largest();
   // Units, pulls and observations by Gaussian; the image, its gradient and the three slopes of the loss.
-  return TargetBytes(scene) + 4 * VectorBytes(scene) + 3 * PerGaussianBytes(scene) + ViewBytes(most, scene) +
-         WorkspaceBytes(most, scene, false) + 5 * kImageBytes * most.pixels;
+  return TargetBytes(scene) + 4 * VectorBytes(scene) + BasesBytes(scene, options.adam) + 3 * PerGaussianBytes(scene) +
+         ViewBytes(most, scene) + WorkspaceBytes(most, scene, false) + 5 * kImageBytes * most.pixels;
 }
 
 double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
   const ViewCounts most = scene.Largest();
   double views_bytes = 0;
-  // Each with its image and the two of its quadratic.
-  for (const ViewCounts& view : scene.views) views_bytes += ViewBytes(view, scene) + 3 * kImageBytes * view.pixels;
+  // Each with its image and those of its loss.
+  for (const ViewCounts& view : scene.views) {
+    views_bytes += ViewBytes(view, scene) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
+  }
+  // Of a cache entries are counted pair by pair, where else splats' tiles are.
+  const double counts = lm.jacobian == "recompute" ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
   // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
   return TargetBytes(scene) + EngineBytes(scene, lm, hold_batches, views_bytes) + 2 * PerGaussianBytes(scene) +
-         WorkspaceBytes(most, scene, true) + ViewBytes(most, scene) + 5 * kImageBytes * most.pixels;
+         WorkspaceBytes(most, scene, true) + counts + ViewBytes(most, scene) + 5 * kImageBytes * most.pixels;
 }
 
 }  // namespace vesta::gs

@@ -8,8 +8,8 @@ namespace vesta::gs {
 
 // The truths of all views, the model with gradient, moments and statistics, and the passes of one view. density changes
 // nothing: Gaussians are rearranged on the host.
-double DeviceAdamBytes(const MemoryScene& scene, bool density);
-// As LmBytes; a Jacobian is never kept.
+double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options);
+// As LmBytes.
 double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);
 
 }  // namespace vesta::gs

@@ -6,6 +6,8 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
+#include "problems/gaussian_splatting/train/adam.h"
+#include "problems/gaussian_splatting/train/block_adam_formula.h"
 
 namespace vesta::gs {
 namespace {
@@ -40,6 +42,16 @@ double SystemBytes(const MemoryScene& scene, const LmOptions& lm) {
 double VectorBytes(const MemoryScene& scene) { return splat::NumAttributes(scene.sh_degree) * PerGaussianBytes(scene); }
 
 double PerGaussianBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.gaussians); }
+
+double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
+  return MetricOf(options) == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.gaussians))
+                                                 : 0;
+}
+
+int LossImages(const LmOptions& lm) {
+  if (lm.ssim_linearization != "root") return 2;
+  return lm.ssim_jacobian == "center" ? 1 : 5;
+}
 
 double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes) {
   const auto views = static_cast<double>(scene.views.size());

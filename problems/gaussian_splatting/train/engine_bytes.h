@@ -15,6 +15,12 @@ double VectorBytes(const MemoryScene& scene);
 // A number of 32 bits for each Gaussian.
 double PerGaussianBytes(const MemoryScene& scene);
 
+// The bases of Adam's blocks, where it has them.
+double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
+
+// Images that the linearization of a view's loss holds.
+int LossImages(const LmOptions& lm);
+
 // What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all
 // linearized views together. hold_batches: whether the linearizations of all batches are there at once.
 double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes);

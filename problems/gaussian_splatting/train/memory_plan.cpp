@@ -81,7 +81,7 @@ Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options, const
     LmOptions lm = options.lm;
     lm.jacobian = "recompute";
     lm.batches = static_cast<int>(scene.views.size());
-    const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, density) : 0;
+    const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, options) : 0;
     return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, false) : 0.0);
   };
   if (bytes_of(scene.gaussians) > memory.bytes) {
@@ -96,19 +96,21 @@ Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options, const
 }
 
 double PredictedMib(const MemoryScene& scene, const TrainOptions& options, double lm_bytes) {
-  const double adam = options.adam.iterations > 0 ? AdamBytes(scene, options.density.enabled) : 0;
+  const double adam = options.adam.iterations > 0 ? AdamBytes(scene, options) : 0;
   return options.memory.before_mib + StageMib(adam, lm_bytes, ModelBytes(scene));
 }
 
 double PredictedMibBesideDevice(const MemoryScene& scene, const TrainOptions& options) {
   const bool rearranges = options.adam.iterations > 0 && options.density.enabled;
-  // Two moments, the vector that is being made, and the three of before in case the GPU has no room for the new ones.
-  const double copies = rearranges ? 6 * VectorBytes(scene) : 0;
+  // Two moments, the vector that is being made, and the three of before in case the GPU has no room for the new ones;
+  // with bases, those and the ones of before, and the bases that are being made in the place of a vector.
+  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
+  const double copies = rearranges ? 5 * vector + 2 * bases + std::max(vector, bases) : 0;
   return options.memory.before_mib + (ModelBytes(scene) + copies) / kMib;
 }
 
 double PredictedDeviceMib(const MemoryScene& scene, const TrainOptions& options, double lm_bytes) {
-  const double adam = options.adam.iterations > 0 ? DeviceAdamBytes(scene, options.density.enabled) : 0;
+  const double adam = options.adam.iterations > 0 ? DeviceAdamBytes(scene, options) : 0;
   return StageMib(adam, lm_bytes, 0);
 }
 

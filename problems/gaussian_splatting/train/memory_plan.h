@@ -13,7 +13,7 @@ namespace vesta::gs {
 
 // The memory that the stages compute in: what each takes of it, and what there is.
 struct StageMemory {
-  double (*adam_bytes)(const MemoryScene&, bool density) = AdamBytes;
+  double (*adam_bytes)(const MemoryScene&, const TrainOptions&) = AdamBytes;
   double (*lm_bytes)(const MemoryScene&, const LmOptions&, bool hold_batches) = LmBytes;
   double bytes = std::numeric_limits<double>::infinity();  // that the stages may take
   // One line for the user: that `what` needs so many bytes, and what to do.

@@ -43,7 +43,12 @@ TrainOptions PresetOptions(const std::string& name) {
     // code damps with D = diag(JtJ) clamped to [1, 1e6] and preconditions by the inverse of diag(JtJ) + D; its JtJ is
     // half of ours, whose cost lacks the factor 1/2. What differs, and why: docs/results/2026-11-21-lm-options.md.
     const bool code = name == "paper_code";
-    options.adam = {.iterations = 20000, .rate_factor = 1, .rate_decay = 1, .cooldown = 0, .sh_band_every = 0.05};
+    options.adam = {.iterations = 20000,
+                    .metric = "diagonal",
+                    .rate_factor = 1,
+                    .rate_decay = 1,
+                    .cooldown = 0,
+                    .sh_band_every = 0.05};
     options.rates.opacity = 0.05;
     options.density.gradient_threshold = 2e-4;
     options.density.begin = 0.025;
@@ -84,6 +89,7 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--iterations", options.adam.iterations, 0, 1e7);
   CheckRange("--views_per_iteration", options.adam.views_per_iteration, 1, 1e6);
   CheckRange("evaluations", options.adam.evaluations, 1, 1e7);
+  CheckName("--adam_metric", options.adam.metric, {"block", "diagonal"});
   CheckRange("--rate_factor", options.adam.rate_factor, 1e-6, 1e6);
   CheckRange("--rate_decay", options.adam.rate_decay, 1e-6, 1);
   CheckRange("--rate_cooldown", options.adam.cooldown, 0, 1);

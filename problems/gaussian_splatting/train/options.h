@@ -25,6 +25,9 @@ struct AdamOptions {
   int iterations = 3000;
   // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
+  // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
+  // together their eigenbasis (block_adam_formula.h).
+  std::string metric = "block";  // block | diagonal
   // The authors' rates are made for 30,000 iterations; short runs want several times as much.
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
   double rate_factor = 5.0;

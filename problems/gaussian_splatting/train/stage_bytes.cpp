@@ -1,5 +1,6 @@
 #include "problems/gaussian_splatting/train/stage_bytes.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "kernels/core/parallel.h"
@@ -34,12 +35,6 @@ double LossBytes(const ViewCounts& view) {
   return sizeof(float) * NumThreads() * static_cast<double>(RowRange<float>::kScratchRows * ScratchStride(width));
 }
 
-// Images that a PhotometricLinearization<float> holds.
-int LossImages(const LmOptions& lm) {
-  if (lm.ssim_linearization != "root") return 2;
-  return lm.ssim_jacobian == "center" ? 1 : 5;
-}
-
 // What an evaluation needs while a stage is under way: a renderer, its image, and the meters.
 double EvaluationBytes(const ViewCounts& view, Index gaussians) {
   return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians) + 3 * kImageBytes * view.pixels + LossBytes(view);
@@ -59,13 +54,16 @@ double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const LmOpti
 
 }  // namespace
 
-double AdamBytes(const MemoryScene& scene, bool density) {
+double AdamBytes(const MemoryScene& scene, const TrainOptions& options) {
+  const bool density = options.density.enabled;
   const ViewCounts most = scene.Largest();
   const Index n = scene.gaussians;
-  // The model, its gradient and two moments; while Gaussians are rearranged one vector is there twice.
-  return (density ? 5 : 4) * VectorBytes(scene) + (density ? 3 : 1) * PerGaussianBytes(scene) + ViewBytes(most, n) +
-         ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) + 2 * kImageBytes * most.pixels +
-         EvaluationBytes(most, n);
+  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
+  // The model, its gradient, two moments and the bases; while Gaussians are rearranged one vector is there twice, or
+  // the bases.
+  return 4 * vector + bases + (density ? std::max(vector, bases) : 0) + (density ? 3 : 1) * PerGaussianBytes(scene) +
+         ViewBytes(most, n) + ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
+         2 * kImageBytes * most.pixels + EvaluationBytes(most, n);
 }
 
 double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {

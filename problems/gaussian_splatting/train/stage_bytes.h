@@ -7,8 +7,7 @@
 
 namespace vesta::gs {
 
-// density: whether Gaussians are rearranged.
-double AdamBytes(const MemoryScene& scene, bool density);
+double AdamBytes(const MemoryScene& scene, const TrainOptions& options);
 // lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
 // batches are there at once.
 double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);

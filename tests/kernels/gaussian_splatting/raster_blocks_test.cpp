@@ -3,9 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
-#include "tests/kernels/gaussian_splatting/device_lists.h"
+#include "tests/kernels/gaussian_splatting/raster_inputs.h"
 #include "tests/support/emulated_block.h"
 
 namespace vesta::splat {
@@ -13,27 +11,19 @@ namespace {
 
 using test::DeviceLists;
 using test::Emulate;
+using test::Error;
+using test::kUnwritten;
+using test::RasterInputs;
 using test::RenderedView;
 using test::Scene;
 using test::SceneOptions;
+using test::SomeRows;
+using test::SumBySplat;
 using test::ThreadOrder;
 
 class RasterBlocks : public testing::TestWithParam<SceneOptions> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, RasterBlocks, testing::ValuesIn(test::SceneKinds()),
                          [](const auto& param) { return param.param.name; });
-
-// Largest difference, relative to the largest value.
-template <class S>
-double Error(const std::vector<S>& a, const std::vector<S>& b) {
-  EXPECT_EQ(a.size(), b.size());
-  double difference = 0, largest = 1e-30;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_TRUE(std::isfinite(a[i])) << i;
-    difference = std::max(difference, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
-    largest = std::max(largest, std::abs(static_cast<double>(b[i])));
-  }
-  return difference / largest;
-}
 
 // What the four kernels give, the sums of pairs added up by splat.
 template <class S>
@@ -42,36 +32,8 @@ struct Results {
 };
 
 template <class S>
-struct Inputs {
-  std::vector<SplatTangent<S>> tangents;
-  std::vector<S> u, omega;
-
-  Inputs(std::size_t splats, std::size_t values) : tangents(splats) {
-    test::Random random(3);
-    for (SplatTangent<S>& tangent : tangents) {
-      for (S& w : tangent.w) w = static_cast<S>(random.Normal());
-    }
-    u = random.NormalVector<S>(values);
-    omega = u;
-    for (S& value : omega) value *= value;
-  }
-};
-
-template <class S>
-constexpr S kUnwritten = std::numeric_limits<S>::quiet_NaN();
-
-template <class S, class Record>
-std::vector<S> SumBySplat(const DeviceLists<S>& lists, const std::vector<Record>& records) {
-  constexpr int kN = sizeof(Record) / sizeof(S);
-  std::vector<S> sums(kN * lists.splats.size(), kUnwritten<S>);
-  test::ForEachBackwards(
-      static_cast<Index>(sums.size()),
-      SumEntries<S, kN>{lists.splat_begin.data(), reinterpret_cast<const S*>(records.data()), sums.data()});
-  return sums;
-}
-
-template <class S>
-Results<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, const Inputs<S>& in, ThreadOrder order) {
+Results<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, const RasterInputs<S>& in,
+                     ThreadOrder order) {
   const Index tiles = lists.grid.num_tiles();
   const TileLists<S> l = lists.Lists();
   Results<S> out;
@@ -93,7 +55,7 @@ Results<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, c
 }
 
 template <class S>
-Results<S> RunHost(const RenderedView<S>& rendered, const Inputs<S>& in) {
+Results<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in) {
   const auto& raster = GetRasterKernels<S>();
   const TileLists<S> lists = rendered.view.Lists();
   const auto pairs = static_cast<std::size_t>(rendered.view.num_pairs());
@@ -138,7 +100,7 @@ TEST_P(RasterBlocks, DoubleAgreesWithTheHost) {
   const Scene scene = test::RandomScene(GetParam(), 5);
   const RenderedView<double> rendered(scene);
   const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
-  const Inputs<double> in(lists.splats.size(), rendered.image.size());
+  const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
   const Results<double> expected = RunHost(rendered, in);
   const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
   EXPECT_LT(Error(found.image, expected.image), 1e-13);
@@ -152,7 +114,7 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
   const Scene scene = test::RandomScene(GetParam(), 6);
   const RenderedView<float> rendered(scene);
   const DeviceLists<float> lists(rendered.model, scene.view, scene.background);
-  const Inputs<float> in(lists.splats.size(), rendered.image.size());
+  const RasterInputs<float> in(lists.splats.size(), rendered.image.size());
   const Results<float> expected = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
   for (const ThreadOrder order : {ThreadOrder::kBackward, ThreadOrder::kShuffled}) {
     const Results<float> found = RunBlocks(lists, rendered.image, in, order);
@@ -160,6 +122,46 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
     EXPECT_EQ(found.d_image, expected.d_image);
     EXPECT_EQ(found.cotangents, expected.cotangents);
     EXPECT_EQ(found.grams, expected.grams);
+  }
+}
+
+TEST_P(RasterBlocks, KeptRowsAreThoseOfTheHost) {
+  const Scene scene = test::RandomScene(GetParam(), 8);
+  for (const bool whole_tiles : {false, true}) {
+    SCOPED_TRACE(whole_tiles ? "tiles" : "rows");
+    RenderedView<double> rendered(scene);
+    const std::vector<std::uint16_t> rows = SomeRows(static_cast<int>(rendered.view.num_tiles()), whole_tiles);
+    const Index all = rendered.view.num_pairs();
+    rendered.view.KeepRows(rows);
+    EXPECT_EQ(rendered.view.num_pairs() < all, whole_tiles && rows.size() > 1);
+    const DeviceLists<double> lists(rendered.model, scene.view, scene.background, rows.data());
+    const TileLists<double> host_lists = rendered.view.Lists();
+    EXPECT_EQ(lists.tile_begin,
+              std::vector<std::int64_t>(host_lists.tile_begin, host_lists.tile_begin + rows.size() + 1));
+    EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(host_lists.ranks, host_lists.ranks + rendered.view.num_pairs()));
+    const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
+    const Results<double> expected = RunHost(rendered, in);
+    for (const ThreadOrder order : {ThreadOrder::kForward, ThreadOrder::kShuffled}) {
+      const Results<double> found = RunBlocks(lists, rendered.image, in, order);
+      EXPECT_LT(Error(found.d_image, expected.d_image), 1e-11);
+      EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-11);
+      EXPECT_LT(Error(found.grams, expected.grams), 1e-11);
+    }
+  }
+}
+
+TEST(RowOrder, KeptRowsComeFirstAndNoneIsLost) {
+  for (const std::uint32_t rows : {0x0U, 0x1U, 0x8000U, 0x0420U, 0x7fffU, 0xfffeU, 0xffffU}) {
+    std::uint32_t seen = 0;
+    bool kept_before = true;
+    for (int place = 0; place < kTileSize; ++place) {
+      const int y = RowInOrder(rows, place);
+      const bool kept = (rows >> y & 1U) != 0;
+      EXPECT_TRUE(kept_before || !kept) << rows;
+      kept_before = kept;
+      seen |= 1U << y;
+    }
+    EXPECT_EQ(seen, 0xffffU) << rows;
   }
 }
 
@@ -177,7 +179,7 @@ TEST(RasterBlocksOfManySplats, SeveralBatchesAgreeWithTheHost) {
     longest = std::max<Index>(longest, lists.tile_begin[t + 1] - lists.tile_begin[t]);
   }
   ASSERT_GT(longest, ForwardBlock<double>::kBatch);
-  const Inputs<double> in(lists.splats.size(), rendered.image.size());
+  const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
   const Results<double> expected = RunHost(rendered, in);
   const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kShuffled);
   EXPECT_LT(Error(found.image, expected.image), 1e-13);

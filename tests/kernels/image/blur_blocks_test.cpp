@@ -37,11 +37,12 @@ struct Images {
 HostSpan<const double> ViewOf(const std::vector<double>& x) { return {x.data(), static_cast<Index>(x.size())}; }
 
 template <class Operator>
-std::vector<double> RunBlocks(const ImageShape& shape, const Operator& op, ThreadOrder order) {
+std::vector<double> RunBlocks(const ImageShape& shape, const Operator& op, ThreadOrder order,
+                              const WindowTaps<double>& taps = MakeWindowTaps<double>()) {
   using Kernel = BlurBlock<double, Operator>;
   const Index blocks = Kernel::NumBlocks(shape.width, shape.height);
   std::vector<double> partial(static_cast<std::size_t>(blocks * Operator::kSums));
-  test::Emulate(Kernel{shape.width, shape.height, MakeWindowTaps<double>(), op, partial.data()}, blocks, order);
+  test::Emulate(Kernel{shape.width, shape.height, taps, op, partial.data()}, blocks, order);
   std::vector<double> sums(Operator::kSums);
   if constexpr (Operator::kSums > 0) {
     test::Emulate(SumPartials<Operator::kSums>{partial.data(), blocks, sums.data()}, Operator::kSums, order);
@@ -118,6 +119,68 @@ TEST_P(BlurBlocks, SsimJacobianIsThatOfTheHost) {
                                         images.v.data(), found.data()},
             GetParam());
   ExpectNear(found, ViewOf(expected));
+}
+
+// What the host's loss makes of the images with one choice of structure.
+struct HostLoss {
+  PhotometricWeights weights;
+  PhotometricValue value;
+  PhotometricLinearization<double> w;
+  std::vector<double> gradient, Wv;
+
+  HostLoss(const Images& images, SsimLinearization structure)
+      : weights{.structure = structure}, gradient(images.Unwritten()), Wv(gradient) {
+    PhotometricLoss<double> loss(weights);
+    const Index n = images.shape.NumValues();
+    value = loss.Linearize(ViewOf(images.rendered), ViewOf(images.truth), images.shape, {gradient.data(), n}, w);
+    loss.ApplyW(w, ViewOf(images.v), {Wv.data(), n});
+  }
+  void ExpectSums(const std::vector<double>& sums) const {
+    EXPECT_NEAR(sums[0], value.absolute, 1e-12 * value.absolute);
+    EXPECT_NEAR(sums[1], value.pixelwise, 1e-12 * value.pixelwise);
+    EXPECT_NEAR(sums[2], value.dissimilarity, 1e-12 * value.dissimilarity);
+  }
+};
+
+TEST_P(BlurBlocks, RootOfSsimIsThatOfTheHost) {
+  const Images images(45, 37);
+  const HostLoss host(images, SsimLinearization::kRoot);
+  const double *rendered = images.rendered.data(), *truth = images.truth.data();
+  const auto penalty = PenaltyCoefficientsOf<double>(host.weights);
+  std::vector<double> p = images.Unwritten(), q = p, s = p, weight = p, diagonal = p, half = p, Wv = p;
+  host.ExpectSums(
+      RunBlocks(images.shape,
+                WindowsOperator<double>{rendered, truth, penalty, p.data(), q.data(), s.data(), nullptr, weight.data()},
+                GetParam()));
+  ExpectNear(weight, host.w.weight);
+  RunBlocks(images.shape,
+            RootDiagonalOperator<double>{rendered, truth, p.data(), q.data(), s.data(), weight.data(), host.weights.l1,
+                                         host.weights.ssim, penalty, diagonal.data()},
+            GetParam(), MakeSquaredWindowTaps<double>());
+  ExpectNear(diagonal, host.w.diagonal);
+  RunBlocks(images.shape,
+            RootTangentOperator<double>{{rendered, truth, p.data(), q.data(), s.data(), images.v.data(), half.data()},
+                                        weight.data()},
+            GetParam());
+  RunBlocks(images.shape,
+            RootAddOperator<double>{rendered, truth, p.data(), q.data(), s.data(), host.weights.l1, host.weights.ssim,
+                                    penalty, half.data(), images.v.data(), Wv.data()},
+            GetParam());
+  ExpectNear(Wv, ViewOf(host.Wv));
+}
+
+TEST_P(BlurBlocks, RootByCentresIsThatOfTheHost) {
+  const Images images(33, 50);
+  const HostLoss host(images, SsimLinearization::kRootCenter);
+  const double tap = MakeWindowTaps<double>().tap[kWindowRadius];
+  std::vector<double> gradient = images.Unwritten(), diagonal = gradient;
+  host.ExpectSums(RunBlocks(
+      images.shape,
+      CenterOperator<double>{images.rendered.data(), images.truth.data(), host.weights.l1, host.weights.ssim,
+                             PenaltyCoefficientsOf<double>(host.weights), tap * tap, gradient.data(), diagonal.data()},
+      GetParam()));
+  ExpectNear(gradient, ViewOf(host.gradient));
+  ExpectNear(diagonal, host.w.diagonal);
 }
 
 }  // namespace

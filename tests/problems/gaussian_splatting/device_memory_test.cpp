@@ -88,7 +88,7 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
     more.*count += 1000;
     return (bytes(MadeUp(more)) - bytes(MadeUp(base))) / 1000;
   };
-  const auto adam = [](const MemoryScene& scene) { return DeviceAdamBytes(scene, true); };
+  const auto adam = [](const MemoryScene& scene) { return DeviceAdamBytes(scene, TrainOptions()); };
   const auto lm = [](const MemoryScene& scene) { return DeviceLmBytes(scene, {}, true); };
   const double splat = sizeof(splat::Splat<float>), tangent = sizeof(splat::SplatTangent<float>),
                gram = sizeof(splat::SplatGram<float>);

@@ -14,7 +14,7 @@ template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* /*name*/) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
   // One for all launches: its stacks take longer to make than most kernels to run.
-  static auto* fibers = new test::FiberBlock(Kernel::kThreads, test::ThreadOrder::kForward, 1);
+  static auto* fibers = new test::FiberBlock(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
   test::Emulate(kernel, blocks, *fibers);
 }
 

@@ -1,0 +1,71 @@
+// What the tests of a GPU's raster kernels feed them, and how they compare.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/kernels/gaussian_splatting/device_lists.h"
+#include "tests/support/random.h"
+
+namespace vesta::test {
+
+// Largest difference, relative to the largest value.
+template <class S>
+double Error(const std::vector<S>& a, const std::vector<S>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double difference = 0, largest = 1e-30;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_TRUE(std::isfinite(a[i])) << i;
+    difference = std::max(difference, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+    largest = std::max(largest, std::abs(static_cast<double>(b[i])));
+  }
+  return difference / largest;
+}
+
+// What raster passes are given, at random.
+template <class S>
+struct RasterInputs {
+  std::vector<splat::SplatTangent<S>> tangents;
+  std::vector<S> u, omega;
+
+  RasterInputs(std::size_t splats, std::size_t values) : tangents(splats) {
+    Random random(3);
+    for (splat::SplatTangent<S>& tangent : tangents) {
+      for (S& w : tangent.w) w = static_cast<S>(random.Normal());
+    }
+    u = random.NormalVector<S>(values);
+    omega = u;
+    for (S& value : omega) value *= value;
+  }
+};
+
+template <class S>
+inline constexpr S kUnwritten = std::numeric_limits<S>::quiet_NaN();
+
+// The sums of pairs, at their places in the order of splats, added up by splat.
+template <class S, class Record>
+std::vector<S> SumBySplat(const DeviceLists<S>& lists, const std::vector<Record>& records) {
+  constexpr int kN = sizeof(Record) / sizeof(S);
+  std::vector<S> sums(kN * lists.splats.size(), kUnwritten<S>);
+  ForEachBackwards(
+      static_cast<Index>(sums.size()),
+      splat::SumEntries<S, kN>{lists.splat_begin.data(), reinterpret_cast<const S*>(records.data()), sums.data()});
+  return sums;
+}
+
+// Rows of which some are looked at, a few of each tile, and tiles of which all are or none.
+inline std::vector<std::uint16_t> SomeRows(int tiles, bool whole_tiles) {
+  Random random(11);
+  std::vector<std::uint16_t> rows;
+  for (int tile = 0; tile < tiles; ++tile) {
+    const std::uint16_t some = whole_tiles ? 0xffff : static_cast<std::uint16_t>(random.Uniform(1, 0x10000));
+    rows.push_back(tile % 3 == 1 && whole_tiles ? std::uint16_t{0} : some);
+  }
+  return rows;
+}
+
+}  // namespace vesta::test
