@@ -13,11 +13,15 @@ gs::TrainOptions ShortDeviceTraining(int adam_iterations, int lm_iterations) {
   return options;
 }
 
-class CudaTraining : public test::OnDevice {};
+// With either metric of Adam.
+class CudaTrainingByMetric : public test::OnDevice, public testing::WithParamInterface<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Metrics, CudaTrainingByMetric, testing::Values("block", "diagonal"),
+                         [](const auto& param) { return param.param; });
 
-TEST_F(CudaTraining, ReachesTheQualityOfTheHost) {
+TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   const gs::Scene scene = gs::test::TrainingScene();
-  const gs::TrainOptions options = ShortDeviceTraining(60, 1);
+  gs::TrainOptions options = ShortDeviceTraining(60, 1);
+  options.adam.metric = GetParam();
   const gs::TrainResult host = gs::Train(scene, options, 0, {});
   const gs::TrainResult device = gs::Train(scene, options, 0, {}, gs::DeviceStages());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
@@ -29,6 +33,8 @@ TEST_F(CudaTraining, ReachesTheQualityOfTheHost) {
   EXPECT_NEAR(gs::Train(scene, fixed, 0, {}, gs::DeviceStages()).history.back().train.psnr,
               gs::Train(scene, fixed, 0, {}).history.back().train.psnr, 0.4);
 }
+
+class CudaTraining : public test::OnDevice {};
 
 TEST_F(CudaTraining, RunsAreTheSameToTheBit) {
   const gs::Scene scene = gs::test::TrainingScene();

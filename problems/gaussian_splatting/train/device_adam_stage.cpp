@@ -13,6 +13,7 @@
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
 #include "problems/gaussian_splatting/train/adam_schedule.h"
 #include "problems/gaussian_splatting/train/density.h"
+#include "problems/gaussian_splatting/train/device_adam.h"
 #include "problems/gaussian_splatting/train/device_updates.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 
@@ -36,7 +37,7 @@ class DeviceModel {
  public:
   // steps: of Adam that were done before.
   DeviceModel(SplatModel& model, Adam& adam, DensityControl& density, int steps)
-      : model_(model), adam_(adam), density_(density), steps_(steps) {
+      : model_(model), density_(density), adam_(adam, steps) {
     Upload();
   }
 
@@ -46,18 +47,7 @@ class DeviceModel {
   float* gradient() { return gradient_.data(); }
 
   void Step(int attributes, double factor) {
-    ++steps_;
-    device_updates::AdamArrays arrays{.count = model_.count,
-                                      .attributes = attributes,
-                                      .gradient = gradient_.data(),
-                                      .parameters = x_.data(),
-                                      .first = first_.data(),
-                                      .second = second_.data(),
-                                      .units = units_.data(),
-                                      .rate = {},
-                                      .root_correction2 = Adam::RootCorrection2(steps_)};
-    for (int a = 0; a < attributes; ++a) arrays.rate[a] = adam_.StepRate(a, factor, steps_);
-    device_updates::StepAdam(arrays);
+    adam_.Step(model_.count, x_.data(), gradient_.data(), attributes, factor);
   }
   void Observe(const splat::DeviceView& view, const splat::DeviceViewWorkspace& workspace, double loss_scale) {
     device_updates::Observe(model_.count, {.rank_of = view.rank_of().data(),
@@ -74,9 +64,7 @@ class DeviceModel {
   template <class Change>
   void OnHost(const Change& change) {
     DownloadParameters();
-    adam_.first_moments() = Download(first_);
-    adam_.second_moments() = Download(second_);
-    adam_.set_count(model_.count);
+    adam_.Download();
     density_.pull() = Download(pull_);
     density_.seen() = Download(seen_);
     change();
@@ -87,24 +75,16 @@ class DeviceModel {
   void Upload() {
     const auto size = static_cast<Index>(model_.data.size());
     x_.CopyFrom(ViewOf(model_.data));
-    units_.CopyFrom(ViewOf(adam_.units()));
     gradient_.Resize(size);
-    for (auto [buffer, moments] : {std::pair(&first_, &adam_.first_moments()), {&second_, &adam_.second_moments()}}) {
-      if (moments->empty()) {
-        buffer->Resize(size);
-      } else {
-        buffer->CopyFrom(ViewOf(*moments));
-      }
-    }
+    adam_.Upload(model_);
     pull_.CopyFrom(ViewOf(density_.pull()));
     seen_.CopyFrom(ViewOf(density_.seen()));
   }
 
   SplatModel& model_;
-  Adam& adam_;
   DensityControl& density_;
-  int steps_;
-  DeviceBuffer<float> x_, gradient_, first_, second_, units_, pull_;
+  DeviceAdam adam_;
+  DeviceBuffer<float> x_, gradient_, pull_;
   DeviceBuffer<int> seen_;
 };
 
@@ -122,7 +102,7 @@ class DeviceAdamStage {
       : session_(session),
         options_(session.options()),
         model_(model),
-        adam_(options_.rates),
+        adam_(options_.rates, MetricOf(options_.adam)),
         density_(options_.density, session.scene().extent, options_.seed, model.count),
         order_(session.training_views().size(), options_.seed) {
     MeasureUnits();

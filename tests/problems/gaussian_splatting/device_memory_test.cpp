@@ -27,7 +27,11 @@ struct Case {
 const Case kCases[] = {
     {"adam", 1500, 32, 24, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
+    {"adam_by_parameters", 1500, 32, 24,
+     [](TrainOptions& o) { o.adam.iterations = 6, o.adam.metric = "diagonal", o.lm.iterations = 0; }},
     {"lm", 1000, 32, 24, [](TrainOptions&) {}},
+    {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
+    {"root_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.lm.ssim_linearization = "root"; }},
     {"lm_of_many_pixels", 60, 96, 72, [](TrainOptions&) {}},
     {"sh_blocks", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = "block_sh"; }},
     {"jacobi", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = "jacobi"; }},
