@@ -6,7 +6,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "apps/bundle_on_gpu.h"
 #include "apps/commands.h"
+#include "apps/device.h"
 #include "apps/flags.h"
 #include "apps/interrupt.h"
 #include "apps/output_folder.h"
@@ -32,12 +34,26 @@ std::shared_ptr<const Loss> LossOfFlags() {
   return nullptr;
 }
 
-LmOptions OptionsOfFlags() {
-  LmOptions options = bundle::BundleLmOptions();
+void SetOptionsOfFlags(LmOptions& options) {
   if (IsSet("iterations")) options.max_iterations = FLAGS_iterations;
   if (IsSet("pcg_iterations")) options.normal_system.pcg.max_iterations = FLAGS_pcg_iterations;
   if (FLAGS_time_limit > 0) options.max_seconds = std::max(0.0, FLAGS_time_limit - SecondsSinceStart());
-  return options;
+}
+
+// A GPU is for plain least squares, and for who asks for it: auto is the CPU here until somebody has timed both.
+bool SolvesOnGpu() {
+  CheckDeviceFlag();
+  if (FLAGS_device != "cuda") return false;
+  if (FLAGS_loss != "none") Fail("--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", FLAGS_loss);
+  return true;
+}
+
+CallbackResult AfterIteration(const LmIteration& row) {
+  if (FLAGS_log_lm) {
+    fmt::print(stderr, "{:4} cost {:.6e} lambda {:.1e} pcg {:4}{}\n", row.iteration, row.cost, row.lambda,
+               row.pcg_iterations, row.accepted || row.iteration == 0 ? "" : " rejected");
+  }
+  return Interrupted() ? CallbackResult::kStop : CallbackResult::kContinue;
 }
 
 // Root mean square over the observations of the distance to what was observed, pixels.
@@ -51,7 +67,8 @@ nlohmann::ordered_json ToJson(const LmIteration& row) {
           {"pcg_iterations", row.pcg_iterations}, {"accepted", row.accepted}};
 }
 
-void WriteJson(const LmSummary& summary, const bundle::BundleData& data, double rms_before, double rms_after) {
+void WriteJson(const LmSummary& summary, const bundle::BundleData& data, double rms_before, double rms_after,
+               const char* device) {
   nlohmann::ordered_json json = {{"cameras", data.num_cameras},
                                  {"points", data.num_points},
                                  {"observations", data.observations.size()},
@@ -62,6 +79,7 @@ void WriteJson(const LmSummary& summary, const bundle::BundleData& data, double 
                                  {"final_rms_pixels", rms_after},
                                  {"seconds", summary.total_seconds},
                                  {"peak_memory_mib", PeakMemoryMib()},
+                                 {"device", device},
                                  {"threads", NumThreads()},
                                  {"history", nlohmann::ordered_json::array()}};
   for (const LmIteration& row : summary.iterations) json["history"].push_back(ToJson(row));
@@ -71,6 +89,7 @@ void WriteJson(const LmSummary& summary, const bundle::BundleData& data, double 
 }  // namespace
 
 int RunBundleAdjust(const Arguments& arguments) {
+  const bool on_gpu = SolvesOnGpu();
   CheckWritable(FLAGS_out);
   if (!FLAGS_json.empty()) CheckWritable(FLAGS_json);
   bundle::BundleData data = bundle::ReadBal(arguments[0]);
@@ -79,21 +98,18 @@ int RunBundleAdjust(const Arguments& arguments) {
   const double rms_before = RmsError(problem, x);
 
   CatchInterrupts();
+  LmOptions options = bundle::BundleLmOptions();
+  SetOptionsOfFlags(options);
   Cpu backend;
-  const LmSummary summary = SolveLm<Cpu>(OptionsOfFlags(), backend, problem, x, [](const LmIteration& row) {
-    if (FLAGS_log_lm) {
-      fmt::print(stderr, "{:4} cost {:.6e} lambda {:.1e} pcg {:4}{}\n", row.iteration, row.cost, row.lambda,
-                 row.pcg_iterations, row.accepted || row.iteration == 0 ? "" : " rejected");
-    }
-    return Interrupted() ? CallbackResult::kStop : CallbackResult::kContinue;
-  });
+  const LmSummary summary = on_gpu ? SolveBundleOnGpu(data, SetOptionsOfFlags, AfterIteration)
+                                   : SolveLm<Cpu>(options, backend, problem, x, AfterIteration);
   if (FLAGS_log_lm) fmt::print(stderr, "{}", summary.FullReport());
   if (summary.status == LmStatus::kNonFinite) {
     Fail("{}: {}; a point may lie in the plane of a camera that sees it", arguments[0], summary.message);
   }
   bundle::WriteBal(FLAGS_out, data);
   const double rms_after = RmsError(problem, x);
-  if (!FLAGS_json.empty()) WriteJson(summary, data, rms_before, rms_after);
+  if (!FLAGS_json.empty()) WriteJson(summary, data, rms_before, rms_after, on_gpu ? "cuda" : "cpu");
   fmt::print("{} cameras, {} points, {} observations\n{}\n", data.num_cameras, data.num_points,
              data.observations.size(), summary.BriefReport());
   fmt::print("reprojection error {:.4f} -> {:.4f} pixels (root mean square); wrote {}\n", rms_before, rms_after,

@@ -89,6 +89,7 @@ int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stage
   line.Finish();
   if (FLAGS_log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
+  for (const std::string& note : result.notes) fmt::print("{}\n", note);
   if (!result.lm_left_out.empty()) fmt::print("LM is left out: {}\n", result.lm_left_out);
 
   const std::string ply = out->File("point_cloud.ply"), json = out->File("metrics.json");

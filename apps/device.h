@@ -7,7 +7,7 @@ namespace vesta::app {
 
 // Throws Error, one line, for --device=cuda where that cannot be.
 void CheckDeviceFlag();
-// What trains: the GPU for --device=cuda, and for auto where there is one.
+// What trains: the GPU for --device=cuda, and for auto where there is one, else the CPU. Throws as CheckDeviceFlag.
 gs::StageRunners StagesFromFlag();
 
 }  // namespace vesta::app

@@ -9,6 +9,9 @@ void CheckDeviceFlag() {
   if (FLAGS_device == "cuda") Fail("--device=cuda: this build has no CUDA; use --device=cpu");
 }
 
-gs::StageRunners StagesFromFlag() { return gs::HostStages(); }
+gs::StageRunners StagesFromFlag() {
+  CheckDeviceFlag();
+  return gs::HostStages();
+}
 
 }  // namespace vesta::app

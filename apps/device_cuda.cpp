@@ -15,8 +15,7 @@ void CheckDeviceFlag() {
 
 gs::StageRunners StagesFromFlag() {
   CheckDeviceFlag();
-  if (FLAGS_device == "cpu" || !QueryDevice().usable) return gs::HostStages();
-  return gs::DeviceStages();
+  return FLAGS_device != "cpu" && QueryDevice().usable ? gs::DeviceStages() : gs::HostStages();
 }
 
 }  // namespace vesta::app

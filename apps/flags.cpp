@@ -40,7 +40,8 @@ DEFINE_double(position_damping, 0, "factor on it for the positions");
 DEFINE_double(rotation_damping, 0, "weight in it of the way of a turning splat's ends");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
-DEFINE_double(memory_budget, 0, "GiB that the program may take, foreseen before they are used; 0: no limit");
+DEFINE_double(memory_budget, 0,
+              "GiB that the program may take (of the GPU with one), foreseen before they are used; 0: no limit");
 DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
 DEFINE_string(batch_choice, "", "how views are dealt to parts: in order, by chance, or alike ones apart");
 DEFINE_string(preconditioner_damping, "", "damping within the preconditioner: lambda, none, or one");
@@ -65,7 +66,8 @@ DEFINE_int32(downscale, 1, "divide the images' width and height by this");
 DEFINE_uint64(seed, 0, "start of the random numbers (default 0)");
 DEFINE_int32(threads, 0, "threads; 0: one for each core");
 DEFINE_double(time_limit, 0, "stop after so many seconds, loading included; 0: none");
-DEFINE_string(device, "auto", "where train and refine compute (auto: on a GPU where there is one)");
+DEFINE_string(device, "auto",
+              "where train, refine and bundle_adjust compute (auto: train and refine on a GPU where there is one)");
 DEFINE_string(loss, "none", "robust loss of each reprojection error, by its name in Ceres (default none)");
 DEFINE_double(loss_scale, 1, "pixels from which an error counts less under --loss (default 1)");
 DEFINE_bool(log_lm, false, "log each LM iteration, and the engine's report, to stderr");
@@ -149,7 +151,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"seed", kLm, Range{0, 18446744073709551615.0}},
       {"time_limit", kLm | kBundleAdjust, Range{0, kMany}},
       {"threads", kAll | kBundleAdjust, Range{0, 1024}},
-      {"device", kAll, Choice{{"auto", "cpu", "cuda"}}},
+      {"device", kAll | kBundleAdjust, Choice{{"auto", "cpu", "cuda"}}},
       {"loss", kBundleAdjust, Choice{{"none", "huber", "soft_l1", "cauchy", "arctan", "tukey"}}},
       {"loss_scale", kBundleAdjust, Range{1e-6, kMany}},
       {"log_lm", kLm | kBundleAdjust, Switch{}},

@@ -51,9 +51,15 @@ void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, co
                     {"budget_mib", 1024 * facts.memory_budget_gib},
                     {"jacobian", result.memory.jacobian},
                     {"batches", result.memory.batches}};
+  if (result.memory.device_free_mib > 0) {
+    json["memory"]["gpu"] = {{"predicted_mib", result.memory.device_predicted_mib},
+                             {"peak_mib", result.memory.device_peak_mib},
+                             {"free_mib", result.memory.device_free_mib}};
+  }
   json["device"] = facts.device;
   json["threads"] = facts.threads;
   json["seed"] = facts.seed;
+  if (!result.notes.empty()) json["notes"] = result.notes;
   json["history"] = Json::array();
   for (const gs::HistoryRow& row : result.history) json["history"].push_back(ToJson(row));
   WriteJson(path, json);

@@ -19,10 +19,11 @@ struct RunFacts {
 };
 
 // {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
-// "eval", "total"}, "peak_memory_mib", "memory": {"predicted_mib", "peak_mib",
-// "budget_mib", "jacobian", "batches"}, "device", "threads", "seed", "history": [...]}. test and train are those of the
-// last row of the history. adam and lm: when each stage ended, evaluation left out, as in the rows; eval: spent in
-// evaluation. A figure that is not finite is null.
+// "eval", "total"}, "peak_memory_mib", "memory": {"predicted_mib", "peak_mib", "budget_mib", "jacobian", "batches",
+// "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "device", "threads", "seed", "notes": [...], "history": [...]}.
+// test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
+// in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; notes: where
+// something was done otherwise than asked for. A figure that is not finite is null.
 void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts);
 
 // {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above.

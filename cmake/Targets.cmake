@@ -44,11 +44,11 @@ function(vesta_simd_sources target)
   endforeach()
 endfunction()
 
-# vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds])
-# One test program, one ctest entry per GoogleTest case. Labels: unit (the default), threads, ceres, slow, cuda; the
+# vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds] [PREFIX p])
+# One test program, one ctest entry per GoogleTest case, its name after the prefix. Labels: unit (the default), threads, ceres, slow, cuda; the
 # target tests_<label> builds all programs of one.
 function(vesta_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;PREFIX" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -76,7 +76,7 @@ function(vesta_test name)
     add_dependencies(tests_${label} ${name})
   endforeach()
   include(GoogleTest)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${ARG_TIMEOUT}
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX "${ARG_PREFIX}" PROPERTIES TIMEOUT ${ARG_TIMEOUT}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
   # Labels in a file of their own: gtest_discover_tests would take the second one for the name of a property.
   set(labels_file ${CMAKE_CURRENT_BINARY_DIR}/${name}_labels.cmake)

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """What ptxas says of every kernel of a CUDA build: registers, stack, spills, shared memory.
 
-  tools/cuda_resources.py BUILD_DIR [--markdown]
+  tools/cuda_resources.py BUILD_DIR [--markdown] [--by_architecture]
 
-Compiles each .cu below kernels, solver and problems once more, to nothing, with the build's own options. Fails where a kernel spills
-registers.
+Compiles each .cu below kernels, solver and problems once more, to nothing, with the build's own options; of a build for several
+architectures, for each of them. Fails where a kernel spills registers.
 """
 import argparse
 import json
@@ -54,16 +54,36 @@ def readable(names):
         yield match.group(1).strip() if match else name
 
 
+def print_all(rows, markdown):
+    form = "| {file} | {name} | {registers} | {stack} | {spills} | {shared} |" if markdown else \
+        "{registers:4} registers {stack:5} stack {spills:4} spilled {shared:6} shared  {name}"
+    for row in sorted(rows, key=lambda row: (row["file"], row["name"])):
+        print(form.format(**{**row, "name": row["name"].replace("|", "\\|")}))
+
+
+def print_worst(rows):
+    print("| architecture | kernels | most registers | of | stack, most bytes | kernels that spill | bytes spilled |")
+    print("|---|---|---|---|---|---|---|")
+    for arch in sorted({row["arch"] for row in rows}, key=lambda arch: int(re.sub(r"\D", "", arch))):
+        here = [row for row in rows if row["arch"] == arch]
+        worst = max(here, key=lambda row: row["registers"])
+        print("| {} | {} | {} | {} | {} | {} | {} |".format(
+            arch, len(here), worst["registers"], worst["name"].replace("|", "\\|"), max(row["stack"] for row in here),
+            sum(row["spills"] > 0 for row in here), sum(row["spills"] for row in here)))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("build_dir", type=pathlib.Path)
     parser.add_argument("--markdown", action="store_true")
+    parser.add_argument("--by_architecture", action="store_true", help="one line an architecture: its worst")
     args = parser.parse_args()
     rows = []
     for entry in json.loads((args.build_dir / "compile_commands.json").read_text()):
         file = pathlib.Path(entry["file"])
-        # Tests compile some as plain C++ too.
-        if file.suffix != ".cu" or "nvcc" not in entry["command"] or file.relative_to(ROOT).parts[0] not in ("kernels", "solver", "problems"):
+        ours = file.suffix == ".cu" and file.relative_to(ROOT).parts[0] in ("kernels", "solver", "problems")
+        # Tests compile some of them for the host.
+        if not ours or "nvcc" not in entry["command"]:
             continue
         done = compile_verbosely(entry)
         if done.returncode != 0:
@@ -72,11 +92,11 @@ def main():
         found = list(kernels_in(done.stdout + done.stderr))
         for row, name in zip(found, readable([row["name"] for row in found])):
             rows.append({**row, "file": file.relative_to(ROOT).as_posix(), "name": name})
-    form = "| {file} | {name} | {registers} | {stack} | {spills} | {shared} |" if args.markdown else \
-        "{registers:4} registers {stack:5} stack {spills:4} spilled {shared:6} shared  {name}"
-    for row in sorted(rows, key=lambda row: (row["file"], row["name"])):
-        print(form.format(**{**row, "name": row["name"].replace("|", "\\|")}))
-    spilling = [row["name"] for row in rows if row["spills"] > 0]
+    if args.by_architecture:
+        print_worst(rows)
+    else:
+        print_all(rows, args.markdown)
+    spilling = [f"{row['name']} ({row['arch']})" for row in rows if row["spills"] > 0]
     print(f"\n{len(rows)} kernels, {len(spilling)} spill{': ' if spilling else ''}{', '.join(spilling)}")
     return 1 if spilling or not rows else 0
 

@@ -76,6 +76,7 @@ class GpuBench {
     DeviceBuffer<float> units(workload_.model.count);
     Gpu().Fill(1, units);
     gs::device_updates::AdamArrays adam{.count = workload_.model.count,
+                                        .first_attribute = 0,
                                         .attributes = workload_.model.num_attributes(),
                                         .gradient = g.data(),
                                         .parameters = dx.data(),
@@ -85,6 +86,7 @@ class GpuBench {
                                         .rate = {},
                                         .root_correction2 = 1};
     Add("Adam's step", "step of Adam", 0, 8 * parameters, [&] { gs::device_updates::StepAdam(adam); });
+    AdamBlocks(n, g.data(), dx.data(), first.data(), second.data());
     Gpu backend;
     Gpu::Slots slots(1);
     Add("dot product", "reduction", 0, 2 * parameters,
@@ -152,6 +154,28 @@ class GpuBench {
     Add("cache16, J^T u", "cached adjoint", 2 * 12 * visits, lists + kept + 72 * pairs + 4 * values + 3 * parameters,
         [&] { view_.AddJT(model, image, d_image, g, workspace_); });
     Build();
+  }
+
+  // Of each Gaussian's geometry; bases are turned for a fiftieth of n Gaussians.
+  void AdamBlocks(double n, float* gradient, float* parameters, float* first, float* second) {
+    const Index count = workload_.model.count;
+    DeviceBuffer<float> bases(gs::BlockArraySize(count));
+    const gs::BlockAdamArrays blocks{.count = count,
+                                     .gradient = gradient,
+                                     .parameters = parameters,
+                                     .first = first,
+                                     .second = second,
+                                     .bases = bases.data(),
+                                     .units = nullptr,
+                                     .rates = {},
+                                     .step = 1,
+                                     .root_correction2 = 1};
+    Add("Adam's blocks", "step of Adam's blocks", 0,
+        4 * (8 * gs::kBlockSize + gs::kBlockNumbers + gs::kCovarianceSize) * n,
+        [&] { gs::device_updates::StepBlocks(blocks); });
+    Add("turning bases", "turn of Adam's bases", 0,
+        4 * (gs::kBlockNumbers + gs::kBasisSize + gs::kBlockSize) * n / gs::kTurnEvery,
+        [&] { gs::device_updates::TurnBases(blocks, 0); });
   }
 
   splat::Model<float> Model() const {

@@ -75,8 +75,6 @@ struct NotPositiveTerm {
   VESTA_HD double operator()(Index i) const { return x[i] > S(0) ? 0.0 : 1.0; }
 };
 
-__global__ void RunPcgPhase(PcgPhase phase, double* scalars) { UpdatePcgScalars(phase, scalars); }
-
 }  // namespace
 
 template <class S, class Space>
@@ -267,8 +265,9 @@ void VectorBackend<S, Space>::CgDirection(ConstView z, Slot beta, View p) {
 
 template <class S, class Space>
 void VectorBackend<S, Space>::UpdatePcg(PcgPhase phase, Slots& scalars) {
-  RunPcgPhase<<<1, 1, 0, device::Stream()>>>(phase, scalars.data());
-  device::CheckCuda(cudaGetLastError(), "UpdatePcg");
+  double* values = scalars.data();
+  device::ForEach(
+      1, [=] __device__(Index) { UpdatePcgScalars(phase, values); }, "UpdatePcg");
 }
 
 template <class S, class Space>

@@ -28,6 +28,7 @@ struct Context {
   cudaStream_t stream = nullptr;
   // One page of pinned memory; reading i arrives in landing[i].
   double* landing = nullptr;
+  cudaMemPool_t pool = nullptr;
   std::array<LaggedReading, kMaxReadings> readings{};
   std::size_t next_reading = 0;
   std::unordered_map<void*, std::size_t> sizes;
@@ -43,7 +44,6 @@ struct Context {
       CheckCuda(cudaEventCreateWithFlags(&reading.arrived, cudaEventDisableTiming), "cudaEventCreate");
     }
     // Freed memory stays in the pool: linearizations come and go with every step, and their sizes repeat.
-    cudaMemPool_t pool = nullptr;
     CheckCuda(cudaDeviceGetDefaultMemPool(&pool, 0), "cudaDeviceGetDefaultMemPool");
     std::uint64_t keep = std::numeric_limits<std::uint64_t>::max();
     CheckCuda(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "cudaMemPoolSetAttribute");
@@ -70,7 +70,14 @@ void* Allocate(std::size_t bytes) {
   if (bytes == 0) return nullptr;
   Context& context = TheContext();
   void* memory = nullptr;
-  const cudaError_t status = cudaMallocAsync(&memory, bytes, context.stream);
+  cudaError_t status = cudaMallocAsync(&memory, bytes, context.stream);
+  if (status == cudaErrorMemoryAllocation) {
+    // What the pool keeps in pieces that are too small goes back to the driver, which can put them together.
+    cudaGetLastError();
+    Synchronize();
+    CheckCuda(cudaMemPoolTrimTo(context.pool, 0), "cudaMemPoolTrimTo");
+    status = cudaMallocAsync(&memory, bytes, context.stream);
+  }
   if (status == cudaErrorMemoryAllocation) {
     cudaGetLastError();
     throw OutOfDeviceMemory(fmt::format("the GPU has no room for {:.1f} MiB more, with {:.1f} MiB of {:.1f} in use",
@@ -167,6 +174,16 @@ std::vector<KernelFacts> KernelTable() {
     table.push_back({name, attributes.numRegs, attributes.localSizeBytes, attributes.sharedSizeBytes});
   }
   return table;
+}
+
+std::size_t FreeBytes() {
+  const Context& context = TheContext();
+  std::size_t left = 0, total = 0;
+  std::uint64_t reserved = 0, used = 0;
+  CheckCuda(cudaMemGetInfo(&left, &total), "cudaMemGetInfo");
+  CheckCuda(cudaMemPoolGetAttribute(context.pool, cudaMemPoolAttrReservedMemCurrent, &reserved), "memory of the pool");
+  CheckCuda(cudaMemPoolGetAttribute(context.pool, cudaMemPoolAttrUsedMemCurrent, &used), "memory of the pool");
+  return left + static_cast<std::size_t>(reserved - used);
 }
 
 std::size_t BytesInUse() { return TheContext().in_use; }

@@ -48,6 +48,8 @@ double ReadLagged(const double* scalar);
 // Forgets what earlier calls saw of these.
 void ForgetLagged(const double* first, std::size_t count);
 
+// Bytes that could be allocated now: what the device has left and what the pool keeps unused.
+std::size_t FreeBytes();
 // Bytes in use now, and the most there were since the last call of ResetPeak.
 std::size_t BytesInUse();
 std::size_t PeakBytes();

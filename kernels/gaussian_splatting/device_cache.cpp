@@ -27,13 +27,6 @@ void DeviceJacobianCache::Build(const TileLists<float>& lists, const std::uint32
   *this = std::move(made);
 }
 
-Index DeviceJacobianCache::num_bytes() const {
-  return num_entries_ *
-             static_cast<Index>(format_ == CacheFormat::kFull ? sizeof(CacheEntry<float>) : sizeof(CacheEntry<Half>)) +
-         pairs_.size() * static_cast<Index>(sizeof(CachePair)) +
-         first_entry_.size() * static_cast<Index>(sizeof(Index));
-}
-
 void DeviceJacobianCache::Tangent(const TileLists<float>& lists, const std::uint32_t* places,
                                   const SplatTangent<float>* tangents, float* d_image) const {
   if (format_ == CacheFormat::kFull) {

@@ -20,7 +20,13 @@ class DeviceJacobianCache {
   void Clear() { *this = DeviceJacobianCache(); }
   bool empty() const { return first_entry_.empty(); }
   Index num_entries() const { return num_entries_; }
-  Index num_bytes() const;
+  Index num_bytes() const { return empty() ? 0 : NumBytes(num_entries_, pairs_.size(), format_); }
+  // Of a cache of so many entries and pairs.
+  static constexpr Index NumBytes(Index entries, Index pairs, CacheFormat format) {
+    const std::size_t entry = format == CacheFormat::kFull ? sizeof(CacheEntry<float>) : sizeof(CacheEntry<Half>);
+    return entries * static_cast<Index>(entry) + pairs * static_cast<Index>(sizeof(CachePair)) +
+           (pairs + 1) * static_cast<Index>(sizeof(Index));
+  }
 
   // d_image = J_raster tangents, by rank.
   void Tangent(const TileLists<float>& lists, const std::uint32_t* places, const SplatTangent<float>* tangents,

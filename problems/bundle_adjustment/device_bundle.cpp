@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "problems/bundle_adjustment/bundle_problem.h"
 #include "problems/bundle_adjustment/device_residuals.h"
 #include "problems/bundle_adjustment/observation_blocks.h"
 #include "problems/bundle_adjustment/structure.h"
@@ -13,6 +14,13 @@ std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const Bundle
   ObservationBlocks blocks(data);
   return std::make_unique<DeviceBlockProblem<double>>(blocks.num_parameters, MakeDeviceResiduals(blocks.functors),
                                                       blocks.index, std::move(blocks.groups));
+}
+
+LmOptions DeviceBundleLmOptions() {
+  LmOptions options = BundleLmOptions();
+  options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
+  return options;
 }
 
 }  // namespace vesta::bundle

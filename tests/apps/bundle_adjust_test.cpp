@@ -54,6 +54,32 @@ TEST_F(BundleAdjust, TakesARobustLossAndLimits) {
   EXPECT_LE(json["history"][2]["pcg_iterations"], 3);
 }
 
+TEST_F(BundleAdjust, ComputesWhereItIsTold) {
+  WriteProblem();
+  const auto solve = [&](const std::string& device) {
+    return RunProgram(
+        {"bundle_adjust", in_, "--out=" + out_, "--json=" + json_, "--iterations=3", "--device=" + device});
+  };
+  ASSERT_EQ(solve("cpu").status, 0);
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(json_))["device"], "cpu");
+  const std::string on_cpu = ReadFile(out_);
+  // auto is the CPU to the last digit.
+  ASSERT_EQ(solve("auto").status, 0);
+  EXPECT_EQ(nlohmann::json::parse(ReadFile(json_))["device"], "cpu");
+  EXPECT_EQ(ReadFile(out_), on_cpu);
+  // cuda fails where there is no GPU, in one line.
+  std::filesystem::remove(out_);
+  const ProgramOutput output = solve("cuda");
+  if (output.status == 0) {
+    EXPECT_EQ(nlohmann::json::parse(ReadFile(json_))["device"], "cuda");
+    return;
+  }
+  EXPECT_EQ(CountLines(output.err), 1) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("--device=cuda: "));
+  EXPECT_THAT(output.err, HasSubstr("use --device=cpu"));
+  EXPECT_FALSE(std::filesystem::exists(out_));
+}
+
 TEST_F(BundleAdjust, BadInputIsOneLineAndLeavesNothing) {
   const auto refused = [&](const std::vector<std::string>& flags, const std::string& text) {
     std::vector<std::string> words = {"bundle_adjust", in_};
@@ -71,6 +97,7 @@ TEST_F(BundleAdjust, BadInputIsOneLineAndLeavesNothing) {
   WriteProblem();
   refused({}, "--out=FILE is missing; the form is `vesta bundle_adjust FILE --out=FILE`");
   refused({"--out=" + (folder_ / "none/out.txt")}, "none/out.txt: cannot be written");
+  refused({"--out=" + out_, "--device=gpu"}, "--device=gpu: must be auto, cpu or cuda");
   refused({"--out=" + out_, "--loss=l2"}, "--loss=l2: must be none, huber, soft_l1, cauchy, arctan or tukey");
   refused({"--out=" + out_, "--preset=fast"}, "--preset: not a flag of bundle_adjust");
   std::ofstream(in_) << "1 1 1\n0 0 1 1\n0 0 0 0 0 0 1 0 0\n1 1 0\n";

@@ -66,9 +66,9 @@ TEST_F(CudaEngine, ABundleAdjustmentReachesTheMinimumOfTheHost) {
   CudaBackend<double> gpu;
   DeviceBuffer<double> at = ToDevice(data.x);
   EXPECT_NEAR(problem->Cost(at), expected.initial_cost, 1e-10 * expected.initial_cost);
-  LmOptions options = Tight();
-  options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
-  options.normal_system.pcg.model_tolerance = 1e-4;
+  LmOptions options = bundle::DeviceBundleLmOptions();
+  options.max_iterations = host_options.max_iterations;
+  options.function_tolerance = host_options.function_tolerance;
   const LmSummary found = SolveLm<CudaBackend<double>>(options, gpu, *problem, at.view());
   EXPECT_NEAR(found.final_cost, expected.final_cost, 1e-6 * expected.final_cost) << found.message;
 }

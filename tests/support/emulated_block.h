@@ -117,10 +117,9 @@ class EmulatedBlock {
   Index id_;
 };
 
-// Runs a kernel's blocks one after the other. Shared memory holds NaNs at first.
+// Runs a kernel's blocks one after the other in fibers of as many threads. Shared memory holds NaNs at first.
 template <class Kernel>
-void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder::kForward) {
-  FiberBlock fibers(Kernel::kThreads, order, 1);
+void Emulate(const Kernel& kernel, Index blocks, FiberBlock& fibers) {
   auto shared = std::make_unique<typename Kernel::Shared>();
   for (Index id = 0; id < blocks; ++id) {
     std::memset(static_cast<void*>(shared.get()), 0xff, sizeof(*shared));
@@ -129,6 +128,11 @@ void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder
       kernel(block, *shared);
     });
   }
+}
+template <class Kernel>
+void Emulate(const Kernel& kernel, Index blocks, ThreadOrder order = ThreadOrder::kForward) {
+  FiberBlock fibers(Kernel::kThreads, order, 1);
+  Emulate(kernel, blocks, fibers);
 }
 
 }  // namespace vesta::test

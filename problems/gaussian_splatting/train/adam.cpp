@@ -34,6 +34,14 @@ float Adam::RootCorrection2(int steps) {
   return static_cast<float>(1 / std::sqrt(1 - std::pow(double{kAdamBeta2}, steps)));
 }
 
+BlockAdamArrays Adam::BlockRates(double factor, int steps) const {
+  BlockAdamArrays arrays{};
+  for (int k = 0; k < kBlockSize; ++k) arrays.rates[k] = static_cast<float>(RateOf(rates_, k));
+  arrays.step = StepFactor(factor, steps);
+  arrays.root_correction2 = RootCorrection2(steps);
+  return arrays;
+}
+
 void Adam::Start(const SplatModel& model) {
   count_ = model.count;
   first_.assign(model.data.size(), 0.0f);
@@ -45,13 +53,15 @@ void Adam::Start(const SplatModel& model) {
   }
 }
 
+int Adam::first_diagonal() const { return blocks_ ? kBlockSize : 0; }
+
 void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
   if (first_.empty()) Start(model);
   VESTA_CHECK(units_.empty() || static_cast<Index>(units_.size()) == model.count, "{} units of length for {} Gaussians",
               units_.size(), model.count);
   ++steps_;
   if (blocks_) StepBlocks(model, gradient, factor);
-  const int begin_attribute = blocks_ ? kBlockSize : 0;
+  const int begin_attribute = first_diagonal();
   const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
   const Index count = model.count;
   constexpr Index kGrain = 4096;
@@ -72,24 +82,19 @@ void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double f
 }
 
 void Adam::StepBlocks(SplatModel& model, float* gradient, double factor) {
-  BlockAdamArrays arrays{.count = model.count,
-                         .gradient = gradient,
-                         .parameters = model.data.data(),
-                         .first = first_.data(),
-                         .second = second_.data(),
-                         .bases = bases_.data(),
-                         .units = units_.empty() ? nullptr : units_.data(),
-                         .rates = {},
-                         .step = StepFactor(factor, steps_),
-                         .root_correction2 = RootCorrection2(steps_)};
-  for (int k = 0; k < kBlockSize; ++k) arrays.rates[k] = static_cast<float>(RateOf(rates_, k));
+  BlockAdamArrays arrays = BlockRates(factor, steps_);
+  arrays.count = model.count;
+  arrays.gradient = gradient;
+  arrays.parameters = model.data.data();
+  arrays.first = first_.data();
+  arrays.second = second_.data();
+  arrays.bases = bases_.data();
+  arrays.units = units_.empty() ? nullptr : units_.data();
   const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
-  // Each basis is turned once in so many steps, some of them at each.
-  constexpr Index kGrain = 256, kTurnEvery = 25;
-  ParallelFor((model.count + kGrain - 1) / kGrain, 1, [&](Index chunk) {
-    const Index begin = chunk * kGrain, end = std::min(begin + kGrain, model.count);
+  ParallelFor((model.count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
+    const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, model.count);
     kernels.step_blocks(arrays, begin, end);
-    if ((chunk + steps_) % kTurnEvery == 0) kernels.turn_bases(arrays, begin, end);
+    if (chunk % kTurnEvery == FirstTurned(steps_)) kernels.turn_bases(arrays, begin, end);
   });
 }
 

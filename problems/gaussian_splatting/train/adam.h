@@ -10,6 +10,8 @@
 
 namespace vesta::gs {
 
+struct BlockAdamArrays;
+
 // The rate of attribute a (kernels/gaussian_splatting/layout.h); of positions in units of length.
 double RateOf(const LearningRates& rates, int attribute);
 
@@ -41,19 +43,26 @@ class Adam {
   // Forget the moments of one attribute.
   void Reset(int attribute);
 
+  // Attributes below this one are stepped in blocks, those from it on each parameter by itself.
+  int first_diagonal() const;
+
   // What a step multiplies, after so many steps: the factor over the first moment's bias correction, that times the
   // rate of an attribute, and the second moment's correction.
   static float StepFactor(double factor, int steps);
   float StepRate(int attribute, double factor, int steps) const;
   static float RootCorrection2(int steps);
-  // The moments, laid out as the model; empty before the first step. For a device, which keeps them elsewhere between
-  // changes of the model.
+  // The same for blocks; all pointers null, count 0.
+  BlockAdamArrays BlockRates(double factor, int steps) const;
+
+  // Moments, and bases where there are blocks, of a model that has made no step.
+  void Start(const SplatModel& model);
+  // Those, moments laid out as the model, bases as in BlockAdamArrays; empty before Start or the first step. For a
+  // device, which keeps them elsewhere between changes of the model.
   std::vector<float>& first_moments() { return first_; }
   std::vector<float>& second_moments() { return second_; }
-  void set_count(Index count) { count_ = count; }
+  std::vector<float>& bases() { return bases_; }
 
  private:
-  void Start(const SplatModel& model);
   void StepBlocks(SplatModel& model, float* gradient, double factor);
 
   LearningRates rates_;

@@ -50,11 +50,14 @@ void BecomeSample(SplatModel& model, Index i, CounterRandom random) {
 }  // namespace
 
 DensityControl::DensityControl(const DensityOptions& options, double extent, std::uint64_t seed, Index count)
-    : options_(options),
-      extent_(extent),
-      seed_(seed),
-      pull_(static_cast<std::size_t>(count), 0.0f),
-      seen_(static_cast<std::size_t>(count), 0) {}
+    : options_(options), extent_(extent), seed_(seed) {
+  Forget(count);
+}
+
+void DensityControl::Forget(Index count) {
+  pull_.assign(static_cast<std::size_t>(count), 0.0f);
+  seen_.assign(static_cast<std::size_t>(count), 0);
+}
 
 void DensityControl::Observe(const splat::View<float>& view, const splat::SplatTangent<float>* splat_cotangents,
                              double loss_scale) {
@@ -146,8 +149,7 @@ void DensityControl::Densify(SplatModel& model, Adam& adam, int iteration) {
     }
   }
   adam.Rearrange(source, keep_moments, model.num_attributes());
-  pull_.assign(source.size(), 0.0f);
-  seen_.assign(source.size(), 0);
+  Forget(model.count);
 }
 
 void DensityControl::ResetOpacity(SplatModel& model, Adam& adam) {

@@ -2,6 +2,7 @@
 // drop what is transparent or huge (Kerbl et al. 2023, section 5.2).
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "kernels/gaussian_splatting/view.h"
@@ -21,6 +22,10 @@ class DensityControl {
   std::vector<float>& pull() { return pull_; }
   std::vector<int>& seen() { return seen_; }
 
+  // From now on at most so many, where that is fewer.
+  void LimitGaussians(Index most) { options_.max_gaussians = std::min(options_.max_gaussians, most); }
+  // Forgets what was observed; of a model of so many Gaussians from now on.
+  void Forget(Index count);
   // Clones, splits and prunes; iteration keys the random offsets of split Gaussians. Never leaves more than
   // max_gaussians (the strongest candidates come first) and never none. Forgets what was observed.
   void Densify(SplatModel& model, Adam& adam, int iteration);

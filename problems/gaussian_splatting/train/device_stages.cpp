@@ -25,19 +25,20 @@ class CountDone {
   int& total_;
 };
 
-// Where the GPU's memory does not suffice the stage goes on from its best model with batches of half the size, solved
-// one by one and merged, so that one of them is in memory at a time.
+// Where the GPU's memory does not suffice after all (the plan counts some views only, and others may use it) the stage
+// goes on from its best model with batches of half the size, solved one by one and merged, so that one of them is in
+// memory at a time.
 std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
   using B = CudaBackend<float>;
-  const std::vector<DeviceTargetView> targets = UploadTargets(LmTargets(session));
+  std::vector<DeviceTargetView> targets;
   SplatProblemOptions problem_options = LmProblemOptions(session, model);
   vesta::LmOptions engine_options = LmEngineOptions(session.options().lm);
   engine_options.hold_batches = hold_batches;
-  const int views = static_cast<int>(targets.size());
-  std::string report;
+  const int views = static_cast<int>(session.training_views().size());
   int done = 0;
   for (;;) {
     try {
+      if (targets.empty()) targets = UploadTargets(LmTargets(session));
       B backend;
       DeviceSplatProblem problem(problem_options, targets);
       DeviceBuffer<float> x;
@@ -45,14 +46,18 @@ std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool h
       engine_options.max_iterations = session.options().lm.iterations - done;
       LmStepper<B> stepper(engine_options, backend, problem, x.view());
       const CountDone count(stepper, done);
-      return report + RunLmSteps(session, model, backend, stepper, done);
+      return RunLmSteps(session, model, backend, stepper, done);
     } catch (const OutOfDeviceMemory& error) {
-      if (problem_options.batches.count >= views) throw;
+      if (problem_options.batches.count >= views) {
+        if (done == 0 && session.options().adam.iterations == 0) throw;
+        session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
+        return "";
+      }
       problem_options.batches.count = std::min(views, 2 * problem_options.batches.count);
       problem_options.batches.size = 0;
       engine_options.batch_mode = BatchMode::kMerge;
       engine_options.hold_batches = false;
-      report += fmt::format("{}; going on with {} batches\n", error.what(), problem_options.batches.count);
+      session.Note(fmt::format("LM goes on in {} batches: {}", problem_options.batches.count, error.what()));
     }
   }
 }
@@ -62,7 +67,10 @@ std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool h
 StageRunners DeviceStages() {
   const DeviceInfo& device = QueryDevice();
   if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
-  return {"cuda", RunDeviceAdamStage, RunDeviceLmStage};
+  device::ResetPeak();
+  return {"cuda", RunDeviceAdamStage, RunDeviceLmStage, [] {
+            return DeviceMemoryUse{static_cast<double>(device::FreeBytes()), static_cast<double>(device::PeakBytes())};
+          }};
 }
 
 }  // namespace vesta::gs

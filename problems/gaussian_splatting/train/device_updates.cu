@@ -1,5 +1,4 @@
 #include "kernels/core/launch.cuh"
-#include "problems/gaussian_splatting/train/adam_formula.h"
 #include "problems/gaussian_splatting/train/device_updates.h"
 #include "problems/gaussian_splatting/train/screen_pull.h"
 
@@ -9,12 +8,28 @@ namespace {
 // Memory bound: reads and writes 16 bytes a parameter.
 struct StepOne {
   AdamArrays a;
-  VESTA_HD void operator()(Index i) const {
-    const Index attribute = i / a.count;
+  VESTA_HD void operator()(Index parameter) const {
+    const Index i = a.first_attribute * a.count + parameter, attribute = i / a.count;
     const float unit = attribute < splat::kLogScale ? a.units[i - attribute * a.count] : 1.0f;
     const float step = AdamStep(a.gradient[i], unit * a.rate[attribute], a.root_correction2, a.first[i], a.second[i]);
     a.gradient[i] = 0;
     a.parameters[i] -= step;
+  }
+};
+
+struct StepBlock {
+  BlockAdamArrays a;
+  VESTA_HD void operator()(Index i) const { BlockAdamStep<float>(a, i); }
+};
+
+// Three matrices, which registers do not hold: they are in local memory, for a fiftieth of the Gaussians.
+struct TurnOne {
+  BlockAdamArrays a;
+  Index first_chunk;
+  VESTA_HD void operator()(Index turned) const {
+    const Index chunk = first_chunk + turned / kTurnChunk * kTurnEvery;
+    const Index i = chunk * kTurnChunk + turned % kTurnChunk;
+    if (i < a.count) TurnBasis<float>(a, i);
   }
 };
 
@@ -31,7 +46,17 @@ struct ObserveOne {
 }  // namespace
 
 void StepAdam(const AdamArrays& arrays) {
-  device::ForEach(arrays.attributes * arrays.count, StepOne{arrays}, "step of Adam");
+  device::ForEach((arrays.attributes - arrays.first_attribute) * arrays.count, StepOne{arrays}, "step of Adam");
+}
+
+void StepBlocks(const BlockAdamArrays& arrays) {
+  device::ForEach(arrays.count, StepBlock{arrays}, "step of Adam's blocks");
+}
+
+void TurnBases(const BlockAdamArrays& arrays, int steps) {
+  const Index chunks = (arrays.count + kTurnChunk - 1) / kTurnChunk, first = FirstTurned(steps);
+  const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
+  device::ForEach(turned * kTurnChunk, TurnOne{arrays, first}, "turn of Adam's bases");
 }
 
 void Observe(Index count, const Observation& observation) {

@@ -5,20 +5,25 @@
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/types.h"
+#include "problems/gaussian_splatting/train/block_adam_formula.h"
 
 namespace vesta::gs::device_updates {
 
-// parameters -= step, moments and gradient brought up to date and zeroed as AdamUpdate does, for attributes
-// [0, attributes) of `count` Gaussians.
+// parameters -= step, moments brought up to date and the gradient zeroed as AdamKernels::step does, for attributes
+// [first_attribute, attributes) of `count` Gaussians.
 struct AdamArrays {
   Index count;
-  int attributes;
+  int first_attribute, attributes;
   float *gradient, *parameters, *first, *second;
   const float* units;                 // [count], factors on the rates of the positions
   float rate[splat::kMaxAttributes];  // of each attribute, Adam::StepRate
   float root_correction2;
 };
 void StepAdam(const AdamArrays& arrays);
+
+// BlockAdamStep for all Gaussians, and TurnBasis for those whose turn it is after so many steps.
+void StepBlocks(const BlockAdamArrays& arrays);
+void TurnBases(const BlockAdamArrays& arrays, int steps);
 
 // For Gaussians that are seen: pull += ScreenPull, seen += 1.
 struct Observation {

@@ -1,63 +1,50 @@
-// Peak memory of a training run, predicted before it is asked for, and what is chosen to keep it within a budget.
+// Peak memory of a training run, predicted before it is asked for, and what is chosen to keep it within bounds.
 #pragma once
 
+#include <functional>
+#include <limits>
 #include <string>
-#include <vector>
 
-#include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/io/scene.h"
+#include "problems/gaussian_splatting/train/memory_scene.h"
 #include "problems/gaussian_splatting/train/options.h"
+#include "problems/gaussian_splatting/train/stage_bytes.h"
 
 namespace vesta::gs {
 
-// What a view of a model needs memory for.
-struct ViewCounts {
-  double pixels = 0, tiles = 0;
-  double splats = 0;   // seen
-  double pairs = 0;    // of splat and tile
-  double entries = 0;  // of pixel and splat: those of a cached Jacobian
+// The memory that the stages compute in: what each takes of it, and what there is.
+struct StageMemory {
+  double (*adam_bytes)(const MemoryScene&, const TrainOptions&) = AdamBytes;
+  double (*lm_bytes)(const MemoryScene&, const LmOptions&, bool hold_batches) = LmBytes;
+  double bytes = std::numeric_limits<double>::infinity();  // that the stages may take
+  // One line for the user: that `what` needs so many bytes, and what to do.
+  std::function<std::string(const char* what, double needed)> refusal;
 };
+// memory.budget_gib, less what the process holds already.
+StageMemory HostMemory(const MemoryOptions& memory);
+// Of a GPU with so many bytes free: most of them, and no more than memory.budget_gib.
+StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 
-// A model and its views, for the sums below.
-struct MemoryScene {
-  Index gaussians = 0;
-  int sh_degree = 3;
-  std::vector<ViewCounts> views;
-
-  // The same with another number of Gaussians, what it counts growing in proportion.
-  MemoryScene Scaled(Index new_gaussians) const;
-};
-
-// Projects and bins at most `most` of the views, evenly spread, and gives the others their mean; counts entries where
-// `with_entries` (then each takes as long as rendering, besides). most >= 1.
-MemoryScene CountMemory(const SplatModel& model, const std::vector<const View*>& views, double near, int most,
-                        bool with_entries);
-
-// Bytes that each stage holds at its peak beside the scene's images and the program: the model, and all that the stage
-// keeps.
-double AdamBytes(const MemoryScene& scene, const TrainOptions& options);
-// lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
-// batches are there at once.
-double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);
-
-// How LM runs within the budget.
+// How LM runs within the memory.
 struct LmPlan {
   LmOptions lm;  // with jacobian, batches and merge_batches as chosen
   bool hold_batches = true;
-  double bytes = 0;  // LmBytes of that
+  double bytes = 0;  // lm_bytes of that
 };
 
-// options.lm as it is where that fits options.memory; else with the Jacobian recomputed; else in as few batches,
-// merged, one held at a time, as fit. Throws Error, one line that says how much would do, where one view a batch does
-// not fit.
-LmPlan PlanLm(const MemoryScene& scene, const TrainOptions& options);
+// options.lm as it is where that fits; else with the Jacobian recomputed; else in as few batches, merged, one held at a
+// time, as fit. Throws Error, one line that says how much would do, where one view a batch does not fit.
+LmPlan PlanLm(const MemoryScene& scene, const TrainOptions& options, const StageMemory& memory);
 
-// The most Gaussians, at most options.density.max_gaussians, of which both stages fit the budget, LM at its most
-// frugal. Throws Error where not even those that `scene` has do.
-Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options);
+// The most Gaussians, at most options.density.max_gaussians, of which both stages fit, LM at its most frugal. Throws
+// Error where not even those that `scene` has do.
+Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options, const StageMemory& memory);
 
 // Most that the process holds in a run with these options: what it held before, and the larger of the stages. lm_bytes:
-// of LmPlan, 0 without LM.
+// of LmPlan, 0 without LM. Stages that compute on a GPU leave to the host the model, in copies while Gaussians are
+// rearranged, and evaluation.
 double PredictedMib(const MemoryScene& scene, const TrainOptions& options, double lm_bytes);
+double PredictedMibBesideDevice(const MemoryScene& scene, const TrainOptions& options);
+// Most that the GPU holds.
+double PredictedDeviceMib(const MemoryScene& scene, const TrainOptions& options, double lm_bytes);
 
 }  // namespace vesta::gs

@@ -72,6 +72,9 @@ class TrainingSession {
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);
   }
+  // A line for the user on what is done otherwise than asked for.
+  void Note(std::string line) { notes_.push_back(std::move(line)); }
+  std::vector<std::string> TakeNotes() { return std::move(notes_); }
   // True when the caller or the time limit asks to stop; stays true.
   bool ShouldStop() {
     if (options_.time_limit > 0 && clock_.Seconds() >= options_.time_limit) stopped_ = true;
@@ -89,6 +92,7 @@ class TrainingSession {
   Renderer renderer_;
   std::vector<const View*> training_views_;
   std::vector<HistoryRow> history_;
+  std::vector<std::string> notes_;
   bool stopped_ = false;
 };
 

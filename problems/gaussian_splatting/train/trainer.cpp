@@ -1,5 +1,7 @@
 #include "problems/gaussian_splatting/train/trainer.h"
 
+#include <fmt/format.h>
+
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/initialize.h"
@@ -9,16 +11,23 @@
 namespace vesta::gs {
 namespace {
 
+// The memory that the stages compute in, as it is now.
+StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options) {
+  return stages.device_memory ? DeviceMemory(options.memory, stages.device_memory().free_bytes)
+                              : HostMemory(options.memory);
+}
+
 // LM as memory allows; what was foreseen and chosen goes into the result. options are those of the session.
 void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
                   TrainResult& result) {
   const std::vector<const View*>& views = session.training_views();
   const bool has_cache = options.lm.jacobian != "recompute";
-  const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : 4;
+  const int some = stages.device_memory ? 8 : 4;
+  const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;
   const MemoryScene counts = CountMemory(model, views, NearPlane(session.scene()), counted, has_cache);
   LmPlan plan{options.lm};
   try {
-    plan = PlanLm(counts, options);
+    plan = PlanLm(counts, options, MemoryOf(stages, options));
   } catch (const Error& error) {
     // What Adam has made is not lost for want of memory.
     if (options.adam.iterations == 0) throw;
@@ -32,7 +41,14 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
     plan.bytes = 0;
   }
   const Index batches = ViewBatches::CutCount(plan.lm.batches, plan.lm.batch_size, static_cast<Index>(views.size()));
-  result.memory = {PredictedMib(counts, options, plan.bytes), plan.lm.jacobian, static_cast<int>(batches)};
+  result.memory.jacobian = plan.lm.jacobian;
+  result.memory.batches = static_cast<int>(batches);
+  if (stages.device_memory) {
+    result.memory.predicted_mib = PredictedMibBesideDevice(counts, options);
+    result.memory.device_predicted_mib = PredictedDeviceMib(counts, options, plan.bytes);
+  } else {
+    result.memory.predicted_mib = PredictedMib(counts, options, plan.bytes);
+  }
 }
 
 TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool with_adam,
@@ -44,9 +60,15 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   TrainResult result;
   const double begin = session.Seconds();
   if (!with_adam) options.adam.iterations = 0;
-  if (options.memory.budget_gib > 0) {
+  const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
+  if (options.memory.budget_gib > 0 || stages.device_memory) {
     const MemoryScene counts = CountMemory(model, session.training_views(), NearPlane(scene), 8, false);
-    options.density.max_gaussians = PlanGaussians(counts, options);
+    const Index fit = PlanGaussians(counts, options, MemoryOf(stages, options));
+    const bool grows = options.density.enabled && options.adam.iterations > 0;
+    if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
+      session.Note(fmt::format("at most {} Gaussians: the GPU has no room for more", fit));
+    }
+    options.density.max_gaussians = fit;
   }
   if (options.adam.iterations > 0) stages.adam(session, model);
   const double between = session.Seconds();
@@ -62,6 +84,10 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   model.has_background = true;
   result.model = std::move(model);
   result.history = session.TakeHistory();
+  result.notes = session.TakeNotes();
+  constexpr double kMib = 1 << 20;
+  result.memory.device_free_mib = device_free / kMib;
+  if (stages.device_memory) result.memory.device_peak_mib = stages.device_memory().peak_bytes / kMib;
   return result;
 }
 
@@ -69,7 +95,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
-StageRunners HostStages() { return {"cpu", RunAdamStage, RunLmStage}; }
+StageRunners HostStages() { return {"cpu", RunAdamStage, RunLmStage, {}}; }
 
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {

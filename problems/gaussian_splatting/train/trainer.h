@@ -44,18 +44,27 @@ struct TrainCallbacks {
 
 class TrainingSession;
 
+// Memory of the GPU.
+struct DeviceMemoryUse {
+  double free_bytes = 0;  // that could be allocated now
+  double peak_bytes = 0;  // most that was in use
+};
+
 // What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
 // engine's full report; hold_batches: LmOptions::hold_batches.
 struct StageRunners {
   std::string device;
   std::function<void(TrainingSession&, SplatModel&)> adam;
   std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
+  std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
 };
 StageRunners HostStages();
 
 // What was foreseen and chosen (memory_plan.h).
 struct MemoryReport {
   double predicted_mib = 0;  // most that the process would hold, from the model that LM started from
+  // The same of the GPU, what it had free before the run, and most that was in use; 0 without one.
+  double device_predicted_mib = 0, device_free_mib = 0, device_peak_mib = 0;
   std::string jacobian = "recompute";
   int batches = 1;
 };
@@ -68,6 +77,7 @@ struct TrainResult {
   bool stopped = false;                                       // by the callback or the time limit
   std::string lm_report;                                      // the engine's full report, empty without LM
   std::string lm_left_out;                                    // why LM did not run though asked for; else empty
+  std::vector<std::string> notes;                             // what was done otherwise than asked for, a line each
 };
 
 // seconds_before: since the start of the process (loading). The scene's images must be loaded.

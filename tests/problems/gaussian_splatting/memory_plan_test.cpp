@@ -118,7 +118,7 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenBatches) {
   EXPECT_GT(with_cache, without + 20 * 8e6 * 8);
   const auto plan = [&](double gib) {
     options.memory.budget_gib = gib;
-    return PlanLm(scene, options);
+    return PlanLm(scene, options, HostMemory(options.memory));
   };
   EXPECT_EQ(plan(0).lm.jacobian, "cache16");
   EXPECT_EQ(plan(0).bytes, with_cache);
@@ -155,29 +155,31 @@ TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
     }
     return "no error";
   };
-  const std::string message = message_of([&] { PlanLm(MadeUp(), options); });
+  const std::string message = message_of([&] { PlanLm(MadeUp(), options, HostMemory(options.memory)); });
   EXPECT_THAT(message, testing::StartsWith("--memory_budget=0.05: "));
   EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
-  EXPECT_THAT(message_of([&] { PlanGaussians(MadeUp(), options); }), testing::StartsWith("--memory_budget=0.05: "));
+  EXPECT_THAT(message_of([&] { PlanGaussians(MadeUp(), options, HostMemory(options.memory)); }),
+              testing::StartsWith("--memory_budget=0.05: "));
   // And it would.
   const auto at = message.find("needs ");
   ASSERT_NE(at, std::string::npos);
   options.memory.budget_gib = std::stod(message.substr(at + 6));
-  EXPECT_EQ(message_of([&] { PlanLm(MadeUp(), options); }), "no error");
+  EXPECT_EQ(message_of([&] { PlanLm(MadeUp(), options, HostMemory(options.memory)); }), "no error");
 }
 
 TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
   TrainOptions options;
   options.density.max_gaussians = 1000000;
-  EXPECT_EQ(PlanGaussians(MadeUp(), options), 1000000);
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 1000000);
   options.memory.budget_gib = 0.5;
-  const Index fit = PlanGaussians(MadeUp(), options);
+  const Index fit = PlanGaussians(MadeUp(), options, HostMemory(options.memory));
   EXPECT_GT(fit, 20000);
   EXPECT_LT(fit, 1000000);
   options.lm.batches = 20;
   EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, false), 0.5 * (1 << 30));
   options.density.enabled = false;
-  EXPECT_EQ(PlanGaussians(MadeUp(), options), 20000) << "without densification there are as many as there are";
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 20000)
+      << "without densification there are as many as there are";
 }
 
 }  // namespace

@@ -1,21 +1,29 @@
-// Stands in for kernels/core/launch.cuh where code of a GPU runs on the host (emulated_device.cpp): in targets that
-// have tests/support/emulated_device in front of the folders they include from.
+// Stands in the place of kernels/core/launch.cuh where files for nvcc are compiled as plain C++: kernels run on the
+// host, thread by thread (tests/support/emulated_device.h).
 #pragma once
 
+#include "kernels/core/block_kernel.h"
 #include "tests/support/emulated_block.h"
+
+// What such files say of themselves to nvcc.
+#define __device__
 
 namespace vesta::device {
 
-// Threads in an order of their own, each index from the last to the first: nothing may depend on either.
 template <class Kernel>
-void Launch(const Kernel& kernel, Index blocks, const char*) {
+void Launch(const Kernel& kernel, Index blocks, const char* /*name*/) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
-  if (blocks > 0) test::Emulate(kernel, blocks, test::ThreadOrder::kShuffled);
+  // One for all launches: its stacks take longer to make than most kernels to run.
+  static auto* fibers = new test::FiberBlock(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
+  test::Emulate(kernel, blocks, *fibers);
 }
 
+// Backwards: what depends on the order shows.
 template <class F>
-void ForEach(Index count, const F& f, const char*) {
-  for (Index i = count - 1; i >= 0; --i) f(i);
+void ForEach(Index count, const F& f, const char* /*name*/) {
+  for (Index i = count; i-- > 0;) f(i);
 }
+
+inline void atomicAdd(unsigned long long* sum, unsigned long long value) { *sum += value; }
 
 }  // namespace vesta::device

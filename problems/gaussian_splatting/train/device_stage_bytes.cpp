@@ -1,0 +1,70 @@
+#include "problems/gaussian_splatting/train/device_stage_bytes.h"
+
+#include <algorithm>
+
+#include "kernels/gaussian_splatting/device_cache.h"
+#include "kernels/gaussian_splatting/types.h"
+#include "problems/gaussian_splatting/train/engine_bytes.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr double kIndex = sizeof(std::int64_t), kWord = sizeof(std::uint32_t);
+// What DeviceView takes to spare for lists that views share.
+constexpr double kSpare = 1.125;
+// Of CUB's sort, for each thing sorted: counters of the digits in each piece of some thousand. Estimated.
+constexpr double kSort = 0.25;
+
+double TargetBytes(const MemoryScene& scene) {
+  double pixels = 0;
+  for (const ViewCounts& view : scene.views) pixels += view.pixels;
+  return kImageBytes * pixels;
+}
+
+// A splat::DeviceView.
+double ViewBytes(const ViewCounts& view, const MemoryScene& scene) {
+  return view.splats * (sizeof(splat::Splat<float>) + kIndex) + PerGaussianBytes(scene) + view.tiles * kIndex +
+         2 * kWord * view.pairs;
+}
+
+double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
+  if (lm.jacobian == "recompute") return 0;
+  const auto format = lm.jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+  return static_cast<double>(
+      splat::DeviceJacobianCache::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
+}
+
+// A splat::DeviceViewWorkspace: keys and indices twice by Gaussian, five lists by pair; the sums of J^T, and where
+// `gram` those of the Gram matrices.
+double WorkspaceBytes(const ViewCounts& view, const MemoryScene& scene, bool gram) {
+  const auto gaussians = static_cast<double>(scene.gaussians);
+  const double record = sizeof(splat::SplatTangent<float>) + (gram ? sizeof(splat::SplatGram<float>) : 0);
+  return kSpare * (gaussians * (4 * kWord + sizeof(splat::Splat<float>)) + 5 * kWord * view.pairs +
+                   (view.splats + view.pairs) * record) +
+         kIndex * view.splats + kSort * std::max(gaussians, view.pairs);
+}
+
+}  // namespace
+
+double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options) {
+  const ViewCounts most = scene.Largest();
+  // Units, pulls and observations by Gaussian; the image, its gradient and the three slopes of the loss.
+  return TargetBytes(scene) + 4 * VectorBytes(scene) + BasesBytes(scene, options.adam) + 3 * PerGaussianBytes(scene) +
+         ViewBytes(most, scene) + WorkspaceBytes(most, scene, false) + 5 * kImageBytes * most.pixels;
+}
+
+double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
+  const ViewCounts most = scene.Largest();
+  double views_bytes = 0;
+  // Each with its image and those of its loss.
+  for (const ViewCounts& view : scene.views) {
+    views_bytes += ViewBytes(view, scene) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
+  }
+  // Of a cache entries are counted pair by pair, where else splats' tiles are.
+  const double counts = lm.jacobian == "recompute" ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
+  // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
+  return TargetBytes(scene) + EngineBytes(scene, lm, hold_batches, views_bytes) + 2 * PerGaussianBytes(scene) +
+         WorkspaceBytes(most, scene, true) + counts + ViewBytes(most, scene) + 5 * kImageBytes * most.pixels;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,15 @@
+// Bytes that each stage of training holds at its peak in the memory of a GPU. Sums alone: no GPU is needed for them.
+#pragma once
+
+#include "problems/gaussian_splatting/train/memory_scene.h"
+#include "problems/gaussian_splatting/train/options.h"
+
+namespace vesta::gs {
+
+// The truths of all views, the model with gradient, moments and statistics, and the passes of one view. density changes
+// nothing: Gaussians are rearranged on the host.
+double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options);
+// As LmBytes.
+double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);
+
+}  // namespace vesta::gs

@@ -1,0 +1,87 @@
+#include "problems/gaussian_splatting/train/stage_bytes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/parallel.h"
+#include "kernels/gaussian_splatting/jacobian_cache.h"
+#include "kernels/gaussian_splatting/view.h"
+#include "kernels/image/image_kernels.h"
+#include "problems/gaussian_splatting/train/engine_bytes.h"
+
+namespace vesta::gs {
+namespace {
+
+// A splat::View<float>.
+double ViewBytes(const ViewCounts& view, Index gaussians) {
+  const double offsets = sizeof(std::int64_t), index = sizeof(std::uint32_t);
+  return view.splats * (sizeof(splat::Splat<float>) + offsets) + index * static_cast<double>(gaussians) +
+         view.tiles * offsets + 3 * index * view.pairs;
+}
+
+// The parts of a splat::ViewWorkspace<float> that projecting, J^T, and Gram matrices need.
+double ProjectBytes(const ViewCounts& view, Index gaussians) {
+  return static_cast<double>(gaussians) * (sizeof(std::uint32_t) + sizeof(splat::Splat<float>)) +
+         2 * sizeof(KeyValue) * view.splats;
+}
+double SumBytes(const ViewCounts& view, std::size_t record) {
+  return (view.splats + view.pairs) * static_cast<double>(record);
+}
+
+// What PhotometricLoss<float> works in, all its objects together: scratch rows for each thread (an image is taken to be
+// up to twice as wide as high).
+double LossBytes(const ViewCounts& view) {
+  const auto width = static_cast<int>(std::sqrt(2 * view.pixels));
+  return sizeof(float) * NumThreads() * static_cast<double>(RowRange<float>::kScratchRows * ScratchStride(width));
+}
+
+// What an evaluation needs while a stage is under way: a renderer, its image, and the meters.
+double EvaluationBytes(const ViewCounts& view, Index gaussians) {
+  return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians) + 3 * kImageBytes * view.pixels + LossBytes(view);
+}
+
+double CacheBytes(const ViewCounts& view, const std::string& jacobian) {
+  if (jacobian == "recompute") return 0;
+  const auto format = jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+  return static_cast<double>(
+      splat::JacobianCache<float>::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
+}
+
+double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const LmOptions& lm) {
+  // The image, and those of its loss.
+  return ViewBytes(view, gaussians) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm.jacobian);
+}
+
+}  // namespace
+
+double AdamBytes(const MemoryScene& scene, const TrainOptions& options) {
+  const bool density = options.density.enabled;
+  const ViewCounts most = scene.Largest();
+  const Index n = scene.gaussians;
+  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
+  // The model, its gradient, two moments and the bases; while Gaussians are rearranged one vector is there twice, or
+  // the bases.
+  return 4 * vector + bases + (density ? std::max(vector, bases) : 0) + (density ? 3 : 1) * PerGaussianBytes(scene) +
+         ViewBytes(most, n) + ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
+         2 * kImageBytes * most.pixels + EvaluationBytes(most, n);
+}
+
+double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
+  const ViewCounts most = scene.Largest();
+  const Index n = scene.gaussians;
+  double views_bytes = 0;
+  for (const ViewCounts& view : scene.views) views_bytes += LinearizedViewBytes(view, n, lm);
+  double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
+                     SumBytes(most, sizeof(splat::SplatGram<float>));
+  if (lm.jacobian != "recompute") workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
+  // The view and image of the cost.
+  const double cost = ViewBytes(most, n) + kImageBytes * most.pixels;
+  return EngineBytes(scene, lm, hold_batches, views_bytes) + PerGaussianBytes(scene) + workspace + cost +
+         EvaluationBytes(most, n);
+}
+
+double ModelBytes(const MemoryScene& scene) {
+  return VectorBytes(scene) + EvaluationBytes(scene.Largest(), scene.gaussians);
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,112 @@
+// The bodies of device_memory.h and device_sort.h on the host.
+#include "tests/support/emulated_device.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/device_memory.h"
+#include "kernels/core/device_sort.h"
+
+namespace vesta {
+namespace {
+
+struct Memory {
+  std::map<void*, std::size_t> sizes;
+  std::size_t total = test::kAmpleDeviceMemory, in_use = 0, peak = 0;
+};
+// Never destroyed: buffers of static life are freed after it.
+Memory& TheMemory() {
+  static auto* memory = new Memory;
+  return *memory;
+}
+
+}  // namespace
+
+void test::SetDeviceMemory(std::size_t bytes) { TheMemory().total = bytes; }
+
+const DeviceInfo& QueryDevice() {
+  static const DeviceInfo info{true, "emulated", test::kAmpleDeviceMemory, 1, 0};
+  return info;
+}
+
+namespace device {
+
+void* Allocate(std::size_t bytes) {
+  if (bytes == 0) return nullptr;
+  Memory& memory = TheMemory();
+  if (memory.in_use + bytes > memory.total) {
+    throw OutOfDeviceMemory(
+        fmt::format("the GPU has no room for {} bytes more, with {} of {} in use", bytes, memory.in_use, memory.total));
+  }
+  void* p = ::operator new (bytes, std::align_val_t{256});
+  std::memset(p, 0xff, bytes);  // NaNs
+  memory.sizes[p] = bytes;
+  memory.in_use += bytes;
+  memory.peak = std::max(memory.peak, memory.in_use);
+  return p;
+}
+
+void Free(void* p) noexcept {
+  if (p == nullptr) return;
+  Memory& memory = TheMemory();
+  const auto found = memory.sizes.find(p);
+  memory.in_use -= found->second;
+  memory.sizes.erase(found);
+  ::operator delete (p, std::align_val_t{256});
+}
+
+void SetZero(void* memory, std::size_t bytes) {
+  if (bytes > 0) std::memset(memory, 0, bytes);
+}
+void Copy(void* to, const void* from, std::size_t bytes) {
+  if (bytes > 0) std::memmove(to, from, bytes);
+}
+void CopyFromHost(void* to, const void* from, std::size_t bytes) { Copy(to, from, bytes); }
+void CopyToHost(void* to, const void* from, std::size_t bytes) { Copy(to, from, bytes); }
+void Synchronize() {}
+
+namespace {
+// What the last call for each scalar saw: as late as a device may be.
+std::map<const double*, double>& Readings() {
+  static std::map<const double*, double> readings;
+  return readings;
+}
+}  // namespace
+
+double ReadLagged(const double* scalar) { return std::exchange(Readings()[scalar], *scalar); }
+void ForgetLagged(const double* first, std::size_t count) {
+  Readings().erase(Readings().lower_bound(first), Readings().lower_bound(first + count));
+}
+
+std::size_t FreeBytes() { return TheMemory().total - std::min(TheMemory().total, TheMemory().in_use); }
+std::size_t BytesInUse() { return TheMemory().in_use; }
+std::size_t PeakBytes() { return TheMemory().peak; }
+void ResetPeak() { TheMemory().peak = TheMemory().in_use; }
+
+void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values,
+               DeviceBuffer<std::uint32_t>& other_keys, DeviceBuffer<std::uint32_t>& other_values, Index count,
+               int bits, DeviceBuffer<unsigned char>& /*temporary*/) {
+  const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+  std::vector<Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return (keys.data()[a] & mask) < (keys.data()[b] & mask); });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    other_keys.data()[i] = keys.data()[order[i]];
+    other_values.data()[i] = values.data()[order[i]];
+  }
+  std::swap(keys, other_keys);
+  std::swap(values, other_values);
+}
+
+void RunningSum(const Index* counts, Index* sums, Index size, DeviceBuffer<unsigned char>& /*temporary*/) {
+  std::exclusive_scan(counts, counts + size, sums, Index{0});
+}
+
+}  // namespace device
+}  // namespace vesta

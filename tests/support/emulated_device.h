@@ -1,0 +1,24 @@
+// A GPU for tests, made of the host: the device libraries with their kernels run thread by thread (emulated_block.h)
+// and a memory that is counted and can be made to run out. Programs link one of the libraries test_emulated_* in the
+// place of vesta::*_cuda. Some thousand times slower than a GPU: for scenes of a few tiles.
+#pragma once
+
+#include <cstddef>
+
+namespace vesta::test {
+
+// The memory of the device, bytes; what is allocated stays.
+void SetDeviceMemory(std::size_t bytes);
+// As much as a test could want.
+inline constexpr std::size_t kAmpleDeviceMemory = std::size_t{1} << 40;
+
+// While it lives the device has so much memory, ample memory before and after.
+class LimitedDeviceMemory {
+ public:
+  explicit LimitedDeviceMemory(std::size_t bytes) { SetDeviceMemory(bytes); }
+  ~LimitedDeviceMemory() { SetDeviceMemory(kAmpleDeviceMemory); }
+  LimitedDeviceMemory(const LimitedDeviceMemory&) = delete;
+  LimitedDeviceMemory& operator=(const LimitedDeviceMemory&) = delete;
+};
+
+}  // namespace vesta::test
