@@ -156,7 +156,7 @@ class GpuBench {
     Build();
   }
 
-  // Of each Gaussian's geometry; bases are turned for a fiftieth of n Gaussians.
+  // Of each Gaussian's geometry; bases are turned for one Gaussian in 25.
   void AdamBlocks(double n, float* gradient, float* parameters, float* first, float* second) {
     const Index count = workload_.model.count;
     DeviceBuffer<float> bases(gs::BlockArraySize(count));

@@ -22,7 +22,7 @@ struct StepBlock {
   VESTA_HD void operator()(Index i) const { BlockAdamStep<float>(a, i); }
 };
 
-// Three matrices, which registers do not hold: they are in local memory, for a fiftieth of the Gaussians.
+// Three matrices, which registers do not hold: they are in local memory, for one Gaussian in 25.
 struct TurnOne {
   BlockAdamArrays a;
   Index first_chunk;

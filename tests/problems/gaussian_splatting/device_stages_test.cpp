@@ -41,9 +41,9 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   Index before = 0;
   int last = 0;
   const TrainResult full = TrainUntilFull(scene, options, [&](const TrainProgress& p) {
-    if (p.iteration == 35) before = p.gaussians;
+    if (p.iteration == 15) before = p.gaussians;
     last = std::max(last, p.iteration);
-    return p.iteration == 35;
+    return p.iteration == 15;
   });
   ASSERT_GT(ample.model.count, before) << "so that memory has an effect";
   EXPECT_THAT(full.notes, ElementsAre(StartsWith("Adam goes on from iteration ")));
