@@ -73,12 +73,11 @@ TEST(DeviceStages, AdamEndsWithWhatItHas) {
   EXPECT_LT(last.iteration, 8);
   // The model is the one that these iterations made.
   EXPECT_EQ(result.model.data, [&] {
-    TrainOptions stopped = options;
     TrainCallbacks callbacks;
     int done = 0;
     callbacks.progress = [&](const TrainProgress& p) { done = p.iteration; };
     callbacks.stop = [&] { return done == last.iteration - 1; };
-    return Train(scene, stopped, 0, callbacks, DeviceStages()).model.data;
+    return Train(scene, options, 0, callbacks, DeviceStages()).model.data;
   }());
 }
 
