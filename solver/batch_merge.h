@@ -22,8 +22,9 @@ class BatchedStep {
               LmSummary& summary);
 
   bool finite() const { return finite_; }
-  typename B::ConstView gradient() const { return gradient_.view(); }
-  typename B::ConstView diagonal() const { return diagonal_.view(); }
+  // -g and the diagonal of H, of all batches.
+  typename B::ConstView descent() const { return whole() ? whole()->descent() : descent_.view(); }
+  typename B::ConstView diagonal() const { return whole() ? whole()->diagonal() : diagonal_.view(); }
 
   // gamma step lowers the cost by Predicted(gamma) according to the undamped model of all batches.
   struct Direction {
@@ -37,6 +38,8 @@ class BatchedStep {
   void Measure(typename B::ConstView step, Direction& direction);
 
  private:
+  // The one system, where there is no other.
+  NormalSystem<B>* whole() const { return systems_.size() == 1 ? systems_.front().get() : nullptr; }
   std::unique_ptr<NormalSystem<B>> MakeSystem(int first, int count);
   // The system of one batch: the one held, or a new one in `fresh`.
   NormalSystem<B>& System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh);
@@ -49,7 +52,7 @@ class BatchedStep {
   ColumnScale<B>& scale_;
   LmSummary& summary_;
   std::vector<std::unique_ptr<NormalSystem<B>>> systems_;  // null where made anew at each use
-  typename B::Vector gradient_, diagonal_;
+  typename B::Vector descent_, diagonal_;  // sums over the systems; empty where there is one
   bool finite_ = true;
 };
 

@@ -12,23 +12,26 @@ template <Backend B>
 BatchedStep<B>::BatchedStep(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
                             ColumnScale<B>& scale, LmSummary& summary)
     : options_(options), backend_(backend), problem_(problem), x_(x), scale_(scale), summary_(summary) {
-  const Index n = problem.num_tangent();
-  gradient_.Resize(n);
-  diagonal_.Resize(n);
   const int batches = problem.num_batches();
   const int systems = options.batch_mode == BatchMode::kExact ? 1 : batches;
+  if (systems > 1) {
+    descent_.Resize(problem.num_tangent());
+    diagonal_.Resize(problem.num_tangent());
+  }
   summary.num_residuals = 0;
   for (int s = 0; s < systems; ++s) {
     auto system = MakeSystem(s, systems == 1 ? batches : 1);
     finite_ = finite_ && system->finite();
-    backend.Axpby(1.0, system->gradient(), 1.0, gradient_);
-    backend.Axpby(1.0, system->diagonal(), 1.0, diagonal_);
+    if (systems > 1) {
+      backend.Axpby(1.0, system->descent(), 1.0, descent_);
+      backend.Axpby(1.0, system->diagonal(), 1.0, diagonal_);
+    }
     summary.num_residuals += system->num_residuals();
     systems_.push_back(systems == 1 || options.hold_batches ? std::move(system) : nullptr);
   }
   if (!finite_) return;
-  summary.num_frozen = backend.CountNonPositive(diagonal_);
-  if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal_);
+  summary.num_frozen = backend.CountNonPositive(diagonal());
+  if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal());
   for (auto& system : systems_) {
     if (!system) continue;
     system->Prepare(options.normal_system, x_, scale_);
@@ -58,8 +61,8 @@ template <Backend B>
 typename BatchedStep<B>::Direction BatchedStep<B>::Solve(double lambda, PcgWorkspace<B>& workspace,
                                                          typename B::View step) {
   Direction direction;
-  if (systems_.size() == 1 && systems_.front()) {
-    const auto solution = systems_.front()->Solve(lambda, workspace, step);
+  if (whole()) {
+    const auto solution = whole()->Solve(lambda, workspace, step);
     direction = {solution.pcg, solution.gradient_dot_step, solution.curvature};
   } else {
     direction = Merge(lambda, workspace, step);
@@ -95,7 +98,7 @@ typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorks
 template <Backend B>
 void BatchedStep<B>::Measure(typename B::ConstView step, Direction& direction) {
   std::unique_ptr<NormalSystem<B>> fresh;
-  direction.gradient_dot_step = backend_.Dot(gradient_, step);
+  direction.gradient_dot_step = -backend_.Dot(descent(), step);
   direction.curvature = 0;
   for (std::size_t b = 0; b < systems_.size(); ++b) direction.curvature += System(b, fresh).Curvature(step);
 }

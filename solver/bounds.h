@@ -13,8 +13,8 @@ namespace bounds_internal {
 
 // The three questions of a box, on host memory. lower <= upper; infinities where there is no bound.
 inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
-inline bool PushedOut(double x, double gradient, double lower, double upper) {
-  return (x <= lower && gradient > 0) || (x >= upper && gradient < 0);
+inline bool PushedOut(double x, double descent, double lower, double upper) {
+  return (x <= lower && descent < 0) || (x >= upper && descent > 0);
 }
 inline double ClippedStep(double x, double step, double lower, double upper) {
   return x + step < lower ? lower - x : x + step > upper ? upper - x : step;
@@ -46,7 +46,7 @@ class BoundedProblem final : public Problem<B> {
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return true; }
   bool IsFeasible(ConstView x) override;
-  void MaskActiveBounds(ConstView x, ConstView gradient, View mask) override;
+  void MaskActiveBounds(ConstView x, ConstView descent, View mask) override;
   void ClipStep(ConstView x, View step) override;
 
  private:

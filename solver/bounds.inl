@@ -63,12 +63,12 @@ bool BoundedProblem<B>::IsFeasible(ConstView x) {
 }
 
 template <Backend B>
-void BoundedProblem<B>::MaskActiveBounds(ConstView x, ConstView gradient, View mask) {
-  const std::vector<S> at = Host(x), g = Host(gradient);
+void BoundedProblem<B>::MaskActiveBounds(ConstView x, ConstView descent, View mask) {
+  const std::vector<S> at = Host(x), pull = Host(descent);
   std::vector<S> host = Host(mask);
   for (std::size_t k = 0; k < host.size(); ++k) {
     const bool held =
-        bounds_internal::PushedOut(static_cast<double>(at[k]), static_cast<double>(g[k]), lower_[k], upper_[k]);
+        bounds_internal::PushedOut(static_cast<double>(at[k]), static_cast<double>(pull[k]), lower_[k], upper_[k]);
     if (held) host[k] = S(0);
   }
   B().FromHost({host.data(), mask.size()}, mask);

@@ -18,6 +18,7 @@ enum class ColumnScaling {
   kOnePlusInverse,  // S = 1 / (1 + sqrt(diag(H))) at the start: Ceres's
 };
 
+// Both empty where S = 1.
 template <Backend B>
 struct ColumnScale {
   typename B::Vector square;          // S^2, the weights of the residual norm in PCG

@@ -11,12 +11,12 @@ namespace vesta {
 template <Backend B>
 ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstView diag_h) {
   ColumnScale<B> scale;
+  if (scaling == ColumnScaling::kNone) return scale;
   scale.square.Resize(diag_h.size());
   scale.inverse_square.Resize(diag_h.size());
   auto& inverse = scale.inverse_square;
   switch (scaling) {
     case ColumnScaling::kNone:
-      backend.Fill(1, inverse);
       break;
     case ColumnScaling::kInverseRoot:
       backend.SelectPositive(diag_h, 0, 1, inverse);
@@ -62,7 +62,13 @@ void GroupMedianFloor(double factor, const std::vector<BlockGroup>& groups, cons
 template <Backend B>
 void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B::ConstView diag_h,
                     const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::View metric) {
-  backend.ClampRelative(diag_h, scale.inverse_square, options.min_diagonal, options.max_diagonal, metric);
+  typename B::Vector ones;
+  if (scale.inverse_square.empty()) {
+    ones.Resize(diag_h.size());
+    backend.Fill(1, ones);
+  }
+  backend.ClampRelative(diag_h, ones.empty() ? scale.inverse_square.view() : ones.view(), options.min_diagonal,
+                        options.max_diagonal, metric);
   if (options.group_median_floor <= 0 || groups.empty()) return;
   using S = typename B::Scalar;
   std::vector<S> d(static_cast<std::size_t>(diag_h.size())), floor(d.size(), S(0));

@@ -56,6 +56,10 @@ class LmStepper {
   // Linearizes at x_ where that is not done, and tests the gradient. false when the solve ended.
   bool Linearize();
   double FullCost(typename B::ConstView x);
+  // What trials work in has no use while PCG runs, nor what PCG works in while trials are made: they share memory where
+  // their sizes are the same.
+  void TakeTrialVectors();
+  void LendTrialVectors();
   // trial_x_ = x (+) gamma step.
   void MakeTrial(double gamma);
   double ChooseGamma();

@@ -37,8 +37,8 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
               problem.num_parameters());
   VESTA_CHECK(problem.num_batches() >= 1, "a problem of {} batches", problem.num_batches());
   control_ = MakeStepControl(options_.step_rule, options_.step_control);
-  for (typename B::Vector* vector : {&x_, &trial_x_}) vector->Resize(problem.num_parameters());
-  for (typename B::Vector* vector : {&step_, &scaled_step_}) vector->Resize(problem.num_tangent());
+  x_.Resize(problem.num_parameters());
+  step_.Resize(problem.num_tangent());
   backend_.Copy(x, x_);
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));
   summary_.num_parameters = problem.num_parameters();
@@ -86,9 +86,9 @@ template <Backend B>
 double LmStepper<B>::GradientNorm() {
   // Where the step is not of x's own size, or bounded, the gradient is measured by what it moves.
   if (problem_.num_tangent() == problem_.num_parameters() && !problem_.has_bounds())
-    return backend_.MaxAbs(system_->gradient());
-  backend_.Axpby(-1.0, system_->gradient(), 0.0, scaled_step_);
-  problem_.Plus(backend_, x_, scaled_step_, trial_x_);
+    return backend_.MaxAbs(system_->descent());
+  TakeTrialVectors();
+  problem_.Plus(backend_, x_, system_->descent(), trial_x_);
   backend_.Axpby(-1.0, x_, 1.0, trial_x_);
   return backend_.MaxAbs(trial_x_);
 }
@@ -113,7 +113,24 @@ bool LmStepper<B>::Linearize() {
 }
 
 template <Backend B>
+void LmStepper<B>::TakeTrialVectors() {
+  const auto take = [](typename B::Vector& lent, Index size, typename B::Vector& vector) {
+    if (vector.empty() && lent.size() == size) std::swap(vector, lent);
+    if (vector.size() != size) vector.Resize(size);
+  };
+  take(workspace_.z, problem_.num_parameters(), trial_x_);
+  take(workspace_.q, problem_.num_tangent(), scaled_step_);
+}
+
+template <Backend B>
+void LmStepper<B>::LendTrialVectors() {
+  if (workspace_.z.empty()) std::swap(workspace_.z, trial_x_);
+  if (workspace_.q.empty()) std::swap(workspace_.q, scaled_step_);
+}
+
+template <Backend B>
 void LmStepper<B>::MakeTrial(double gamma) {
+  TakeTrialVectors();
   backend_.Axpby(gamma, step_, 0.0, scaled_step_);
   problem_.Plus(backend_, x_, scaled_step_, trial_x_);
 }
@@ -172,8 +189,8 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
     at_trial = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
   }
   const auto squared = [&](const BatchedStep<B>& system) {
-    backend_.DivideOrZero(system.gradient(), system_->diagonal(), scaled_step_);
-    return backend_.Dot(system.gradient(), scaled_step_);
+    backend_.DivideOrZero(system.descent(), system_->diagonal(), scaled_step_);
+    return backend_.Dot(system.descent(), scaled_step_);
   };
   const double share = trial.zone == Zone::kDoubtful ? 0.5 : 1.0;
   trial.accepted = at_trial->finite() && squared(*at_trial) < share * squared(*system_);
@@ -192,6 +209,7 @@ const LmIteration& LmStepper<B>::Step() {
   typename BatchedStep<B>::Direction direction;
   {
     const lm_internal::Stopwatch watch(summary_.linear_solve_seconds);
+    LendTrialVectors();
     direction = system_->Solve(row.lambda, workspace_, step_);
     bool changed = problem_.LimitStep(x_, step_);
     if (problem_.has_bounds()) {
@@ -218,6 +236,7 @@ const LmIteration& LmStepper<B>::Step() {
     } else {
       control_->OnAccept(trial.rho);
     }
+    system_.reset();  // made for x_ as it was
     std::swap(x_, trial_x_);
     cost_ = summary_.final_cost = trial.cost;
     ++summary_.num_accepted;
@@ -233,7 +252,6 @@ const LmIteration& LmStepper<B>::Step() {
     }
     control_->OnReject();
   } else {
-    system_.reset();
     x_norm_ = std::sqrt(backend_.Dot(x_, x_));
   }
   // Limits first: a linearization for a step that will not be taken is wasted.

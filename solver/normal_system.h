@@ -15,9 +15,10 @@ class NormalSystem {
  public:
   NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches);
 
-  typename B::ConstView gradient() const { return gradient_.view(); }
+  // -g; after Prepare 0 where columns are frozen or at a bound.
+  typename B::ConstView descent() const { return descent_.view(); }
   typename B::ConstView diagonal() const { return diagonal_.view(); }
-  // Gradient and diagonal hold no NaN or infinity.
+  // Descent and diagonal hold no NaN or infinity.
   bool finite() const { return finite_; }
   Index num_frozen() const { return num_frozen_; }
   Index num_residuals() const;
@@ -36,7 +37,7 @@ class NormalSystem {
   Problem<B>& problem_;
   std::vector<std::unique_ptr<Linearization<B>>> batches_;
   std::vector<Linearization<B>*> pointers_;
-  typename B::Vector gradient_, diagonal_, metric_, mask_, rhs_;
+  typename B::Vector descent_, diagonal_, metric_, mask_;
   bool finite_ = false;
   Index num_frozen_ = 0;
   std::unique_ptr<StepSolver<B>> solver_;

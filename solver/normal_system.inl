@@ -10,20 +10,20 @@ template <Backend B>
 NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches)
     : backend_(backend), problem_(problem) {
   const Index n = problem.num_tangent();
-  for (typename B::Vector* vector : {&gradient_, &diagonal_, &metric_, &rhs_}) vector->Resize(n);
+  for (typename B::Vector* vector : {&descent_, &diagonal_, &metric_}) vector->Resize(n);
   for (const int batch : batches) {
     batches_.push_back(problem.Linearize(x, batch));
     pointers_.push_back(batches_.back().get());
     Linearization<B>& linearization = *batches_.back();
     VESTA_CHECK(linearization.num_parameters() == n, "batch {} has {} columns, the problem {} tangent entries", batch,
                 linearization.num_parameters(), n);
-    // metric_ and rhs_ are not in use yet and hold one batch's part.
-    linearization.Gradient(rhs_);
+    // metric_ is not in use yet and holds one batch's part.
+    linearization.Gradient(metric_);
+    backend_.Axpby(-1.0, metric_, 1.0, descent_);
     linearization.DiagJTJ(metric_);
-    backend_.Axpby(1.0, rhs_, 1.0, gradient_);
     backend_.Axpby(1.0, metric_, 1.0, diagonal_);
   }
-  finite_ = backend_.AllFinite(gradient_) && backend_.AllFinite(diagonal_);
+  finite_ = backend_.AllFinite(descent_) && backend_.AllFinite(diagonal_);
 }
 
 template <Backend B>
@@ -41,15 +41,14 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
                    metric_.view());
   }
   num_frozen_ = backend_.CountNonPositive(diagonal_);
-  backend_.Axpby(-1.0, gradient_, 0.0, rhs_);
   if (num_frozen_ > 0 || problem_.has_bounds()) {
     mask_.Resize(diagonal_.size());
     backend_.SelectPositive(diagonal_, 1, 0, mask_);
-    if (problem_.has_bounds()) problem_.MaskActiveBounds(x, gradient_.view(), mask_);
-    backend_.Multiply(mask_, rhs_, rhs_);
+    if (problem_.has_bounds()) problem_.MaskActiveBounds(x, descent_.view(), mask_);
+    backend_.Multiply(mask_, descent_, descent_);
   }
-  solver_ = MakeStepSolver<B>(options, {backend_, problem_, pointers_, gradient_.view(), diagonal_.view(),
-                                        metric_.view(), mask_.view(), rhs_.view(), scale});
+  solver_ = MakeStepSolver<B>(options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(),
+                                        mask_.view(), descent_.view(), scale});
 }
 
 template <Backend B>

@@ -73,9 +73,10 @@ template <Backend B>
 void BlockJacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const> batches,
                                                     typename B::ConstView diag_h) {
   const std::vector<BlockGroup> groups = batches.front()->block_groups();
+  factors_.reset();
   gram_.emplace(diag_h.size(), groups);
+  batches.front()->BlockGram(*gram_);  // which lets go of what it held for that
   factors_.emplace(diag_h.size(), groups);
-  batches.front()->BlockGram(*gram_);
   for (Linearization<B>* batch : batches.subspan(1)) {
     B().Fill(0, factors_->all_values());
     batch->BlockGram(*factors_);

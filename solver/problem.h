@@ -88,6 +88,7 @@ class Problem {
   // The cost over some units, ascending, no repeats. Default: the whole cost, for problems of a single unit.
   virtual double Cost(ConstView x, std::span<const Index> units);
 
+  // x stays where it is, and as it is, for the life of the linearization.
   virtual std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) = 0;
   // Said before the first batch is linearised at the turn-th x of a solve (0, 1, ...): a problem that samples (units
   // into batches, rows) draws here, and keeps what it drew until the next call, however often it is linearised.
@@ -110,8 +111,8 @@ class Problem {
   // Bounds on entries of x. All go together; see solver/bounds.h for boxes around any problem.
   virtual bool has_bounds() const { return false; }
   virtual bool IsFeasible(ConstView x);
-  // mask (num_tangent() entries, given) becomes 0 where an entry at its bound is pushed against it by -gradient.
-  virtual void MaskActiveBounds(ConstView x, ConstView gradient, View mask);
+  // mask (num_tangent() entries, given) becomes 0 where an entry at its bound is pushed against it by descent = -g.
+  virtual void MaskActiveBounds(ConstView x, ConstView descent, View mask);
   // Cuts the entries of step that would cross a bound, so that what is left is what Plus will do.
   virtual void ClipStep(ConstView x, View step);
 

@@ -135,8 +135,10 @@ class ReducedPcgStep final : public StepSolver<B> {
       preconditioner = &*schur_jacobi_;
     }
     const auto kept_step = step.subspan(0, kept);
-    const PcgSummary pcg = SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner,
-                                       workspace, kept_step, system_.scale.square.view().subspan(0, kept));
+    const auto& weights = system_.scale.square;
+    const PcgSummary pcg =
+        SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner, workspace, kept_step,
+                    weights.empty() ? weights.view() : weights.view().subspan(0, kept));
     reduced_->BackSubstitute(system_.rhs, step);
     // The eliminated rows hold exactly, so that the residual of the whole system is that of the reduced one.
     return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);

@@ -27,8 +27,7 @@ DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& op
       loss_(std::move(loss)),
       workspace_(std::move(workspace)),
       gradient_(x.size()) {
-  x_.CopyFrom(x);
-  model_ = {x_.data(), options.count, options.sh_degree, options.sh_degree};
+  model_ = {x.data(), options.count, options.sh_degree, options.sh_degree};
   Index largest = 0;
   for (const DeviceBatchView& view : views) largest = std::max(largest, view.target->shape().NumValues());
   image_work_.ResizeForOverwrite(largest);
@@ -123,7 +122,7 @@ void DeviceSplatLinearization::Gradient(View g) { B().Copy(gradient_, g); }
 void DeviceSplatLinearization::EnsureGram() {
   if (!gram_blocks_.empty()) return;
   gram_blocks_.Resize(PackedValues(splat::kGeometry) * model_.count);
-  gram_sh_.Resize(x_.size() - splat::kSh * model_.count);
+  gram_sh_.Resize(gradient_.size() - splat::kSh * model_.count);
   if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * model_.count);
   for (Unit& unit : units_) {
     const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
@@ -150,6 +149,8 @@ void DeviceSplatLinearization::BlockGram(BlockDiagonal<B>& blocks) {
   EnsureGram();
   B().Copy(gram_blocks_, blocks.values(0));
   B().Copy(options_.sh_blocks ? gram_sh_blocks_ : gram_sh_, blocks.values(1));
+  // Nobody asks again, as a rule.
+  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};
 }
 
 }  // namespace vesta::gs

@@ -21,7 +21,7 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
                            std::shared_ptr<splat::DeviceViewWorkspace> workspace);
 
   Index num_residuals() const override { return num_residuals_; }
-  Index num_parameters() const override { return x_.size(); }
+  Index num_parameters() const override { return gradient_.size(); }
   ConstView residuals() const override;
   void ApplyJ(ConstView v, View u) override;
   void ApplyJT(ConstView u, View g) override;
@@ -49,7 +49,6 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
 
   SplatProblemOptions options_;
   splat::Model<float> model_;
-  DeviceBuffer<float> x_;
   std::vector<Unit> units_;
   Index num_residuals_ = 0;
   std::shared_ptr<DevicePhotometricLoss> loss_;

@@ -28,8 +28,7 @@ SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, Co
       loss_(std::move(loss)),
       workspace_(std::move(workspace)),
       gradient_(x.size()) {
-  x_.CopyFrom(x);
-  model_ = {x_.data(), options.count, options.sh_degree, options.sh_degree};
+  model_ = {x.data(), options.count, options.sh_degree, options.sh_degree};
   HostBuffer<S> image_gradient;
   for (std::size_t i = 0; i < views.size(); ++i) {
     Unit& unit = units_[i];
@@ -129,7 +128,7 @@ template <class S>
 void SplatLinearization<S>::EnsureGram() {
   if (!gram_blocks_.empty()) return;
   gram_blocks_.Resize(PackedValues(splat::kGeometry) * model_.count);
-  gram_sh_.Resize(x_.size() - splat::kSh * model_.count);
+  gram_sh_.Resize(gradient_.size() - splat::kSh * model_.count);
   if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * model_.count);
   for (Unit& unit : units_) {
     const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
@@ -159,6 +158,8 @@ void SplatLinearization<S>::BlockGram(BlockDiagonal<CpuBackend<S>>& blocks) {
   std::copy(gram_blocks_.begin(), gram_blocks_.end(), blocks.values(0).begin());
   const HostBuffer<S>& sh = options_.sh_blocks ? gram_sh_blocks_ : gram_sh_;
   std::copy(sh.begin(), sh.end(), blocks.values(1).begin());
+  // Nobody asks again, as a rule.
+  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};
 }
 
 template class SplatLinearization<float>;

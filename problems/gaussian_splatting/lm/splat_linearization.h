@@ -19,7 +19,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   using typename Base::ConstView;
   using typename Base::View;
 
-  // x is copied. Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
+  // Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
   // problem and its other linearizations, one call at a time.
   SplatLinearization(const SplatProblemOptions& options, ConstView x, const std::vector<BatchView<S>>& views,
                      double scale, int turn, std::shared_ptr<PhotometricLoss<S>> loss,
@@ -27,7 +27,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
 
   // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
   Index num_residuals() const override { return num_residuals_; }
-  Index num_parameters() const override { return x_.size(); }
+  Index num_parameters() const override { return gradient_.size(); }
   ConstView residuals() const override;
   void ApplyJ(ConstView v, View u) override;
   void ApplyJT(ConstView u, View g) override;
@@ -57,7 +57,6 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
 
   SplatProblemOptions options_;
   splat::Model<S> model_;
-  HostBuffer<S> x_;
   std::vector<Unit> units_;
   Index num_residuals_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;

@@ -14,27 +14,19 @@ namespace {
 
 constexpr int Packed(int size) { return size * (size + 1) / 2; }
 
-// Values of the preconditioner's blocks (BlockDiagonal), 0 for Jacobi.
-double BlockValues(const MemoryScene& scene, const std::string& preconditioner) {
+// What the preconditioners of so many linearizations and systems are made of. A linearization measures its Gram matrices
+// for the diagonal and holds them until they have become blocks; then there are the blocks and their factors. Jacobi
+// never asks for blocks: the matrices stay, beside the diagonal, its inverse, and ones.
+double PreconditionerBytes(const MemoryScene& scene, const LmOptions& lm, double linearizations, double systems) {
   const int coefficients = ShCoefficients(scene.sh_degree);
-  if (preconditioner == "jacobi") return 0;
-  const int colors = preconditioner == "block_sh" ? Packed(coefficients) : 3 * coefficients;
-  return static_cast<double>(scene.gaussians) * (Packed(splat::kGeometry) + colors);
-}
-
-// A linearization of a batch, without its views.
-double LinearizationBytes(const MemoryScene& scene, const LmOptions& lm) {
-  const int coefficients = ShCoefficients(scene.sh_degree);
-  const int gram =
-      Packed(splat::kGeometry) + 3 * coefficients + (lm.preconditioner == "block_sh" ? Packed(coefficients) : 0);
-  return 2 * VectorBytes(scene) + gram * PerGaussianBytes(scene) + 2 * kImageBytes * scene.Largest().pixels;
-}
-
-// A NormalSystem: gradient, diagonal, metric, right-hand side and mask; of Jacobi the diagonal and its inverse, else
-// the blocks and their factors.
-double SystemBytes(const MemoryScene& scene, const LmOptions& lm) {
-  const double blocks = BlockValues(scene, lm.preconditioner);
-  return (blocks == 0 ? 7 : 5) * VectorBytes(scene) + 2 * sizeof(float) * blocks;
+  const bool with_colors = lm.preconditioner == "block_sh";
+  const double color_blocks = with_colors ? Packed(coefficients) : 0;
+  const double gram = Packed(splat::kGeometry) + 3 * coefficients + color_blocks;
+  if (lm.preconditioner == "jacobi") {
+    return linearizations * gram * PerGaussianBytes(scene) + 3 * systems * VectorBytes(scene);
+  }
+  const double blocks = Packed(splat::kGeometry) + (with_colors ? color_blocks : 3 * coefficients);
+  return std::max(linearizations * gram + blocks, 2 * systems * blocks) * PerGaussianBytes(scene);
 }
 
 }  // namespace
@@ -62,12 +54,16 @@ double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batc
   const double held = hold_batches ? std::min(batches * size, views) : std::min(size, views);
   const double linearizations = hold_batches ? batches : 1, systems = hold_batches && lm.merge_batches ? batches : 1;
   const double batch_bytes = views_bytes * (views > 0 ? held / views : 0) +
-                             linearizations * LinearizationBytes(scene, lm) + systems * SystemBytes(scene, lm);
-  // The model; x, the trial, two steps; two scales; gradient and diagonal; four of PCG; of several batches one more.
-  // Where the model is measured along a step, one to hold H's product with it.
-  const bool measured = (batches > 1 && lm.merge_batches) || lm.step_limit != "none";
-  const double vectors = 1 + 4 + 2 + 2 + 4 + (batches > 1 ? 1 : 0) + (measured ? linearizations : 0);
-  return batch_bytes + vectors * VectorBytes(scene);
+                             2 * linearizations * kImageBytes * scene.Largest().pixels +
+                             PreconditionerBytes(scene, lm, linearizations, systems);
+  // The gradient of each linearization; of each system descent, diagonal, metric and mask.
+  const double batch_vectors = linearizations + 4 * systems;
+  // The model, x, the step; four of PCG. Of several batches the sum of their products, or, merged, descent, diagonal
+  // and step. Where the model is measured along a step, one to hold H's product with it.
+  const bool merged = batches > 1 && lm.merge_batches;
+  const double engine_vectors =
+      3 + 4 + (merged ? 3 : batches > 1 ? 1 : 0) + (merged || lm.step_limit != "none" ? linearizations : 0);
+  return batch_bytes + (batch_vectors + engine_vectors) * VectorBytes(scene);
 }
 
 }  // namespace vesta::gs

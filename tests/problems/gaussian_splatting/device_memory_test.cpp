@@ -8,7 +8,7 @@
 #include "problems/gaussian_splatting/train/device_stage_bytes.h"
 #include "problems/gaussian_splatting/train/device_stages.h"
 #include "problems/gaussian_splatting/train/memory_plan.h"
-#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/problems/gaussian_splatting/memory_run.h"
 #include "tests/support/emulated_device.h"
 
 namespace vesta::gs {
@@ -18,13 +18,7 @@ using testing::HasSubstr;
 
 constexpr double kMib = 1 << 20, kGib = 1 << 30;
 
-struct Case {
-  const char* name;
-  Index gaussians;
-  int width, height;
-  void (*apply)(TrainOptions&);
-};
-const Case kCases[] = {
+const test::MemoryCase kCases[] = {
     {"adam", 1500, 32, 24, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_by_parameters", 1500, 32, 24,
@@ -39,23 +33,12 @@ const Case kCases[] = {
     {"small_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
 };
 
-class CountedDeviceMemory : public testing::TestWithParam<Case> {};
+class CountedDeviceMemory : public testing::TestWithParam<test::MemoryCase> {};
 INSTANTIATE_TEST_SUITE_P(Runs, CountedDeviceMemory, testing::ValuesIn(kCases),
                          [](const auto& param) { return param.param.name; });
 
 TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
-  const Case& c = GetParam();
-  Scene scene = test::RingOfCameras(6, c.width, c.height, false);
-  const SplatModel model = test::RandomModel(c.gaussians, 3, 5);
-  test::RenderTruth(test::Perturbed(model, 0.02, 6), 0, &scene);
-  TrainOptions options;
-  options.adam.iterations = 0;
-  options.density.enabled = false;
-  options.lm.iterations = 1;
-  options.lm.pcg_iterations = 1;
-  c.apply(options);
-  const TrainResult result = options.adam.iterations > 0 ? Train(scene, options, 0, {}, DeviceStages())
-                                                         : Refine(scene, model, options, 0, {}, DeviceStages());
+  const TrainResult result = test::MemoryRun(GetParam(), 1).Run(DeviceStages());
   EXPECT_THAT(result.notes, testing::IsEmpty());
   EXPECT_NEAR(result.memory.device_predicted_mib / result.memory.device_peak_mib, 1.04, 0.1)
       << result.memory.device_predicted_mib << " MiB foreseen, " << result.memory.device_peak_mib << " counted";

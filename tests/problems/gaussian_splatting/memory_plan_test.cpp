@@ -12,7 +12,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/train/trainer.h"
-#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/problems/gaussian_splatting/memory_run.h"
 
 namespace {
 
@@ -49,14 +49,7 @@ namespace {
 
 constexpr double kMib = 1 << 20;
 
-// A scene of few pixels and more parameters, or the other way round.
-struct Case {
-  const char* name;
-  Index gaussians;
-  int width, height;
-  void (*apply)(TrainOptions&);
-};
-const Case kCases[] = {
+const test::MemoryCase kCases[] = {
     {"adam", 4000, 64, 48, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
     {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
@@ -72,26 +65,16 @@ const Case kCases[] = {
     {"budget", 2000, 160, 120, [](TrainOptions& o) { o.memory.budget_gib = 0.024; }},
 };
 
-class CountedMemory : public testing::TestWithParam<Case> {};
+class CountedMemory : public testing::TestWithParam<test::MemoryCase> {};
 INSTANTIATE_TEST_SUITE_P(Runs, CountedMemory, testing::ValuesIn(kCases),
                          [](const auto& param) { return param.param.name; });
 
 TEST_P(CountedMemory, IsWhatWasForeseen) {
-  const Case& c = GetParam();
-  Scene scene = test::RingOfCameras(6, c.width, c.height, false);
-  const SplatModel model = test::RandomModel(c.gaussians, 3, 5);
-  test::RenderTruth(test::Perturbed(model, 0.02, 6), 0, &scene);
-  TrainOptions options;
-  options.adam.iterations = 0;
-  options.density.enabled = false;
-  options.lm.iterations = 1;
-  options.lm.pcg_iterations = 2;
-  c.apply(options);
+  const test::MemoryRun run(GetParam(), 2);
+  const TrainOptions& options = run.options;
   const std::int64_t before = live_bytes;
   peak_bytes = before;
-  // Train makes its model from as many points.
-  const TrainResult result =
-      options.adam.iterations > 0 ? Train(scene, options, 0, {}) : Refine(scene, model, options, 0, {});
+  const TrainResult result = run.Run();
   const double counted = static_cast<double>(peak_bytes - before) / kMib;
   EXPECT_NEAR(result.memory.predicted_mib / counted, 1, 0.1)
       << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
