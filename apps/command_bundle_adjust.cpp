@@ -16,6 +16,7 @@
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
 #include "problems/bundle_adjustment/bal_file.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "solver/levenberg_marquardt.h"

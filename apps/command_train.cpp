@@ -17,6 +17,7 @@
 #include "apps/train_flags.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {

@@ -23,7 +23,8 @@ DEFINE_double(rate_cooldown, 0, "part of the Adam stage, at its end, in which th
 DEFINE_double(gradient_threshold, 0, "image-space gradient above which a Gaussian is cloned or split");
 DEFINE_double(opacity_reset_every, 0, "part of the Adam stage between resets of opacity; 0: none");
 
-DEFINE_int32(lm_iterations, 0, "iterations of Levenberg-Marquardt, all views each");
+DEFINE_int32(lm_iterations, 0, "most iterations of Levenberg-Marquardt, all views each");
+DEFINE_double(lm_min_gain, 0, "end it where an iteration lowers the cost by a smaller part; 0: never");
 DEFINE_int32(pcg_iterations, 0, "most conjugate-gradient iterations in each");
 DEFINE_int32(lm_batches, 1, "parts into which the training views are divided");
 DEFINE_bool(merge_batches, false, "solve batches one by one and merge their steps, instead of all in one");
@@ -111,6 +112,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"gradient_threshold", kTrain, Range{0, kMany}},
       {"opacity_reset_every", kTrain, Range{0, 1}},
       {"lm_iterations", kLm, Range{0, kMany}},
+      {"lm_min_gain", kLm, Range{0, 1}},
       {"pcg_iterations", kLm | kBundleAdjust, Range{1, kMany}},
       {"lm_batches", kLm, Range{1, kMany}},
       {"batch_size", kLm, Range{0, kMany}},

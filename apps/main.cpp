@@ -10,6 +10,7 @@
 #include "apps/help.h"
 #include "apps/process.h"
 #include "apps/train_flags.h"
+#include "kernels/core/process_memory.h"
 
 namespace vesta::app {
 namespace {
@@ -49,6 +50,7 @@ int Complain(const char* message, int status) {
 int main(int argc, char** argv) {
   namespace app = vesta::app;
   app::SecondsSinceStart();
+  vesta::ReturnFreedMemory();
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
   try {

@@ -32,6 +32,7 @@ void OverrideAdam(gs::TrainOptions* options) {
 
 void OverrideLm(gs::LmOptions* lm) {
   Override("lm_iterations", FLAGS_lm_iterations, &lm->iterations);
+  Override("lm_min_gain", FLAGS_lm_min_gain, &lm->min_gain);
   Override("pcg_iterations", FLAGS_pcg_iterations, &lm->pcg_iterations);
   Override("lm_batches", FLAGS_lm_batches, &lm->batches);
   Override("batch_size", FLAGS_batch_size, &lm->batch_size);

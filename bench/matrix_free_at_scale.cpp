@@ -3,7 +3,6 @@
 //
 //   bench/matrix_free_at_scale [--side 2048] [--frames 3] [--threads 0] [--json FILE]
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <cmath>
 #include <limits>
@@ -11,6 +10,7 @@
 #include "bench/report.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
 #include "problems/deconvolution/photon_image.h"
 #include "solver/levenberg_marquardt.h"
 
@@ -20,12 +20,6 @@ namespace {
 using B = CpuBackend<double>;
 
 constexpr double kGib = 1024.0 * 1024.0 * 1024.0;
-
-double PeakGib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) * 1024.0 / kGib;
-}
 
 // How far the light found is from the light that made the counts.
 struct Errors {
@@ -84,7 +78,7 @@ void Run(const Arguments& arguments) {
     return CallbackResult::kContinue;
   };
   const LmSummary summary = SolveLm(deconvolution::PhotonImageOptions(), backend, problem, x.view(), print_row);
-  const double peak = PeakGib();  // before the comparison, which is no part of the solve
+  const double peak = PeakMemoryMib() / 1024;  // before the comparison, which is no part of the solve
   fmt::print("{}\n", summary.BriefReport());
   const Errors errors = Compare(side, apertures, x, scene);
   const double stored = problem.stored_jacobian_bytes() / kGib;

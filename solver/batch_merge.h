@@ -52,7 +52,7 @@ class BatchedStep {
   ColumnScale<B>& scale_;
   LmSummary& summary_;
   std::vector<std::unique_ptr<NormalSystem<B>>> systems_;  // null where made anew at each use
-  typename B::Vector descent_, diagonal_;  // sums over the systems; empty where there is one
+  typename B::Vector descent_, diagonal_;                  // sums over the systems; empty where there is one
   bool finite_ = true;
 };
 

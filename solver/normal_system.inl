@@ -47,8 +47,8 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
     if (problem_.has_bounds()) problem_.MaskActiveBounds(x, descent_.view(), mask_);
     backend_.Multiply(mask_, descent_, descent_);
   }
-  solver_ = MakeStepSolver<B>(options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(),
-                                        mask_.view(), descent_.view(), scale});
+  solver_ = MakeStepSolver<B>(
+      options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(), descent_.view(), scale});
 }
 
 template <Backend B>

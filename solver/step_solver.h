@@ -55,10 +55,10 @@ struct StepSystem {
   B& backend;
   Problem<B>& problem;
   std::span<Linearization<B>* const> batches;  // H is the sum over them
-  typename B::ConstView diagonal;  // of H
-  typename B::ConstView metric;    // D
-  typename B::ConstView mask;      // 0 where a column is frozen, else 1; empty: none is
-  typename B::ConstView rhs;       // -g, 0 where frozen
+  typename B::ConstView diagonal;              // of H
+  typename B::ConstView metric;                // D
+  typename B::ConstView mask;                  // 0 where a column is frozen, else 1; empty: none is
+  typename B::ConstView rhs;                   // -g, 0 where frozen
   const ColumnScale<B>& scale;
 };
 

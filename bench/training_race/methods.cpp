@@ -45,6 +45,12 @@ Method LargeBatchMethod(const gs::TrainOptions& ours, int length, double factor,
           MethodKind::kLargeBatchAdam, options};
 }
 
+Method OurLm(const gs::TrainOptions& ours) {
+  Method method{"our LM", MethodKind::kOurLm, ours};
+  method.options.lm.min_gain = 0;
+  return method;
+}
+
 Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {
   Method method{preset, MethodKind::kPublishedLm, ours};
   method.options.lm = gs::PresetOptions(preset).lm;
@@ -62,6 +68,7 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
     if (group == "ours") {
       methods.push_back({"ours", MethodKind::kOurs, ours});
     } else if (group == "paper") {
+      methods.push_back(OurLm(ours));
       for (const char* preset : {"paper", "paper_code"}) methods.push_back(PublishedLm(ours, preset));
     } else if (group == "adam") {
       bool has_ours = false;
@@ -81,7 +88,7 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
     }
   }
   std::stable_sort(methods.begin(), methods.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });
-  if (!methods.empty() && methods[0].kind == MethodKind::kPublishedLm) {
+  if (!methods.empty() && StartsAtLm(methods[0].kind)) {
     Fail("--methods: paper starts where ours begins its LM; add ours");
   }
   const int evaluations = arguments.Count("evaluations", 40);

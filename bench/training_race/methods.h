@@ -10,11 +10,15 @@
 namespace vesta::bench {
 
 enum class MethodKind {
-  kOurs,            // Adam, then LM, as the flags after "--" have it
-  kPublishedLm,     // an LM stage as published, from the state at which ours begins its own
-  kAdam,            // Adam alone, one view an iteration
+  kOurs,         // Adam, then LM, as the flags after "--" have it
+  kOurLm,        // our LM stage to its last iteration, whatever it gains, from the state at which ours begins its own
+  kPublishedLm,  // an LM stage as published, from the state at which ours begins its own
+  kAdam,         // Adam alone, one view an iteration
   kLargeBatchAdam,  // Adam alone, the mean gradient of several views an iteration
 };
+
+// Whether it is an LM stage alone.
+inline bool StartsAtLm(MethodKind kind) { return kind == MethodKind::kOurLm || kind == MethodKind::kPublishedLm; }
 
 struct Method {
   std::string name;
@@ -25,6 +29,7 @@ struct Method {
 // Those whose group (ours, paper, adam, adam_batch) is among --methods; ours comes first. All share initialisation,
 // densification, cap, background and seed with `ours`.
 //
+// paper: the LM stages of the paper and of its released code, and ours.
 // adam: --lengths x --rate_factors; unless given, 1, 2 and 4 times the longer of ours' own Adam stage and 16 epochs of
 // the training views, and 1/2, 1 and 2 times ours' factor; and ours' own schedule beside them.
 // adam_batch: for each number of --views_per_iteration LargeBatchAdam of the middle length at the middle factor.

@@ -7,6 +7,7 @@
 #include "bench/child_process.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
 
 namespace vesta::bench {
 namespace {
@@ -15,13 +16,14 @@ namespace {
 // once, so that nothing which waits to be sent counts as memory of the training.
 struct Head {
   gs::HistoryRow row;
+  double peak_mib = 0;  // of the process so far
   Index gaussians = 0;  // of the model that follows; 0: none does
   int sh_degree = 0;
 };
 static_assert(std::is_trivially_copyable_v<Head>);
 
 void SendRow(const gs::HistoryRow& row, const splat::Model<float>* model, const Send& send) {
-  const Head head{row, model ? model->count : 0, model ? model->sh_degree : 0};
+  const Head head{row, PeakMemoryMib(), model ? model->count : 0, model ? model->sh_degree : 0};
   send(&head, sizeof head);
   if (!model) return;
   send(model->x, static_cast<std::size_t>(splat::NumAttributes(model->sh_degree) * model->count) * sizeof(float));
@@ -56,6 +58,7 @@ TrainingRun Receive(const std::string& bytes) {
     take(&head, sizeof head);
     run.curve.push_back(head.row);
     if (head.gaussians == 0) continue;
+    run.adam_peak_mib = head.peak_mib;
     run.lm_start.Resize(head.sh_degree, head.gaussians);
     take(run.lm_start.data.data(), run.lm_start.data.size() * sizeof(float));
   }
@@ -66,6 +69,7 @@ TrainingRun Receive(const std::string& bytes) {
 
 TrainingRun TrainAlone(const gs::Scene& scene, const TrainingJob& job, int threads) {
   const ChildResult child = RunInChild(job.name, [&](const Send& send) {
+    ReturnFreedMemory();
     SetNumThreads(threads);
     Train(scene, job, send);
   });

@@ -17,9 +17,10 @@ struct TrainingJob {
 };
 
 struct TrainingRun {
-  Curve curve;              // seconds count from the first iteration: loading left out, as evaluation is
-  gs::SplatModel lm_start;  // the model at LM's iteration 0; without LM the one at the end
-  double peak_mib = 0;      // of the whole process; the photographs, and job.start, were there before
+  Curve curve;               // seconds count from the first iteration: loading left out, as evaluation is
+  gs::SplatModel lm_start;   // the model at LM's iteration 0; without LM the one at the end
+  double peak_mib = 0;       // of the whole process; the photographs, and job.start, were there before
+  double adam_peak_mib = 0;  // until LM's iteration 0; without LM, until the end
 };
 
 // Trains on `threads` threads. Throws Error where that fails. The parent must not have started threads before.

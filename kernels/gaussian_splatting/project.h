@@ -17,7 +17,13 @@ struct Camera {
   S fx, fy, cx, cy, near;
   S x_lo, x_hi, y_lo, y_hi;  // clamp of x/z and y/z inside the Jacobian of the projection
   S width, height;           // of the image
+  S u_lo, u_hi, v_lo, v_hi;  // guard band: means beyond are not seen
 };
+
+// How far beyond the image, in images, a mean may lie. The projection is linear about the mean: of a splat at the side
+// of the camera, far along the image plane and near in depth, it makes a veil over the whole image, which no other view
+// confirms (Kerbl et al. 2023, section 6, names the same cure).
+inline constexpr double kGuardBand = 2;
 
 template <class S>
 inline Camera<S> MakeCamera(const PinholeView& view) {
@@ -32,6 +38,8 @@ inline Camera<S> MakeCamera(const PinholeView& view) {
   c.x_hi = static_cast<S>((1.15 * view.width - view.cx) / view.fx);
   c.y_lo = static_cast<S>((-view.cy - 0.15 * view.height) / view.fy);
   c.y_hi = static_cast<S>((1.15 * view.height - view.cy) / view.fy);
+  c.u_lo = static_cast<S>(-kGuardBand * view.width), c.u_hi = static_cast<S>((1 + kGuardBand) * view.width);
+  c.v_lo = static_cast<S>(-kGuardBand * view.height), c.v_hi = static_cast<S>((1 + kGuardBand) * view.height);
   c.width = static_cast<S>(view.width), c.height = static_cast<S>(view.height);
   return c;
 }

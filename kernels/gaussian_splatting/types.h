@@ -9,7 +9,7 @@
 namespace vesta::splat {
 
 // A pinhole view. World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Pixel centres lie at (i + 0.5,
-// j + 0.5). Gaussians with z <= near are not seen.
+// j + 0.5). Gaussians with z <= near are not seen, nor those whose means lie far outside the image (kGuardBand).
 struct PinholeView {
   double R[9];  // row-major
   double T[3];

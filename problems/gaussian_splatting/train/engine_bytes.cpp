@@ -14,9 +14,9 @@ namespace {
 
 constexpr int Packed(int size) { return size * (size + 1) / 2; }
 
-// What the preconditioners of so many linearizations and systems are made of. A linearization measures its Gram matrices
-// for the diagonal and holds them until they have become blocks; then there are the blocks and their factors. Jacobi
-// never asks for blocks: the matrices stay, beside the diagonal, its inverse, and ones.
+// What the preconditioners of so many linearizations and systems are made of. A linearization measures its Gram
+// matrices for the diagonal and holds them until they have become blocks; then there are the blocks and their factors.
+// Jacobi never asks for blocks: the matrices stay, beside the diagonal, its inverse, and ones.
 double PreconditionerBytes(const MemoryScene& scene, const LmOptions& lm, double linearizations, double systems) {
   const int coefficients = ShCoefficients(scene.sh_degree);
   const bool with_colors = lm.preconditioner == "block_sh";
@@ -61,8 +61,9 @@ double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batc
   // The model, x, the step; four of PCG. Of several batches the sum of their products, or, merged, descent, diagonal
   // and step. Where the model is measured along a step, one to hold H's product with it.
   const bool merged = batches > 1 && lm.merge_batches;
-  const double engine_vectors =
-      3 + 4 + (merged ? 3 : batches > 1 ? 1 : 0) + (merged || lm.step_limit != "none" ? linearizations : 0);
+  double engine_vectors = 3 + 4;
+  if (batches > 1) engine_vectors += merged ? 3 : 1;
+  if (merged || lm.step_limit != "none") engine_vectors += linearizations;
   return batch_bytes + (batch_vectors + engine_vectors) * VectorBytes(scene);
 }
 

@@ -68,7 +68,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
 vesta::LmOptions LmEngineOptions(const LmOptions& lm) {
   vesta::LmOptions engine;
   engine.max_iterations = lm.iterations;
-  engine.function_tolerance = 0;
+  engine.function_tolerance = lm.min_gain;
   engine.gradient_tolerance = 0;
   engine.parameter_tolerance = 0;
   engine.SetStepRule(ValueOf(lm.step_control,

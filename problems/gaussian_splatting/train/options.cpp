@@ -36,6 +36,7 @@ TrainOptions PresetOptions(const std::string& name) {
     options.adam.iterations = 6000;
     options.density.gradient_threshold = 5e-4;
     options.lm.iterations = 40;
+    options.lm.min_gain = 0.001;
     return options;
   }
   if (name == "paper" || name == "paper_code") {
@@ -58,6 +59,7 @@ TrainOptions PresetOptions(const std::string& name) {
     options.density.opacity_reset_every = 0.15;
     options.density.prune_size = 0.1;
     options.lm = {.iterations = 5,
+                  .min_gain = 0,
                   .pcg_iterations = 8,
                   .batches = 4,
                   .batch_size = 25,
@@ -89,6 +91,7 @@ TrainOptions PresetOptions(const std::string& name) {
 TrainOptions RefinePresetOptions(const std::string& name) {
   TrainOptions options = PresetOptions(name);
   if (name != "paper" && name != "paper_code") options.lm.iterations = std::max(options.lm.iterations, 12);
+  options.lm.min_gain = 0;
   return options;
 }
 
@@ -102,6 +105,7 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--rate_cooldown", options.adam.cooldown, 0, 1);
   CheckRange("--max_gaussians", static_cast<double>(options.density.max_gaussians), 1, 1e8);
   CheckRange("--lm_iterations", options.lm.iterations, 0, 1e6);
+  CheckRange("--lm_min_gain", options.lm.min_gain, 0, 1);
   CheckRange("--pcg_iterations", options.lm.pcg_iterations, 1, 1e6);
   CheckRange("--lm_batches", options.lm.batches, 1, 1e6);
   CheckRange("--batch_size", options.lm.batch_size, 0, 1e6);

@@ -59,7 +59,10 @@ struct DensityOptions {
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmOptions {
-  int iterations = 4;
+  int iterations = 12;
+  // The stage ends before where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
+  // next to nothing to gain (docs/results).
+  double min_gain = 0.004;
   int pcg_iterations = 4;
   int batches = 1;
   int batch_size = 0;                    // views in each; 0: all are divided among the batches
@@ -119,7 +122,8 @@ struct TrainOptions {
 
 // Presets by name: fast, balanced, best, paper, paper_code. Throws Error for another name.
 TrainOptions PresetOptions(const std::string& name);
-// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations.
+// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations, and all of
+// them.
 TrainOptions RefinePresetOptions(const std::string& name);
 
 // Throws Error naming the option that is out of range.

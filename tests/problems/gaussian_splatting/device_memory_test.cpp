@@ -38,7 +38,7 @@ INSTANTIATE_TEST_SUITE_P(Runs, CountedDeviceMemory, testing::ValuesIn(kCases),
                          [](const auto& param) { return param.param.name; });
 
 TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
-  const TrainResult result = test::MemoryRun(GetParam(), 1).Run(DeviceStages());
+  const TrainResult result = test::MemoryRun(GetParam(), 1, 1).Run(DeviceStages());
   EXPECT_THAT(result.notes, testing::IsEmpty());
   EXPECT_NEAR(result.memory.device_predicted_mib / result.memory.device_peak_mib, 1.04, 0.1)
       << result.memory.device_predicted_mib << " MiB foreseen, " << result.memory.device_peak_mib << " counted";

@@ -14,18 +14,19 @@ struct MemoryCase {
   void (*apply)(TrainOptions&);
 };
 
-// One iteration of LM, unless the case has it otherwise; the case's part of Adam, and no densification.
+// Some iterations of LM, unless the case has it otherwise; the case's part of Adam, and no densification.
 struct MemoryRun {
   Scene scene;
   SplatModel model;
   TrainOptions options;
 
-  MemoryRun(const MemoryCase& c, int pcg_iterations)
+  MemoryRun(const MemoryCase& c, int lm_iterations, int pcg_iterations)
       : scene(RingOfCameras(6, c.width, c.height, false)), model(RandomModel(c.gaussians, 3, 5)) {
     RenderTruth(Perturbed(model, 0.02, 6), 0, &scene);
     options.adam.iterations = 0;
     options.density.enabled = false;
-    options.lm.iterations = 1;
+    options.lm.iterations = lm_iterations;
+    options.lm.min_gain = 0;
     options.lm.pcg_iterations = pcg_iterations;
     c.apply(options);
   }
