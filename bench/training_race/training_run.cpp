@@ -57,8 +57,8 @@ TrainingRun Receive(const std::string& bytes) {
     Head head;
     take(&head, sizeof head);
     run.curve.push_back(head.row);
+    if (head.row.stage == gs::Stage::kAdam) run.adam_peak_mib = head.peak_mib;
     if (head.gaussians == 0) continue;
-    run.adam_peak_mib = head.peak_mib;
     run.lm_start.Resize(head.sh_degree, head.gaussians);
     take(run.lm_start.data.data(), run.lm_start.data.size() * sizeof(float));
   }

@@ -20,7 +20,7 @@ struct TrainingRun {
   Curve curve;               // seconds count from the first iteration: loading left out, as evaluation is
   gs::SplatModel lm_start;   // the model at LM's iteration 0; without LM the one at the end
   double peak_mib = 0;       // of the whole process; the photographs, and job.start, were there before
-  double adam_peak_mib = 0;  // until LM's iteration 0; without LM, until the end
+  double adam_peak_mib = 0;  // until the last row of its Adam stage
 };
 
 // Trains on `threads` threads. Throws Error where that fails. The parent must not have started threads before.

@@ -26,12 +26,13 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   const gs::TrainResult device = gs::Train(scene, options, 0, {}, gs::DeviceStages());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
   EXPECT_EQ(device.history.size(), host.history.size());
-  // Without densification rounding has less to choose; but Adam steps as far for a gradient that is all rounding, and
-  // the instruction sets of the host differ by 0.2 dB.
+  // Without densification rounding has less to choose; but Adam steps as far for a gradient that is all rounding, so its
+  // steps are small here: at full rates the instruction sets of the host differ by 0.2 dB.
   gs::TrainOptions fixed = options;
   fixed.density.enabled = false;
+  fixed.adam.rate_factor = 1;
   EXPECT_NEAR(gs::Train(scene, fixed, 0, {}, gs::DeviceStages()).history.back().train.psnr,
-              gs::Train(scene, fixed, 0, {}).history.back().train.psnr, 0.4);
+              gs::Train(scene, fixed, 0, {}).history.back().train.psnr, 0.1);
 }
 
 class CudaTraining : public test::OnDevice {};

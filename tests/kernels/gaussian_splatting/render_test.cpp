@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "kernels/gaussian_splatting/project.h"
 #include "tests/kernels/gaussian_splatting/reference.h"
 #include "tests/support/splat_scenes.h"
 
@@ -125,6 +126,41 @@ TEST(Rendering, EqualDepthsKeepTheOrderOfIndices) {
     ASSERT_NEAR(rendered.image[i], expected.color[i], 1e-9) << i;
   }
   for (int i = 0; i < scene.count; ++i) EXPECT_EQ(rendered.view.rank_of()[i], i);
+}
+
+// A large Gaussian whose mean leaves the image to one side, at one depth: seen, then beyond the guard band not, though
+// its ellipse, linear about the mean, still covers the image.
+TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
+  SceneOptions options;
+  options.count = 1, options.sh_degree = 0, options.aspect_max = 1;
+  Scene scene = test::RandomScene(options, 5);
+  scene.view = {.R = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+                .T = {},
+                .centre = {},
+                .fx = 30,
+                .fy = 30,
+                .cx = 15,
+                .cy = 10,
+                .near = 0.1,
+                .width = options.width,
+                .height = options.height};
+  for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(20.0);
+  scene.At(kOpacity, 0) = 3;
+  // At depth 1 the mean lies at the pixel that its coordinate says.
+  const auto seen_at = [&](int axis, double pixel) {
+    const double centre[2] = {scene.view.cx, scene.view.cy};
+    for (int k = 0; k < 2; ++k) scene.At(kMean + k, 0) = k == axis ? (pixel - centre[k]) / 30 : 0;
+    scene.At(kMean + 2, 0) = 1;
+    const RenderedView<double> rendered(scene);
+    return rendered.view.rank_of()[0] >= 0;
+  };
+  const int size[2] = {options.width, options.height};
+  for (const int axis : {0, 1}) {
+    EXPECT_TRUE(seen_at(axis, -(kGuardBand - 0.01) * size[axis]));
+    EXPECT_FALSE(seen_at(axis, -(kGuardBand + 0.01) * size[axis]));
+    EXPECT_TRUE(seen_at(axis, (kGuardBand + 0.99) * size[axis]));
+    EXPECT_FALSE(seen_at(axis, (kGuardBand + 1.01) * size[axis]));
+  }
 }
 
 TEST(Rendering, LowerActiveDegreeIgnoresTheBandsAbove) {
