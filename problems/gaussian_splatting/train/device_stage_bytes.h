@@ -6,8 +6,8 @@
 
 namespace vesta::gs {
 
-// The truths of all views, the model with gradient, moments and statistics, and the passes of one view. density changes
-// nothing: Gaussians are rearranged on the host.
+// The truths of all views, the model with gradient, moments and statistics, and the passes of one view; or, where that
+// is more, the model in the old order of Gaussians beside the new one.
 double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options);
 // As LmBytes.
 double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);

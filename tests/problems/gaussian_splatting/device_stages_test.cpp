@@ -20,7 +20,11 @@ using vesta::test::LimitedDeviceMemory;
 
 constexpr int kIterations = 60;
 
-TrainOptions AdamAlone() { return test::ShortTraining(kIterations, 0); }
+TrainOptions AdamAlone() {
+  TrainOptions options = test::ShortTraining(kIterations, 0);
+  options.adam.evaluations = 4;
+  return options;
+}
 
 // Trains with ample memory until `when` says of an iteration of Adam that from then on there is only what is in use.
 template <class When>
