@@ -1,6 +1,7 @@
 // Image quality of a model over the views of a scene, in the memory of a GPU.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <vector>
 

@@ -6,8 +6,9 @@
 
 namespace vesta::gs {
 
-// The truths of all views, the model with gradient, moments and statistics, and the passes of one view; or, where that
-// is more, the model in the old order of Gaussians beside the new one.
+// The truths of all views, the model with gradient, moments and statistics, and the passes of one view with those of an
+// evaluation; or, where that is more, what of the model is there twice while Gaussians are rearranged, without the
+// passes.
 double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options);
 // As LmBytes.
 double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);

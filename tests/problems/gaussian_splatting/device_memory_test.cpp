@@ -58,6 +58,7 @@ TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
   test::RenderTruth(test::Perturbed(model, 0.02, 6), 0, &scene);
   TrainOptions options;
   options.adam.iterations = 0;
+  options.adam.evaluations = 1;
   options.density.enabled = false;
   options.lm.iterations = 1;
   options.lm.pcg_iterations = 1;
