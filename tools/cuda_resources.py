@@ -48,7 +48,7 @@ def kernels_in(log):
 def readable(names):
     done = subprocess.run(["c++filt"], input="\n".join(names), capture_output=True, text=True, check=True)
     for name in done.stdout.splitlines():
-        name = re.sub(r"vesta::|baseline::|device::|splat::|device_passes::|device_updates::|gs::|\(anonymous namespace\)::", "", name)
+        name = re.sub(r"vesta::|baseline::|device::|splat::|device_passes::|device_updates::|device_density::|gs::|\(anonymous namespace\)::", "", name)
         # A launcher by what it runs.
         match = re.match(r"void (?:RunBlockKernel|RunForEach)<(.*)>\(", name)
         yield match.group(1).strip() if match else name

@@ -30,9 +30,10 @@ class CounterRandom {
   // In [0, n), n > 0. (Bias below n / 2^53.)
   constexpr Index Below(Index n) { return static_cast<Index>(Uniform() * static_cast<double>(n)); }
   // Standard normal (Box and Muller).
-  double Normal() {
-    const double radius = std::sqrt(-2 * std::log(1 - Uniform()));
-    return radius * std::cos(2 * std::numbers::pi * Uniform());
+  VESTA_HD double Normal() {
+    using std::cos, std::log, std::sqrt;
+    const double radius = sqrt(-2 * log(1 - Uniform()));
+    return radius * cos(2 * std::numbers::pi * Uniform());
   }
 
  private:

@@ -1,5 +1,6 @@
 #include "kernels/core/launch.cuh"
 #include "kernels/image/device_image_passes.h"
+#include "kernels/image/quantize.h"
 
 namespace vesta::device_image {
 namespace {
@@ -22,6 +23,11 @@ void RunWithSums(const ImageShape& shape, const Operator& op, double* partial_su
   Run(shape, MakeWindowTaps<float>(), op, partial_sums, name);
   device::Launch(SumPartials<kSums>{partial_sums, NumPartialSums(shape) / kSums, sums}, kSums, "sums of the loss");
 }
+
+struct QuantizeOne {
+  float* values;
+  VESTA_HD void operator()(Index i) const { values[i] = QuantizeTo8Bit(values[i]); }
+};
 
 }  // namespace
 
@@ -48,5 +54,7 @@ void RootDiagonal(const ImageShape& shape, const RootDiagonalOperator<float>& op
 }
 void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op) { Run(shape, op, "weighted blur"); }
 void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op) { Run(shape, op, "blur and add"); }
+
+void Quantize(Index count, float* values) { device::ForEach(count, QuantizeOne{values}, "quantization"); }
 
 }  // namespace vesta::device_image

@@ -19,5 +19,7 @@ void RootAdd(const ImageShape& shape, const RootAddOperator<float>& op);
 void RootDiagonal(const ImageShape& shape, const RootDiagonalOperator<float>& op);
 void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op);
 void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op);
+// QuantizeTo8Bit on each value.
+void Quantize(Index count, float* values);
 
 }  // namespace vesta::device_image

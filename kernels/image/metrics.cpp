@@ -1,13 +1,15 @@
 #include "kernels/image/metrics.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "kernels/core/check.h"
 
 namespace vesta {
 
-float QuantizeTo8Bit(float x) { return std::floor(255.0f * std::clamp(x, 0.0f, 1.0f) + 0.5f) / 255.0f; }
+ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape) {
+  const auto count = static_cast<double>(shape.NumValues());
+  return {.psnr = -10.0 * std::log10(squared / count), .ssim = 1.0 - dissimilarity / count};
+}
 
 ImageQuality ImageQualityMeter::Measure(HostSpan<const float> rendered, HostSpan<const float> truth,
                                         const ImageShape& shape) {
@@ -27,9 +29,7 @@ ImageQuality ImageQualityMeter::Measure(HostSpan<const float> rendered, HostSpan
     }
     return sum;
   });
-  const auto count = static_cast<double>(n);
-  const PhotometricValue value = loss_.Evaluate(rendered_, truth_, shape);
-  return {.psnr = -10.0 * std::log10(squared / count), .ssim = 1.0 - value.dissimilarity / count};
+  return ImageQualityOf(squared, loss_.Evaluate(rendered_, truth_, shape).dissimilarity, shape);
 }
 
 }  // namespace vesta

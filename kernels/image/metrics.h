@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/image/photometric_loss.h"
+#include "kernels/image/quantize.h"
 
 namespace vesta {
 
@@ -10,8 +11,8 @@ struct ImageQuality {
   double ssim = 0.0;  // mean over pixels and channels, with the window of the loss (zero padded)
 };
 
-// x as an 8-bit value shows it: round(255 clamp(x, 0, 1)) / 255. Not a number stays not a number.
-float QuantizeTo8Bit(float x);
+// Of quantised images, from their sums over pixels and channels: of squared errors, and of 1 - SSIM.
+ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
 // Measures views one after the other; keeps its working memory. Truth and rendered image are both quantised first.
 class ImageQualityMeter {

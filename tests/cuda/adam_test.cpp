@@ -19,8 +19,9 @@ class Both {
         host_({}, metric),
         moments_({}, metric),
         device_(moments_, 0) {
+    x_ = vesta::test::ToDevice(device_model_.data);
+    device_.Upload(device_model_);
     SetUnits();
-    Upload();
   }
 
   void Step(int attributes) {
@@ -33,18 +34,27 @@ class Both {
     host_.Step(host_model_, gradient.data(), attributes, 1);
     device_.Step(device_model_.count, x_.data(), gradient_.data(), attributes, 1);
   }
-  void Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep) {
-    Download();
-    for (auto [model, adam] : {std::pair(&host_model_, &host_), {&device_model_, &moments_}}) {
-      adam->Rearrange(source, keep, model->num_attributes());
+  void Rearrange(const std::vector<Index>& source, Index first_new) {
+    std::vector<bool> keep(source.size(), true);
+    std::fill(keep.begin() + first_new, keep.end(), false);
+    host_.Rearrange(source, keep, host_model_.num_attributes());
+    const std::vector<std::uint32_t> device_source(source.begin(), source.end());
+    device_.Rearrange(device_model_.count, vesta::test::ToDevice(device_source), first_new);
+    device_model_.data = vesta::test::ToHost(x_);
+    for (SplatModel* model : {&host_model_, &device_model_}) {
       model->data = GatherRows(model->data, model->count, model->num_attributes(), source);
       model->count = static_cast<Index>(source.size());
     }
+    x_ = vesta::test::ToDevice(device_model_.data);
     SetUnits();
-    Upload();
+  }
+  void Reset(int attribute) {
+    host_.Reset(attribute);
+    device_.Reset(device_model_.count, attribute);
   }
   void ExpectTheSame() {
-    Download();
+    device_model_.data = vesta::test::ToHost(x_);
+    moments_ = device_.Download(device_model_.count);
     EXPECT_LT(vesta::test::RelativeError(device_model_.data, host_model_.data), 1e-5);
     EXPECT_LT(vesta::test::RelativeError(moments_.first_moments(), host_.first_moments()), 1e-5);
     EXPECT_LT(vesta::test::RelativeError(moments_.second_moments(), host_.second_moments()), 1e-4);
@@ -56,7 +66,7 @@ class Both {
  private:
   // C of each block. Bases are not compared: rounding turns eigenvectors whose eigenvalues lie close together, and what
   // they are for, the second moments and the steps, shows whether they are right.
-  std::vector<float> Covariances(Adam& adam) const {
+  std::vector<float> Covariances(const Adam& adam) const {
     std::vector<float> values;
     for (Index i = 0; i < host_model_.count && !adam.bases().empty(); ++i) {
       for (int k = kBasisSize; k < kBlockNumbers; ++k) {
@@ -68,16 +78,8 @@ class Both {
   void SetUnits() {
     std::vector<float> units;
     for (Index i = 0; i < host_model_.count; ++i) units.push_back(1 + 0.001f * static_cast<float>(i));
-    host_.SetUnits(units);
-    moments_.SetUnits(units);
-  }
-  void Upload() {
-    x_.CopyFrom(vesta::test::ViewOf(device_model_.data));
-    device_.Upload(device_model_);
-  }
-  void Download() {
-    device_model_.data = vesta::test::ToHost(x_);
-    device_.Download();
+    device_.SetUnits(vesta::test::ToDevice(units));
+    host_.SetUnits(std::move(units));
   }
 
   vesta::test::Random random_{6};
@@ -93,6 +95,11 @@ TEST_F(CudaAdam, DiagonalStepsAreThoseOfTheHost) {
   Both both(AdamMetric::kDiagonal, 50);
   for (int step = 0; step < 30; ++step) both.Step(step < 10 ? 14 : 23);
   both.ExpectTheSame();
+  both.Rearrange({49, 3, 3, 20}, 2);
+  both.Reset(splat::kOpacity);
+  both.ExpectTheSame();
+  for (int step = 0; step < 10; ++step) both.Step(23);
+  both.ExpectTheSame();
 }
 
 TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
@@ -101,7 +108,9 @@ TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
   for (int step = 0; step < 110; ++step) both.Step(step < 10 ? 14 : 23);
   both.ExpectTheSame();
   // Gaussians that stay, have none before, and are dropped.
-  both.Rearrange({3, 3, 500, 40, 41}, {true, false, true, true, false});
+  both.Rearrange({3, 500, 40, 3, 41}, 3);
+  both.Reset(splat::kOpacity);
+  both.ExpectTheSame();
   for (int step = 0; step < 60; ++step) both.Step(23);
   both.ExpectTheSame();
 }

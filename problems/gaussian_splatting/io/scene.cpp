@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/gaussian_splatting/io/depth_in_view.h"
+
 namespace vesta::gs {
 
 Camera ResizeCamera(const Camera& camera, int width, int height) {
@@ -46,15 +48,7 @@ double CameraRadius(const std::vector<View>& views) {
 }  // namespace
 
 double DepthInView(const View& view, const std::array<float, 3>& point) {
-  const auto& r = view.rotation;
-  std::array<double, 3> p;
-  for (std::size_t i = 0; i < 3; ++i) {
-    p[i] = r[3 * i] * point[0] + r[3 * i + 1] * point[1] + r[3 * i + 2] * point[2] + view.translation[i];
-  }
-  if (!(p[2] > 0)) return 0;
-  const Camera& camera = view.camera;
-  const double u = camera.fx * p[0] / p[2] + camera.cx, v = camera.fy * p[1] / p[2] + camera.cy;
-  return u >= 0 && u <= camera.width && v >= 0 && v <= camera.height ? p[2] : 0;
+  return DepthInView(view.rotation.data(), view.translation.data(), view.camera, point.data());
 }
 
 double SceneExtent(const std::vector<View>& views, const PointCloud& points) {

@@ -42,6 +42,9 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
   // On the host: once for each step, outside PCG.
   bool LimitStep(ConstView x, View step) override;
 
+  // What the passes work in, free for others between calls.
+  splat::DeviceViewWorkspace& workspace() { return *workspace_; }
+
  private:
   SplatProblemOptions options_;
   const std::vector<DeviceTargetView>& views_;

@@ -53,6 +53,17 @@ void Adam::Start(const SplatModel& model) {
   }
 }
 
+void Adam::ReleaseMoments() {
+  for (std::vector<float>* values : {&first_, &second_, &bases_}) *values = std::vector<float>();
+}
+
+void Adam::SetMoments(Index count, std::vector<float> first, std::vector<float> second, std::vector<float> bases) {
+  count_ = count;
+  first_ = std::move(first);
+  second_ = std::move(second);
+  bases_ = std::move(bases);
+}
+
 int Adam::first_diagonal() const { return blocks_ ? kBlockSize : 0; }
 
 void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
@@ -126,7 +137,7 @@ void Adam::Reset(int attribute) {
   if (first_.empty()) return;
   std::fill_n(first_.begin() + attribute * count_, count_, 0.0f);
   // Of a block the second moments are those of directions, not of attributes: they stay.
-  if (!blocks_ || attribute >= kBlockSize) std::fill_n(second_.begin() + attribute * count_, count_, 0.0f);
+  if (attribute >= first_diagonal()) std::fill_n(second_.begin() + attribute * count_, count_, 0.0f);
 }
 
 std::vector<float> GatherRows(const std::vector<float>& data, Index count, int attributes,

@@ -56,11 +56,13 @@ class Adam {
 
   // Moments, and bases where there are blocks, of a model that has made no step.
   void Start(const SplatModel& model);
-  // Those, moments laid out as the model, bases as in BlockAdamArrays; empty before Start or the first step. For a
-  // device, which keeps them elsewhere between changes of the model.
-  std::vector<float>& first_moments() { return first_; }
-  std::vector<float>& second_moments() { return second_; }
-  std::vector<float>& bases() { return bases_; }
+  // Those, moments laid out as the model, bases as in BlockAdamArrays; empty before Start or the first step.
+  const std::vector<float>& first_moments() const { return first_; }
+  const std::vector<float>& second_moments() const { return second_; }
+  const std::vector<float>& bases() const { return bases_; }
+  // For a device, which keeps them elsewhere: frees them, and takes them back, of so many Gaussians.
+  void ReleaseMoments();
+  void SetMoments(Index count, std::vector<float> first, std::vector<float> second, std::vector<float> bases);
 
  private:
   void StepBlocks(SplatModel& model, float* gradient, double factor);

@@ -9,24 +9,26 @@ namespace {
 
 HostSpan<const float> ViewOf(const std::vector<float>& v) { return {v.data(), static_cast<Index>(v.size())}; }
 
+std::vector<float> ToHost(const DeviceBuffer<float>& buffer) {
+  std::vector<float> values(static_cast<std::size_t>(buffer.size()));
+  buffer.CopyTo({values.data(), buffer.size()});
+  return values;
+}
+
 }  // namespace
 
 void DeviceAdam::Upload(const SplatModel& model) {
   if (adam_.first_moments().empty()) adam_.Start(model);
-  units_.CopyFrom(ViewOf(adam_.units()));
-  for (auto [buffer, values] :
-       {std::pair(&first_, &adam_.first_moments()), {&second_, &adam_.second_moments()}, {&bases_, &adam_.bases()}}) {
-    buffer->CopyFrom(ViewOf(*values));
-    *values = std::vector<float>();
-  }
+  first_.CopyFrom(ViewOf(adam_.first_moments()));
+  second_.CopyFrom(ViewOf(adam_.second_moments()));
+  bases_.CopyFrom(ViewOf(adam_.bases()));
+  adam_.ReleaseMoments();
 }
 
-void DeviceAdam::Download() {
-  for (auto [buffer, values] :
-       {std::pair(&first_, &adam_.first_moments()), {&second_, &adam_.second_moments()}, {&bases_, &adam_.bases()}}) {
-    values->resize(static_cast<std::size_t>(buffer->size()));
-    buffer->CopyTo({values->data(), buffer->size()});
-  }
+Adam DeviceAdam::Download(Index count) const {
+  Adam adam = adam_;
+  adam.SetMoments(count, ToHost(first_), ToHost(second_), ToHost(bases_));
+  return adam;
 }
 
 void DeviceAdam::Step(Index count, float* parameters, float* gradient, int attributes, double factor) {
@@ -55,6 +57,30 @@ void DeviceAdam::Step(Index count, float* parameters, float* gradient, int attri
                                     .root_correction2 = Adam::RootCorrection2(steps_)};
   for (int a = 0; a < attributes; ++a) arrays.rate[a] = adam_.StepRate(a, factor, steps_);
   device_updates::StepAdam(arrays);
+}
+
+void DeviceAdam::Rearrange(Index count, const DeviceBuffer<std::uint32_t>& source, Index first_new) {
+  // The bases, being the most, first: if they fit, so do the moments of a model that does not grow.
+  if (!bases_.empty()) {
+    DeviceBuffer<float> bases;
+    bases.ResizeForOverwrite(BlockArraySize(source.size()));
+    device_updates::GatherBases({source.size(), first_new, source.data(), bases_.data(), bases.data()});
+    bases_ = std::move(bases);
+  }
+  for (DeviceBuffer<float>* moments : {&first_, &second_}) {
+    const Index attributes = moments->size() / count;
+    DeviceBuffer<float> gathered;
+    gathered.ResizeForOverwrite(attributes * source.size());
+    device_updates::GatherRows(
+        {attributes, count, source.size(), first_new, source.data(), moments->data(), gathered.data()});
+    *moments = std::move(gathered);
+  }
+}
+
+void DeviceAdam::Reset(Index count, int attribute) {
+  const std::size_t bytes = static_cast<std::size_t>(count) * sizeof(float);
+  device::SetZero(first_.data() + attribute * count, bytes);
+  if (attribute >= adam_.first_diagonal()) device::SetZero(second_.data() + attribute * count, bytes);
 }
 
 }  // namespace vesta::gs

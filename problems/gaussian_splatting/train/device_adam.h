@@ -1,6 +1,7 @@
-// Adam in the memory of a GPU: moments and bases are there between changes of the model's size, which happen on the
-// host.
+// Adam in the memory of a GPU: moments and bases are there, and follow the model there.
 #pragma once
+
+#include <cstdint>
 
 #include "kernels/core/device_buffer.h"
 #include "problems/gaussian_splatting/train/adam.h"
@@ -9,16 +10,22 @@ namespace vesta::gs {
 
 class DeviceAdam {
  public:
-  // steps: that were done before. Rates and units, and moments and bases while on the host, are those of `adam`, which
-  // must outlive this.
+  // steps: that were done before. Rates, and at first moments and bases, are those of `adam`, which must outlive this.
   DeviceAdam(Adam& adam, int steps) : adam_(adam), steps_(steps) {}
 
-  // To the GPU, the host's being freed; units are copied. model: to start from where no step has been done.
+  // To the GPU, the host's being freed. model: to start from where no step has been done.
   void Upload(const SplatModel& model);
-  // Back to the host.
-  void Download();
+  // The host's, with moments and bases as they are now, of so many Gaussians.
+  Adam Download(Index count) const;
+  // As Adam::SetUnits; to be set before the first step.
+  void SetUnits(DeviceBuffer<float> units) { units_ = std::move(units); }
   // As Adam::Step on the attributes [0, attributes) of `count` Gaussians, in the memory of the GPU. Does not wait.
   void Step(Index count, float* parameters, float* gradient, int attributes, double factor);
+  // As Adam::Rearrange: Gaussian i of the new model is source[i] of the `count` there were, with its moments where
+  // i < first_new. Throws OutOfDeviceMemory.
+  void Rearrange(Index count, const DeviceBuffer<std::uint32_t>& source, Index first_new);
+  // As Adam::Reset, of `count` Gaussians.
+  void Reset(Index count, int attribute);
 
  private:
   Adam& adam_;

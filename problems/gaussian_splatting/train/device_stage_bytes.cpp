@@ -44,13 +44,24 @@ double WorkspaceBytes(const ViewCounts& view, const MemoryScene& scene, bool gra
          kIndex * view.splats + kSort * std::max(gaussians, view.pairs);
 }
 
+// What an evaluation needs beside the workspace that is there: a view, its image and truth.
+double EvaluationBytes(const ViewCounts& view, const MemoryScene& scene) {
+  return ViewBytes(view, scene) + 2 * kImageBytes * view.pixels;
+}
+
 }  // namespace
 
 double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options) {
   const ViewCounts most = scene.Largest();
-  // Units, pulls and observations by Gaussian; the image, its gradient and the three slopes of the loss.
-  return TargetBytes(scene) + 4 * VectorBytes(scene) + BasesBytes(scene, options.adam) + 3 * PerGaussianBytes(scene) +
-         ViewBytes(most, scene) + WorkspaceBytes(most, scene, false) + 5 * kImageBytes * most.pixels;
+  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
+  // Units, pulls and observations by Gaussian.
+  const double held = TargetBytes(scene) + 3 * vector + bases + 3 * PerGaussianBytes(scene);
+  // The gradient; the image, its gradient and the three slopes of the loss.
+  const double step = vector + ViewBytes(most, scene) + WorkspaceBytes(most, scene, false) +
+                      5 * kImageBytes * most.pixels + EvaluationBytes(most, scene);
+  // Bases or a vector once more; sources and fates.
+  const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
+  return held + std::max(step, rearranging);
 }
 
 double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
@@ -64,7 +75,8 @@ double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_ba
   const double counts = lm.jacobian == "recompute" ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
   // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
   return TargetBytes(scene) + EngineBytes(scene, lm, hold_batches, views_bytes) + 2 * PerGaussianBytes(scene) +
-         WorkspaceBytes(most, scene, true) + counts + ViewBytes(most, scene) + 5 * kImageBytes * most.pixels;
+         WorkspaceBytes(most, scene, true) + counts + ViewBytes(most, scene) + 5 * kImageBytes * most.pixels +
+         EvaluationBytes(most, scene);
 }
 
 }  // namespace vesta::gs

@@ -6,8 +6,9 @@
 
 namespace vesta::gs {
 
-// The truths of all views, the model with gradient, moments and statistics, and the passes of one view. density changes
-// nothing: Gaussians are rearranged on the host.
+// The truths of all views, the model with gradient, moments and statistics, and the passes of one view with those of an
+// evaluation; or, where that is more, what of the model is there twice while Gaussians are rearranged, without the
+// passes.
 double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options);
 // As LmBytes.
 double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);

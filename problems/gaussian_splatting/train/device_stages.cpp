@@ -7,6 +7,7 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
 #include "problems/gaussian_splatting/train/device_adam_stage.h"
+#include "problems/gaussian_splatting/train/device_evaluation.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 
 namespace vesta::gs {
@@ -46,7 +47,10 @@ std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool h
       engine_options.max_iterations = session.options().lm.iterations - done;
       LmStepper<B> stepper(engine_options, backend, problem, x.view());
       const CountDone count(stepper, done);
-      return RunLmSteps(session, model, backend, stepper, done);
+      return RunLmSteps(session, model, backend, stepper, done, [&] {
+        const splat::Model<float> best{stepper.x().data(), model.count, model.sh_degree, model.sh_degree};
+        return EvaluateOrDownload(session, targets, best, problem.workspace(), [&] { return ToKernelModel(model); });
+      });
     } catch (const OutOfDeviceMemory& error) {
       if (problem_options.batches.count >= views) {
         if (done == 0 && session.options().adam.iterations == 0) throw;

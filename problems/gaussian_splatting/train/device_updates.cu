@@ -1,5 +1,6 @@
 #include "kernels/core/launch.cuh"
 #include "problems/gaussian_splatting/train/device_updates.h"
+#include "problems/gaussian_splatting/train/length_unit_formula.h"
 #include "problems/gaussian_splatting/train/screen_pull.h"
 
 namespace vesta::gs::device_updates {
@@ -43,6 +44,40 @@ struct ObserveOne {
   }
 };
 
+struct GatherOne {
+  RowGathering g;
+  VESTA_HD void operator()(Index entry) const {
+    const Index attribute = entry / g.to_rows, row = entry - attribute * g.to_rows;
+    g.to[entry] = row < g.first_new ? g.from[attribute * g.from_rows + g.source[row]] : 0.0f;
+  }
+};
+
+struct GatherBasisNumber {
+  BaseGathering g;
+  // entry: as BlockEntry gives them.
+  VESTA_HD void operator()(Index entry) const {
+    const Index block = entry / (kBlockNumbers * kBlockLanes), in_block = entry - block * kBlockNumbers * kBlockLanes;
+    const int number = static_cast<int>(in_block / kBlockLanes);
+    const Index i = block * kBlockLanes + in_block % kBlockLanes;
+    const bool is_kept = i < g.to_rows && (i < g.first_new || number < kBasisSize);
+    g.to[entry] = is_kept ? g.from[BlockEntry(number, g.source[i])] : 0.0f;
+  }
+};
+
+struct MeasureUnit {
+  Index count;
+  const float* parameters;
+  const splat::PinholeView* views;
+  Index num_views;
+  double otherwise;
+  float* units;
+  VESTA_HD void operator()(Index i) const {
+    float mean[3];
+    for (int k = 0; k < 3; ++k) mean[k] = parameters[(splat::kMean + k) * count + i];
+    units[i] = LengthUnit(views, num_views, otherwise, mean);
+  }
+};
+
 }  // namespace
 
 void StepAdam(const AdamArrays& arrays) {
@@ -61,6 +96,19 @@ void TurnBases(const BlockAdamArrays& arrays, int steps) {
 
 void Observe(Index count, const Observation& observation) {
   device::ForEach(count, ObserveOne{observation}, "density statistics");
+}
+
+void GatherRows(const RowGathering& gathering) {
+  device::ForEach(gathering.attributes * gathering.to_rows, GatherOne{gathering}, "gathering of rows");
+}
+
+void GatherBases(const BaseGathering& gathering) {
+  device::ForEach(BlockArraySize(gathering.to_rows), GatherBasisNumber{gathering}, "gathering of Adam's bases");
+}
+
+void MeasureUnits(Index count, const float* parameters, const splat::PinholeView* views, Index num_views,
+                  double otherwise, float* units) {
+  device::ForEach(count, MeasureUnit{count, parameters, views, num_views, otherwise, units}, "units of length");
 }
 
 }  // namespace vesta::gs::device_updates

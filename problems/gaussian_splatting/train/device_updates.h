@@ -2,6 +2,8 @@
 // GPU; nothing waits.
 #pragma once
 
+#include <cstdint>
+
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/types.h"
@@ -35,5 +37,27 @@ struct Observation {
   int* seen;
 };
 void Observe(Index count, const Observation& observation);
+
+// to = the rows `source` of `from`: structures of arrays with `attributes` columns of so many rows; zero from row
+// first_new on.
+struct RowGathering {
+  Index attributes, from_rows, to_rows, first_new;
+  const std::uint32_t* source;
+  const float* from;
+  float* to;
+};
+void GatherRows(const RowGathering& gathering);
+// The same for bases, of which new Gaussians keep the directions, not C.
+struct BaseGathering {
+  Index to_rows, first_new;
+  const std::uint32_t* source;
+  const float* from;
+  float* to;  // BlockArraySize(to_rows)
+};
+void GatherBases(const BaseGathering& gathering);
+
+// LengthUnit of `count` Gaussians, by so many views in the memory of the GPU.
+void MeasureUnits(Index count, const float* parameters, const splat::PinholeView* views, Index num_views,
+                  double otherwise, float* units);
 
 }  // namespace vesta::gs::device_updates

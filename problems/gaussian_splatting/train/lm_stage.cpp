@@ -114,7 +114,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   engine.hold_batches = hold_batches;
   LmStepper<CpuBackend<float>> stepper(engine, backend, problem,
                                        {model.data.data(), static_cast<Index>(model.data.size())});
-  return RunLmSteps(session, model, backend, stepper, 0);
+  return RunLmSteps(session, model, backend, stepper, 0, [&] { return session.Evaluate(ToKernelModel(model)); });
 }
 
 }  // namespace vesta::gs

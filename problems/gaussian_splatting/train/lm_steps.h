@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,16 +18,19 @@ vesta::LmOptions LmEngineOptions(const LmOptions& lm);
 std::vector<TargetView<float>> LmTargets(const TrainingSession& session);
 
 // Runs the stepper to its end or until the session says stop; model holds its best x after each step. first: the
-// iterations that were done before. Returns the engine's full report.
+// iterations that were done before; evaluate: what a row of the history needs to know of x. Returns the engine's full
+// report.
 template <Backend B>
-std::string RunLmSteps(TrainingSession& session, SplatModel& model, B& backend, LmStepper<B>& stepper, int first) {
+std::string RunLmSteps(TrainingSession& session, SplatModel& model, B& backend, LmStepper<B>& stepper, int first,
+                       const std::function<Evaluation()>& evaluate) {
+  const ModelToRecord record{model.count, evaluate, [&] { return ToKernelModel(model); }};
   double values = 0;
   for (const View* view : session.training_views()) values += static_cast<double>(view->image.rgb.size());
-  if (first == 0) session.Record(Stage::kLm, 0, ToKernelModel(model));
+  if (first == 0) session.Record(Stage::kLm, 0, record);
   while (!stepper.done() && !session.ShouldStop()) {
     const LmIteration& row = stepper.Step();
     backend.ToHost(stepper.x(), {model.data.data(), static_cast<Index>(model.data.size())});
-    session.Record(Stage::kLm, first + row.iteration, ToKernelModel(model));
+    session.Record(Stage::kLm, first + row.iteration, record);
     session.Report({Stage::kLm, first + row.iteration, session.options().lm.iterations, session.Seconds(),
                     row.cost / values, session.latest_psnr(), model.count,
                     fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,

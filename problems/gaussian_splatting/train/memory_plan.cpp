@@ -101,11 +101,9 @@ double PredictedMib(const MemoryScene& scene, const TrainOptions& options, doubl
 }
 
 double PredictedMibBesideDevice(const MemoryScene& scene, const TrainOptions& options) {
-  const bool rearranges = options.adam.iterations > 0 && options.density.enabled;
-  // Two moments, the vector that is being made, and the three of before in case the GPU has no room for the new ones;
-  // with bases, those and the ones of before, and the bases that are being made in the place of a vector.
-  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
-  const double copies = rearranges ? 5 * vector + 2 * bases + std::max(vector, bases) : 0;
+  // Parameters, moments and bases of before Gaussians become more, in case the GPU has no room for the new ones.
+  const bool grows = options.adam.iterations > 0 && options.density.enabled;
+  const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
   return options.memory.before_mib + (ModelBytes(scene) + copies) / kMib;
 }
 

@@ -40,8 +40,8 @@ LmPlan PlanLm(const MemoryScene& scene, const TrainOptions& options, const Stage
 Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options, const StageMemory& memory);
 
 // Most that the process holds in a run with these options: what it held before, and the larger of the stages. lm_bytes:
-// of LmPlan, 0 without LM. Stages that compute on a GPU leave to the host the model, in copies while Gaussians are
-// rearranged, and evaluation.
+// of LmPlan, 0 without LM. Stages that compute on a GPU leave to the host the model, a copy of what was before the
+// last growth, and evaluation where the GPU has no room for it.
 double PredictedMib(const MemoryScene& scene, const TrainOptions& options, double lm_bytes);
 double PredictedMibBesideDevice(const MemoryScene& scene, const TrainOptions& options);
 // Most that the GPU holds.

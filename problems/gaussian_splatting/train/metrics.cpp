@@ -1,7 +1,5 @@
 #include "problems/gaussian_splatting/train/metrics.h"
 
-#include "kernels/image/metrics.h"
-
 namespace vesta::gs {
 
 double NearPlane(const Scene& scene) { return 0.01 * scene.extent; }
@@ -42,33 +40,40 @@ Evaluation Renderer::Evaluate(const SplatModel& model, const Scene& scene) {
 }
 
 Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene) {
-  Evaluation result;
+  EvaluationSum sum;
   ImageQualityMeter meter;
   PhotometricLoss<float> loss;
   Image image;
-  double cost = 0, values = 0;
   for (const View& view : scene.views) {
     RenderInto(model, view, image);
     const ImageShape shape{image.width, image.height};
     const HostSpan<const float> rendered(image.rgb.data(), shape.NumValues());
     const HostSpan<const float> truth(view.image.rgb.data(), shape.NumValues());
-    const ImageQuality quality = meter.Measure(rendered, truth, shape);
-    Quality& sum = view.is_test ? result.test : result.train;
-    sum.psnr += quality.psnr;
-    sum.ssim += quality.ssim;
-    ++sum.views;
-    if (!view.is_test) {
-      cost += loss.Evaluate(rendered, truth, shape).objective;
-      values += static_cast<double>(shape.NumValues());
-    }
+    const double objective = view.is_test ? 0 : loss.Evaluate(rendered, truth, shape).objective;
+    sum.Add(view, meter.Measure(rendered, truth, shape), objective);
   }
-  for (Quality* quality : {&result.train, &result.test}) {
+  return sum.Mean();
+}
+
+void EvaluationSum::Add(const View& view, const ImageQuality& quality, double objective) {
+  Quality& of_kind = view.is_test ? sum_.test : sum_.train;
+  of_kind.psnr += quality.psnr;
+  of_kind.ssim += quality.ssim;
+  ++of_kind.views;
+  if (view.is_test) return;
+  sum_.cost += objective;
+  values_ += 3.0 * view.camera.width * view.camera.height;
+}
+
+Evaluation EvaluationSum::Mean() const {
+  Evaluation mean = sum_;
+  for (Quality* quality : {&mean.train, &mean.test}) {
     if (quality->views == 0) continue;
     quality->psnr /= quality->views;
     quality->ssim /= quality->views;
   }
-  result.cost = values > 0 ? cost / values : 0;
-  return result;
+  mean.cost = values_ > 0 ? sum_.cost / values_ : 0;
+  return mean;
 }
 
 }  // namespace vesta::gs

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/view.h"
+#include "kernels/image/metrics.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/io/scene.h"
 
@@ -19,6 +20,18 @@ struct Quality {
 struct Evaluation {
   Quality train, test;
   double cost = 0;  // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+};
+
+// Adds up what is measured view by view.
+class EvaluationSum {
+ public:
+  // objective: of the photometric loss on the image as rendered; of a test view it does not count.
+  void Add(const View& view, const ImageQuality& quality, double objective);
+  Evaluation Mean() const;
+
+ private:
+  Evaluation sum_;
+  double values_ = 0;
 };
 
 // Renders views of models; keeps its working memory between calls.

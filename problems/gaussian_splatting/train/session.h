@@ -2,6 +2,9 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
+#include <string>
+#include <vector>
 
 #include "problems/gaussian_splatting/train/trainer.h"
 
@@ -35,6 +38,14 @@ class TrainingClock {
   double paused_ = 0;
 };
 
+// A model for the history, in whatever memory it is.
+struct ModelToRecord {
+  Index gaussians = 0;
+  std::function<Evaluation()> evaluate;
+  // The model in the memory of the host, for who looks at it. Asked for only then.
+  std::function<splat::Model<float>()> on_host;
+};
+
 class TrainingSession {
  public:
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
@@ -58,16 +69,22 @@ class TrainingSession {
   double latest_psnr() const { return history_.empty() ? 0 : history_.back().train.psnr; }
   double latest_cost() const { return history_.empty() ? 0 : history_.back().cost; }
 
+  // Of a model in the memory of the host.
+  Evaluation Evaluate(const splat::Model<float>& model) { return renderer_.Evaluate(model, scene_); }
   // Evaluates, with the clock stopped, and adds a row to the history.
-  void Record(Stage stage, int iteration, const splat::Model<float>& model) {
+  void Record(Stage stage, int iteration, const ModelToRecord& model) {
     HistoryRow row;
     row.seconds = clock_.Seconds();
     const TrainingClock::Pause pause(clock_);
-    const Evaluation evaluation = renderer_.Evaluate(model, scene_);
+    const Evaluation evaluation = model.evaluate();
     row.stage = stage, row.iteration = iteration, row.cost = evaluation.cost;
-    row.train = evaluation.train, row.test = evaluation.test, row.gaussians = model.count;
+    row.train = evaluation.train, row.test = evaluation.test, row.gaussians = model.gaussians;
     history_.push_back(row);
-    if (callbacks_.evaluated) callbacks_.evaluated(row, model);
+    if (callbacks_.evaluated) callbacks_.evaluated(row, model.on_host());
+  }
+  // The same of a model in the memory of the host.
+  void Record(Stage stage, int iteration, const splat::Model<float>& model) {
+    Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);

@@ -13,19 +13,20 @@
 namespace vesta::gs::test {
 
 struct DensityScene {
+  static constexpr double kLossScale = 100;
   Scene scene = RingOfCameras(1, 64, 48, false);
   SplatModel model;
   splat::View<float> view;
   splat::ViewWorkspace<float> workspace;
+  std::vector<splat::SplatTangent<float>> cotangents;  // by rank, of the last view shown
 
   explicit DensityScene(Index count, std::uint64_t seed = 1) : model(RandomModel(count, 1, seed)) {}
 
   // Shows `control` a view of the model in which Gaussian i is pulled by pull[i], normalised device coordinates, along
   // the image's rows.
   void Observe(DensityControl& control, const std::vector<float>& pull) {
-    constexpr double kLossScale = 100;
     view.Build(ToKernelModel(model), ToPinhole(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
-    std::vector<splat::SplatTangent<float>> cotangents(static_cast<std::size_t>(view.num_splats()));
+    cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});
     for (Index i = 0; i < model.count; ++i) {
       const std::int32_t rank = view.rank_of()[i];
       ASSERT_GE(rank, 0) << "Gaussian " << i << " is out of sight";

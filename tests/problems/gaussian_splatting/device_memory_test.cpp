@@ -23,6 +23,14 @@ const test::MemoryCase kCases[] = {
     {"adam_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_by_parameters", 1500, 32, 24,
      [](TrainOptions& o) { o.adam.iterations = 6, o.adam.metric = "diagonal", o.lm.iterations = 0; }},
+    // Pruned to half, whose places others take: the old bases and the new ones, and few pixels.
+    {"adam_that_densifies", 1500, 16, 12,
+     [](TrainOptions& o) {
+       o.adam.iterations = 2, o.lm.iterations = 0;
+       o.density.enabled = true, o.density.begin = 0, o.density.end = 1, o.density.every = 0.5;
+       // Opacities start at 0.1.
+       o.density.prune_opacity = 0.1, o.density.gradient_threshold = 0, o.density.max_gaussians = 1500;
+     }},
     {"lm", 1000, 32, 24, [](TrainOptions&) {}},
     {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
     {"root_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.lm.ssim_linearization = "root"; }},
@@ -79,16 +87,17 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
   const auto lm = [](const MemoryScene& scene) { return DeviceLmBytes(scene, {}, true); };
   const double splat = sizeof(splat::Splat<float>), tangent = sizeof(splat::SplatTangent<float>),
                gram = sizeof(splat::SplatGram<float>);
-  // 20 truths; an image, its gradient, three slopes.
-  EXPECT_NEAR(added(&ViewCounts::pixels, adam), 12 * (20 + 5), 1e-6);
-  // 20 truths; of each view three images; two that H works in; the cost's, three slopes, one blurred.
-  EXPECT_NEAR(added(&ViewCounts::pixels, lm), 12 * (20 + 60 + 2 + 5), 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::tiles, adam), 8, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::tiles, lm), 8 * 21, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::splats, adam), splat + 8 + 8 + 1.125 * tangent, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::splats, lm), 21 * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::pairs, adam), 8 + 1.125 * (20 + tangent) + 0.25, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::pairs, lm), 21 * 8 + 1.125 * (20 + tangent + gram) + 0.25, 1e-6);
+  // 20 truths; an image, its gradient, three slopes; an image and a truth of the evaluation.
+  EXPECT_NEAR(added(&ViewCounts::pixels, adam), 12 * (20 + 5 + 2), 1e-6);
+  // 20 truths; of each view three images; two that H works in; the cost's, three slopes, one blurred; those of the
+  // evaluation.
+  EXPECT_NEAR(added(&ViewCounts::pixels, lm), 12 * (20 + 60 + 2 + 5 + 2), 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::tiles, adam), 8 * 2, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::tiles, lm), 8 * 22, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::splats, adam), 2 * (splat + 8) + 8 + 1.125 * tangent, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::splats, lm), 22 * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * 8 + 1.125 * (20 + tangent) + 0.25, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::pairs, lm), 22 * 8 + 1.125 * (20 + tangent + gram) + 0.25, 1e-6);
 }
 
 TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {

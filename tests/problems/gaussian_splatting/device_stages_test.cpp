@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/train/device_evaluation.h"
+#include "problems/gaussian_splatting/train/lm_steps.h"
 #include "tests/problems/gaussian_splatting/training_scene.h"
 #include "tests/support/emulated_device.h"
 
@@ -20,7 +22,11 @@ using vesta::test::LimitedDeviceMemory;
 
 constexpr int kIterations = 60;
 
-TrainOptions AdamAlone() { return test::ShortTraining(kIterations, 0); }
+TrainOptions AdamAlone() {
+  TrainOptions options = test::ShortTraining(kIterations, 0);
+  options.adam.evaluations = 4;
+  return options;
+}
 
 // Trains with ample memory until `when` says of an iteration of Adam that from then on there is only what is in use.
 template <class When>
@@ -92,9 +98,41 @@ TEST(DeviceStages, AdamRunsOnTheCpuWhereNothingFits) {
   EXPECT_EQ(result.model.data, Train(scene, options, 0, {}).model.data);
 }
 
+TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options;
+  const TrainCallbacks callbacks;
+  TrainingSession session(scene, options, 0, callbacks);
+  const SplatModel model = test::RandomModel(30, 1, 4);
+  const std::vector<DeviceTargetView> targets = UploadTargets(LmTargets(session));
+  DeviceBuffer<float> x;
+  x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
+  const splat::Model<float> on_device{x.data(), model.count, 1, 1};
+  int downloads = 0;
+  const auto on_host = [&] {
+    ++downloads;
+    return ToKernelModel(model);
+  };
+  const auto evaluate = [&] {
+    splat::DeviceViewWorkspace workspace;
+    return EvaluateOrDownload(session, targets, on_device, workspace, on_host);
+  };
+  evaluate();
+  EXPECT_EQ(downloads, 0);
+  const std::size_t before = device::BytesInUse();
+  // Room for the first of it.
+  const LimitedDeviceMemory limited(before + 20000);
+  const Evaluation found = evaluate(), expected = session.Evaluate(ToKernelModel(model));
+  EXPECT_EQ(downloads, 1);
+  EXPECT_EQ(device::BytesInUse(), before) << "what was begun is given back";
+  EXPECT_EQ(found.cost, expected.cost);
+  EXPECT_EQ(found.test.ssim, expected.test.ssim);
+}
+
 TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(20, 1);
+  options.adam.evaluations = 1;
   options.density.enabled = false;
   StageRunners stages = DeviceStages();
   const auto adam = stages.adam;

@@ -24,6 +24,7 @@ struct MemoryRun {
       : scene(RingOfCameras(6, c.width, c.height, false)), model(RandomModel(c.gaussians, 3, 5)) {
     RenderTruth(Perturbed(model, 0.02, 6), 0, &scene);
     options.adam.iterations = 0;
+    options.adam.evaluations = 1;
     options.density.enabled = false;
     options.lm.iterations = lm_iterations;
     options.lm.min_gain = 0;

@@ -1,0 +1,89 @@
+#include "kernels/core/launch.cuh"
+#include "problems/gaussian_splatting/train/device_density_steps.h"
+
+namespace vesta::gs::device_density {
+namespace {
+
+struct DecideOne {
+  FateRule rule;
+  Observed o;
+  Fate* fate;
+  VESTA_HD void operator()(Index i) const { fate[i] = rule(o.x, o.count, i, Strength(o.pull[i], o.seen[i])); }
+};
+
+struct CountOne {
+  Index count;
+  const Fate* fate;
+  FateNumbers numbers;
+  Index* counts;
+  VESTA_HD void operator()(Index i) const { counts[i] = i < count ? numbers(fate[i]) : 0; }
+};
+
+struct KeyOne {
+  Observed o;
+  const Fate* fate;
+  std::uint32_t *keys, *indices;
+  VESTA_HD void operator()(Index i) const {
+    keys[i] = StrengthKey(fate[i], Strength(o.pull[i], o.seen[i]));
+    indices[i] = static_cast<std::uint32_t>(i);
+  }
+};
+
+struct KeepOne {
+  const std::uint32_t* indices;
+  Fate* fate;
+  VESTA_HD void operator()(Index rank) const { fate[indices[rank]] = Fate::kKeep; }
+};
+
+struct PlaceOne {
+  const Index* begin;
+  std::uint32_t* source;
+  VESTA_HD void operator()(Index i) const {
+    for (Index k = begin[i]; k < begin[i + 1]; ++k) source[k] = static_cast<std::uint32_t>(i);
+  }
+};
+
+struct RenewOne {
+  Index count;
+  const std::uint32_t* source;
+  const Fate* fate;
+  std::uint64_t seed;
+  int iteration;
+  float* x;
+  VESTA_HD void operator()(Index i) const { Renew(x, count, i, fate[source[i]], seed, iteration); }
+};
+
+struct LowerOne {
+  float* logits;
+  VESTA_HD void operator()(Index i) const { logits[i] = LoweredLogit(logits[i]); }
+};
+
+}  // namespace
+
+void DecideFates(const FateRule& rule, const Observed& observed, Fate* fate) {
+  device::ForEach(observed.count, DecideOne{rule, observed, fate}, "fates of Gaussians");
+}
+
+void CountFates(Index count, const Fate* fate, const FateNumbers& numbers, Index* counts) {
+  device::ForEach(count + 1, CountOne{count, fate, numbers, counts}, "counts of fates");
+}
+
+void StrengthKeys(const Observed& observed, const Fate* fate, std::uint32_t* keys, std::uint32_t* indices) {
+  device::ForEach(observed.count, KeyOne{observed, fate, keys, indices}, "keys of strength");
+}
+
+void KeepFrom(Index begin, Index end, const std::uint32_t* indices, Fate* fate) {
+  device::ForEach(end - begin, KeepOne{indices + begin, fate}, "candidates without room");
+}
+
+void PlaceSources(Index count, const Index* begin, std::uint32_t* source) {
+  device::ForEach(count, PlaceOne{begin, source}, "sources of Gaussians");
+}
+
+void RenewAll(Index count, const std::uint32_t* source, const Fate* fate, std::uint64_t seed, int iteration, float* x) {
+  device::ForEach(count, RenewOne{count, source, fate, seed, iteration, x}, "clones and splits");
+}
+
+void LowerLogits(Index count, float* logits) { device::ForEach(count, LowerOne{logits}, "lowered opacities"); }
+
+}  // namespace vesta::gs::device_density

@@ -1,0 +1,54 @@
+// A model in the memory of a GPU while Adam trains it, with all that goes with each Gaussian.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "kernels/core/device_buffer.h"
+#include "problems/gaussian_splatting/train/device_adam.h"
+#include "problems/gaussian_splatting/train/device_density.h"
+
+namespace vesta::gs {
+
+class DeviceModel {
+ public:
+  // Of the host's model, which must outlive this, as must all that is referred to: its count is kept up, its data are
+  // those of the last download. Adam's moments go to the GPU; steps: that it has done. unit_views: UnitViews; unit: of
+  // Gaussians that none of them sees. What `density` has observed is forgotten.
+  DeviceModel(SplatModel& model, Adam& adam, int steps, DeviceDensityControl& density,
+              const std::vector<splat::PinholeView>& unit_views, double unit);
+
+  splat::Model<float> kernel_model(int active_sh_degree) const {
+    return {x_.data(), model_.count, model_.sh_degree, active_sh_degree};
+  }
+  float* gradient() { return gradient_.data(); }
+
+  // As Adam::Step by the gradient.
+  void Step(int attributes, double factor) {
+    adam_.Step(model_.count, x_.data(), gradient_.data(), attributes, factor);
+  }
+  // As DensityControl::Densify, with new units of length. before_growth is called before Gaussians become more, and
+  // only then. Throws OutOfDeviceMemory: where Gaussians have not become more, what can be downloaded is the model of
+  // before or of after.
+  void Densify(int iteration, const std::function<void()>& before_growth);
+  // As DensityControl::ResetOpacity.
+  void ResetOpacity();
+
+  // The parameters, into the model of the host.
+  void DownloadParameters();
+  Adam DownloadAdam() const { return adam_.Download(model_.count); }
+
+ private:
+  // What begins anew with each change of the model.
+  void StartAnew();
+  void Rearrange(const DensityPlan& plan, int iteration);
+
+  SplatModel& model_;
+  DeviceDensityControl& density_;
+  DeviceAdam adam_;
+  DeviceBuffer<float> x_, gradient_;
+  DeviceBuffer<splat::PinholeView> unit_views_;
+  double unit_;
+};
+
+}  // namespace vesta::gs
