@@ -4,7 +4,7 @@
 //               [--curves FILE] [-- flags of vesta train]
 //
 // The flags after "--" make the reference; variants.cpp lists what is changed. LM goes on for --budget times as long
-// as the reference's Adam stage took (default 1), whatever --lm_iterations says; what trains from the points ("when to
+// as the reference's Adam stage took (default 1), whatever --lm_iterations and --lm_min_gain say; what trains from the points ("when to
 // switch", "no LM") has the time of both. Figures are those at that very time, on the straight line between the
 // evaluations before and after it; medians of the repeats, which go round all variants. --evaluations: rows of an Adam
 // stage. The rows "noise" change next to nothing: what differs by less than they do does not differ.
@@ -98,7 +98,7 @@ class Ablation {
     constexpr int kUntilTheTimeIsUp = 1'000'000;
     const Variant& variant = outcome->variant;
     TrainingJob job{.name = variant.knob + ", " + variant.name, .options = variant.options};
-    if (job.options.lm.iterations > 0) job.options.lm.iterations = kUntilTheTimeIsUp;
+    if (job.options.lm.iterations > 0) job.options.lm.iterations = kUntilTheTimeIsUp, job.options.lm.min_gain = 0;
     job.options.time_limit = end_seconds_;
     if (!variant.from_points) job.start = &start_, job.seconds_before = start_seconds_;
     const TrainingRun run = TrainAlone(setup_.scene, job, setup_.threads);

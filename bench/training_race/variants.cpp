@@ -48,6 +48,8 @@ const std::vector<Change>& LmChanges() {
       {"preconditioner", "jacobi", [](Options& o) { o.lm.preconditioner = "jacobi"; }},
       {"preconditioner", "block_sh", [](Options& o) { o.lm.preconditioner = "block_sh"; }},
       {"weight of turning", "0", [](Options& o) { o.lm.rotation_damping = 0; }},
+      {"weight of the harmonics", "1", [](Options& o) { o.lm.sh_damping = 1; }},
+      {"weight of the harmonics", "0.0025", [](Options& o) { o.lm.sh_damping = 0.0025; }},
       {"weight of moving", "1", [](Options& o) { o.lm.position_damping = 1; }},
       {"weight of moving", "20", [](Options& o) { o.lm.position_damping = 20; }},
 

@@ -57,7 +57,7 @@ inline std::vector<double> RatesMetric(const SplatProblemOptions& options, doubl
   if (!(c > 0)) return metric;
   for (int a = 0; a < splat::NumAttributes(options.sh_degree); ++a) {
     const double rate = RateOf(options.rates, a);
-    const double factor = a < splat::kLogScale ? options.position_damping : 1;
+    const double factor = a < splat::kLogScale ? options.position_damping : a < splat::kSh + 3 ? 1 : options.sh_damping;
     metric.push_back(factor * c / (rate * rate));
   }
   return metric;

@@ -63,6 +63,9 @@ struct SplatProblemOptions {
   double position_damping = 5;
   // Weight of what a splat's length adds to D of its quaternion (lm/length_metric.h).
   double rotation_damping = 1;
+  // Factor on D of the bands of the harmonics above the constant. Adam's rate of theirs, a twentieth, holds them 400
+  // times as fast, and the steps of all others with them; free, they over-fit (docs/results).
+  double sh_damping = 0.02;
   LearningRates rates;
   // Of length, for each Gaussian (train/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;

@@ -58,6 +58,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
       options.lm.step_limit_size};
   result.seed = options.seed;
   result.position_damping = options.lm.position_damping;
+  result.sh_damping = options.lm.sh_damping;
   result.rotation_damping = options.lm.rotation_damping;
   result.rates_damping = options.lm.damping == "rates" ? options.lm.rates_damping : 0;
   result.rates = options.rates;

@@ -59,7 +59,7 @@ struct DensityOptions {
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmOptions {
-  int iterations = 12;
+  int iterations = 8;
   // The stage ends before where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
   // next to nothing to gain (docs/results).
   double min_gain = 0.004;
@@ -91,6 +91,7 @@ struct LmOptions {
   double rates_damping = 1.2;   // tau of the damping metric
   double position_damping = 5;  // factor on it for the means
   double rotation_damping = 1;  // weight in it of how far a splat's ends move when it turns
+  double sh_damping = 0.02;     // factor on it for the bands of the harmonics above the constant
   double l1_floor = 0.01;       // epsilon of the reweighted L1
   // The cost and its quadratic: kernels/image/loss_options.h.
   std::string loss_linearization = "irls";       // irls | sqrt | huber | l2

@@ -141,9 +141,9 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
                 .fy = 30,
                 .cx = 15,
                 .cy = 10,
-                .near = 0.1,
                 .width = options.width,
-                .height = options.height};
+                .height = options.height,
+                .near = 0.1};
   for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(20.0);
   scene.At(kOpacity, 0) = 3;
   // At depth 1 the mean lies at the pixel that its coordinate says.

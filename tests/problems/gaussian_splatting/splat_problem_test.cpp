@@ -300,6 +300,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   ring.options.rates_damping = 0.25;
   ring.options.units = std::make_shared<const std::vector<float>>(units);
   ring.options.position_damping = 20;
+  ring.options.sh_damping = 0.25;
   ring.options.rotation_damping = 50;
   SplatProblem<S> problem = ring.Make();
   const Index n = problem.num_parameters();
@@ -319,7 +320,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
     return 1 / std::pow(rates.quaternion, 2) + 50 * 20 / std::pow(position(i), 2) * 4 * sigma * sigma / square;
   };
   const double expected[] = {0, rates.log_scale, rates.quaternion, rates.opacity, rates.sh_dc, rates.sh_rest};
-  constexpr double kFactor[] = {20, 1, 1, 1, 1, 1};
+  constexpr double kFactor[] = {20, 1, 1, 1, 1, 0.25};
   constexpr int kFirst[] = {splat::kMean,    splat::kLogScale, splat::kQuaternion,
                             splat::kOpacity, splat::kSh,       splat::kSh + 3};
   for (Index k = 0; k < n; ++k) {
