@@ -38,7 +38,6 @@ DEFINE_double(min_lambda, 0, "least damping");
 DEFINE_double(max_lambda, 0, "most damping");
 DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(position_damping, 0, "factor on it for the positions");
-DEFINE_double(rotation_damping, 0, "weight in it of the way of a turning splat's ends");
 DEFINE_double(sh_damping, 0, "factor on it for the bands of the harmonics above the constant");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
@@ -132,7 +131,6 @@ const std::vector<FlagRule>& FlagRules() {
       {"max_lambda", kLm, Range{1e-30, 1e30}},
       {"rates_damping", kLm, Range{1e-30, 1e30}},
       {"position_damping", kLm, Range{1e-30, 1e30}},
-      {"rotation_damping", kLm, Range{1e-30, 1e30}},
       {"sh_damping", kLm, Range{1e-30, 1e30}},
       {"l1_floor", kLm, Range{1e-6, 1}},
       {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16"}}},

@@ -27,7 +27,7 @@ std::vector<std::string> Names(std::vector<const char*> flags, int training_view
 
 TEST(SelectMethods, OursFirstThenThoseFromItsState) {
   EXPECT_THAT(Names({"--methods=adam,paper,ours", "--lengths=8000,2000", "--rate_factors=5"}),
-              ElementsAre("ours", "paper", "paper_code", "adam 2000 x5", "adam 8000 x5"));
+              ElementsAre("ours", "our LM", "paper", "paper_code", "adam 2000 x5", "adam 8000 x5"));
 }
 
 TEST(SelectMethods, NineSchedulesByDefaultAndOursBesideThem) {
