@@ -175,8 +175,8 @@ TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
 TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   test::DensityScene host(60);
   DensityControl host_control({}, kExtent, kSeed, 60);
-  std::vector<float> pull;
-  for (int i = 0; i < 60; ++i) pull.push_back(1e-4f * static_cast<float>(1 + i));
+  std::vector<float> pull(60);
+  for (std::size_t i = 0; i < pull.size(); ++i) pull[i] = 1e-4f * static_cast<float>(1 + i);
   host.Observe(host_control, pull);
   // The same twice from the GPU's own splats: pulls as given there.
   const DeviceBuffer<float> x = vesta::test::ToDevice(host.model.data);
