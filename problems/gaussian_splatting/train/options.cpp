@@ -91,11 +91,8 @@ TrainOptions PresetOptions(const std::string& name) {
 TrainOptions RefinePresetOptions(const std::string& name) {
   TrainOptions options = PresetOptions(name);
   if (name == "paper" || name == "paper_code") return options;
-  // There is a longer way to go than after our own Adam: deeper solves pay (docs/results).
   options.lm.iterations = std::max(options.lm.iterations, 12);
   options.lm.min_gain = 0;
-  options.lm.pcg_iterations = 8;
-  options.lm.sh_damping = 0.2;
   return options;
 }
 

@@ -123,8 +123,8 @@ struct TrainOptions {
 
 // Presets by name: fast, balanced, best, paper, paper_code. Throws Error for another name.
 TrainOptions PresetOptions(const std::string& name);
-// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations, all of
-// them, and more products in each.
+// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations, and all of
+// them.
 TrainOptions RefinePresetOptions(const std::string& name);
 
 // Throws Error naming the option that is out of range.
