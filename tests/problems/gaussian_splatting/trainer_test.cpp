@@ -319,5 +319,17 @@ TEST(Trainer, StagesHaveNames) {
   EXPECT_STREQ(StageName(Stage::kLm), "lm");
 }
 
+// Iterations of LM that a training with this least gain has done.
+int LmIterations(double min_gain) {
+  TrainOptions options = ShortTraining(20, 3);
+  options.lm.min_gain = min_gain;
+  return Train(TrainingScene(), options, 0, {}).history.back().iteration;
+}
+
+TEST(LmStage, EndsWhereAnIterationGainsLittle) {
+  EXPECT_EQ(LmIterations(0), 3);
+  EXPECT_EQ(LmIterations(1), 1) << "no iteration takes all of the cost";
+}
+
 }  // namespace
 }  // namespace vesta::gs
