@@ -112,9 +112,9 @@ class Both {
         EXPECT_LT(vesta::test::RelativeError(found, expected), tolerance);
       }
     };
-    expect_same(adam.first_moments(), host_adam_.first_moments());
-    expect_same(adam.second_moments(), host_adam_.second_moments());
-    expect_same(adam.bases(), host_adam_.bases());
+    expect_same(adam.moments().first, host_adam_.moments().first);
+    expect_same(adam.moments().second, host_adam_.moments().second);
+    expect_same(adam.moments().bases, host_adam_.moments().bases);
   }
 
  private:

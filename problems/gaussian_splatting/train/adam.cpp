@@ -44,75 +44,66 @@ BlockAdamArrays Adam::BlockRates(double factor, int steps) const {
 
 void Adam::Start(const SplatModel& model) {
   count_ = model.count;
-  first_.assign(model.data.size(), 0.0f);
-  second_.assign(model.data.size(), 0.0f);
+  moments_.first.assign(model.data.size(), 0.0f);
+  moments_.second.assign(model.data.size(), 0.0f);
   if (!blocks_) return;
-  bases_.assign(static_cast<std::size_t>(BlockArraySize(count_)), 0.0f);
+  std::vector<float>& bases = moments_.bases;
+  bases.assign(static_cast<std::size_t>(BlockArraySize(count_)), 0.0f);
   for (Index i = 0; i < count_; ++i) {
-    for (int k = 0; k < kBlockSize; ++k) bases_[static_cast<std::size_t>(BlockEntry((kBlockSize + 1) * k, i))] = 1;
+    for (int k = 0; k < kBlockSize; ++k) bases[static_cast<std::size_t>(BlockEntry((kBlockSize + 1) * k, i))] = 1;
   }
 }
 
-void Adam::ReleaseMoments() {
-  for (std::vector<float>* values : {&first_, &second_, &bases_}) *values = std::vector<float>();
-}
+AdamMoments Adam::TakeMoments() { return std::exchange(moments_, {}); }
 
-void Adam::SetMoments(Index count, std::vector<float> first, std::vector<float> second, std::vector<float> bases) {
+void Adam::SetMoments(Index count, AdamMoments moments) {
   count_ = count;
-  first_ = std::move(first);
-  second_ = std::move(second);
-  bases_ = std::move(bases);
+  moments_ = std::move(moments);
 }
 
 int Adam::first_diagonal() const { return blocks_ ? kBlockSize : 0; }
 
 void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double factor) {
-  if (first_.empty()) Start(model);
-  VESTA_CHECK(units_.empty() || static_cast<Index>(units_.size()) == model.count, "{} units of length for {} Gaussians",
-              units_.size(), model.count);
-  ++steps_;
-  if (blocks_) StepBlocks(model, gradient, factor);
-  const int begin_attribute = first_diagonal();
-  const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
   const Index count = model.count;
-  constexpr Index kGrain = 4096;
-  const Index chunks = (count + kGrain - 1) / kGrain;
-  ParallelFor(chunks * (num_attributes - begin_attribute), 1, [&](Index task) {
-    const int attribute = begin_attribute + static_cast<int>(task / chunks);
-    const Index begin = task % chunks * kGrain, n = std::min(kGrain, count - begin);
-    const Index offset = attribute * count + begin;
-    kernels.step({.size = n,
-                  .gradient = gradient + offset,
-                  .parameters = model.data.data() + offset,
-                  .first = first_.data() + offset,
-                  .second = second_.data() + offset,
-                  .units = attribute < splat::kLogScale && !units_.empty() ? units_.data() + begin : nullptr,
-                  .rate = StepRate(attribute, factor, steps_),
-                  .root_correction2 = RootCorrection2(steps_)});
-  });
-}
-
-void Adam::StepBlocks(SplatModel& model, float* gradient, double factor) {
-  BlockAdamArrays arrays = BlockRates(factor, steps_);
-  arrays.count = model.count;
-  arrays.gradient = gradient;
-  arrays.parameters = model.data.data();
-  arrays.first = first_.data();
-  arrays.second = second_.data();
-  arrays.bases = bases_.data();
-  arrays.units = units_.empty() ? nullptr : units_.data();
+  if (moments_.first.empty()) Start(model);
+  VESTA_CHECK(units_.empty() || static_cast<Index>(units_.size()) == count, "{} units of length for {} Gaussians",
+              units_.size(), count);
+  ++steps_;
+  BlockAdamArrays blocks = BlockRates(factor, steps_);
+  blocks.count = count;
+  blocks.gradient = gradient;
+  blocks.parameters = model.data.data();
+  blocks.first = moments_.first.data();
+  blocks.second = moments_.second.data();
+  blocks.bases = moments_.bases.data();
+  blocks.units = units_.empty() ? nullptr : units_.data();
+  float rates[splat::kMaxAttributes];
+  for (int a = 0; a < num_attributes; ++a) rates[a] = StepRate(a, factor, steps_);
   const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
-  ParallelFor((model.count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
-    const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, model.count);
-    kernels.step_blocks(arrays, begin, end);
-    if (chunk % kTurnEvery == FirstTurned(steps_)) kernels.turn_bases(arrays, begin, end);
+  ParallelFor((count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
+    const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, count);
+    if (blocks_) {
+      kernels.step_blocks(blocks, begin, end);
+      if (chunk % kTurnEvery == FirstTurned(steps_)) kernels.turn_bases(blocks, begin, end);
+    }
+    for (int a = first_diagonal(); a < num_attributes; ++a) {
+      const Index offset = a * count + begin;
+      kernels.step({.size = end - begin,
+                    .gradient = gradient + offset,
+                    .parameters = model.data.data() + offset,
+                    .first = moments_.first.data() + offset,
+                    .second = moments_.second.data() + offset,
+                    .units = a < splat::kLogScale && blocks.units ? blocks.units + begin : nullptr,
+                    .rate = rates[a],
+                    .root_correction2 = blocks.root_correction2});
+    }
   });
 }
 
 void Adam::Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep, int num_attributes) {
-  if (first_.empty()) return;
+  if (moments_.first.empty()) return;
   const auto count = static_cast<Index>(source.size());
-  for (std::vector<float>* moments : {&first_, &second_}) {
+  for (std::vector<float>* moments : {&moments_.first, &moments_.second}) {
     *moments = GatherRows(*moments, count_, num_attributes, source);
     for (Index i = 0; i < count; ++i) {
       if (keep[static_cast<std::size_t>(i)]) continue;
@@ -127,17 +118,17 @@ void Adam::Rearrange(const std::vector<Index>& source, const std::vector<bool>& 
     // New Gaussians keep the directions of those that they come from.
     const int numbers = keep[static_cast<std::size_t>(i)] ? kBlockNumbers : kBasisSize;
     for (int k = 0; k < numbers; ++k) {
-      bases[static_cast<std::size_t>(BlockEntry(k, i))] = bases_[static_cast<std::size_t>(BlockEntry(k, from))];
+      bases[static_cast<std::size_t>(BlockEntry(k, i))] = moments_.bases[static_cast<std::size_t>(BlockEntry(k, from))];
     }
   });
-  bases_ = std::move(bases);
+  moments_.bases = std::move(bases);
 }
 
 void Adam::Reset(int attribute) {
-  if (first_.empty()) return;
-  std::fill_n(first_.begin() + attribute * count_, count_, 0.0f);
+  if (moments_.first.empty()) return;
+  std::fill_n(moments_.first.begin() + attribute * count_, count_, 0.0f);
   // Of a block the second moments are those of directions, not of attributes: they stay.
-  if (attribute >= first_diagonal()) std::fill_n(second_.begin() + attribute * count_, count_, 0.0f);
+  if (attribute >= first_diagonal()) std::fill_n(moments_.second.begin() + attribute * count_, count_, 0.0f);
 }
 
 std::vector<float> GatherRows(const std::vector<float>& data, Index count, int attributes,

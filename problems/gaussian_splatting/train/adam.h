@@ -24,6 +24,12 @@ enum class AdamMetric {
 
 AdamMetric MetricOf(const AdamOptions& options);
 
+// What Adam remembers of the gradients.
+struct AdamMoments {
+  std::vector<float> first, second;  // laid out as the model; of blocks `second` in the basis
+  std::vector<float> bases;          // of blocks: BlockAdamArrays
+};
+
 class Adam {
  public:
   explicit Adam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal)
@@ -56,24 +62,19 @@ class Adam {
 
   // Moments, and bases where there are blocks, of a model that has made no step.
   void Start(const SplatModel& model);
-  // Those, moments laid out as the model, bases as in BlockAdamArrays; empty before Start or the first step.
-  const std::vector<float>& first_moments() const { return first_; }
-  const std::vector<float>& second_moments() const { return second_; }
-  const std::vector<float>& bases() const { return bases_; }
-  // For a device, which keeps them elsewhere: frees them, and takes them back, of so many Gaussians.
-  void ReleaseMoments();
-  void SetMoments(Index count, std::vector<float> first, std::vector<float> second, std::vector<float> bases);
+  // Those; empty before Start or the first step.
+  const AdamMoments& moments() const { return moments_; }
+  // For a device, which keeps them elsewhere: takes them away, and gives them back, of so many Gaussians.
+  AdamMoments TakeMoments();
+  void SetMoments(Index count, AdamMoments moments);
 
  private:
-  void StepBlocks(SplatModel& model, float* gradient, double factor);
-
   LearningRates rates_;
   bool blocks_;
   int steps_ = 0;
   Index count_ = 0;
   std::vector<float> units_;
-  std::vector<float> first_, second_;  // moments, laid out as the model; of blocks `second` in the basis
-  std::vector<float> bases_;           // of blocks: BlockAdamArrays
+  AdamMoments moments_;
 };
 
 // The rows `source` of a structure of arrays with `count` rows and `attributes` columns.

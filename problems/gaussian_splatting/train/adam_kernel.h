@@ -16,9 +16,9 @@ struct AdamRange {
 };
 
 struct AdamKernels {
-  // parameters -= rate * units * first / (sqrt(second) * root_correction2), the moments brought up to date first; then
-  // gradient = 0, since it is at hand and the next one is summed up from there. Memory bound: reads and writes 16 bytes
-  // a parameter.
+  // parameters -= AdamStep at rate * units, the moments brought up to date; then gradient = 0, since it is at hand and
+  // the next one is summed up from there. Memory bound: reads and writes 16 bytes a parameter, but only reads 4 where
+  // the gradients of a whole vector are zero.
   void (*step)(const AdamRange& range);
   // BlockAdamStep and TurnBasis for the Gaussians [begin, end). A step reads and writes about 1.4 KiB of each.
   void (*step_blocks)(const BlockAdamArrays& arrays, Index begin, Index end);

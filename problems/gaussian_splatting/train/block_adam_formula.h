@@ -56,30 +56,36 @@ VESTA_HD constexpr Index FirstTurned(int steps) { return (kTurnEvery - steps % k
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
 
 // Moments and C brought up to date with the gradient of the V's Gaussians from i on, their parameters moved, the
-// gradient zero.
+// gradient zero. Gaussians at none of whose eleven parameters a gradient pulls stay as they are (adam_formula.h).
 template <class V>
 VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   using std::abs, std::sqrt;
   using L = Lanes<V>;
-  const V beta1(kAdamBeta1), beta2(kAdamBeta2), rest1(1 - kAdamBeta1), rest2(1 - kAdamBeta2), floor(kAdamFirstFloor);
-  const auto flushed = [&](const V& x) { return Select(abs(x) < floor, V(0), x); };
-  V rate[kBlockSize], g[kBlockSize], m[kBlockSize];
+  V rate[kBlockSize], g[kBlockSize], m[kBlockSize], pull(0);
+  for (int k = 0; k < kBlockSize; ++k) {
+    g[k] = L::Load(a.gradient + k * a.count + i);
+    pull = pull + abs(g[k]);
+  }
+  const auto moves = pull != V(0);
+  if (!L::Any(moves)) return;
+  const V beta2(kAdamBeta2), rest2(1 - kAdamBeta2), floor(kAdamFirstFloor);
   for (int k = 0; k < kBlockSize; ++k) {
     const Index at = k * a.count + i;
     rate[k] = V(a.rates[k]);
     if (k < splat::kLogScale && a.units) rate[k] = rate[k] * L::Load(a.units + i);
-    const V gradient = L::Load(a.gradient + at);
-    const V first = flushed(beta1 * L::Load(a.first + at) + rest1 * gradient);
+    const V old = L::Load(a.first + at), first = Select(moves, NextFirstMoment(old, g[k]), old);
     L::Store(a.gradient + at, V(0));
     L::Store(a.first + at, first);
-    g[k] = rate[k] * gradient;
+    g[k] = rate[k] * g[k];
     m[k] = rate[k] * first;
   }
+  const V fade = Select(moves, beta2, V(1));
   for (int k = 0, entry = 0; k < kBlockSize; ++k) {
     const V part = rest2 * g[k];
     for (int j = 0; j <= k; ++j, ++entry) {
       float* c = a.bases + BlockEntry(kBasisSize + entry, i);
-      L::Store(c, flushed(Fma(part, g[j], beta2 * L::Load(c))));
+      const V sum = Fma(part, g[j], fade * L::Load(c));
+      L::Store(c, Select(abs(sum) < floor, V(0), sum));
     }
   }
 
@@ -95,7 +101,8 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   V second[kBlockSize], sum(0);
   for (int b = 0; b < kBlockSize; ++b) {
     float* s = a.second + b * a.count + i;
-    second[b] = beta2 * L::Load(s) + (rest2 * g_turned[b] * g_turned[b] + V(kAdamSecondFloor));
+    const V old = L::Load(s);
+    second[b] = Select(moves, NextSecondMoment(old, g_turned[b]), old);
     L::Store(s, second[b]);
     sum = sum + second[b];
   }
@@ -108,7 +115,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
       step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i)), m_turned[b], step);
     }
     float* x = a.parameters + k * a.count + i;
-    L::Store(x, L::Load(x) - V(a.step) * rate[k] * step);
+    L::Store(x, L::Load(x) - Select(moves, V(a.step) * rate[k] * step, V(0)));
   }
 }
 

@@ -66,17 +66,15 @@ std::vector<Fate> DensityControl::Decide(const SplatModel& model) const {
 
 void DensityControl::Densify(SplatModel& model, Adam& adam, int iteration) {
   const std::vector<Fate> fate = Decide(model);
-  // Those that stay, then the second halves of clones and both halves of splits.
   std::vector<Index> source;
-  const auto append = [&](const FateNumbers& of_each) {
-    for (Index i = 0; i < model.count; ++i) {
-      source.insert(source.end(), static_cast<std::size_t>(of_each(fate[static_cast<std::size_t>(i)])), i);
+  std::vector<bool> keep_moments;
+  for (Index i = 0; i < model.count; ++i) {
+    const Fate f = fate[static_cast<std::size_t>(i)];
+    for (int heir = 0; heir < kHeirs(f); ++heir) {
+      source.push_back(i);
+      keep_moments.push_back(heir < kKeepingMoments(f));
     }
-  };
-  append(kStaying);
-  std::vector<bool> keep_moments(source.size(), true);
-  append(kCopies);
-  keep_moments.resize(source.size(), false);
+  }
 
   model.data = GatherRows(model.data, model.count, model.num_attributes(), source);
   model.count = static_cast<Index>(source.size());

@@ -32,9 +32,9 @@ struct FateNumbers {
 };
 // Those that are not pruned; those that become two.
 inline constexpr FateNumbers kSurvivors{1, 0, 1, 1}, kGrowing{0, 0, 1, 1};
-// What a Gaussian leaves in the new model: itself, which comes among the first, and new ones after all of these: the
-// second half of a clone, both halves of a split.
-inline constexpr FateNumbers kStaying{1, 0, 1, 0}, kCopies{0, 0, 1, 2};
+// What a Gaussian leaves in the new model, side by side in its own place, so that neighbours in memory stay neighbours
+// in space: the first keeps the moments unless the Gaussian was split.
+inline constexpr FateNumbers kHeirs{1, 0, 2, 2}, kKeepingMoments{1, 0, 1, 0};
 
 inline constexpr float kSplitShrink = 1.6f;         // children of a split are smaller by this factor
 inline constexpr float kResetLogit = -4.59511985f;  // opacity 0.01

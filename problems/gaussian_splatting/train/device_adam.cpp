@@ -18,16 +18,16 @@ std::vector<float> ToHost(const DeviceBuffer<float>& buffer) {
 }  // namespace
 
 void DeviceAdam::Upload(const SplatModel& model) {
-  if (adam_.first_moments().empty()) adam_.Start(model);
-  first_.CopyFrom(ViewOf(adam_.first_moments()));
-  second_.CopyFrom(ViewOf(adam_.second_moments()));
-  bases_.CopyFrom(ViewOf(adam_.bases()));
-  adam_.ReleaseMoments();
+  if (adam_.moments().first.empty()) adam_.Start(model);
+  const AdamMoments moments = adam_.TakeMoments();
+  first_.CopyFrom(ViewOf(moments.first));
+  second_.CopyFrom(ViewOf(moments.second));
+  bases_.CopyFrom(ViewOf(moments.bases));
 }
 
 Adam DeviceAdam::Download(Index count) const {
   Adam adam = adam_;
-  adam.SetMoments(count, ToHost(first_), ToHost(second_), ToHost(bases_));
+  adam.SetMoments(count, {ToHost(first_), ToHost(second_), ToHost(bases_)});
   return adam;
 }
 
@@ -59,12 +59,13 @@ void DeviceAdam::Step(Index count, float* parameters, float* gradient, int attri
   device_updates::StepAdam(arrays);
 }
 
-void DeviceAdam::Rearrange(Index count, const DeviceBuffer<std::uint32_t>& source, Index first_new) {
+void DeviceAdam::Rearrange(Index count, const DeviceBuffer<std::uint32_t>& source,
+                           const DeviceBuffer<std::uint8_t>& kept) {
   // The bases, being the most, first: if they fit, so do the moments of a model that does not grow.
   if (!bases_.empty()) {
     DeviceBuffer<float> bases;
     bases.ResizeForOverwrite(BlockArraySize(source.size()));
-    device_updates::GatherBases({source.size(), first_new, source.data(), bases_.data(), bases.data()});
+    device_updates::GatherBases({source.size(), source.data(), kept.data(), bases_.data(), bases.data()});
     bases_ = std::move(bases);
   }
   for (DeviceBuffer<float>* moments : {&first_, &second_}) {
@@ -72,7 +73,7 @@ void DeviceAdam::Rearrange(Index count, const DeviceBuffer<std::uint32_t>& sourc
     DeviceBuffer<float> gathered;
     gathered.ResizeForOverwrite(attributes * source.size());
     device_updates::GatherRows(
-        {attributes, count, source.size(), first_new, source.data(), moments->data(), gathered.data()});
+        {attributes, count, source.size(), source.data(), kept.data(), moments->data(), gathered.data()});
     *moments = std::move(gathered);
   }
 }

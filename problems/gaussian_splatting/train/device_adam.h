@@ -22,8 +22,8 @@ class DeviceAdam {
   // As Adam::Step on the attributes [0, attributes) of `count` Gaussians, in the memory of the GPU. Does not wait.
   void Step(Index count, float* parameters, float* gradient, int attributes, double factor);
   // As Adam::Rearrange: Gaussian i of the new model is source[i] of the `count` there were, with its moments where
-  // i < first_new. Throws OutOfDeviceMemory.
-  void Rearrange(Index count, const DeviceBuffer<std::uint32_t>& source, Index first_new);
+  // kept[i]. Throws OutOfDeviceMemory.
+  void Rearrange(Index count, const DeviceBuffer<std::uint32_t>& source, const DeviceBuffer<std::uint8_t>& kept);
   // As Adam::Reset, of `count` Gaussians.
   void Reset(Index count, int attribute);
 

@@ -85,10 +85,9 @@ DensityPlan DeviceDensityControl::Decide(const float* x, Index count) const {
   if (!plan.changes) return plan;
   VESTA_CHECK(plan.count < Index{0xffffffff}, "{} Gaussians", plan.count);
   plan.source.ResizeForOverwrite(plan.count);
-  plan.first_new = sums.Sum(plan.fate, kStaying);
-  device_density::PlaceSources(count, sums.begin(), plan.source.data());
-  sums.Sum(plan.fate, kCopies);
-  device_density::PlaceSources(count, sums.begin(), plan.source.data() + plan.first_new);
+  plan.kept.ResizeForOverwrite(plan.count);
+  sums.Sum(plan.fate, kHeirs);
+  device_density::PlaceSources(count, plan.fate.data(), sums.begin(), plan.source.data(), plan.kept.data());
   return plan;
 }
 

@@ -10,12 +10,13 @@
 
 namespace vesta::gs {
 
-// How a model is to change: Gaussian i of the new one is first a copy of source[i] of the old one; those from first_new
-// on are halves of clones and splits.
+// How a model is to change: Gaussian i of the new one is first a copy of source[i] of the old one, with its moments
+// where kept[i].
 struct DensityPlan {
   DeviceBuffer<std::uint32_t> source;
+  DeviceBuffer<std::uint8_t> kept;
   DeviceBuffer<Fate> fate;  // by Gaussian of the old model
-  Index count = 0, first_new = 0;
+  Index count = 0;
   bool changes = false;  // without, source is empty: the model stays as it is
 };
 

@@ -36,10 +36,16 @@ struct KeepOne {
 };
 
 struct PlaceOne {
+  FateNumbers keeping;
+  const Fate* fate;
   const Index* begin;
   std::uint32_t* source;
+  std::uint8_t* kept;
   VESTA_HD void operator()(Index i) const {
-    for (Index k = begin[i]; k < begin[i + 1]; ++k) source[k] = static_cast<std::uint32_t>(i);
+    for (Index k = begin[i]; k < begin[i + 1]; ++k) {
+      source[k] = static_cast<std::uint32_t>(i);
+      kept[k] = k - begin[i] < keeping(fate[i]) ? 1 : 0;
+    }
   }
 };
 
@@ -76,8 +82,8 @@ void KeepFrom(Index begin, Index end, const std::uint32_t* indices, Fate* fate) 
   device::ForEach(end - begin, KeepOne{indices + begin, fate}, "candidates without room");
 }
 
-void PlaceSources(Index count, const Index* begin, std::uint32_t* source) {
-  device::ForEach(count, PlaceOne{begin, source}, "sources of Gaussians");
+void PlaceSources(Index count, const Fate* fate, const Index* begin, std::uint32_t* source, std::uint8_t* kept) {
+  device::ForEach(count, PlaceOne{kKeepingMoments, fate, begin, source, kept}, "sources of Gaussians");
 }
 
 void RenewAll(Index count, const std::uint32_t* source, const Fate* fate, std::uint64_t seed, int iteration, float* x) {

@@ -24,8 +24,9 @@ void CountFates(Index count, const Fate* fate, const FateNumbers& numbers, Index
 void StrengthKeys(const Observed& observed, const Fate* fate, std::uint32_t* keys, std::uint32_t* indices);
 // fate[indices[rank]] = kKeep for ranks in [begin, end).
 void KeepFrom(Index begin, Index end, const std::uint32_t* indices, Fate* fate);
-// source[k] = i for k in [begin[i], begin[i + 1]), begin of count + 1.
-void PlaceSources(Index count, const Index* begin, std::uint32_t* source);
+// For heirs k in [begin[i], begin[i + 1]) of Gaussian i, begin of count + 1: source[k] = i, and whether it keeps
+// moments.
+void PlaceSources(Index count, const Fate* fate, const Index* begin, std::uint32_t* source, std::uint8_t* kept);
 // vesta::gs::Renew for all Gaussians of the new model; fate by Gaussian of the old one.
 void RenewAll(Index count, const std::uint32_t* source, const Fate* fate, std::uint64_t seed, int iteration, float* x);
 // LoweredLogit of each.

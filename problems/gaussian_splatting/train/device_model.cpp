@@ -33,14 +33,13 @@ void DeviceModel::Densify(int iteration, const std::function<void()>& before_gro
 }
 
 void DeviceModel::Rearrange(const DensityPlan& plan, int iteration) {
-  adam_.Rearrange(model_.count, plan.source, plan.first_new);
+  adam_.Rearrange(model_.count, plan.source, plan.kept);
   const Index attributes = model_.num_attributes();
   DeviceBuffer<float> x;
   x.ResizeForOverwrite(attributes * plan.count);
   // Of parameters new Gaussians have copies.
-  const Index first_new = plan.count;
-  device_updates::GatherRows(
-      {attributes, model_.count, plan.count, first_new, plan.source.data(), x_.data(), x.data()});
+  const std::uint8_t* all = nullptr;
+  device_updates::GatherRows({attributes, model_.count, plan.count, plan.source.data(), all, x_.data(), x.data()});
   density_.Renew(plan, iteration, x.data());
   x_ = std::move(x);
   model_.count = plan.count;

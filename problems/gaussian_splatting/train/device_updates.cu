@@ -6,11 +6,12 @@
 namespace vesta::gs::device_updates {
 namespace {
 
-// Memory bound: reads and writes 16 bytes a parameter.
+// Memory bound: reads and writes 16 bytes a parameter that moves, reads 4 of others.
 struct StepOne {
   AdamArrays a;
   VESTA_HD void operator()(Index parameter) const {
     const Index i = a.first_attribute * a.count + parameter, attribute = i / a.count;
+    if (a.gradient[i] == 0) return;
     const float unit = attribute < splat::kLogScale ? a.units[i - attribute * a.count] : 1.0f;
     const float step = AdamStep(a.gradient[i], unit * a.rate[attribute], a.root_correction2, a.first[i], a.second[i]);
     a.gradient[i] = 0;
@@ -48,7 +49,7 @@ struct GatherOne {
   RowGathering g;
   VESTA_HD void operator()(Index entry) const {
     const Index attribute = entry / g.to_rows, row = entry - attribute * g.to_rows;
-    g.to[entry] = row < g.first_new ? g.from[attribute * g.from_rows + g.source[row]] : 0.0f;
+    g.to[entry] = !g.kept || g.kept[row] != 0 ? g.from[attribute * g.from_rows + g.source[row]] : 0.0f;
   }
 };
 
@@ -59,7 +60,7 @@ struct GatherBasisNumber {
     const Index block = entry / (kBlockNumbers * kBlockLanes), in_block = entry - block * kBlockNumbers * kBlockLanes;
     const int number = static_cast<int>(in_block / kBlockLanes);
     const Index i = block * kBlockLanes + in_block % kBlockLanes;
-    const bool is_kept = i < g.to_rows && (i < g.first_new || number < kBasisSize);
+    const bool is_kept = i < g.to_rows && (g.kept[i] != 0 || number < kBasisSize);
     g.to[entry] = is_kept ? g.from[BlockEntry(number, g.source[i])] : 0.0f;
   }
 };

@@ -38,19 +38,21 @@ struct Observation {
 };
 void Observe(Index count, const Observation& observation);
 
-// to = the rows `source` of `from`: structures of arrays with `attributes` columns of so many rows; zero from row
-// first_new on.
+// to = the rows `source` of `from`: structures of arrays with `attributes` columns of so many rows; zero where a row is
+// not kept. kept null: all are.
 struct RowGathering {
-  Index attributes, from_rows, to_rows, first_new;
+  Index attributes, from_rows, to_rows;
   const std::uint32_t* source;
+  const std::uint8_t* kept;
   const float* from;
   float* to;
 };
 void GatherRows(const RowGathering& gathering);
-// The same for bases, of which new Gaussians keep the directions, not C.
+// The same for bases, of which Gaussians that are not kept have the directions, not C.
 struct BaseGathering {
-  Index to_rows, first_new;
+  Index to_rows;
   const std::uint32_t* source;
+  const std::uint8_t* kept;
   const float* from;
   float* to;  // BlockArraySize(to_rows)
 };

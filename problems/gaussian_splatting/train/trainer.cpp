@@ -7,6 +7,7 @@
 #include "problems/gaussian_splatting/train/initialize.h"
 #include "problems/gaussian_splatting/train/memory_plan.h"
 #include "problems/gaussian_splatting/train/session.h"
+#include "problems/gaussian_splatting/train/spatial_order.h"
 
 namespace vesta::gs {
 namespace {
@@ -100,12 +101,21 @@ StageRunners HostStages() { return {"cpu", RunAdamStage, RunLmStage, {}}; }
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {
   SplatModel model = InitializeFromPoints(scene.points, options.sh_degree, options.density.max_gaussians);
+  const std::vector<Index> order = SpatialOrder(model);
+  model = InOrder(std::move(model), order);
   return RunStages(scene, std::move(model), options, true, seconds_before, callbacks, stages);
 }
 
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
                    const TrainCallbacks& callbacks, const StageRunners& stages) {
-  return RunStages(scene, std::move(model), options, false, seconds_before, callbacks, stages);
+  const std::vector<Index> order = SpatialOrder(model);
+  TrainResult result =
+      RunStages(scene, InOrder(std::move(model), order), options, false, seconds_before, callbacks, stages);
+  // LM leaves the Gaussians where they are: theirs is the order they came in.
+  std::vector<Index> back(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);
+  result.model = InOrder(std::move(result.model), back);
+  return result;
 }
 
 }  // namespace vesta::gs
