@@ -40,7 +40,9 @@ DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(position_damping, 0, "factor on it for the positions");
 DEFINE_double(sh_damping, 0, "factor on it for the bands of the harmonics above the constant");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
-DEFINE_string(jacobian, "recompute", "products with J: recompute, or keep its entries in 32 or 16 bits a number");
+DEFINE_string(
+    jacobian, "recompute",
+    "products with J: recompute; cache its entries in 32 or 16 bits; or rebuild views too (slower, least memory)");
 DEFINE_double(memory_budget, 0,
               "GiB that the program may take (of the GPU with one), foreseen before they are used; 0: no limit");
 DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
@@ -133,7 +135,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"position_damping", kLm, Range{1e-30, 1e30}},
       {"sh_damping", kLm, Range{1e-30, 1e30}},
       {"l1_floor", kLm, Range{1e-6, 1}},
-      {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16"}}},
+      {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16", "rebuild"}}},
       {"memory_budget", kLm, Range{0, 1e6}},
       {"residual_sampling", kLm, Range{1e-3, 1}},
       {"sampling_unit", kLm, Choice{{"rows", "tiles"}}},

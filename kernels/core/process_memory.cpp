@@ -6,9 +6,34 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <fstream>
+#include <limits>
+#include <string>
 
 namespace vesta {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
+
+// The number a file begins with; `otherwise` where there is none ("max", say).
+double NumberIn(const char* path, double otherwise) {
+  std::ifstream file(path);
+  double number = otherwise;
+  return file >> number ? number : otherwise;
+}
+
+// Of a file with a name and a number in each line.
+double NumberNamed(const std::string& name, const char* path, double otherwise) {
+  std::ifstream file(path);
+  std::string word, rest;
+  for (double number = 0; file >> word >> number; std::getline(file, rest)) {
+    if (word == name) return number;
+  }
+  return otherwise;
+}
+
+}  // namespace
 
 void ReturnFreedMemory() {
 #ifdef __GLIBC__
@@ -28,6 +53,14 @@ double MemoryMib() {
   double pages = 0, resident = 0;
   statm >> pages >> resident;
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+double AvailableMemoryMib() {
+  // Pages of files that nobody reads make room when it is needed.
+  const double used =
+      NumberIn("/sys/fs/cgroup/memory.current", 0) - NumberNamed("inactive_file", "/sys/fs/cgroup/memory.stat", 0);
+  const double in_group = std::max(0.0, NumberIn("/sys/fs/cgroup/memory.max", kUnknown) - used);
+  return std::min(NumberNamed("MemAvailable:", "/proc/meminfo", kUnknown) / 1024, in_group / (1 << 20));
 }
 
 }  // namespace vesta

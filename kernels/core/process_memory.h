@@ -12,5 +12,8 @@ void ReturnFreedMemory();
 double PeakMemoryMib();
 // Memory resident now, MiB; 0 where there is no /proc.
 double MemoryMib();
+// What the process may still take before the machine, or the control group it runs in, has none left, MiB; infinity
+// where the system does not say.
+double AvailableMemoryMib();
 
 }  // namespace vesta

@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"train", "a", "--preconditioner_damping=2"}, kUsage, "must be lambda, none or one"},
         BadLine{{"train", "a", "--pcg_start=warm"}, kUsage, "must be zero or preconditioned"},
         BadLine{{"train", "a", "--pcg_tolerance=2"}, kUsage, "--pcg_tolerance=2: must be"},
-        BadLine{{"train", "a", "--jacobian=cache64"}, kUsage, "must be recompute, cache32 or cache16"},
+        BadLine{{"train", "a", "--jacobian=cache64"}, kUsage, "must be recompute, cache32, cache16 or rebuild"},
         BadLine{{"train", "a", "--background=0,0,2"}, kUsage, "must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0"}, kUsage, "must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0,0,0"}, kUsage, "must be three numbers from 0 to 1"},

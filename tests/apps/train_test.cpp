@@ -220,6 +220,7 @@ TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
   const std::string refined = folder_ / "refined";
   const std::vector<std::vector<std::string>> ways = {
       {"--jacobian=cache16", "--memory_budget=1"},
+      {"--jacobian=rebuild"},
       {"--preconditioner=block_sh"},
       {"--lm_batches=2", "--batch_size=2", "--batch_choice=clustered", "--merge_batches"},
       {"--residual_sampling=0.5", "--step_limit=hellinger", "--step_limit_size=0.01"},

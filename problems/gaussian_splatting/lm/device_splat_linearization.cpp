@@ -59,7 +59,7 @@ void DeviceSplatLinearization::Prepare(Unit& unit, Index view, int turn) {
     unit.view.KeepRows(sample.rows, *workspace_);
     unit.scale *= sample.scale;
   }
-  if (options_.jacobian != JacobianKind::kRecompute) {
+  if (IsCached(options_.jacobian)) {
     unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
   }
 }

@@ -24,43 +24,65 @@ SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, Co
                                           std::shared_ptr<PhotometricLoss<S>> loss,
                                           std::shared_ptr<splat::ViewWorkspace<S>> workspace)
     : options_(options),
-      units_(views.size()),
+      views_(views),
+      scale_(scale),
+      turn_(turn),
+      units_(options.jacobian == JacobianKind::kRebuild ? std::min<std::size_t>(views.size(), 1) : views.size()),
       loss_(std::move(loss)),
       workspace_(std::move(workspace)),
       gradient_(x.size()) {
   model_ = {x.data(), options.count, options.sh_degree, options.sh_degree};
-  HostBuffer<S> image_gradient;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    Unit& unit = units_[i];
-    unit.target = views[i].target;
-    unit.scale = scale;
-    unit.shape = {unit.target->pinhole.width, unit.target->pinhole.height};
-    const Index values = unit.shape.NumValues();
+    Unit& unit = units_[i % units_.size()];
+    const splat::PinholeView& pinhole = views[i].target->pinhole;
+    const Index values = ImageShape{pinhole.width, pinhole.height}.NumValues();
     num_residuals_ += values;
     if (image_work_.size() < values) image_work_.Resize(values), weighted_work_.Resize(values);
-    unit.view.Build(model_, unit.target->pinhole, options.background.data(), *workspace_);
-    unit.image.Resize(values);
-    unit.view.Render(unit.image.data());
-    image_gradient.Resize(values);
-    loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
-    if (options.sample_gradient) Prepare(unit, views[i].index, turn);
-    Scale(unit.scale, image_gradient.view());
+    const View image_gradient = image_work_.view().subspan(0, values);
+    Build(views[i], unit, image_gradient);
+    if (options.sample_gradient) Prepare(views[i], unit);
+    Scale(unit.scale, image_gradient);
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), gradient_.data(), *workspace_);
     // After the gradient, which is thereby exact.
-    if (!options.sample_gradient) Prepare(unit, views[i].index, turn);
+    if (!options.sample_gradient) Prepare(views[i], unit);
   }
 }
 
 template <class S>
-void SplatLinearization<S>::Prepare(Unit& unit, Index view, int turn) {
+void SplatLinearization<S>::Build(const BatchView<S>& from, Unit& unit, View image_gradient) const {
+  unit.target = from.target;
+  unit.scale = scale_;
+  unit.shape = {unit.target->pinhole.width, unit.target->pinhole.height};
+  unit.view.Build(model_, unit.target->pinhole, options_.background.data(), *workspace_);
+  unit.image.ResizeForOverwrite(unit.shape.NumValues());
+  unit.view.Render(unit.image.data());
+  loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
+}
+
+template <class S>
+void SplatLinearization<S>::Prepare(const BatchView<S>& from, Unit& unit) const {
   if (options_.residual_sampling < 1) {
     const PixelSample sample = SamplePixels(options_.sampling_unit, unit.view.num_tiles(), options_.residual_sampling,
-                                            options_.seed, turn, view);
+                                            options_.seed, turn_, from.index);
     unit.view.KeepRows(sample.rows);
     unit.scale *= sample.scale;
   }
-  if (options_.jacobian != JacobianKind::kRecompute) {
-    unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian));
+  if (IsCached(options_.jacobian)) unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian));
+}
+
+template <class S>
+template <class Body>
+void SplatLinearization<S>::ForEachUnit(const Body& body) const {
+  if (options_.jacobian != JacobianKind::kRebuild) {
+    for (Unit& unit : units_) body(unit);
+    return;
+  }
+  for (const BatchView<S>& view : views_) {
+    Unit& unit = units_.front();
+    const splat::PinholeView& pinhole = view.target->pinhole;
+    Build(view, unit, image_work_.view().subspan(0, ImageShape{pinhole.width, pinhole.height}.NumValues()));
+    Prepare(view, unit);
+    body(unit);
   }
 }
 
@@ -69,9 +91,9 @@ typename SplatLinearization<S>::ConstView SplatLinearization<S>::residuals() con
   if (residuals_.empty()) {
     residuals_.Resize(num_residuals_);
     Index at = 0;
-    for (const Unit& unit : units_) {
+    ForEachUnit([&](const Unit& unit) {
       for (Index k = 0; k < unit.image.size(); ++k) residuals_[at++] = unit.image[k] - unit.target->truth[k];
-    }
+    });
   }
   return residuals_.view();
 }
@@ -79,44 +101,44 @@ typename SplatLinearization<S>::ConstView SplatLinearization<S>::residuals() con
 template <class S>
 void SplatLinearization<S>::ApplyJ(ConstView v, View u) {
   S* out = u.data();
-  for (Unit& unit : units_) {
+  ForEachUnit([&](Unit& unit) {
     unit.view.ApplyJ(model_, v.data(), out, *workspace_);
     out += unit.shape.NumValues();
-  }
+  });
 }
 
 template <class S>
 void SplatLinearization<S>::ApplyJT(ConstView u, View g) {
   std::fill(g.begin(), g.end(), S(0));
   const S* in = u.data();
-  for (Unit& unit : units_) {
+  ForEachUnit([&](Unit& unit) {
     unit.view.AddJT(model_, unit.image.data(), in, g.data(), *workspace_);
     in += unit.shape.NumValues();
-  }
+  });
 }
 
 template <class S>
 void SplatLinearization<S>::ApplyW(ConstView u, View Wu) {
   Index at = 0;
-  for (Unit& unit : units_) {
+  ForEachUnit([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
     loss_->ApplyW(unit.loss, u.subspan(at, values), Wu.subspan(at, values));
     Scale(unit.scale, Wu.subspan(at, values));
     at += values;
-  }
+  });
 }
 
 template <class S>
 void SplatLinearization<S>::ApplyH(ConstView v, View Hv) {
   std::fill(Hv.begin(), Hv.end(), S(0));
-  for (Unit& unit : units_) {
+  ForEachUnit([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
     const View d_image = image_work_.view().subspan(0, values), weighted = weighted_work_.view().subspan(0, values);
     unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
     loss_->ApplyW(unit.loss, d_image, weighted);
     Scale(unit.scale, weighted);
     unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
-  }
+  });
 }
 
 template <class S>
@@ -130,12 +152,12 @@ void SplatLinearization<S>::EnsureGram() {
   gram_blocks_.Resize(PackedValues(splat::kGeometry) * model_.count);
   gram_sh_.Resize(gradient_.size() - splat::kSh * model_.count);
   if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * model_.count);
-  for (Unit& unit : units_) {
+  ForEachUnit([&](Unit& unit) {
     const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
     CpuBackend<S>().Axpby(unit.scale, unit.loss.diagonal, 0.0, omega);
     unit.view.AddGram(model_, unit.image.data(), omega.data(), gram_blocks_.data(), gram_sh_.data(), *workspace_,
                       options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
-  }
+  });
 }
 
 template <class S>

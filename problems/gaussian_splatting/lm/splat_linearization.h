@@ -44,25 +44,33 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
  private:
   struct Unit {
     const TargetView<S>* target;
-    double scale;  // of W, and of the loss's derivative
+    double scale;  // of W
     ImageShape shape;
     splat::View<S> view;
     HostBuffer<S> image;
     PhotometricLinearization<S> loss;
   };
+  // Projects, renders and linearises a view of the batch; image_gradient: of the loss, of all pixels.
+  void Build(const BatchView<S>& from, Unit& unit, View image_gradient) const;
   // Samples pixels and caches the Jacobian, as the options have it.
-  void Prepare(Unit& unit, Index view, int turn);
+  void Prepare(const BatchView<S>& from, Unit& unit) const;
+  // body(unit) for each view of the batch in turn: those that are held, or one built anew for each.
+  template <class Body>
+  void ForEachUnit(const Body& body) const;
   // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
   void EnsureGram();
 
   SplatProblemOptions options_;
   splat::Model<S> model_;
-  std::vector<Unit> units_;
+  std::vector<BatchView<S>> views_;
+  double scale_;
+  int turn_;
+  mutable std::vector<Unit> units_;  // of all views; of JacobianKind::kRebuild one, for each in turn
   Index num_residuals_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
-  HostBuffer<S> gradient_, image_work_, weighted_work_, gram_blocks_, gram_sh_, gram_sh_blocks_;
-  mutable HostBuffer<S> residuals_;
+  HostBuffer<S> gradient_, gram_blocks_, gram_sh_, gram_sh_blocks_;
+  mutable HostBuffer<S> residuals_, image_work_, weighted_work_;
 };
 
 }  // namespace vesta::gs

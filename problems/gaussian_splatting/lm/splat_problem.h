@@ -32,7 +32,11 @@ enum class JacobianKind {
   kRecompute,  // the splats, each time
   kCache32,    // entries kept as floats (doubles in double) or as 16 bits: kernels/gaussian_splatting/jacobian_cache.h
   kCache16,
+  // As kRecompute, and views are projected, sorted, rendered and linearised anew for each product: the same numbers,
+  // and the memory of one view instead of that of all. On a device as kRecompute.
+  kRebuild,
 };
+inline bool IsCached(JacobianKind kind) { return kind == JacobianKind::kCache32 || kind == JacobianKind::kCache16; }
 
 struct SplatProblemOptions {
   int sh_degree = 3;

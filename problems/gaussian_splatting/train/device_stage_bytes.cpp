@@ -28,7 +28,7 @@ double ViewBytes(const ViewCounts& view, const MemoryScene& scene) {
 }
 
 double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
-  if (lm.jacobian == "recompute") return 0;
+  if (!CachesJacobian(lm)) return 0;
   const auto format = lm.jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
   return static_cast<double>(
       splat::DeviceJacobianCache::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
@@ -72,7 +72,7 @@ double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_ba
     views_bytes += ViewBytes(view, scene) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
   }
   // Of a cache entries are counted pair by pair, where else splats' tiles are.
-  const double counts = lm.jacobian == "recompute" ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
+  const double counts = !CachesJacobian(lm) ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
   // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
   return TargetBytes(scene) + EngineBytes(scene, lm, hold_batches, views_bytes) + 2 * PerGaussianBytes(scene) +
          WorkspaceBytes(most, scene, true) + counts + ViewBytes(most, scene) + 5 * kImageBytes * most.pixels +

@@ -45,9 +45,10 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
       ValueOf(options.lm.batch_choice, {{"random", BatchChoice::kRandom}, {"clustered", BatchChoice::kClustered}},
               BatchChoice::kStrided),
       options.seed};
-  result.jacobian =
-      ValueOf(options.lm.jacobian, {{"cache32", JacobianKind::kCache32}, {"cache16", JacobianKind::kCache16}},
-              JacobianKind::kRecompute);
+  result.jacobian = ValueOf(
+      options.lm.jacobian,
+      {{"cache32", JacobianKind::kCache32}, {"cache16", JacobianKind::kCache16}, {"rebuild", JacobianKind::kRebuild}},
+      JacobianKind::kRecompute);
   result.sh_blocks = options.lm.preconditioner == "block_sh";
   result.residual_sampling = options.lm.residual_sampling;
   result.sampling_unit = options.lm.sampling_unit == "tiles" ? SamplingUnit::kTiles : SamplingUnit::kRows;

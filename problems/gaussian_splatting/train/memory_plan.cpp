@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "kernels/core/error.h"
+#include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/train/device_stage_bytes.h"
 #include "problems/gaussian_splatting/train/engine_bytes.h"
 
@@ -26,6 +27,7 @@ StageMemory HostMemory(const MemoryOptions& memory) {
   StageMemory result;
   const double before = memory.before_mib * kMib;
   if (memory.budget_gib > 0) result.bytes = memory.budget_gib * kGib - before;
+  result.comfortable_bytes = 0.75 * AvailableMemoryMib() * kMib;
   result.refusal = [memory, before](const char* what, double needed) {
     return fmt::format(
         "--memory_budget={}: {} needs {:.2f} GiB, {:.2f} of them for program and images; allow so much, or use "
@@ -39,6 +41,7 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
   StageMemory result;
   result.adam_bytes = DeviceAdamBytes;
   result.lm_bytes = DeviceLmBytes;
+  result.rebuilds = false;
   result.bytes = kUsableShare * free_bytes;
   const bool by_flag = memory.budget_gib > 0 && memory.budget_gib * kGib <= result.bytes;
   if (by_flag) result.bytes = memory.budget_gib * kGib;
@@ -58,10 +61,17 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
 LmPlan PlanLm(const MemoryScene& scene, const TrainOptions& options, const StageMemory& memory) {
   const LmOptions& lm = options.lm;
   LmPlan plan{lm, true, memory.lm_bytes(scene, lm, true)};
-  if (lm.iterations == 0 || plan.bytes <= memory.bytes) return plan;
+  const double fits = std::min(memory.bytes, memory.comfortable_bytes);
+  if (lm.iterations == 0 || plan.bytes <= fits) return plan;
   plan.lm.jacobian = "recompute";
   plan.bytes = memory.lm_bytes(scene, plan.lm, true);
-  if (plan.bytes <= memory.bytes) return plan;
+  if (plan.bytes <= fits) return plan;
+  if (memory.rebuilds) {
+    plan.lm.jacobian = "rebuild";
+    plan.bytes = memory.lm_bytes(scene, plan.lm, true);
+    if (plan.bytes <= memory.bytes) return plan;
+    throw Error(memory.refusal("LM with one view at a time", plan.bytes));
+  }
   plan.lm.merge_batches = true;
   plan.hold_batches = false;
   for (plan.lm.batches = std::max(2, lm.batches); plan.lm.batches <= static_cast<int>(scene.views.size());
@@ -79,10 +89,10 @@ Index PlanGaussians(const MemoryScene& scene, const TrainOptions& options, const
   const auto bytes_of = [&](Index gaussians) {
     const MemoryScene scaled = scene.Scaled(gaussians);
     LmOptions lm = options.lm;
-    lm.jacobian = "recompute";
-    lm.batches = static_cast<int>(scene.views.size());
+    lm.jacobian = memory.rebuilds ? "rebuild" : "recompute";
+    if (!memory.rebuilds) lm.batches = static_cast<int>(scene.views.size());
     const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, options) : 0;
-    return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, false) : 0.0);
+    return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, memory.rebuilds) : 0.0);
   };
   if (bytes_of(scene.gaussians) > memory.bytes) {
     throw Error(memory.refusal("this scene", bytes_of(scene.gaussians)));

@@ -116,7 +116,7 @@ void ValidateOptions(const TrainOptions& options) {
   CheckName("--preconditioner_damping", options.lm.preconditioner_damping, {"lambda", "none", "one"});
   CheckName("--pcg_start", options.lm.pcg_start, {"zero", "preconditioned"});
   CheckRange("--pcg_tolerance", options.lm.pcg_tolerance, 0, 1);
-  CheckName("--jacobian", options.lm.jacobian, {"recompute", "cache32", "cache16"});
+  CheckName("--jacobian", options.lm.jacobian, {"recompute", "cache32", "cache16", "rebuild"});
   CheckRange("--residual_sampling", options.lm.residual_sampling, 1e-3, 1);
   CheckName("--sampling_unit", options.lm.sampling_unit, {"rows", "tiles"});
   CheckName("--step_limit", options.lm.step_limit, {"none", "caps", "hellinger"});

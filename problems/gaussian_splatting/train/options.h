@@ -77,7 +77,7 @@ struct LmOptions {
   // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
   double pcg_tolerance = 0;
   std::string step_control = "soft";   // soft | ceres | nielsen | v1 | v2 | code
-  std::string jacobian = "recompute";  // recompute | cache32 | cache16
+  std::string jacobian = "recompute";  // recompute | cache32 | cache16 | rebuild
   double residual_sampling = 1;        // part of the pixels of each view that H is measured on
   std::string sampling_unit = "rows";  // rows | tiles: how they are drawn
   bool sample_gradient = false;        // the gradient too
@@ -103,6 +103,9 @@ struct LmOptions {
   // end.
   double min_diagonal = 0, max_diagonal = 0;
 };
+
+// Whether entries of J are kept.
+inline bool CachesJacobian(const LmOptions& lm) { return lm.jacobian == "cache32" || lm.jacobian == "cache16"; }
 
 struct MemoryOptions {
   double budget_gib = 0;  // of the process; 0: none

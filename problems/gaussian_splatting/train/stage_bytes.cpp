@@ -7,6 +7,7 @@
 #include "kernels/gaussian_splatting/jacobian_cache.h"
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/image_kernels.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/engine_bytes.h"
 
 namespace vesta::gs {
@@ -40,16 +41,16 @@ double EvaluationBytes(const ViewCounts& view, Index gaussians) {
   return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians) + 3 * kImageBytes * view.pixels + LossBytes(view);
 }
 
-double CacheBytes(const ViewCounts& view, const std::string& jacobian) {
-  if (jacobian == "recompute") return 0;
-  const auto format = jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
+  if (!CachesJacobian(lm)) return 0;
+  const auto format = lm.jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
   return static_cast<double>(
       splat::JacobianCache<float>::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
 }
 
 double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const LmOptions& lm) {
   // The image, and those of its loss.
-  return ViewBytes(view, gaussians) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm.jacobian);
+  return ViewBytes(view, gaussians) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
 }
 
 }  // namespace
@@ -71,12 +72,19 @@ double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches)
   const Index n = scene.gaussians;
   double views_bytes = 0;
   for (const ViewCounts& view : scene.views) views_bytes += LinearizedViewBytes(view, n, lm);
+  double rebuilt = 0;
+  if (lm.jacobian == "rebuild") {
+    // One view for each linearization that is held.
+    const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
+    rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * LinearizedViewBytes(most, n, lm);
+    views_bytes = 0;
+  }
   double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
                      SumBytes(most, sizeof(splat::SplatGram<float>));
-  if (lm.jacobian != "recompute") workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
+  if (CachesJacobian(lm)) workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
   // The view and image of the cost.
   const double cost = ViewBytes(most, n) + kImageBytes * most.pixels;
-  return EngineBytes(scene, lm, hold_batches, views_bytes) + PerGaussianBytes(scene) + workspace + cost +
+  return EngineBytes(scene, lm, hold_batches, views_bytes) + PerGaussianBytes(scene) + rebuilt + workspace + cost +
          EvaluationBytes(most, n);
 }
 

@@ -22,13 +22,17 @@ StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options) {
 void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
                   TrainResult& result) {
   const std::vector<const View*>& views = session.training_views();
-  const bool has_cache = options.lm.jacobian != "recompute";
+  const bool has_cache = CachesJacobian(options.lm);
   const int some = stages.device_memory ? 8 : 4;
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;
   const MemoryScene counts = CountMemory(model, views, NearPlane(session.scene()), counted, has_cache);
   LmPlan plan{options.lm};
   try {
     plan = PlanLm(counts, options, MemoryOf(stages, options));
+    if (plan.lm.jacobian != options.lm.jacobian) {
+      session.Note(fmt::format("LM with --jacobian={}: for {} there is too little memory", plan.lm.jacobian,
+                               options.lm.jacobian));
+    }
   } catch (const Error& error) {
     // What Adam has made is not lost for want of memory.
     if (options.adam.iterations == 0) throw;

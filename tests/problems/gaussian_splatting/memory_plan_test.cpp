@@ -56,6 +56,9 @@ const test::MemoryCase kCases[] = {
     {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
     {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache32"; }},
     {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
+    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "rebuild"; }},
+    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = "rebuild"; }},
+    {"rebuild_in_batches", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = "rebuild", o.lm.batches = 2; }},
     {"sh_blocks", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = "block_sh"; }},
     {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = "jacobi"; }},
     {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
@@ -80,7 +83,7 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
       << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
   if (options.memory.budget_gib > 0) {
     EXPECT_LE(counted, 1024 * options.memory.budget_gib);
-    EXPECT_GT(result.memory.batches, 1) << "so that the budget has an effect";
+    EXPECT_EQ(result.memory.jacobian, "rebuild") << "so that the budget has an effect";
   }
 }
 
@@ -91,14 +94,17 @@ MemoryScene MadeUp() {
 
 double Gib(double bytes) { return bytes / (1 << 30); }
 
-TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenBatches) {
+TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
   TrainOptions options;
   options.lm.jacobian = "cache16";
   const MemoryScene scene = MadeUp();
-  LmOptions recompute = options.lm;
+  LmOptions recompute = options.lm, rebuild = options.lm;
   recompute.jacobian = "recompute";
-  const double with_cache = LmBytes(scene, options.lm, true), without = LmBytes(scene, recompute, true);
+  rebuild.jacobian = "rebuild";
+  const double with_cache = LmBytes(scene, options.lm, true), without = LmBytes(scene, recompute, true),
+               least = LmBytes(scene, rebuild, true);
   EXPECT_GT(with_cache, without + 20 * 8e6 * 8);
+  EXPECT_GT(without, least + 19 * 2e5 * 36) << "three images of each view";
   const auto plan = [&](double gib) {
     options.memory.budget_gib = gib;
     return PlanLm(scene, options, HostMemory(options.memory));
@@ -107,24 +113,24 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenBatches) {
   EXPECT_EQ(plan(0).bytes, with_cache);
   EXPECT_EQ(plan(Gib(with_cache) * 1.001).lm.jacobian, "cache16");
   EXPECT_EQ(plan(Gib(with_cache) * 0.999).lm.jacobian, "recompute");
-  EXPECT_EQ(plan(Gib(without) * 1.001).lm.batches, 1);
-  int batches = 1;
-  for (const double share : {0.95, 0.7, 0.66}) {
-    const LmPlan smaller = plan(Gib(without) * share);
-    EXPECT_GT(smaller.lm.batches, batches) << share;
-    EXPECT_TRUE(smaller.lm.merge_batches);
-    EXPECT_FALSE(smaller.hold_batches);
-    EXPECT_LE(smaller.bytes, share * without);
-    // One batch fewer would not do.
-    LmOptions fewer = smaller.lm;
-    --fewer.batches;
-    EXPECT_TRUE(fewer.batches == 1 || LmBytes(scene, fewer, false) > share * without);
-    batches = smaller.lm.batches;
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, "recompute");
+  for (const double budget : {0.999 * without, 1.001 * least}) {
+    const LmPlan smaller = plan(Gib(budget));
+    EXPECT_EQ(smaller.lm.jacobian, "rebuild");
+    EXPECT_EQ(smaller.lm.batches, 1);
+    EXPECT_EQ(smaller.bytes, least);
   }
+  EXPECT_THROW(plan(Gib(least) * 0.999), Error);
   // What the process holds already counts.
   options.memory.before_mib = 100;
-  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, "recompute");
-  EXPECT_GT(plan(Gib(without) * 1.001).lm.batches, 1);
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, "rebuild");
+  // Without a budget too a machine that is nearly full gets the frugal way, and no refusal.
+  StageMemory machine;
+  for (const auto& [share, expected] :
+       {std::pair(1.001 * with_cache, "cache16"), {1.001 * without, "recompute"}, {0.5 * least, "rebuild"}}) {
+    machine.comfortable_bytes = share;
+    EXPECT_EQ(PlanLm(scene, options, machine).lm.jacobian, expected);
+  }
 }
 
 TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
@@ -158,8 +164,8 @@ TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
   const Index fit = PlanGaussians(MadeUp(), options, HostMemory(options.memory));
   EXPECT_GT(fit, 20000);
   EXPECT_LT(fit, 1000000);
-  options.lm.batches = 20;
-  EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, false), 0.5 * (1 << 30));
+  options.lm.jacobian = "rebuild";
+  EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, true), 0.5 * (1 << 30));
   options.density.enabled = false;
   EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 20000)
       << "without densification there are as many as there are";

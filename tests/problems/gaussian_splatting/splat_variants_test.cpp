@@ -27,6 +27,8 @@ struct Variant {
 const Variant kVariants[] = {
     {"cache32", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache32; }},
     {"cache16", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache16; }},
+    {"rebuild", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kRebuild; }},
+    {"sampled_rebuild", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = JacobianKind::kRebuild; }},
     {"sh_blocks", [](SplatProblemOptions& o) { o.sh_blocks = true; }},
     {"random_batches",
      [](SplatProblemOptions& o) {
@@ -171,6 +173,39 @@ TEST(SplatCache, GivesTheProductsOfRecomputation) {
     EXPECT_EQ(distance > 1e-7, kind == JacobianKind::kCache16) << "they are 16 bits";
     linearization->Gradient(cached_gradient);
     EXPECT_EQ(RelativeDistance(cached_gradient, gradient), 0) << "never from the cache";
+  }
+}
+
+// Views that are built anew are the same ones, and so are the pixels drawn of them.
+TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
+  for (const double sampling : {1.0, 0.4}) {
+    RingProblem<float> ring(3, kCount, 2, 20);
+    ring.options.residual_sampling = sampling;
+    const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 21);
+    std::vector<std::vector<float>> results;
+    for (const JacobianKind kind : {JacobianKind::kRecompute, JacobianKind::kRebuild}) {
+      ring.options.jacobian = kind;
+      SplatProblem<float> problem = ring.Make();
+      const auto linearization = problem.Linearize(ring.x, 0);
+      std::vector<float>& all = results.emplace_back();
+      const auto keep = [&](const HostBuffer<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
+      HostBuffer<float> of_x(v.size()), of_residuals(linearization->num_residuals());
+      for (int again = 0; again < 2; ++again) keep(ApplyH(*linearization, v));
+      linearization->Gradient(of_x);
+      keep(of_x);
+      linearization->DiagJTJ(of_x);
+      keep(of_x);
+      linearization->ApplyJ(v, of_residuals);
+      keep(of_residuals);
+      HostBuffer<float> weighted(of_residuals.size());
+      linearization->ApplyW(of_residuals, weighted);
+      keep(weighted);
+      linearization->ApplyJT(weighted, of_x);
+      keep(of_x);
+      const auto residuals = linearization->residuals();
+      all.insert(all.end(), residuals.begin(), residuals.end());
+    }
+    EXPECT_TRUE(results[0] == results[1]) << sampling;
   }
 }
 
