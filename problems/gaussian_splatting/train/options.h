@@ -30,7 +30,7 @@ struct AdamOptions {
   std::string metric = "block";  // block | diagonal
   // The authors' rates are made for 30,000 iterations; short runs want several times as much.
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
-  double rate_factor = 5.0;
+  double rate_factor = 4.0;
   double rate_decay = 0.5;
   // In the last part of the stage, so long, they fall besides by another factor: high rates come far and end in noise,
   // which a short cooldown takes out at next to no cost (docs/results).
