@@ -61,6 +61,7 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
 LmPlan PlanLm(const MemoryScene& scene, const TrainOptions& options, const StageMemory& memory) {
   const LmOptions& lm = options.lm;
   LmPlan plan{lm, true, memory.lm_bytes(scene, lm, true)};
+  if (lm.jacobian == "rebuild" && !memory.rebuilds) plan.lm.jacobian = "recompute";
   const double fits = std::min(memory.bytes, memory.comfortable_bytes);
   if (lm.iterations == 0 || plan.bytes <= fits) return plan;
   plan.lm.jacobian = "recompute";

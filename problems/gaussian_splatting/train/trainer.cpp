@@ -30,8 +30,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   try {
     plan = PlanLm(counts, options, MemoryOf(stages, options));
     if (plan.lm.jacobian != options.lm.jacobian) {
-      session.Note(fmt::format("LM with --jacobian={}: for {} there is too little memory", plan.lm.jacobian,
-                               options.lm.jacobian));
+      session.Note(fmt::format("LM with --jacobian={} in place of {}", plan.lm.jacobian, options.lm.jacobian));
     }
   } catch (const Error& error) {
     // What Adam has made is not lost for want of memory.
