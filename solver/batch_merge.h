@@ -22,9 +22,10 @@ class BatchedStep {
               LmSummary& summary);
 
   bool finite() const { return finite_; }
-  // -g and the diagonal of H, of all batches.
+  // -g of all batches.
   typename B::ConstView descent() const { return whole() ? whole()->descent() : descent_.view(); }
-  typename B::ConstView diagonal() const { return whole() ? whole()->diagonal() : diagonal_.view(); }
+  // A weight of each column, of H's scale: D, or of merged batches the diagonal of H.
+  typename B::ConstView weights() const { return whole() ? whole()->metric() : diagonal_.view(); }
 
   // gamma step lowers the cost by Predicted(gamma) according to the undamped model of all batches.
   struct Direction {

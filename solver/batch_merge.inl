@@ -30,11 +30,12 @@ BatchedStep<B>::BatchedStep(const LmOptions& options, B& backend, Problem<B>& pr
     systems_.push_back(systems == 1 || options.hold_batches ? std::move(system) : nullptr);
   }
   if (!finite_) return;
-  summary.num_frozen = backend.CountNonPositive(diagonal());
-  if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal());
+  const typename B::ConstView diagonal = whole() ? whole()->diagonal() : diagonal_.view();
+  summary.num_frozen = backend.CountNonPositive(diagonal);
+  if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal);
   for (auto& system : systems_) {
     if (!system) continue;
-    system->Prepare(options.normal_system, x_, scale_);
+    system->Prepare(options.normal_system, x_, scale_, systems > 1);
     summary.linear_solver = system->description();
   }
 }

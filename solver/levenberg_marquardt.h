@@ -17,8 +17,10 @@ namespace vesta {
 template <Backend B>
 class LmStepper {
  public:
-  // Evaluates the cost of x, which is copied.
-  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x);
+  // Evaluates the cost of x.
+  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x);
+  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x)
+      : LmStepper(options, backend, problem, CopyOf(backend, x)) {}
 
   bool done() const { return summary_.status != LmStatus::kRunning; }
   // One iteration: a linear solve, its trial steps, the damping's answer, the stop tests. Appends to the summary.
@@ -36,7 +38,7 @@ class LmStepper {
 
  private:
   // Near the minimum a step changes the cost by less than the rounding of the cost, and the gain ratio is chance. Then
-  // the gradient decides, in units of the diagonal of H: it is accurate where the cost no longer is, and gives the
+  // the gradient decides, in units of D: it is accurate where the cost no longer is, and gives the
   // other half of the digits of x. How far the cost's rounding reaches depends on the problem (residuals that are small
   // differences of large numbers have a coarse one), hence two zones.
   enum class Zone {
@@ -52,6 +54,11 @@ class LmStepper {
     bool accepted = false;
     Zone zone = Zone::kCost;
   };
+  static typename B::Vector CopyOf(B& backend, typename B::ConstView x) {
+    typename B::Vector copy(x.size());
+    backend.Copy(x, copy);
+    return copy;
+  }
   double Seconds() const;
   // Linearizes at x_ where that is not done, and tests the gradient. false when the solve ended.
   bool Linearize();
@@ -60,6 +67,8 @@ class LmStepper {
   // their sizes are the same.
   void TakeTrialVectors();
   void LendTrialVectors();
+  // Of trials and solves nothing is wanted while a linearization or its preconditioner is made, which take most then.
+  void ReleaseVectors();
   // trial_x_ = x (+) gamma step.
   void MakeTrial(double gamma);
   double ChooseGamma();

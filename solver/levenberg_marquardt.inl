@@ -30,16 +30,17 @@ class Stopwatch {
 }  // namespace lm_internal
 
 template <Backend B>
-LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x)
-    : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
+LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x)
+    : options_(options),
+      backend_(backend),
+      problem_(problem),
+      start_(std::chrono::steady_clock::now()),
+      x_(std::move(x)) {
   options_.Validate();
-  VESTA_CHECK(x.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x.size(),
+  VESTA_CHECK(x_.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x_.size(),
               problem.num_parameters());
   VESTA_CHECK(problem.num_batches() >= 1, "a problem of {} batches", problem.num_batches());
   control_ = MakeStepControl(options_.step_rule, options_.step_control);
-  x_.Resize(problem.num_parameters());
-  step_.Resize(problem.num_tangent());
-  backend_.Copy(x, x_);
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));
   summary_.num_parameters = problem.num_parameters();
   summary_.num_tangent = problem.num_tangent();
@@ -118,14 +119,21 @@ void LmStepper<B>::TakeTrialVectors() {
     if (vector.empty() && lent.size() == size) std::swap(vector, lent);
     if (vector.size() != size) vector.Resize(size);
   };
-  take(workspace_.z, problem_.num_parameters(), trial_x_);
-  take(workspace_.q, problem_.num_tangent(), scaled_step_);
+  take(workspace_.w, problem_.num_parameters(), trial_x_);
+  take(workspace_.p, problem_.num_tangent(), scaled_step_);
 }
 
 template <Backend B>
 void LmStepper<B>::LendTrialVectors() {
-  if (workspace_.z.empty()) std::swap(workspace_.z, trial_x_);
-  if (workspace_.q.empty()) std::swap(workspace_.q, scaled_step_);
+  if (workspace_.w.empty()) std::swap(workspace_.w, trial_x_);
+  if (workspace_.p.empty()) std::swap(workspace_.p, scaled_step_);
+}
+
+template <Backend B>
+void LmStepper<B>::ReleaseVectors() {
+  for (typename B::Vector* vector : {&trial_x_, &scaled_step_, &step_, &workspace_.r, &workspace_.p, &workspace_.w}) {
+    *vector = {};
+  }
 }
 
 template <Backend B>
@@ -189,7 +197,7 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
     at_trial = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
   }
   const auto squared = [&](const BatchedStep<B>& system) {
-    backend_.DivideOrZero(system.descent(), system_->diagonal(), scaled_step_);
+    backend_.DivideOrZero(system.descent(), system_->weights(), scaled_step_);
     return backend_.Dot(system.descent(), scaled_step_);
   };
   const double share = trial.zone == Zone::kDoubtful ? 0.5 : 1.0;
@@ -210,6 +218,7 @@ const LmIteration& LmStepper<B>::Step() {
   {
     const lm_internal::Stopwatch watch(summary_.linear_solve_seconds);
     LendTrialVectors();
+    if (step_.empty()) step_.Resize(problem_.num_tangent());
     direction = system_->Solve(row.lambda, workspace_, step_);
     bool changed = problem_.LimitStep(x_, step_);
     if (problem_.has_bounds()) {
@@ -254,6 +263,7 @@ const LmIteration& LmStepper<B>::Step() {
   } else {
     x_norm_ = std::sqrt(backend_.Dot(x_, x_));
   }
+  ReleaseVectors();
   // Limits first: a linearization for a step that will not be taken is wasted.
   if (!done()) TestLimits();
   if (!done()) Linearize();

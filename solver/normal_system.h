@@ -17,15 +17,19 @@ class NormalSystem {
 
   // -g; after Prepare 0 where columns are frozen or at a bound.
   typename B::ConstView descent() const { return descent_.view(); }
+  // Of H; empty after Prepare unless it was to be kept.
   typename B::ConstView diagonal() const { return diagonal_.view(); }
+  // D, after Prepare.
+  typename B::ConstView metric() const { return metric_.view(); }
   // Descent and diagonal hold no NaN or infinity.
   bool finite() const { return finite_; }
   Index num_frozen() const { return num_frozen_; }
   Index num_residuals() const;
 
-  // Chooses the metric and makes the solver; before the first Solve. Throws Error where the solver asked for does not
-  // fit the problem.
-  void Prepare(const NormalSystemOptions& options, typename B::ConstView x, const ColumnScale<B>& scale);
+  // Chooses the metric and makes the solver; before the first Solve. The diagonal is let go of unless the solver reads
+  // it later, or `keep_diagonal`. Throws Error where the solver asked for does not fit the problem.
+  void Prepare(const NormalSystemOptions& options, typename B::ConstView x, const ColumnScale<B>& scale,
+               bool keep_diagonal = true);
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
   // What solves it; after Prepare.
   const std::string& description() const { return solver_->description(); }

@@ -10,19 +10,26 @@ template <Backend B>
 NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches)
     : backend_(backend), problem_(problem) {
   const Index n = problem.num_tangent();
-  for (typename B::Vector* vector : {&descent_, &diagonal_, &metric_}) vector->Resize(n);
+  for (typename B::Vector* vector : {&descent_, &diagonal_}) vector->Resize(n);
+  typename B::Vector part;  // of one batch after the first
   for (const int batch : batches) {
     batches_.push_back(problem.Linearize(x, batch));
     pointers_.push_back(batches_.back().get());
     Linearization<B>& linearization = *batches_.back();
     VESTA_CHECK(linearization.num_parameters() == n, "batch {} has {} columns, the problem {} tangent entries", batch,
                 linearization.num_parameters(), n);
-    // metric_ is not in use yet and holds one batch's part.
-    linearization.Gradient(metric_);
-    backend_.Axpby(-1.0, metric_, 1.0, descent_);
-    linearization.DiagJTJ(metric_);
-    backend_.Axpby(1.0, metric_, 1.0, diagonal_);
+    if (batches_.size() == 1) {
+      linearization.Gradient(descent_);
+      linearization.DiagJTJ(diagonal_);
+      continue;
+    }
+    if (part.empty()) part.Resize(n);
+    linearization.Gradient(part);
+    backend_.Axpby(1.0, part, 1.0, descent_);
+    linearization.DiagJTJ(part);
+    backend_.Axpby(1.0, part, 1.0, diagonal_);
   }
+  backend_.Axpby(-1.0, descent_, 0.0, descent_);
   finite_ = backend_.AllFinite(descent_) && backend_.AllFinite(diagonal_);
 }
 
@@ -34,8 +41,9 @@ Index NormalSystem<B>::num_residuals() const {
 }
 
 template <Backend B>
-void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::ConstView x,
-                              const ColumnScale<B>& scale) {
+void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::ConstView x, const ColumnScale<B>& scale,
+                              bool keep_diagonal) {
+  metric_.Resize(diagonal_.size());
   if (!problem_.DampingMetric(x, diagonal_.view(), metric_)) {
     DiagonalMetric(options.metric, backend_, diagonal_.view(), scale, pointers_.front()->block_groups(),
                    metric_.view());
@@ -49,6 +57,7 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
   }
   solver_ = MakeStepSolver<B>(
       options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(), descent_.view(), scale});
+  if (!keep_diagonal && !solver_->reads_diagonal()) diagonal_ = {};
 }
 
 template <Backend B>

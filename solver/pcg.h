@@ -57,7 +57,8 @@ class PcgWorkspace {
   // b - A x as the recursion has it, valid after SolvePcg.
   typename B::ConstView residual() const { return r.view(); }
 
-  typename B::Vector r, z, p, q;
+  // w: M^-1 r, then A p. Neither is wanted when the other is.
+  typename B::Vector r, p, w;
   typename B::Slots scalars;
 };
 

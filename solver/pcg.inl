@@ -11,7 +11,7 @@ namespace vesta {
 
 template <Backend B>
 void PcgWorkspace<B>::Resize(Index size) {
-  for (typename B::Vector* vector : {&r, &z, &p, &q}) {
+  for (typename B::Vector* vector : {&r, &p, &w}) {
     if (vector->size() != size) vector->Resize(size);
   }
 }
@@ -24,7 +24,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   VESTA_CHECK(b.size() == n && x.size() == n && m_inverse.size() == n,
               "operator of {}, preconditioner of {}, vectors of {} and {}", n, m_inverse.size(), b.size(), x.size());
   workspace.Resize(n);
-  auto &r = workspace.r, &z = workspace.z, &p = workspace.p, &q = workspace.q;
+  auto &r = workspace.r, &p = workspace.p, &w = workspace.w;
   auto& scalars = workspace.scalars;
   const auto slot = [&](PcgScalar s) { return backend.SlotOf(scalars, s); };
   const auto squared_norm = [&](typename B::ConstView v, PcgScalar result) {
@@ -36,10 +36,10 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   };
   PcgSummary summary;
   const auto true_residual = [&] {
-    a.Apply(x, q);
+    a.Apply(x, w);
     ++summary.products;
     backend.Copy(b, r);
-    backend.Axpby(-1.0, q, 1.0, r);
+    backend.Axpby(-1.0, w, 1.0, r);
   };
 
   if (options.start == PcgStart::kPreconditioned) m_inverse.Apply(b, x);
@@ -61,24 +61,24 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
 
   squared_norm(b, kPcgRhsNorm2);
   squared_norm(r, kPcgResidualNorm2);
-  m_inverse.Apply(r, z);
-  backend.Dot(r, z, slot(kPcgNewRz));
+  m_inverse.Apply(r, w);
+  backend.Dot(r, w, slot(kPcgNewRz));
   backend.UpdatePcg(PcgPhase::kBegin, scalars);
-  backend.Copy(z, p);
+  backend.Copy(w, p);
 
   // The flag may be one iteration old; UpdatePcgScalars makes such an iteration do nothing.
   for (int k = 1; k <= options.max_iterations && backend.ReadLagged(slot(kPcgStop)) == 0; ++k) {
     if (k > 1) {
-      m_inverse.Apply(r, z);
-      backend.Dot(r, z, slot(kPcgNewRz));
+      m_inverse.Apply(r, w);
+      backend.Dot(r, w, slot(kPcgNewRz));
       backend.UpdatePcg(PcgPhase::kDirection, scalars);
-      backend.CgDirection(z, slot(kPcgBeta), p);
+      backend.CgDirection(w, slot(kPcgBeta), p);
     }
-    a.Apply(p, q);
+    a.Apply(p, w);
     ++summary.products;
-    backend.Dot(p, q, slot(kPcgCurvature));
+    backend.Dot(p, w, slot(kPcgCurvature));
     backend.UpdatePcg(PcgPhase::kStep, scalars);
-    backend.CgStep(slot(kPcgAlpha), p, q, x, r);
+    backend.CgStep(slot(kPcgAlpha), p, w, x, r);
     if (options.residual_reset_period > 0 && k % options.residual_reset_period == 0) true_residual();
     squared_norm(r, kPcgResidualNorm2);
     backend.UpdatePcg(PcgPhase::kResidual, scalars);

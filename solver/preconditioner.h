@@ -28,7 +28,7 @@ const char* ToString(PreconditionerKind kind);
 template <Backend B>
 class Preconditioner : public LinearOperator<B> {
  public:
-  // H = the sum over the batches; diag_h its diagonal.
+  // H = the sum over the batches, which are borrowed until the next call; diag_h its diagonal.
   virtual void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) = 0;
   virtual void SetDamping(double lambda, typename B::ConstView metric) = 0;
   // What it is, for the summary.
@@ -80,7 +80,9 @@ class BlockJacobiPreconditioner final : public Preconditioner<B> {
 
  private:
   std::string why_;
-  std::optional<BlockDiagonal<B>> gram_, factors_;
+  std::span<Linearization<B>* const> batches_;
+  std::optional<BlockDiagonal<B>> factors_;
+  std::optional<double> factored_lambda_;
 };
 
 }  // namespace vesta

@@ -61,7 +61,7 @@ void JacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstView me
 
 template <Backend B>
 Index BlockJacobiPreconditioner<B>::size() const {
-  return gram_ ? gram_->num_parameters() : 0;
+  return factors_ ? factors_->num_parameters() : 0;
 }
 
 template <Backend B>
@@ -72,23 +72,28 @@ void BlockJacobiPreconditioner<B>::Apply(typename B::ConstView x, typename B::Vi
 template <Backend B>
 void BlockJacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const> batches,
                                                     typename B::ConstView diag_h) {
-  const std::vector<BlockGroup> groups = batches.front()->block_groups();
+  batches_ = batches;
   factors_.reset();
-  gram_.emplace(diag_h.size(), groups);
-  batches.front()->BlockGram(*gram_);  // which lets go of what it held for that
-  factors_.emplace(diag_h.size(), groups);
-  for (Linearization<B>* batch : batches.subspan(1)) {
-    B().Fill(0, factors_->all_values());
-    batch->BlockGram(*factors_);
-    gram_->Add(1.0, *factors_);
-  }
+  factors_.emplace(diag_h.size(), batches.front()->block_groups());
+  factored_lambda_.reset();
 }
 
 template <Backend B>
 void BlockJacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstView metric) {
-  B().Copy(gram_->all_values(), factors_->all_values());
+  if (factored_lambda_ == lambda) return;
+  // The factors take the blocks' place: another lambda at the same x, which only a refused step brings, asks for the
+  // blocks again, and there is one matrix of them instead of two.
+  if (factored_lambda_) B().Fill(0, factors_->all_values());
+  batches_.front()->BlockGram(*factors_);
+  std::optional<BlockDiagonal<B>> part;
+  for (Linearization<B>* batch : batches_.subspan(1)) {
+    part.emplace(factors_->num_parameters(), factors_->groups());
+    batch->BlockGram(*part);
+    factors_->Add(1.0, *part);
+  }
   factors_->AddToDiagonal(lambda, metric);
   factors_->Factorize();
+  factored_lambda_ = lambda;
 }
 
 }  // namespace vesta

@@ -74,6 +74,8 @@ class StepSolver {
  public:
   virtual ~StepSolver() = default;
   virtual StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) = 0;
+  // Whether Solve needs the system's diagonal; else it may go once the solver is made.
+  virtual bool reads_diagonal() const { return false; }
   // What it is and, where it was chosen, why: "dense QR (kAuto: 3 parameters)".
   const std::string& description() const { return description_; }
   void set_description(std::string description) { description_ = std::move(description); }

@@ -208,6 +208,7 @@ template <Backend B>
 class LsmrStep final : public StepSolver<B> {
  public:
   LsmrStep(const LsmrOptions& options, const StepSystem<B>& system) : options_(options), system_(system) {}
+  bool reads_diagonal() const override { return true; }
   StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::View step) override {
     B& backend = system_.backend;
     StackedJacobian<B> stacked(system_, lambda);

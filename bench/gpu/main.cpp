@@ -170,6 +170,7 @@ class GpuBench {
                                      .first = first,
                                      .second = second,
                                      .bases = bases.data(),
+                                     .bases_begin = 0,
                                      .units = nullptr,
                                      .rates = {},
                                      .step = 1,

@@ -9,6 +9,7 @@ gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double 
   gs::TrainOptions options = ours;
   options.lm.iterations = 0;
   options.adam.metric = "diagonal";
+  options.adam.coarse_part = 0;
   options.adam.iterations = iterations;
   options.adam.rate_factor = rate_factor;
   return options;

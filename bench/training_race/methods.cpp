@@ -45,6 +45,14 @@ Method LargeBatchMethod(const gs::TrainOptions& ours, int length, double factor,
           MethodKind::kLargeBatchAdam, options};
 }
 
+Method CoarseMethod(const gs::TrainOptions& ours, double factor) {
+  Method method = AdamMethod(ours, ours.adam.iterations, factor);
+  method.name += ", coarse at first";
+  method.kind = MethodKind::kCoarseAdam;
+  method.options.adam.coarse_part = ours.adam.coarse_part;
+  return method;
+}
+
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   method.options.lm.min_gain = 0;
@@ -83,8 +91,10 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
       for (const int views : Counts(arguments, "views_per_iteration", {4, 16})) {
         methods.push_back(LargeBatchMethod(ours, lengths[lengths.size() / 2], factors[factors.size() / 2], views));
       }
+    } else if (group == "adam_coarse") {
+      for (const double factor : factors) methods.push_back(CoarseMethod(ours, factor));
     } else {
-      Fail("--methods={}: choose among ours, paper, adam, adam_batch", group);
+      Fail("--methods={}: choose among ours, paper, adam, adam_batch, adam_coarse", group);
     }
   }
   std::stable_sort(methods.begin(), methods.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });

@@ -73,7 +73,7 @@ class Both {
     std::vector<float> values;
     for (Index i = 0; i < host_model_.count && !adam.moments().bases.empty(); ++i) {
       for (int k = kBasisSize; k < kBlockNumbers; ++k) {
-        values.push_back(adam.moments().bases[static_cast<std::size_t>(BlockEntry(k, i))]);
+        values.push_back(adam.moments().bases.At(k, i));
       }
     }
     return values;

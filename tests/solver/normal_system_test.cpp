@@ -87,6 +87,45 @@ TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
   }
 }
 
+TEST_F(NormalSystemTest, BlocksAreMadeAgainForAnotherDamping) {
+  const auto first = RandomBatch(9, 5, 31), second = RandomBatch(6, 5, 32);
+  LinearProblem problem({first, second});
+  problem.groups = {{5, 1, 0, 1, 5}};
+  const Cpu::Vector x = Vector({1, 2, 3, 4, 5});
+  NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
+  const auto scale = ScaleOf(system);
+  system.Prepare(Tight(PreconditionerKind::kBlockJacobi), x, scale);
+  const Eigen::MatrixXd h = test::Gram(first.a) + test::Gram(second.a);
+  const Eigen::VectorXd descent = AsEigen(system.descent());
+  for (const double lambda : {0.3, 30.0, 30.0, 0.003}) {
+    Eigen::MatrixXd damped = h;
+    damped.diagonal() += lambda * h.diagonal();
+    const Eigen::VectorXd expected = test::SolveSymmetric(damped, descent);
+    Cpu::Vector step(5);
+    const auto solution = system.Solve(lambda, workspace_, step);
+    EXPECT_LE(solution.pcg.iterations, 3) << "one block is the whole matrix";
+    EXPECT_LE((AsEigen(step.view()) - expected).norm(), 1e-12 * expected.norm()) << lambda;
+  }
+}
+
+TEST_F(NormalSystemTest, TheDiagonalGoesUnlessTheSolverReadsIt) {
+  LinearProblem problem({RandomBatch(9, 5, 33)});
+  const Cpu::Vector x = Vector({1, 2, 3, 4, 5});
+  for (const auto kind : {LinearSolverKind::kPcg, LinearSolverKind::kLsmr, LinearSolverKind::kDenseQr}) {
+    auto options = Tight();
+    options.linear_solver = kind;
+    std::vector<Cpu::Vector> steps;
+    for (const bool keep : {true, false}) {
+      NormalSystem<Cpu> system(backend_, problem, x, {0});
+      const auto scale = ScaleOf(system);
+      system.Prepare(options, x, scale, keep);
+      EXPECT_EQ(system.diagonal().size(), keep || kind == LinearSolverKind::kLsmr ? 5 : 0);
+      system.Solve(0.5, workspace_, steps.emplace_back(5));
+    }
+    EXPECT_EQ(AsEigen(steps[0].view()), AsEigen(steps[1].view()));
+  }
+}
+
 TEST_F(NormalSystemTest, FrozenColumnsStay) {
   auto batch = RandomBatch(9, 5, 4);
   batch.a.col(2).setZero();

@@ -23,39 +23,49 @@ DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& op
                                                    std::shared_ptr<DevicePhotometricLoss> loss,
                                                    std::shared_ptr<splat::DeviceViewWorkspace> workspace)
     : options_(options),
+      views_(views),
+      scale_(scale),
+      turn_(turn),
       units_(views.size()),
       loss_(std::move(loss)),
-      workspace_(std::move(workspace)),
-      gradient_(x.size()) {
+      workspace_(std::move(workspace)) {
   model_ = {x.data(), options.count, options.sh_degree, options.sh_degree};
   Index largest = 0;
-  for (const DeviceBatchView& view : views) largest = std::max(largest, view.target->shape().NumValues());
+  for (const DeviceBatchView& view : views) {
+    const Index values = view.target->shape().NumValues();
+    num_residuals_ += values;
+    largest = std::max(largest, values);
+  }
   image_work_.ResizeForOverwrite(largest);
   weighted_work_.ResizeForOverwrite(largest);
-  for (std::size_t i = 0; i < views.size(); ++i) {
+  MakeUnits();
+}
+
+void DeviceSplatLinearization::MakeUnits() {
+  gradient_.Resize(num_parameters());
+  for (std::size_t i = 0; i < views_.size(); ++i) {
     Unit& unit = units_[i];
-    unit.target = views[i].target;
-    unit.scale = scale;
+    unit.target = views_[i].target;
+    unit.scale = scale_;
     unit.shape = unit.target->shape();
     const Index values = unit.shape.NumValues();
-    num_residuals_ += values;
     const View image_gradient = image_work_.view().subspan(0, values);
-    unit.view.Build(model_, unit.target->pinhole, options.background.data(), *workspace_);
+    unit.view.Build(model_, unit.target->pinhole, options_.background.data(), *workspace_);
     unit.image.ResizeForOverwrite(values);
     unit.view.Render(unit.image.data());
     loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
-    if (options.sample_gradient) Prepare(unit, views[i].index, turn);
+    if (options_.sample_gradient) Prepare(views_[i], unit);
     Scale(unit.scale, image_gradient);
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), gradient_.data(), *workspace_);
     // After the gradient, which is thereby exact.
-    if (!options.sample_gradient) Prepare(unit, views[i].index, turn);
+    if (!options_.sample_gradient) Prepare(views_[i], unit);
   }
 }
 
-void DeviceSplatLinearization::Prepare(Unit& unit, Index view, int turn) {
+void DeviceSplatLinearization::Prepare(const DeviceBatchView& from, Unit& unit) const {
   if (options_.residual_sampling < 1) {
     const PixelSample sample = SamplePixels(options_.sampling_unit, unit.view.num_tiles(), options_.residual_sampling,
-                                            options_.seed, turn, view);
+                                            options_.seed, turn_, from.index);
     unit.view.KeepRows(sample.rows, *workspace_);
     unit.scale *= sample.scale;
   }
@@ -117,24 +127,30 @@ void DeviceSplatLinearization::ApplyH(ConstView v, View Hv) {
   }
 }
 
-void DeviceSplatLinearization::Gradient(View g) { B().Copy(gradient_, g); }
+void DeviceSplatLinearization::Gradient(View g) {
+  if (gradient_.empty()) MakeUnits();
+  B().Copy(gradient_, g);
+  gradient_ = {};  // nobody asks again, as a rule
+}
 
-void DeviceSplatLinearization::EnsureGram() {
-  if (!gram_blocks_.empty()) return;
-  gram_blocks_.Resize(PackedValues(splat::kGeometry) * model_.count);
-  gram_sh_.Resize(gradient_.size() - splat::kSh * model_.count);
-  if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * model_.count);
+void DeviceSplatLinearization::AddGram(float* blocks, float* sh_diagonal, float* sh_blocks) {
   for (Unit& unit : units_) {
     const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
     B().Axpby(unit.scale, unit.loss.diagonal, 0.0, omega);
-    unit.view.AddGram(model_, unit.image.data(), omega.data(), gram_blocks_.data(), gram_sh_.data(), *workspace_,
-                      options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
+    unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_, sh_blocks);
   }
+  // The largest of the workspace, and idle until the next x.
+  workspace_->pair_grams = {}, workspace_->splat_grams = {};
 }
 
 void DeviceSplatLinearization::DiagJTJ(View d) {
-  EnsureGram();
   const Index n = model_.count;
+  if (gram_blocks_.empty()) {
+    gram_blocks_.Resize(PackedValues(splat::kGeometry) * n);
+    gram_sh_.Resize(num_parameters() - splat::kSh * n);
+    if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * n);
+    AddGram(gram_blocks_.data(), gram_sh_.data(), options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
+  }
   for (int a = 0; a < splat::kGeometry; ++a) {
     B().Copy(gram_blocks_.view().subspan(PackedLower(a, a) * n, n), d.subspan(a * n, n));
   }
@@ -146,11 +162,15 @@ std::vector<BlockGroup> DeviceSplatLinearization::block_groups() const {
 }
 
 void DeviceSplatLinearization::BlockGram(BlockDiagonal<B>& blocks) {
-  EnsureGram();
+  if (gram_blocks_.empty()) {
+    DeviceBuffer<float> diagonal(options_.sh_blocks ? num_parameters() - splat::kSh * model_.count : 0);
+    float* const sh = blocks.values(1).data();
+    AddGram(blocks.values(0).data(), options_.sh_blocks ? diagonal.data() : sh, options_.sh_blocks ? sh : nullptr);
+    return;
+  }
   B().Copy(gram_blocks_, blocks.values(0));
   B().Copy(options_.sh_blocks ? gram_sh_blocks_ : gram_sh_, blocks.values(1));
-  // Nobody asks again, as a rule.
-  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};
+  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};  // nobody asks again unless a step is refused
 }
 
 }  // namespace vesta::gs

@@ -1,6 +1,7 @@
 // The splatting problem on a GPU at one x, for one batch of views.
 #pragma once
 
+#include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
 
 namespace vesta::gs {
@@ -21,7 +22,7 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
                            std::shared_ptr<splat::DeviceViewWorkspace> workspace);
 
   Index num_residuals() const override { return num_residuals_; }
-  Index num_parameters() const override { return gradient_.size(); }
+  Index num_parameters() const override { return splat::NumAttributes(options_.sh_degree) * options_.count; }
   ConstView residuals() const override;
   void ApplyJ(ConstView v, View u) override;
   void ApplyJT(ConstView u, View g) override;
@@ -42,18 +43,26 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
     DeviceBuffer<float> image;
     DevicePhotometricLinearization loss;
   };
+  // Builds and prepares all views, and sums their gradient.
+  void MakeUnits();
   // Samples pixels and caches the Jacobian, as the options have it.
-  void Prepare(Unit& unit, Index view, int turn);
-  // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
-  void EnsureGram();
+  void Prepare(const DeviceBatchView& from, Unit& unit) const;
+  // blocks, sh_diagonal and, with options.sh_blocks, sh_blocks += those of all views.
+  void AddGram(float* blocks, float* sh_diagonal, float* sh_blocks);
 
   SplatProblemOptions options_;
   splat::Model<float> model_;
+  std::vector<DeviceBatchView> views_;
+  double scale_;
+  int turn_;
   std::vector<Unit> units_;
   Index num_residuals_ = 0;
   std::shared_ptr<DevicePhotometricLoss> loss_;
   std::shared_ptr<splat::DeviceViewWorkspace> workspace_;
-  DeviceBuffer<float> gradient_, image_work_, weighted_work_, gram_blocks_, gram_sh_, gram_sh_blocks_;
+  DeviceBuffer<float> gradient_;  // until someone asks for it
+  DeviceBuffer<float> image_work_, weighted_work_;
+  // Made with the diagonal, and kept for the preconditioner: they come from the same pass.
+  DeviceBuffer<float> gram_blocks_, gram_sh_, gram_sh_blocks_;
   mutable DeviceBuffer<float> residuals_;
 };
 

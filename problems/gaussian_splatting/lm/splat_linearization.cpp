@@ -16,6 +16,11 @@ void Scale(double scale, HostSpan<S> v) {
   if (scale != 1) CpuBackend<S>().Axpby(scale, v, 0.0, v);
 }
 
+template <class S>
+ImageShape ShapeOf(const TargetView<S>& target) {
+  return {target.pinhole.width, target.pinhole.height};
+}
+
 }  // namespace
 
 template <class S>
@@ -29,22 +34,31 @@ SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, Co
       turn_(turn),
       units_(options.jacobian == JacobianKind::kRebuild ? std::min<std::size_t>(views.size(), 1) : views.size()),
       loss_(std::move(loss)),
-      workspace_(std::move(workspace)),
-      gradient_(x.size()) {
+      workspace_(std::move(workspace)) {
   model_ = {x.data(), options.count, options.sh_degree, options.sh_degree};
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    Unit& unit = units_[i % units_.size()];
-    const splat::PinholeView& pinhole = views[i].target->pinhole;
-    const Index values = ImageShape{pinhole.width, pinhole.height}.NumValues();
+  Index largest = 0;
+  for (const BatchView<S>& view : views) {
+    const Index values = ShapeOf(*view.target).NumValues();
     num_residuals_ += values;
-    if (image_work_.size() < values) image_work_.Resize(values), weighted_work_.Resize(values);
-    const View image_gradient = image_work_.view().subspan(0, values);
-    Build(views[i], unit, image_gradient);
-    if (options.sample_gradient) Prepare(views[i], unit);
+    largest = std::max(largest, values);
+  }
+  image_work_.Resize(largest);
+  weighted_work_.Resize(largest);
+  MakeUnits();
+}
+
+template <class S>
+void SplatLinearization<S>::MakeUnits() {
+  gradient_.Resize(num_parameters());
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    Unit& unit = units_[i % units_.size()];
+    const View image_gradient = image_work_.view().subspan(0, ShapeOf(*views_[i].target).NumValues());
+    Build(views_[i], unit, image_gradient);
+    if (options_.sample_gradient) Prepare(views_[i], unit);
     Scale(unit.scale, image_gradient);
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), gradient_.data(), *workspace_);
     // After the gradient, which is thereby exact.
-    if (!options.sample_gradient) Prepare(views[i], unit);
+    if (!options_.sample_gradient) Prepare(views_[i], unit);
   }
 }
 
@@ -52,7 +66,7 @@ template <class S>
 void SplatLinearization<S>::Build(const BatchView<S>& from, Unit& unit, View image_gradient) const {
   unit.target = from.target;
   unit.scale = scale_;
-  unit.shape = {unit.target->pinhole.width, unit.target->pinhole.height};
+  unit.shape = ShapeOf(*from.target);
   unit.view.Build(model_, unit.target->pinhole, options_.background.data(), *workspace_);
   unit.image.ResizeForOverwrite(unit.shape.NumValues());
   unit.view.Render(unit.image.data());
@@ -79,8 +93,7 @@ void SplatLinearization<S>::ForEachUnit(const Body& body) const {
   }
   for (const BatchView<S>& view : views_) {
     Unit& unit = units_.front();
-    const splat::PinholeView& pinhole = view.target->pinhole;
-    Build(view, unit, image_work_.view().subspan(0, ImageShape{pinhole.width, pinhole.height}.NumValues()));
+    Build(view, unit, image_work_.view().subspan(0, ShapeOf(*view.target).NumValues()));
     Prepare(view, unit);
     body(unit);
   }
@@ -143,30 +156,35 @@ void SplatLinearization<S>::ApplyH(ConstView v, View Hv) {
 
 template <class S>
 void SplatLinearization<S>::Gradient(View g) {
+  if (gradient_.empty()) MakeUnits();
   std::copy(gradient_.begin(), gradient_.end(), g.begin());
+  gradient_ = {};  // nobody asks again, as a rule
 }
 
 template <class S>
-void SplatLinearization<S>::EnsureGram() {
-  if (!gram_blocks_.empty()) return;
-  gram_blocks_.Resize(PackedValues(splat::kGeometry) * model_.count);
-  gram_sh_.Resize(gradient_.size() - splat::kSh * model_.count);
-  if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * model_.count);
+void SplatLinearization<S>::AddGram(S* blocks, S* sh_diagonal, S* sh_blocks) {
   ForEachUnit([&](Unit& unit) {
     const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
     CpuBackend<S>().Axpby(unit.scale, unit.loss.diagonal, 0.0, omega);
-    unit.view.AddGram(model_, unit.image.data(), omega.data(), gram_blocks_.data(), gram_sh_.data(), *workspace_,
-                      options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
+    unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_, sh_blocks);
   });
+  // The largest of the workspace, and idle until the next x.
+  workspace_->pair_grams = {}, workspace_->splat_grams = {};
 }
 
 template <class S>
 void SplatLinearization<S>::DiagJTJ(View d) {
-  EnsureGram();
-  for (int a = 0; a < splat::kGeometry; ++a) {
-    std::copy_n(gram_blocks_.data() + PackedLower(a, a) * model_.count, model_.count, d.data() + a * model_.count);
+  const Index n = model_.count;
+  if (gram_blocks_.empty()) {
+    gram_blocks_.Resize(PackedValues(splat::kGeometry) * n);
+    gram_sh_.Resize(num_parameters() - splat::kSh * n);
+    if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * n);
+    AddGram(gram_blocks_.data(), gram_sh_.data(), options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
   }
-  std::copy(gram_sh_.begin(), gram_sh_.end(), d.data() + splat::kSh * model_.count);
+  for (int a = 0; a < splat::kGeometry; ++a) {
+    std::copy_n(gram_blocks_.data() + PackedLower(a, a) * n, n, d.data() + a * n);
+  }
+  std::copy(gram_sh_.begin(), gram_sh_.end(), d.data() + splat::kSh * n);
 }
 
 template <class S>
@@ -176,12 +194,16 @@ std::vector<BlockGroup> SplatLinearization<S>::block_groups() const {
 
 template <class S>
 void SplatLinearization<S>::BlockGram(BlockDiagonal<CpuBackend<S>>& blocks) {
-  EnsureGram();
+  if (gram_blocks_.empty()) {
+    HostBuffer<S> diagonal(options_.sh_blocks ? num_parameters() - splat::kSh * model_.count : 0);
+    S* const sh = blocks.values(1).data();
+    AddGram(blocks.values(0).data(), options_.sh_blocks ? diagonal.data() : sh, options_.sh_blocks ? sh : nullptr);
+    return;
+  }
   std::copy(gram_blocks_.begin(), gram_blocks_.end(), blocks.values(0).begin());
   const HostBuffer<S>& sh = options_.sh_blocks ? gram_sh_blocks_ : gram_sh_;
   std::copy(sh.begin(), sh.end(), blocks.values(1).begin());
-  // Nobody asks again, as a rule.
-  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};
+  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};  // nobody asks again unless a step is refused
 }
 
 template class SplatLinearization<float>;

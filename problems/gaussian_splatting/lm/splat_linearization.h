@@ -1,6 +1,7 @@
 // The splatting problem at one x, for one batch of views.
 #pragma once
 
+#include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
 namespace vesta::gs {
@@ -27,7 +28,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
 
   // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
   Index num_residuals() const override { return num_residuals_; }
-  Index num_parameters() const override { return gradient_.size(); }
+  Index num_parameters() const override { return splat::NumAttributes(options_.sh_degree) * options_.count; }
   ConstView residuals() const override;
   void ApplyJ(ConstView v, View u) override;
   void ApplyJT(ConstView u, View g) override;
@@ -50,6 +51,8 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
     HostBuffer<S> image;
     PhotometricLinearization<S> loss;
   };
+  // Builds and prepares all views, and sums their gradient.
+  void MakeUnits();
   // Projects, renders and linearises a view of the batch; image_gradient: of the loss, of all pixels.
   void Build(const BatchView<S>& from, Unit& unit, View image_gradient) const;
   // Samples pixels and caches the Jacobian, as the options have it.
@@ -57,8 +60,8 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   // body(unit) for each view of the batch in turn: those that are held, or one built anew for each.
   template <class Body>
   void ForEachUnit(const Body& body) const;
-  // Blocks of all views, made at first use: the diagonal and the preconditioner come from the same pass.
-  void EnsureGram();
+  // blocks, sh_diagonal and, with options.sh_blocks, sh_blocks += those of all views.
+  void AddGram(S* blocks, S* sh_diagonal, S* sh_blocks);
 
   SplatProblemOptions options_;
   splat::Model<S> model_;
@@ -69,7 +72,9 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   Index num_residuals_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
-  HostBuffer<S> gradient_, gram_blocks_, gram_sh_, gram_sh_blocks_;
+  HostBuffer<S> gradient_;  // until someone asks for it
+  // Made with the diagonal, and kept for the preconditioner: they come from the same pass.
+  HostBuffer<S> gram_blocks_, gram_sh_, gram_sh_blocks_;
   mutable HostBuffer<S> residuals_, image_work_, weighted_work_;
 };
 

@@ -46,12 +46,7 @@ void Adam::Start(const SplatModel& model) {
   count_ = model.count;
   moments_.first.assign(model.data.size(), 0.0f);
   moments_.second.assign(model.data.size(), 0.0f);
-  if (!blocks_) return;
-  std::vector<float>& bases = moments_.bases;
-  bases.assign(static_cast<std::size_t>(BlockArraySize(count_)), 0.0f);
-  for (Index i = 0; i < count_; ++i) {
-    for (int k = 0; k < kBlockSize; ++k) bases[static_cast<std::size_t>(BlockEntry((kBlockSize + 1) * k, i))] = 1;
-  }
+  if (blocks_) moments_.bases = BlockBases(count_);
 }
 
 AdamMoments Adam::TakeMoments() { return std::exchange(moments_, {}); }
@@ -75,7 +70,6 @@ void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double f
   blocks.parameters = model.data.data();
   blocks.first = moments_.first.data();
   blocks.second = moments_.second.data();
-  blocks.bases = moments_.bases.data();
   blocks.units = units_.empty() ? nullptr : units_.data();
   float rates[splat::kMaxAttributes];
   for (int a = 0; a < num_attributes; ++a) rates[a] = StepRate(a, factor, steps_);
@@ -83,8 +77,11 @@ void Adam::Step(SplatModel& model, float* gradient, int num_attributes, double f
   ParallelFor((count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
     const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, count);
     if (blocks_) {
-      kernels.step_blocks(blocks, begin, end);
-      if (chunk % kTurnEvery == FirstTurned(steps_)) kernels.turn_bases(blocks, begin, end);
+      BlockAdamArrays piece = blocks;
+      piece.bases = moments_.bases.piece(chunk);
+      piece.bases_begin = begin;
+      kernels.step_blocks(piece, begin, end);
+      if (chunk % kTurnEvery == FirstTurned(steps_)) kernels.turn_bases(piece, begin, end);
     }
     for (int a = first_diagonal(); a < num_attributes; ++a) {
       const Index offset = a * count + begin;
@@ -111,17 +108,7 @@ void Adam::Rearrange(const std::vector<Index>& source, const std::vector<bool>& 
     }
   }
   count_ = count;
-  if (!blocks_) return;
-  std::vector<float> bases(static_cast<std::size_t>(BlockArraySize(count)));
-  ParallelFor(count, 1024, [&](Index i) {
-    const Index from = source[static_cast<std::size_t>(i)];
-    // New Gaussians keep the directions of those that they come from.
-    const int numbers = keep[static_cast<std::size_t>(i)] ? kBlockNumbers : kBasisSize;
-    for (int k = 0; k < numbers; ++k) {
-      bases[static_cast<std::size_t>(BlockEntry(k, i))] = moments_.bases[static_cast<std::size_t>(BlockEntry(k, from))];
-    }
-  });
-  moments_.bases = std::move(bases);
+  if (blocks_) moments_.bases.Rearrange(source, keep);
 }
 
 void Adam::Reset(int attribute) {

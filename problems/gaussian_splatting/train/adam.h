@@ -6,11 +6,10 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/train/block_bases.h"
 #include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::gs {
-
-struct BlockAdamArrays;
 
 // The rate of attribute a (kernels/gaussian_splatting/layout.h); of positions in units of length.
 double RateOf(const LearningRates& rates, int attribute);
@@ -27,7 +26,7 @@ AdamMetric MetricOf(const AdamOptions& options);
 // What Adam remembers of the gradients.
 struct AdamMoments {
   std::vector<float> first, second;  // laid out as the model; of blocks `second` in the basis
-  std::vector<float> bases;          // of blocks: BlockAdamArrays
+  BlockBases bases;                  // empty unless stepped in blocks
 };
 
 class Adam {

@@ -44,6 +44,9 @@ inline bool ResetsOpacityAt(const DensityOptions& density, int it, int n) {
   return every > 0 && it % every == 0;
 }
 
+// Whether iteration `it` sees the views at half their size.
+inline bool IsCoarseAt(const AdamOptions& adam, int it) { return it <= adam.coarse_part * adam.iterations; }
+
 // What all rates are multiplied by at iteration `it`.
 inline double RateFactor(const AdamOptions& adam, int it) {
   const double part = (it - 1.0) / adam.iterations, cooled = part - (1 - adam.cooldown);

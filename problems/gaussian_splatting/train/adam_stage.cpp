@@ -4,6 +4,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/train/adam_schedule.h"
+#include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/density.h"
 #include "problems/gaussian_splatting/train/session.h"
 
@@ -17,6 +18,8 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   Adam adam(options.rates, MetricOf(adam_options));
   adam.SetUnits(TrainingUnits(session, model));
   DensityControl density(options.density, session.scene().extent, options.seed, model.count);
+  std::vector<View> coarse_views;
+  if (IsCoarseAt(adam_options, 1)) coarse_views = CoarseViews(session.training_views());
   ViewOrder order(session.training_views().size(), options.seed);
   // |e| itself, as in 3DGS: Adam needs no floor.
   PhotometricLoss<float> loss({.l1_floor = 0});
@@ -35,12 +38,15 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   for (int it = 1; it <= n && !session.stopped(); ++it) {
     const splat::Model<float> x = kernel_model(it);
     const int attributes = splat::NumAttributes(x.active_sh_degree);
+    const bool is_coarse = IsCoarseAt(adam_options, it);
+    if (!is_coarse && !coarse_views.empty()) coarse_views = std::vector<View>();
     const bool observes = options.density.enabled && it <= options.density.end * n;
     // Adam leaves it at zero.
     if (gradient.size() != attributes * model.count) gradient.Resize(attributes * model.count);
     double cost = 0, values = 0;
     for (int k = 0; k < adam_options.views_per_iteration; ++k) {
-      const View& target = *session.training_views()[order.Next()];
+      const std::size_t next = order.Next();
+      const View& target = is_coarse ? coarse_views[next] : *session.training_views()[next];
       const ImageShape shape{target.camera.width, target.camera.height};
       if (image.width != shape.width || image.height != shape.height) {
         image = Image(shape.width, shape.height);

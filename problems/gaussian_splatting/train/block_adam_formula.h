@@ -22,6 +22,7 @@ struct BlockAdamArrays {
   Index count;                                    // of Gaussians
   float *gradient, *parameters, *first, *second;  // [11 * count]; moments, the second ones in the basis
   float* bases;                                   // BlockEntry: row a of Q at 11 a; then the lower triangle of C
+  Index bases_begin;                              // the Gaussian that they begin with, a multiple of kBlockLanes
   const float* units;                             // [count], factors on the rates of the means; null: 1
   float rates[splat::kGeometry];                  // of each attribute
   float step;                                     // factor on them, over the first moment's bias correction
@@ -83,7 +84,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   for (int k = 0, entry = 0; k < kBlockSize; ++k) {
     const V part = rest2 * g[k];
     for (int j = 0; j <= k; ++j, ++entry) {
-      float* c = a.bases + BlockEntry(kBasisSize + entry, i);
+      float* c = a.bases + BlockEntry(kBasisSize + entry, i - a.bases_begin);
       const V sum = Fma(part, g[j], fade * L::Load(c));
       L::Store(c, Select(abs(sum) < floor, V(0), sum));
     }
@@ -93,7 +94,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   for (int b = 0; b < kBlockSize; ++b) g_turned[b] = m_turned[b] = V(0);
   for (int k = 0; k < kBlockSize; ++k) {
     for (int b = 0; b < kBlockSize; ++b) {
-      const V q = L::Load(a.bases + BlockEntry(kBlockSize * k + b, i));
+      const V q = L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin));
       g_turned[b] = Fma(q, g[k], g_turned[b]);
       m_turned[b] = Fma(q, m[k], m_turned[b]);
     }
@@ -112,7 +113,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   for (int k = 0; k < kBlockSize; ++k) {
     V step(0);
     for (int b = 0; b < kBlockSize; ++b) {
-      step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i)), m_turned[b], step);
+      step = Fma(L::Load(a.bases + BlockEntry(kBlockSize * k + b, i - a.bases_begin)), m_turned[b], step);
     }
     float* x = a.parameters + k * a.count + i;
     L::Store(x, L::Load(x) - Select(moves, V(a.step) * rate[k] * step, V(0)));
@@ -127,8 +128,8 @@ VESTA_HD inline void TurnBasis(const BlockAdamArrays& a, Index i) {
   using L = Lanes<V>;
   constexpr int n = kBlockSize;
   V Q[kBasisSize], C[kCovarianceSize], B[kCovarianceSize], trace(0);
-  for (int k = 0; k < kBasisSize; ++k) Q[k] = L::Load(a.bases + BlockEntry(k, i));
-  for (int k = 0; k < kCovarianceSize; ++k) C[k] = L::Load(a.bases + BlockEntry(kBasisSize + k, i));
+  for (int k = 0; k < kBasisSize; ++k) Q[k] = L::Load(a.bases + BlockEntry(k, i - a.bases_begin));
+  for (int k = 0; k < kCovarianceSize; ++k) C[k] = L::Load(a.bases + BlockEntry(kBasisSize + k, i - a.bases_begin));
   for (int k = 0; k < n; ++k) trace = trace + C[PackedEntry(k, k)];
   // Of a Gaussian never seen C is 0, and stays so.
   const V scale = V(1) / Max(trace, V(kAdamSecondFloor));
@@ -167,7 +168,7 @@ VESTA_HD inline void TurnBasis(const BlockAdamArrays& a, Index i) {
       }
     }
   }
-  for (int k = 0; k < kBasisSize; ++k) L::Store(a.bases + BlockEntry(k, i), Q[k]);
+  for (int k = 0; k < kBasisSize; ++k) L::Store(a.bases + BlockEntry(k, i - a.bases_begin), Q[k]);
   for (int b = 0; b < n; ++b) {
     L::Store(a.second + b * a.count + i, Max(trace * B[PackedEntry(b, b)], V(kAdamSecondFloor)));
   }

@@ -22,12 +22,12 @@ void DeviceAdam::Upload(const SplatModel& model) {
   const AdamMoments moments = adam_.TakeMoments();
   first_.CopyFrom(ViewOf(moments.first));
   second_.CopyFrom(ViewOf(moments.second));
-  bases_.CopyFrom(ViewOf(moments.bases));
+  bases_.CopyFrom(ViewOf(moments.bases.Flat()));
 }
 
 Adam DeviceAdam::Download(Index count) const {
   Adam adam = adam_;
-  adam.SetMoments(count, {ToHost(first_), ToHost(second_), ToHost(bases_)});
+  adam.SetMoments(count, {ToHost(first_), ToHost(second_), BlockBases(bases_.empty() ? 0 : count, ToHost(bases_))});
   return adam;
 }
 

@@ -13,12 +13,12 @@
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
 #include "problems/gaussian_splatting/train/adam_schedule.h"
+#include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/density.h"
 #include "problems/gaussian_splatting/train/device_density.h"
 #include "problems/gaussian_splatting/train/device_evaluation.h"
 #include "problems/gaussian_splatting/train/device_model.h"
 #include "problems/gaussian_splatting/train/length_units.h"
-#include "problems/gaussian_splatting/train/lm_steps.h"
 
 namespace vesta::gs {
 namespace {
@@ -43,7 +43,7 @@ class DeviceAdamStage {
 
   // All that is left to do. Throws OutOfDeviceMemory; then what follows may be called.
   void Run() {
-    if (targets_.empty()) targets_ = UploadTargets(LmTargets(session_));
+    if (targets_.empty()) targets_ = UploadTargets(TargetsOf(session_.training_views(), NearPlane(session_.scene())));
     const Scene& scene = session_.scene();
     on_device_.emplace(model_, adam_, iteration_, density_, UnitViews(session_.training_views(), NearPlane(scene)),
                        scene.extent);
@@ -99,11 +99,26 @@ class DeviceAdamStage {
     recorded_ = iteration_;
   }
 
+  // What iteration `it` trains on.
+  const std::vector<DeviceTargetView>& TargetsAt(int it) {
+    if (!IsCoarseAt(options_.adam, it)) {
+      coarse_targets_.clear();
+      return targets_;
+    }
+    if (coarse_targets_.empty()) {
+      const std::vector<View> views = CoarseViews(session_.training_views());
+      std::vector<const View*> pointers;
+      for (const View& view : views) pointers.push_back(&view);
+      coarse_targets_ = UploadTargets(TargetsOf(pointers, NearPlane(session_.scene())));
+    }
+    return coarse_targets_;
+  }
+
   // The mean cost of some views a value; their gradients are added to the model's.
-  double AddGradients(const splat::Model<float>& x, bool observes) {
+  double AddGradients(const splat::Model<float>& x, const std::vector<DeviceTargetView>& targets, bool observes) {
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
-      const DeviceTargetView& target = targets_[order_.Next()];
+      const DeviceTargetView& target = targets[order_.Next()];
       const ImageShape shape = target.shape();
       passes_.image.ResizeForOverwrite(shape.NumValues());
       passes_.image_gradient.ResizeForOverwrite(shape.NumValues());
@@ -124,7 +139,7 @@ class DeviceAdamStage {
     const int n = options_.adam.iterations, it = iteration_ + 1;
     const int active_degree = ActiveShDegree(options_.adam, model_.sh_degree, it);
     const bool observes = options_.density.enabled && it <= options_.density.end * n;
-    const double cost = AddGradients(on_device_->kernel_model(active_degree), observes);
+    const double cost = AddGradients(on_device_->kernel_model(active_degree), TargetsAt(it), observes);
     on_device_->Step(splat::NumAttributes(active_degree), RateFactor(options_.adam, it));
     iteration_ = it;
     mean_cost_ = it == 1 ? cost : 0.95 * mean_cost_ + 0.05 * cost;
@@ -156,7 +171,7 @@ class DeviceAdamStage {
   Adam adam_;
   DeviceDensityControl density_;
   ViewOrder order_;
-  std::vector<DeviceTargetView> targets_;
+  std::vector<DeviceTargetView> targets_, coarse_targets_;
   Passes passes_;
   std::optional<DeviceModel> on_device_;
   std::optional<AdamState> before_growth_;

@@ -34,14 +34,18 @@ double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
       splat::DeviceJacobianCache::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
 }
 
-// A splat::DeviceViewWorkspace: keys and indices twice by Gaussian, five lists by pair; the sums of J^T, and where
-// `gram` those of the Gram matrices.
-double WorkspaceBytes(const ViewCounts& view, const MemoryScene& scene, bool gram) {
+// Sums of records by splat and pair.
+double SumBytes(const ViewCounts& view, std::size_t record) {
+  return kSpare * (view.splats + view.pairs) * static_cast<double>(record);
+}
+
+// A splat::DeviceViewWorkspace: keys and indices twice by Gaussian, five lists by pair, and the sums of J^T; without
+// those of the Gram matrices.
+double WorkspaceBytes(const ViewCounts& view, const MemoryScene& scene) {
   const auto gaussians = static_cast<double>(scene.gaussians);
-  const double record = sizeof(splat::SplatTangent<float>) + (gram ? sizeof(splat::SplatGram<float>) : 0);
-  return kSpare * (gaussians * (4 * kWord + sizeof(splat::Splat<float>)) + 5 * kWord * view.pairs +
-                   (view.splats + view.pairs) * record) +
-         kIndex * view.splats + kSort * std::max(gaussians, view.pairs);
+  return kSpare * (gaussians * (4 * kWord + sizeof(splat::Splat<float>)) + 5 * kWord * view.pairs) +
+         SumBytes(view, sizeof(splat::SplatTangent<float>)) + kIndex * view.splats +
+         kSort * std::max(gaussians, view.pairs);
 }
 
 // What an evaluation needs beside the workspace that is there: a view, its image and truth.
@@ -57,8 +61,8 @@ double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options) {
   // Units, pulls and observations by Gaussian.
   const double held = TargetBytes(scene) + 3 * vector + bases + 3 * PerGaussianBytes(scene);
   // The gradient; the image, its gradient and the three slopes of the loss.
-  const double step = vector + ViewBytes(most, scene) + WorkspaceBytes(most, scene, false) +
-                      5 * kImageBytes * most.pixels + EvaluationBytes(most, scene);
+  const double step = vector + ViewBytes(most, scene) + WorkspaceBytes(most, scene) + 5 * kImageBytes * most.pixels +
+                      EvaluationBytes(most, scene);
   // Bases or a vector once more; sources and fates.
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
   return held + std::max(step, rearranging);
@@ -74,9 +78,10 @@ double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_ba
   // Of a cache entries are counted pair by pair, where else splats' tiles are.
   const double counts = !CachesJacobian(lm) ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
   // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
-  return TargetBytes(scene) + EngineBytes(scene, lm, hold_batches, views_bytes) + 2 * PerGaussianBytes(scene) +
-         WorkspaceBytes(most, scene, true) + counts + ViewBytes(most, scene) + 5 * kImageBytes * most.pixels +
-         EvaluationBytes(most, scene);
+  return TargetBytes(scene) +
+         EngineBytes(scene, lm, hold_batches, views_bytes, SumBytes(most, sizeof(splat::SplatGram<float>)), 0) +
+         2 * PerGaussianBytes(scene) + WorkspaceBytes(most, scene) + counts + ViewBytes(most, scene) +
+         5 * kImageBytes * most.pixels + EvaluationBytes(most, scene);
 }
 
 }  // namespace vesta::gs

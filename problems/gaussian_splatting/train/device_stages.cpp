@@ -26,6 +26,12 @@ class CountDone {
   int& total_;
 };
 
+DeviceBuffer<float> Uploaded(const SplatModel& model) {
+  DeviceBuffer<float> x;
+  x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
+  return x;
+}
+
 // Where the GPU's memory does not suffice after all (the plan counts some views only, and others may use it) the stage
 // goes on from its best model with batches of half the size, solved one by one and merged, so that one of them is in
 // memory at a time.
@@ -39,17 +45,18 @@ std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool h
   int done = 0;
   for (;;) {
     try {
-      if (targets.empty()) targets = UploadTargets(LmTargets(session));
+      if (targets.empty()) targets = UploadTargets(TargetsOf(session.training_views(), NearPlane(session.scene())));
       B backend;
       DeviceSplatProblem problem(problem_options, targets);
-      DeviceBuffer<float> x;
-      x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
       engine_options.max_iterations = session.options().lm.iterations - done;
-      LmStepper<B> stepper(engine_options, backend, problem, x.view());
+      LmStepper<B> stepper(engine_options, backend, problem, Uploaded(model));
       const CountDone count(stepper, done);
-      return RunLmSteps(session, model, backend, stepper, done, [&] {
-        const splat::Model<float> best{stepper.x().data(), model.count, model.sh_degree, model.sh_degree};
-        return EvaluateOrDownload(session, targets, best, problem.workspace(), [&] { return ToKernelModel(model); });
+      const auto on_host = [&] { return ToKernelModel(model); };
+      const auto evaluate = [&] {
+        return EvaluateOrDownload(session, targets, BestOf(stepper, model), problem.workspace(), on_host);
+      };
+      return RunLmSteps(session, stepper, done, {model.count, evaluate, on_host}, [&] {
+        backend.ToHost(stepper.x(), {model.data.data(), static_cast<Index>(model.data.size())});
       });
     } catch (const OutOfDeviceMemory& error) {
       if (problem_options.batches.count >= views) {

@@ -14,19 +14,22 @@ namespace {
 
 constexpr int Packed(int size) { return size * (size + 1) / 2; }
 
-// What the preconditioners of so many linearizations and systems are made of. A linearization measures its Gram
-// matrices for the diagonal and holds them until they have become blocks; then there are the blocks and their factors.
-// Jacobi never asks for blocks: the matrices stay, beside the diagonal, its inverse, and ones.
-double PreconditionerBytes(const MemoryScene& scene, const LmOptions& lm, double linearizations, double systems) {
+// What the preconditioner is made of, for one linearization or system. A linearization measures its Gram matrices for
+// the diagonal and holds them until they have become blocks, which become factors in place. Jacobi never asks for
+// blocks: the matrices stay, beside the diagonal, its inverse, and ones.
+struct PreconditionerParts {
+  double gram, blocks;
+  bool keeps_gram;
+};
+
+PreconditionerParts PartsOf(const MemoryScene& scene, const LmOptions& lm) {
   const int coefficients = ShCoefficients(scene.sh_degree);
   const bool with_colors = lm.preconditioner == "block_sh";
   const double color_blocks = with_colors ? Packed(coefficients) : 0;
-  const double gram = Packed(splat::kGeometry) + 3 * coefficients + color_blocks;
-  if (lm.preconditioner == "jacobi") {
-    return linearizations * gram * PerGaussianBytes(scene) + 3 * systems * VectorBytes(scene);
-  }
-  const double blocks = Packed(splat::kGeometry) + (with_colors ? color_blocks : 3 * coefficients);
-  return std::max(linearizations * gram + blocks, 2 * systems * blocks) * PerGaussianBytes(scene);
+  const double gram = (Packed(splat::kGeometry) + 3 * coefficients + color_blocks) * PerGaussianBytes(scene);
+  if (lm.preconditioner == "jacobi") return {gram, 3 * VectorBytes(scene), true};
+  const double colors = with_colors ? color_blocks : 3 * coefficients;
+  return {gram, (Packed(splat::kGeometry) + colors) * PerGaussianBytes(scene), false};
 }
 
 }  // namespace
@@ -45,26 +48,35 @@ int LossImages(const LmOptions& lm) {
   return lm.ssim_jacobian == "center" ? 1 : 5;
 }
 
-double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes) {
+double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes,
+                   double gram_work, double evaluation_work) {
   const auto views = static_cast<double>(scene.views.size());
   const auto batches =
       static_cast<double>(ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size())));
   // Views in each batch, up to one more in some than in others.
   const double size = std::ceil(lm.batch_size > 0 ? std::min<double>(lm.batch_size, views) : views / batches);
   const double held = hold_batches ? std::min(batches * size, views) : std::min(size, views);
-  const double linearizations = hold_batches ? batches : 1, systems = hold_batches && lm.merge_batches ? batches : 1;
-  const double batch_bytes = views_bytes * (views > 0 ? held / views : 0) +
-                             2 * linearizations * kImageBytes * scene.Largest().pixels +
-                             PreconditionerBytes(scene, lm, linearizations, systems);
-  // The gradient of each linearization; of each system descent, diagonal, metric and mask.
-  const double batch_vectors = linearizations + 4 * systems;
-  // The model, x, the step; four of PCG. Of several batches the sum of their products, or, merged, descent, diagonal
-  // and step. Where the model is measured along a step, one to hold H's product with it.
-  const bool merged = batches > 1 && lm.merge_batches;
-  double engine_vectors = 3 + 4;
-  if (batches > 1) engine_vectors += merged ? 3 : 1;
-  if (merged || lm.step_limit != "none") engine_vectors += linearizations;
-  return batch_bytes + (batch_vectors + engine_vectors) * VectorBytes(scene);
+  const bool several = batches > 1, merged = several && lm.merge_batches, summed = several && !merged;
+  const double linearizations = hold_batches ? batches : 1, systems = hold_batches && merged ? batches : 1;
+  const double vector = VectorBytes(scene);
+  const PreconditionerParts parts = PartsOf(scene, lm);
+  const double grams = linearizations * parts.gram, blocks = systems * parts.blocks;
+  // x. Where batches are merged the sums of their descents and diagonals, and what one of them would do.
+  const double always = (1 + (merged ? 3 : 0)) * vector;
+  // Descent and diagonal of each system, and a batch's part of them; the last linearization measures.
+  const double linearizing = (2 * systems + (summed ? 1 : 0)) * vector + grams + gram_work;
+  // D, and room for the blocks. So it is when x is evaluated.
+  const double prepared = 3 * systems * vector + grams + blocks + evaluation_work;
+  // Descent and D, of merged batches the diagonal; the step; three vectors of PCG, of several batches the sum of their
+  // products. Where the model is measured along a step, one to hold H's product with it. Of merged batches the first is
+  // solved while the others have their Gram matrices still.
+  const double kept = (2 + (merged ? 1 : 0)) * systems * vector + vector + blocks;
+  const double measured = merged || lm.step_limit != "none" ? linearizations : 0;
+  const double solving = kept + (3 + (summed ? 1 : 0) + measured) * vector + (parts.keeps_gram || merged ? grams : 0);
+  // After a step that was refused blocks are measured again.
+  const double again = kept + (parts.keeps_gram ? grams : gram_work);
+  return views_bytes * (views > 0 ? held / views : 0) + 2 * linearizations * kImageBytes * scene.Largest().pixels +
+         always + std::max({linearizing, prepared, solving, again});
 }
 
 }  // namespace vesta::gs

@@ -22,7 +22,9 @@ double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 int LossImages(const LmOptions& lm);
 
 // What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all
-// linearized views together. hold_batches: whether the linearizations of all batches are there at once.
-double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes);
+// linearized views together. hold_batches: whether the linearizations of all batches are there at once. gram_work and
+// evaluation_work: what measuring Gram matrices, and evaluating x between iterations, work in and give back.
+double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes,
+                   double gram_work, double evaluation_work);
 
 }  // namespace vesta::gs

@@ -100,23 +100,21 @@ vesta::LmOptions LmEngineOptions(const LmOptions& lm) {
   return engine;
 }
 
-std::vector<TargetView<float>> LmTargets(const TrainingSession& session) {
-  const double near = NearPlane(session.scene());
-  std::vector<TargetView<float>> targets;
-  for (const View* view : session.training_views()) {
-    targets.push_back({ToPinhole(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
-  }
-  return targets;
-}
-
 std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
-  SplatProblem<float> problem(LmProblemOptions(session, model), LmTargets(session));
+  SplatProblem<float> problem(LmProblemOptions(session, model),
+                              TargetsOf(session.training_views(), NearPlane(session.scene())));
   CpuBackend<float> backend;
   vesta::LmOptions engine = LmEngineOptions(session.options().lm);
   engine.hold_batches = hold_batches;
-  LmStepper<CpuBackend<float>> stepper(engine, backend, problem,
-                                       {model.data.data(), static_cast<Index>(model.data.size())});
-  return RunLmSteps(session, model, backend, stepper, 0, [&] { return session.Evaluate(ToKernelModel(model)); });
+  HostBuffer<float> x;
+  x.CopyFrom({model.data.data(), static_cast<Index>(model.data.size())});
+  model.data = std::vector<float>();  // until the stepper is done its x is the model
+  LmStepper<CpuBackend<float>> stepper(engine, backend, problem, std::move(x));
+  const auto best = [&] { return BestOf(stepper, model); };
+  std::string report =
+      RunLmSteps(session, stepper, 0, {model.count, [&] { return session.Evaluate(best()); }, best}, [] {});
+  model.data.assign(stepper.x().begin(), stepper.x().end());
+  return report;
 }
 
 }  // namespace vesta::gs

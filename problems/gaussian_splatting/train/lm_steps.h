@@ -15,24 +15,27 @@ namespace vesta::gs {
 
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model);
 vesta::LmOptions LmEngineOptions(const LmOptions& lm);
-std::vector<TargetView<float>> LmTargets(const TrainingSession& session);
 
-// Runs the stepper to its end or until the session says stop; model holds its best x after each step. first: the
-// iterations that were done before; evaluate: what a row of the history needs to know of x. Returns the engine's full
-// report.
+// The best x of a stepper of such a model, where it lies.
 template <Backend B>
-std::string RunLmSteps(TrainingSession& session, SplatModel& model, B& backend, LmStepper<B>& stepper, int first,
-                       const std::function<Evaluation()>& evaluate) {
-  const ModelToRecord record{model.count, evaluate, [&] { return ToKernelModel(model); }};
+splat::Model<float> BestOf(const LmStepper<B>& stepper, const SplatModel& shape) {
+  return {stepper.x().data(), shape.count, shape.sh_degree, shape.sh_degree};
+}
+
+// Runs the stepper to its end or until the session says stop. first: the iterations that were done before; best: its
+// best x, for the history; moved: called when that has changed. Returns the engine's full report.
+template <Backend B>
+std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, int first, const ModelToRecord& best,
+                       const std::function<void()>& moved) {
   double values = 0;
   for (const View* view : session.training_views()) values += static_cast<double>(view->image.rgb.size());
-  if (first == 0) session.Record(Stage::kLm, 0, record);
+  if (first == 0) session.Record(Stage::kLm, 0, best);
   while (!stepper.done() && !session.ShouldStop()) {
     const LmIteration& row = stepper.Step();
-    backend.ToHost(stepper.x(), {model.data.data(), static_cast<Index>(model.data.size())});
-    session.Record(Stage::kLm, first + row.iteration, record);
+    moved();
+    session.Record(Stage::kLm, first + row.iteration, best);
     session.Report({Stage::kLm, first + row.iteration, session.options().lm.iterations, session.Seconds(),
-                    row.cost / values, session.latest_psnr(), model.count,
+                    row.cost / values, session.latest_psnr(), best.gaussians,
                     fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
                                 row.pcg_iterations, row.accepted ? "" : " rejected")});
   }

@@ -36,6 +36,8 @@ struct AdamOptions {
   // which a short cooldown takes out at next to no cost (docs/results).
   double cooldown = 0.1;
   double cooldown_to = 0.03;
+  // The first part of the stage, so long, sees the views at half their size (coarse_views.h).
+  double coarse_part = 0.5;
   // One more band of spherical harmonics after each of these parts of the run.
   double sh_band_every = 0.08;
   // Rows of the history, evenly spaced (more where the iterations do not divide).
@@ -49,7 +51,7 @@ struct DensityOptions {
   double end = 0.6;
   // As a part of the stage too: a longer training has more time for the same Gaussians, not more Gaussians.
   double every = 0.05;
-  double gradient_threshold = 1e-3;  // mean norm of d loss / d mean in normalised device coordinates
+  double gradient_threshold = 7e-4;  // mean norm of d loss / d mean in normalised device coordinates
   double split_above = 0.01;         // standard deviation, in scene extents: split above, clone below
   double prune_opacity = 0.005;
   double prune_size = 0;             // standard deviation, in scene extents; 0: no limit

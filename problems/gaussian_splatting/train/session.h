@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::gs {
@@ -115,6 +116,9 @@ class TrainingSession {
 
 // LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
+
+// The views to fit, for the operators; they must outlive what is returned.
+std::vector<TargetView<float>> TargetsOf(const std::vector<const View*>& views, double near);
 
 // The two stages; both leave the model at its best and record their last state.
 void RunAdamStage(TrainingSession& session, SplatModel& model);

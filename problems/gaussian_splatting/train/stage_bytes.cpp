@@ -36,9 +36,13 @@ double LossBytes(const ViewCounts& view) {
   return sizeof(float) * NumThreads() * static_cast<double>(RowRange<float>::kScratchRows * ScratchStride(width));
 }
 
-// What an evaluation needs while a stage is under way: a renderer, its image, and the meters.
+// What an evaluation needs while a stage is under way: a renderer, which stays; and its image, and the meters.
+double RendererBytes(const ViewCounts& view, Index gaussians) {
+  return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians);
+}
+double MetersBytes(const ViewCounts& view) { return 3 * kImageBytes * view.pixels + LossBytes(view); }
 double EvaluationBytes(const ViewCounts& view, Index gaussians) {
-  return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians) + 3 * kImageBytes * view.pixels + LossBytes(view);
+  return RendererBytes(view, gaussians) + MetersBytes(view);
 }
 
 double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
@@ -60,9 +64,8 @@ double AdamBytes(const MemoryScene& scene, const TrainOptions& options) {
   const ViewCounts most = scene.Largest();
   const Index n = scene.gaussians;
   const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
-  // The model, its gradient, two moments and the bases; while Gaussians are rearranged one vector is there twice, or
-  // the bases.
-  return 4 * vector + bases + (density ? std::max(vector, bases) : 0) + (density ? 3 : 1) * PerGaussianBytes(scene) +
+  // The model, its gradient, two moments and the bases; while Gaussians are rearranged one vector is there twice.
+  return 4 * vector + bases + (density ? vector : 0) + (density ? 3 : 1) * PerGaussianBytes(scene) +
          ViewBytes(most, n) + ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
          2 * kImageBytes * most.pixels + EvaluationBytes(most, n);
 }
@@ -79,13 +82,13 @@ double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches)
     rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * LinearizedViewBytes(most, n, lm);
     views_bytes = 0;
   }
-  double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
-                     SumBytes(most, sizeof(splat::SplatGram<float>));
+  double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>));
   if (CachesJacobian(lm)) workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
   // The view and image of the cost.
   const double cost = ViewBytes(most, n) + kImageBytes * most.pixels;
-  return EngineBytes(scene, lm, hold_batches, views_bytes) + PerGaussianBytes(scene) + rebuilt + workspace + cost +
-         EvaluationBytes(most, n);
+  const double gram_work = SumBytes(most, sizeof(splat::SplatGram<float>));
+  return EngineBytes(scene, lm, hold_batches, views_bytes, gram_work, MetersBytes(most)) + PerGaussianBytes(scene) +
+         rebuilt + workspace + cost + RendererBytes(most, n);
 }
 
 double ModelBytes(const MemoryScene& scene) {

@@ -19,6 +19,14 @@ TEST(AdamSchedule, CooldownIsTheLastPart) {
   EXPECT_NEAR(RateFactor(adam, 101), 0.05, 1e-12);
 }
 
+TEST(AdamSchedule, CoarseViewsComeFirst) {
+  const AdamOptions adam{.iterations = 100, .coarse_part = 0.3};
+  EXPECT_TRUE(IsCoarseAt(adam, 1));
+  EXPECT_TRUE(IsCoarseAt(adam, 30));
+  EXPECT_FALSE(IsCoarseAt(adam, 31));
+  EXPECT_FALSE(IsCoarseAt({.iterations = 100, .coarse_part = 0}, 1));
+}
+
 TEST(AdamSchedule, EveryViewOnceAnEpoch) {
   ViewOrder order(5, 3);
   for (int epoch = 0; epoch < 4; ++epoch) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <numeric>
 
 #include "problems/gaussian_splatting/train/adam.h"
 #include "problems/gaussian_splatting/train/adam_kernel.h"
@@ -71,6 +72,7 @@ struct Blocks {
                       .first = first.data(),
                       .second = second.data(),
                       .bases = bases.data(),
+                      .bases_begin = 0,
                       .units = nullptr,
                       .rates = {},
                       .step = 1,
@@ -242,11 +244,11 @@ TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {
   adam.Rearrange(source, {true, true, false}, model.num_attributes());
   model.data = GatherRows(model.data, model.count, model.num_attributes(), source);
   model.count = 3;
-  const std::vector<float>&bases = adam.moments().bases, &origin = reference.moments().bases;
+  const BlockBases &bases = adam.moments().bases, &origin = reference.moments().bases;
   for (int k = 0; k < kBlockNumbers; ++k) {
-    const float old = origin[static_cast<std::size_t>(BlockEntry(k, 3))];
-    EXPECT_EQ(bases[static_cast<std::size_t>(BlockEntry(k, 1))], old);
-    EXPECT_EQ(bases[static_cast<std::size_t>(BlockEntry(k, 2))], k < kBasisSize ? old : 0);
+    const float old = origin.At(k, 3);
+    EXPECT_EQ(bases.At(k, 1), old);
+    EXPECT_EQ(bases.At(k, 2), k < kBasisSize ? old : 0);
   }
   const SplatModel before = model;
   std::vector<float> pull(model.data.size(), 1e-3f), same_pull(same.data.size(), 1e-3f);
@@ -259,6 +261,34 @@ TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {
     EXPECT_NE(model.attribute(a)[2], model.attribute(a)[1]) << "starts without moments";
     EXPECT_NE(model.attribute(a)[1], before.attribute(a)[1]) << a;
   }
+}
+
+// Over so many pieces that the first ones go before the last ones are made.
+TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
+  constexpr Index kOld = 5000, kNew = 6100;
+  std::vector<float> flat(static_cast<std::size_t>(BlockArraySize(kOld)));
+  std::iota(flat.begin(), flat.end(), 1.0f);
+  BlockBases bases(kOld, flat);
+  EXPECT_EQ(bases.Flat(), flat);
+  const auto old_number = [&](int number, Index i) { return flat[static_cast<std::size_t>(BlockEntry(number, i))]; };
+  // Mostly in order, as clones beside their origin are, with some from far.
+  test::Random random(9);
+  std::vector<Index> source;
+  std::vector<bool> keep;
+  for (Index i = 0; i < kNew; ++i) {
+    source.push_back(i % 97 == 0 ? static_cast<Index>(random.Uniform(0, kOld)) : i * kOld / kNew);
+    keep.push_back(i % 3 != 0);
+  }
+  bases.Rearrange(source, keep);
+  Index wrong = 0;
+  for (Index i = 0; i < kNew; ++i) {
+    for (const int number : {0, kBasisSize - 1, kBasisSize, kBlockNumbers - 1}) {
+      const bool known = number < kBasisSize || keep[static_cast<std::size_t>(i)];
+      wrong += bases.At(number, i) != (known ? old_number(number, source[static_cast<std::size_t>(i)]) : 0.0f);
+    }
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_EQ(static_cast<Index>(bases.Flat().size()), BlockArraySize(kNew));
 }
 
 TEST(BlockAdamSteps, UnseenParametersStayForeverAndFinite) {

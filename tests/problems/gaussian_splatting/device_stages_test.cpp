@@ -104,7 +104,8 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   const TrainCallbacks callbacks;
   TrainingSession session(scene, options, 0, callbacks);
   const SplatModel model = test::RandomModel(30, 1, 4);
-  const std::vector<DeviceTargetView> targets = UploadTargets(LmTargets(session));
+  const std::vector<DeviceTargetView> targets =
+      UploadTargets(TargetsOf(session.training_views(), NearPlane(session.scene())));
   DeviceBuffer<float> x;
   x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
   const splat::Model<float> on_device{x.data(), model.count, 1, 1};

@@ -65,7 +65,7 @@ const test::MemoryCase kCases[] = {
     {"merged_batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
     {"root", 1000, 160, 120, [](TrainOptions& o) { o.lm.ssim_linearization = "root"; }},
     {"small_batches", 1000, 160, 120, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
-    {"budget", 2000, 160, 120, [](TrainOptions& o) { o.memory.budget_gib = 0.021; }},
+    {"budget", 2000, 160, 120, [](TrainOptions& o) { o.memory.budget_gib = 0.016; }},
 };
 
 class CountedMemory : public testing::TestWithParam<test::MemoryCase> {};

@@ -156,6 +156,25 @@ TEST_P(SplatVariants, SameBitsForAnyNumberOfThreadsAndEveryTurnAlike) {
   SetNumThreads(before);
 }
 
+// What is let go of once it has been given is made again.
+TEST_P(SplatVariants, GradientAndBlocksAskedForAgainAreTheSame) {
+  RingProblem<float> ring(3, kCount, 2, 20);
+  GetParam().apply(ring.options);
+  SplatProblem<float> problem = ring.Make();
+  const auto linearization = problem.Linearize(ring.x, 0);
+  std::vector<std::vector<float>> results;
+  for (int again = 0; again < 2; ++again) {
+    HostBuffer<float> gradient(ring.x.size()), diagonal(ring.x.size());
+    BlockDiagonal<CpuBackend<float>> blocks(ring.x.size(), linearization->block_groups());
+    linearization->Gradient(gradient);
+    if (again == 0) linearization->DiagJTJ(diagonal);  // which the first blocks are made with
+    linearization->BlockGram(blocks);
+    std::vector<float>& all = results.emplace_back(gradient.begin(), gradient.end());
+    all.insert(all.end(), blocks.all_values().begin(), blocks.all_values().end());
+  }
+  EXPECT_TRUE(results[0] == results[1]);
+}
+
 TEST(SplatCache, GivesTheProductsOfRecomputation) {
   RingProblem<double> ring(3, kCount, 2, 20);
   const HostBuffer<double> v = RandomVector<double>(ring.x.size(), 21);

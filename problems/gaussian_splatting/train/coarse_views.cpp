@@ -1,0 +1,27 @@
+#include "problems/gaussian_splatting/train/coarse_views.h"
+
+#include <algorithm>
+
+#include "kernels/core/parallel.h"
+
+namespace vesta::gs {
+
+std::vector<View> CoarseViews(const std::vector<const View*>& views) {
+  constexpr int kLeastSide = 64;
+  std::vector<View> coarse(views.size());
+  ParallelFor(static_cast<Index>(views.size()), 1, [&](Index k) {
+    const View& full = *views[static_cast<std::size_t>(k)];
+    View& view = coarse[static_cast<std::size_t>(k)];
+    const ImageSize half = DownscaledSize({full.camera.width, full.camera.height}, 2);
+    if (std::min(half.width, half.height) < kLeastSide) {
+      view = full;
+      return;
+    }
+    view.name = full.name, view.rotation = full.rotation, view.translation = full.translation;
+    view.camera = ResizeCamera(full.camera, half.width, half.height);
+    view.image = ResizeArea(full.image, half.width, half.height);
+  });
+  return coarse;
+}
+
+}  // namespace vesta::gs
