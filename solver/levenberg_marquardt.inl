@@ -226,6 +226,7 @@ const LmIteration& LmStepper<B>::Step() {
       changed = true;
     }
     if (changed) system_->Measure(step_, direction);
+    workspace_.r = {};  // trials have a use for the others only
   }
   row.pcg_iterations = direction.pcg.iterations;
   row.pcg_status = direction.pcg.status;

@@ -58,6 +58,7 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
   solver_ = MakeStepSolver<B>(
       options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(), descent_.view(), scale});
   if (!keep_diagonal && !solver_->reads_diagonal()) diagonal_ = {};
+  if (!solver_->reads_mask()) mask_ = {};
 }
 
 template <Backend B>

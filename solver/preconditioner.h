@@ -31,6 +31,8 @@ class Preconditioner : public LinearOperator<B> {
   // H = the sum over the batches, which are borrowed until the next call; diag_h its diagonal.
   virtual void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) = 0;
   virtual void SetDamping(double lambda, typename B::ConstView metric) = 0;
+  // Whether a column of zeros in H may get something but zero, or a zero give something to others: then PCG masks it.
+  virtual bool couples_frozen() const { return true; }
   // What it is, for the summary.
   virtual std::string description() const { return ToString(PreconditionerKind::kProblem); }
 };
@@ -47,6 +49,7 @@ class IdentityPreconditioner final : public Preconditioner<B> {
   void Apply(typename B::ConstView x, typename B::View y) override;
   void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
   void SetDamping(double lambda, typename B::ConstView metric) override;
+  bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kIdentity); }
 
  private:
@@ -61,6 +64,7 @@ class JacobiPreconditioner final : public Preconditioner<B> {
   void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
   // Entries whose damped diagonal is 0 stay 0.
   void SetDamping(double lambda, typename B::ConstView metric) override;
+  bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kJacobi); }
 
  private:
@@ -76,6 +80,7 @@ class BlockJacobiPreconditioner final : public Preconditioner<B> {
   void Apply(typename B::ConstView x, typename B::View y) override;
   void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
   void SetDamping(double lambda, typename B::ConstView metric) override;
+  bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kBlockJacobi) + why_; }
 
  private:

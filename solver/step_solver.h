@@ -76,6 +76,8 @@ class StepSolver {
   virtual StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) = 0;
   // Whether Solve needs the system's diagonal; else it may go once the solver is made.
   virtual bool reads_diagonal() const { return false; }
+  // The same of its mask.
+  virtual bool reads_mask() const { return true; }
   // What it is and, where it was chosen, why: "dense QR (kAuto: 3 parameters)".
   const std::string& description() const { return description_; }
   void set_description(std::string description) { description_ = std::move(description); }

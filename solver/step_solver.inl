@@ -70,7 +70,10 @@ class PcgStep final : public StepSolver<B> {
         system_(system),
         preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
     preconditioner_->SetLinearization(system.batches, system.diagonal);
+    // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
+    if (!system.problem.has_bounds() && !preconditioner_->couples_frozen()) system_.mask = {};
   }
+  bool reads_mask() const override { return !system_.mask.empty(); }
   std::string preconditioner() const { return preconditioner_->description(); }
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
     preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);

@@ -45,14 +45,6 @@ Index SplatProblem<S>::num_parameters() const {
 }
 
 template <class S>
-double SplatProblem<S>::ViewCost(const splat::Model<S>& model, const TargetView<S>& view) {
-  cost_view_.Build(model, view.pinhole, options_.background.data(), *workspace_);
-  if (cost_image_.size() != view.truth.size()) cost_image_.Resize(view.truth.size());
-  cost_view_.Render(cost_image_.data());
-  return loss_->Evaluate(cost_image_, view.truth, {view.pinhole.width, view.pinhole.height}).cost;
-}
-
-template <class S>
 double SplatProblem<S>::Cost(ConstView x) {
   std::vector<Index> all(views_.size());
   std::iota(all.begin(), all.end(), Index{0});
@@ -62,8 +54,16 @@ double SplatProblem<S>::Cost(ConstView x) {
 template <class S>
 double SplatProblem<S>::Cost(ConstView x, std::span<const Index> units) {
   const splat::Model<S> model{x.data(), options_.count, options_.sh_degree, options_.sh_degree};
+  splat::View<S> view;
+  HostBuffer<S> image;
   double cost = 0;
-  for (const Index unit : units) cost += ViewCost(model, views_[static_cast<std::size_t>(unit)]);
+  for (const Index unit : units) {
+    const TargetView<S>& target = views_[static_cast<std::size_t>(unit)];
+    view.Build(model, target.pinhole, options_.background.data(), *workspace_);
+    image.ResizeForOverwrite(target.truth.size());
+    view.Render(image.data());
+    cost += loss_->Evaluate(image, target.truth, {target.pinhole.width, target.pinhole.height}).cost;
+  }
   return cost;
 }
 

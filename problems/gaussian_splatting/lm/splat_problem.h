@@ -95,16 +95,12 @@ class SplatProblem final : public Problem<CpuBackend<S>> {
   bool LimitStep(ConstView x, View step) override;
 
  private:
-  double ViewCost(const splat::Model<S>& model, const TargetView<S>& view);
-
   SplatProblemOptions options_;
   std::vector<TargetView<S>> views_;
   ViewBatches batches_;
   int turn_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
-  splat::View<S> cost_view_;
-  HostBuffer<S> cost_image_;
 };
 
 extern template class SplatProblem<float>;

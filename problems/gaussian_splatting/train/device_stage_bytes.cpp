@@ -79,7 +79,7 @@ double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_ba
   const double counts = !CachesJacobian(lm) ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
   // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
   return TargetBytes(scene) +
-         EngineBytes(scene, lm, hold_batches, views_bytes, SumBytes(most, sizeof(splat::SplatGram<float>)), 0) +
+         EngineBytes(scene, lm, hold_batches, views_bytes, {.gram = SumBytes(most, sizeof(splat::SplatGram<float>))}) +
          2 * PerGaussianBytes(scene) + WorkspaceBytes(most, scene) + counts + ViewBytes(most, scene) +
          5 * kImageBytes * most.pixels + EvaluationBytes(most, scene);
 }

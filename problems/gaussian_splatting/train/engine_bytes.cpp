@@ -49,7 +49,7 @@ int LossImages(const LmOptions& lm) {
 }
 
 double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes,
-                   double gram_work, double evaluation_work) {
+                   const PassingBytes& passing) {
   const auto views = static_cast<double>(scene.views.size());
   const auto batches =
       static_cast<double>(ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size())));
@@ -64,19 +64,22 @@ double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batc
   // x. Where batches are merged the sums of their descents and diagonals, and what one of them would do.
   const double always = (1 + (merged ? 3 : 0)) * vector;
   // Descent and diagonal of each system, and a batch's part of them; the last linearization measures.
-  const double linearizing = (2 * systems + (summed ? 1 : 0)) * vector + grams + gram_work;
+  const double linearizing = (2 * systems + (summed ? 1 : 0)) * vector + grams + passing.gram;
   // D, and room for the blocks. So it is when x is evaluated.
-  const double prepared = 3 * systems * vector + grams + blocks + evaluation_work;
+  const double prepared = 3 * systems * vector + grams + blocks + passing.evaluation;
   // Descent and D, of merged batches the diagonal; the step; three vectors of PCG, of several batches the sum of their
-  // products. Where the model is measured along a step, one to hold H's product with it. Of merged batches the first is
-  // solved while the others have their Gram matrices still.
+  // products. Of merged batches the first is solved while the others have their Gram matrices still. Where the model is
+  // measured along a step, one to hold H's product with it.
   const double kept = (2 + (merged ? 1 : 0)) * systems * vector + vector + blocks;
-  const double measured = merged || lm.step_limit != "none" ? linearizations : 0;
-  const double solving = kept + (3 + (summed ? 1 : 0) + measured) * vector + (parts.keeps_gram || merged ? grams : 0);
-  // After a step that was refused blocks are measured again.
-  const double again = kept + (parts.keeps_gram ? grams : gram_work);
+  const double kept_grams = parts.keeps_gram ? grams : 0;
+  const double measured = merged || lm.step_limit != "none" ? linearizations * vector : 0;
+  const double unsolved = merged && !parts.keeps_gram ? grams - parts.gram : 0;
+  const double solving = kept + kept_grams + (3 + (summed ? 1 : 0)) * vector + std::max(measured, unsolved);
+  // A trial, and what it would move. After a step that was refused blocks are measured again.
+  const double trying = kept + kept_grams + 2 * vector + passing.cost;
+  const double again = kept + kept_grams + (parts.keeps_gram ? 0 : passing.gram);
   return views_bytes * (views > 0 ? held / views : 0) + 2 * linearizations * kImageBytes * scene.Largest().pixels +
-         always + std::max({linearizing, prepared, solving, again});
+         always + std::max({linearizing, prepared, solving, trying, again});
 }
 
 }  // namespace vesta::gs

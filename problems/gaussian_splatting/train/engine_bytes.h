@@ -21,10 +21,17 @@ double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 // Images that the linearization of a view's loss holds.
 int LossImages(const LmOptions& lm);
 
+// What passes over views work in and give back.
+struct PassingBytes {
+  double gram = 0;        // measuring Gram matrices
+  double cost = 0;        // the cost of a trial
+  double evaluation = 0;  // that of x, and its quality, between iterations
+};
+
 // What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all
-// linearized views together. hold_batches: whether the linearizations of all batches are there at once. gram_work and
-// evaluation_work: what measuring Gram matrices, and evaluating x between iterations, work in and give back.
+// linearized views together. hold_batches: whether the linearizations of all batches are there at once. passing: what is
+// there for a while only.
 double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes,
-                   double gram_work, double evaluation_work);
+                   const PassingBytes& passing);
 
 }  // namespace vesta::gs

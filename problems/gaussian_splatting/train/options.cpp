@@ -71,6 +71,7 @@ TrainOptions PresetOptions(const std::string& name) {
                   .pcg_start = "preconditioned",
                   .pcg_tolerance = code ? 5e-2 : 1e-2,
                   .step_control = code ? "code" : "v2",
+                  .jacobian = "recompute",
                   .line_search = true,
                   .initial_lambda = 1,
                   .min_lambda = 1e-4,

@@ -64,7 +64,7 @@ struct LmOptions {
   int iterations = 8;
   // The stage ends before where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
   // next to nothing to gain (docs/results).
-  double min_gain = 0.004;
+  double min_gain = 0.006;
   int pcg_iterations = 4;
   int batches = 1;
   int batch_size = 0;                    // views in each; 0: all are divided among the batches
@@ -78,8 +78,10 @@ struct LmOptions {
   std::string pcg_start = "zero";                 // zero | preconditioned: M^-1 b, at one more product
   // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
   double pcg_tolerance = 0;
-  std::string step_control = "soft";   // soft | ceres | nielsen | v1 | v2 | code
-  std::string jacobian = "recompute";  // recompute | cache32 | cache16 | rebuild
+  std::string step_control = "soft";  // soft | ceres | nielsen | v1 | v2 | code
+  // recompute | cache32 | cache16 | rebuild: views that are held make iterations a quarter shorter and take several
+  // times the memory of all else (docs/results).
+  std::string jacobian = "rebuild";
   double residual_sampling = 1;        // part of the pixels of each view that H is measured on
   std::string sampling_unit = "rows";  // rows | tiles: how they are drawn
   bool sample_gradient = false;        // the gradient too

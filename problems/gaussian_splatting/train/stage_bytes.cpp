@@ -84,11 +84,11 @@ double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches)
   }
   double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>));
   if (CachesJacobian(lm)) workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
-  // The view and image of the cost.
-  const double cost = ViewBytes(most, n) + kImageBytes * most.pixels;
-  const double gram_work = SumBytes(most, sizeof(splat::SplatGram<float>));
-  return EngineBytes(scene, lm, hold_batches, views_bytes, gram_work, MetersBytes(most)) + PerGaussianBytes(scene) +
-         rebuilt + workspace + cost + RendererBytes(most, n);
+  const PassingBytes passing{.gram = SumBytes(most, sizeof(splat::SplatGram<float>)),
+                             .cost = ViewBytes(most, n) + kImageBytes * most.pixels,
+                             .evaluation = MetersBytes(most)};
+  return EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) + rebuilt + workspace +
+         RendererBytes(most, n);
 }
 
 double ModelBytes(const MemoryScene& scene) {
