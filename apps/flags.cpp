@@ -42,8 +42,8 @@ DEFINE_double(position_damping, 0, "factor on it for the positions");
 DEFINE_double(sh_damping, 0, "factor on it for the bands of the harmonics above the constant");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(
-    jacobian, "recompute",
-    "products with J: recompute; cache its entries in 32 or 16 bits; or rebuild views too (slower, least memory)");
+    jacobian, "",
+    "products with J: from views held; from its entries in 32 or 16 bits; or from views built anew (default)");
 DEFINE_double(memory_budget, 0,
               "GiB that the program may take (of the GPU with one), foreseen before they are used; 0: no limit");
 DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
