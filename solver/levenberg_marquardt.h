@@ -38,9 +38,9 @@ class LmStepper {
 
  private:
   // Near the minimum a step changes the cost by less than the rounding of the cost, and the gain ratio is chance. Then
-  // the gradient decides, in units of D: it is accurate where the cost no longer is, and gives the
-  // other half of the digits of x. How far the cost's rounding reaches depends on the problem (residuals that are small
-  // differences of large numbers have a coarse one), hence two zones.
+  // the gradient decides, in units of D: it is accurate where the cost no longer is, and gives the other half of the
+  // digits of x. How far the cost's rounding reaches depends on the problem (residuals that are small differences of
+  // large numbers have a coarse one), hence two zones.
   enum class Zone {
     kCost,      // the gain ratio decides
     kDoubtful,  // changes below 1e-9 of the cost, refused by the gain ratio: taken if the squared gradient halves

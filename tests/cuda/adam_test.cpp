@@ -3,6 +3,7 @@
 
 #include "problems/gaussian_splatting/train/block_adam_formula.h"
 #include "problems/gaussian_splatting/train/device_adam.h"
+#include "problems/gaussian_splatting/train/gather_rows.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"

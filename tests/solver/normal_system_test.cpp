@@ -131,7 +131,9 @@ TEST_F(NormalSystemTest, FrozenColumnsStay) {
   batch.a.col(2).setZero();
   LinearProblem problem({batch});
   const Cpu::Vector x(5);
-  for (const auto kind : {PreconditionerKind::kIdentity, PreconditionerKind::kJacobi}) {
+  problem.groups = {{5, 1, 0, 1, 5}};
+  for (const auto kind :
+       {PreconditionerKind::kIdentity, PreconditionerKind::kJacobi, PreconditionerKind::kBlockJacobi}) {
     NormalSystem<Cpu> system(backend_, problem, x, {0});
     const auto scale = ScaleOf(system);
     system.Prepare(Tight(kind), x, scale);

@@ -7,6 +7,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/train/adam_kernel.h"
+#include "problems/gaussian_splatting/train/gather_rows.h"
 
 namespace vesta::gs {
 
@@ -116,18 +117,6 @@ void Adam::Reset(int attribute) {
   std::fill_n(moments_.first.begin() + attribute * count_, count_, 0.0f);
   // Of a block the second moments are those of directions, not of attributes: they stay.
   if (attribute >= first_diagonal()) std::fill_n(moments_.second.begin() + attribute * count_, count_, 0.0f);
-}
-
-std::vector<float> GatherRows(const std::vector<float>& data, Index count, int attributes,
-                              const std::vector<Index>& source) {
-  const auto rows = static_cast<Index>(source.size());
-  std::vector<float> result(static_cast<std::size_t>(rows * attributes));
-  ParallelFor(attributes, 1, [&](Index a) {
-    const float* from = data.data() + a * count;
-    float* to = result.data() + a * rows;
-    for (Index i = 0; i < rows; ++i) to[i] = from[source[static_cast<std::size_t>(i)]];
-  });
-  return result;
 }
 
 }  // namespace vesta::gs

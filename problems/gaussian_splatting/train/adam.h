@@ -76,8 +76,4 @@ class Adam {
   AdamMoments moments_;
 };
 
-// The rows `source` of a structure of arrays with `count` rows and `attributes` columns.
-std::vector<float> GatherRows(const std::vector<float>& data, Index count, int attributes,
-                              const std::vector<Index>& source);
-
 }  // namespace vesta::gs

@@ -46,7 +46,8 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     double cost = 0, values = 0;
     for (int k = 0; k < adam_options.views_per_iteration; ++k) {
       const std::size_t next = order.Next();
-      const View& target = is_coarse ? coarse_views[next] : *session.training_views()[next];
+      const View& full = *session.training_views()[next];
+      const View& target = is_coarse ? coarse_views[next] : full;
       const ImageShape shape{target.camera.width, target.camera.height};
       if (image.width != shape.width || image.height != shape.height) {
         image = Image(shape.width, shape.height);
@@ -60,7 +61,10 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
       cost += loss.Gradient(rendered, truth, shape, image_gradient).objective;
       values += static_cast<double>(shape.NumValues());
       view.AddJT(x, image.rgb.data(), image_gradient.data(), gradient.data(), workspace);
-      if (observes) density.Observe(view, workspace.splat_sums.data(), static_cast<double>(shape.NumValues()));
+      if (observes) {
+        const double share = PullShare(shape.width, full.camera.width);
+        density.Observe(view, workspace.splat_sums.data(), share * static_cast<double>(shape.NumValues()));
+      }
     }
     cost /= values;
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.

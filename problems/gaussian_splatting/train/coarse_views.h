@@ -12,4 +12,8 @@ namespace vesta::gs {
 // are no shorter: what is large is in place sooner (docs/results).
 std::vector<View> CoarseViews(const std::vector<const View*>& views);
 
+// What part of its pull at the splats (screen_pull.h) a view keeps that is so wide instead of `full_width`: fine detail
+// is gone from a half. Divided by it, halves make as many Gaussians as whole views do (docs/results).
+inline double PullShare(int width, int full_width) { return width < full_width ? 0.6 : 1.0; }
+
 }  // namespace vesta::gs

@@ -5,6 +5,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/train/gather_rows.h"
 #include "problems/gaussian_splatting/train/screen_pull.h"
 
 namespace vesta::gs {

@@ -118,7 +118,8 @@ class DeviceAdamStage {
   double AddGradients(const splat::Model<float>& x, const std::vector<DeviceTargetView>& targets, bool observes) {
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
-      const DeviceTargetView& target = targets[order_.Next()];
+      const std::size_t next = order_.Next();
+      const DeviceTargetView& target = targets[next];
       const ImageShape shape = target.shape();
       passes_.image.ResizeForOverwrite(shape.NumValues());
       passes_.image_gradient.ResizeForOverwrite(shape.NumValues());
@@ -127,7 +128,10 @@ class DeviceAdamStage {
       passes_.loss.Gradient(passes_.image, target.truth, shape, passes_.image_gradient);
       passes_.view.AddJT(x, passes_.image.data(), passes_.image_gradient.data(), on_device_->gradient(),
                          passes_.workspace);
-      if (observes) density_.Observe(passes_.view, passes_.workspace, static_cast<double>(shape.NumValues()));
+      if (observes) {
+        const double share = PullShare(shape.width, targets_[next].pinhole.width);
+        density_.Observe(passes_.view, passes_.workspace, share * static_cast<double>(shape.NumValues()));
+      }
       // Read last, so that all of the iteration's work is under way.
       cost += passes_.loss.Value().objective;
       values += static_cast<double>(shape.NumValues());

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/train/adam.h"
+#include "problems/gaussian_splatting/train/gather_rows.h"
 
 namespace vesta::gs {
 namespace {

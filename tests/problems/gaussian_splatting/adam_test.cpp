@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/train/gather_rows.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"
 
@@ -182,12 +183,6 @@ TEST(Adam, UnseenParametersStayForever) {
   EXPECT_EQ(MoveOfOpacity(adam, model, 0.0f, 0), 0);
   EXPECT_EQ(model.data, before.data);
   for (const float value : model.data) EXPECT_TRUE(std::isfinite(value));
-}
-
-TEST(Adam, GatherRowsTakesRowsOfEveryAttribute) {
-  const std::vector<float> data = {1, 2, 3, 10, 20, 30};
-  EXPECT_EQ(GatherRows(data, 3, 2, {2, 2, 0, 1}), (std::vector<float>{3, 3, 1, 2, 30, 30, 10, 20}));
-  EXPECT_TRUE(GatherRows(data, 3, 2, {}).empty());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "problems/gaussian_splatting/train/adam.h"
 #include "problems/gaussian_splatting/train/adam_kernel.h"
 #include "problems/gaussian_splatting/train/block_adam_formula.h"
+#include "problems/gaussian_splatting/train/gather_rows.h"
 #include "tests/support/cpu_isas.h"
 #include "tests/support/random.h"
 

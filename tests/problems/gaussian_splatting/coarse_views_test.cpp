@@ -36,6 +36,11 @@ TEST(CoarseViews, HalveImagesAndCameras) {
               (plane[2 * 200 + 8] + plane[2 * 200 + 9] + plane[3 * 200 + 8] + plane[3 * 200 + 9]) / 4, 1e-6);
 }
 
+TEST(CoarseViews, PullAsWholeOnesDo) {
+  EXPECT_EQ(PullShare(200, 200), 1);
+  EXPECT_LT(PullShare(100, 200), 1);
+}
+
 TEST(CoarseViews, LeaveSmallOnesAsTheyAre) {
   const View large = OfSize(200, 128), small = OfSize(200, 127);
   const std::vector<View> coarse = CoarseViews({&large, &small});
