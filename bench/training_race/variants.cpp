@@ -66,6 +66,7 @@ const std::vector<Change>& LmChanges() {
        [](Options& o) { o.lm.residual_sampling = 0.5, o.lm.sample_gradient = true; }},
       {"limit on steps", "caps", [](Options& o) { o.lm.step_limit = "caps"; }},
       {"limit on steps", "hellinger", [](Options& o) { o.lm.step_limit = "hellinger", o.lm.step_limit_size = 0.1; }},
+      {"Jacobian", "recompute", [](Options& o) { o.lm.jacobian = "recompute"; }},
       {"Jacobian", "cache32", [](Options& o) { o.lm.jacobian = "cache32"; }},
       {"Jacobian", "cache16", [](Options& o) { o.lm.jacobian = "cache16"; }},
 

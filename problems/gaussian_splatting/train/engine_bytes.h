@@ -29,8 +29,8 @@ struct PassingBytes {
 };
 
 // What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all
-// linearized views together. hold_batches: whether the linearizations of all batches are there at once. passing: what is
-// there for a while only.
+// linearized views together. hold_batches: whether the linearizations of all batches are there at once. passing: what
+// is there for a while only.
 double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing);
 
