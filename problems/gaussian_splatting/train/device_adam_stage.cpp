@@ -108,6 +108,7 @@ class DeviceAdamStage {
     if (coarse_targets_.empty()) {
       const std::vector<View> views = CoarseViews(session_.training_views());
       std::vector<const View*> pointers;
+      pointers.reserve(views.size());
       for (const View& view : views) pointers.push_back(&view);
       coarse_targets_ = UploadTargets(TargetsOf(pointers, NearPlane(session_.scene())));
     }

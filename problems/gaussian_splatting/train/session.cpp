@@ -11,6 +11,7 @@ std::vector<float> TrainingUnits(const TrainingSession& session, const SplatMode
 
 std::vector<TargetView<float>> TargetsOf(const std::vector<const View*>& views, double near) {
   std::vector<TargetView<float>> targets;
+  targets.reserve(views.size());
   for (const View* view : views) {
     targets.push_back({ToPinhole(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
   }
