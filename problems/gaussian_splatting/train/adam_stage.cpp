@@ -38,8 +38,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   for (int it = 1; it <= n && !session.stopped(); ++it) {
     const splat::Model<float> x = kernel_model(it);
     const int attributes = splat::NumAttributes(x.active_sh_degree);
-    const bool is_coarse = IsCoarseAt(adam_options, it);
-    if (!is_coarse && !coarse_views.empty()) coarse_views = std::vector<View>();
+    if (!IsCoarseAt(adam_options, it)) coarse_views = std::vector<View>();
     const bool observes = options.density.enabled && it <= options.density.end * n;
     // Adam leaves it at zero.
     if (gradient.size() != attributes * model.count) gradient.Resize(attributes * model.count);
@@ -47,7 +46,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     for (int k = 0; k < adam_options.views_per_iteration; ++k) {
       const std::size_t next = order.Next();
       const View& full = *session.training_views()[next];
-      const View& target = is_coarse ? coarse_views[next] : full;
+      const View& target = coarse_views.empty() ? full : coarse_views[next];
       const ImageShape shape{target.camera.width, target.camera.height};
       if (image.width != shape.width || image.height != shape.height) {
         image = Image(shape.width, shape.height);

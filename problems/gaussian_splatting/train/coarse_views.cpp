@@ -6,17 +6,27 @@
 
 namespace vesta::gs {
 
-std::vector<View> CoarseViews(const std::vector<const View*>& views) {
+namespace {
+
+bool HasHalf(const View& view) {
   constexpr int kLeastSide = 64;
+  const ImageSize half = DownscaledSize({view.camera.width, view.camera.height}, 2);
+  return std::min(half.width, half.height) >= kLeastSide;
+}
+
+}  // namespace
+
+std::vector<View> CoarseViews(const std::vector<const View*>& views) {
+  if (std::none_of(views.begin(), views.end(), [](const View* view) { return HasHalf(*view); })) return {};
   std::vector<View> coarse(views.size());
   ParallelFor(static_cast<Index>(views.size()), 1, [&](Index k) {
     const View& full = *views[static_cast<std::size_t>(k)];
     View& view = coarse[static_cast<std::size_t>(k)];
-    const ImageSize half = DownscaledSize({full.camera.width, full.camera.height}, 2);
-    if (std::min(half.width, half.height) < kLeastSide) {
+    if (!HasHalf(full)) {
       view = full;
       return;
     }
+    const ImageSize half = DownscaledSize({full.camera.width, full.camera.height}, 2);
     view.name = full.name, view.rotation = full.rotation, view.translation = full.translation;
     view.camera = ResizeCamera(full.camera, half.width, half.height);
     view.image = ResizeArea(full.image, half.width, half.height);

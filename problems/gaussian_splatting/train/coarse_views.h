@@ -8,8 +8,8 @@
 namespace vesta::gs {
 
 // The views with images and cameras of half the size (DownscaledSize by 2), but for those whose half would have a side
-// of fewer than 64 pixels, which stay as they are. Of an iteration a half takes about a third of the time, and steps
-// are no shorter: what is large is in place sooner (docs/results).
+// of fewer than 64 pixels, which stay as they are; none where that is so of all of them. Of an iteration a half takes
+// about a third of the time, and steps are no shorter: what is large is in place sooner (docs/results).
 std::vector<View> CoarseViews(const std::vector<const View*>& views);
 
 // What part of its pull at the splats (screen_pull.h) a view keeps that is so wide instead of `full_width`: fine detail

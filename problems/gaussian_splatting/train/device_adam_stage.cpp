@@ -101,18 +101,17 @@ class DeviceAdamStage {
 
   // What iteration `it` trains on.
   const std::vector<DeviceTargetView>& TargetsAt(int it) {
-    if (!IsCoarseAt(options_.adam, it)) {
-      coarse_targets_.clear();
-      return targets_;
-    }
-    if (coarse_targets_.empty()) {
+    const bool is_coarse = IsCoarseAt(options_.adam, it);
+    if (!is_coarse) coarse_targets_.clear();
+    if (is_coarse && coarse_targets_.empty() && !lacks_halves_) {
       const std::vector<View> views = CoarseViews(session_.training_views());
+      lacks_halves_ = views.empty();
       std::vector<const View*> pointers;
       pointers.reserve(views.size());
       for (const View& view : views) pointers.push_back(&view);
       coarse_targets_ = UploadTargets(TargetsOf(pointers, NearPlane(session_.scene())));
     }
-    return coarse_targets_;
+    return coarse_targets_.empty() ? targets_ : coarse_targets_;
   }
 
   // The mean cost of some views a value; their gradients are added to the model's.
@@ -177,6 +176,7 @@ class DeviceAdamStage {
   DeviceDensityControl density_;
   ViewOrder order_;
   std::vector<DeviceTargetView> targets_, coarse_targets_;
+  bool lacks_halves_ = false;
   Passes passes_;
   std::optional<DeviceModel> on_device_;
   std::optional<AdamState> before_growth_;

@@ -29,7 +29,9 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   LmPlan plan{options.lm};
   try {
     plan = PlanLm(counts, options, MemoryOf(stages, options));
-    if (plan.lm.jacobian != options.lm.jacobian) {
+    // A device holds views in any case; that is nothing to tell of.
+    const bool as_ever = stages.device_memory && options.lm.jacobian == "rebuild" && plan.lm.jacobian == "recompute";
+    if (plan.lm.jacobian != options.lm.jacobian && !as_ever) {
       session.Note(fmt::format("LM with --jacobian={} in place of {}", plan.lm.jacobian, options.lm.jacobian));
     }
   } catch (const Error& error) {

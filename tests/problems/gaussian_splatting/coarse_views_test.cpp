@@ -48,6 +48,7 @@ TEST(CoarseViews, LeaveSmallOnesAsTheyAre) {
   EXPECT_EQ(coarse[1].image.height, 127);
   EXPECT_EQ(coarse[1].camera.fx, small.camera.fx);
   EXPECT_EQ(coarse[1].image.rgb, small.image.rgb);
+  EXPECT_TRUE(CoarseViews({&small, &small}).empty());
 }
 
 }  // namespace
