@@ -13,7 +13,8 @@ namespace vesta::gs {
 std::vector<View> CoarseViews(const std::vector<const View*>& views);
 
 // What part of its pull at the splats (screen_pull.h) a view keeps that is so wide instead of `full_width`: fine detail
-// is gone from a half. Divided by it, halves make as many Gaussians as whole views do (docs/results).
+// is gone from a half. Divided by it, halves at first make as many Gaussians as whole views do, or up to a third more
+// (docs/results).
 inline double PullShare(int width, int full_width) { return width < full_width ? 0.6 : 1.0; }
 
 }  // namespace vesta::gs
