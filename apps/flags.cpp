@@ -12,6 +12,7 @@ DEFINE_bool(truth, false, "put the photograph to the right of each rendered imag
 
 DEFINE_string(preset, "balanced", "where all other options start (default balanced)");
 DEFINE_int32(iterations, 0, "iterations of Adam; of bundle_adjust the most of Levenberg-Marquardt");
+DEFINE_string(switch, "", "LM takes over after these, or sooner where it gains more for its work");
 DEFINE_string(adam_metric, "", "what scales Adam's steps: all of a Gaussian's geometry, or each parameter alone");
 DEFINE_int32(views_per_iteration, 1, "views whose mean gradient makes one iteration of Adam");
 DEFINE_int64(max_gaussians, 0, "most Gaussians that densification may make");
@@ -104,6 +105,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"truth", kRender, Switch{}},
       {"preset", kLm, Choice{{"fast", "balanced", "best", "paper", "paper_code"}}},
       {"iterations", kTrain | kBundleAdjust, Range{0, kMany}},
+      {"switch", kTrain, Choice{{"fixed", "auto"}}},
       {"adam_metric", kTrain, Choice{{"block", "diagonal"}}},
       {"views_per_iteration", kTrain, Range{1, kMany}},
       {"max_gaussians", kTrain, Range{1, kMany}},

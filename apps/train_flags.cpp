@@ -16,6 +16,7 @@ void Override(const char* name, const Flag& flag, Option* option) {
 
 void OverrideAdam(gs::TrainOptions* options) {
   Override("iterations", FLAGS_iterations, &options->adam.iterations);
+  Override("switch", FLAGS_switch, &options->adam.switch_to_lm);
   Override("adam_metric", FLAGS_adam_metric, &options->adam.metric);
   Override("views_per_iteration", FLAGS_views_per_iteration, &options->adam.views_per_iteration);
   Override("rate_factor", FLAGS_rate_factor, &options->adam.rate_factor);

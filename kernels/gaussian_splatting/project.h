@@ -25,6 +25,11 @@ struct Camera {
 // confirms (Kerbl et al. 2023, section 6, names the same cure).
 inline constexpr double kGuardBand = 2;
 
+// How deep a Gaussian may be whose mean lies beyond the image (by more than 15 %, where the clamp is): its standard
+// deviation along the optical axis over its depth. One that is deeper reaches to the side of the camera, where the
+// linear projection makes veils and streaks of it that no other view confirms (docs/results/2026-11-22-veils.md).
+inline constexpr double kDepthSpread = 0.5;
+
 template <class S>
 inline Camera<S> MakeCamera(const PinholeView& view) {
   Camera<S> c;
@@ -101,6 +106,18 @@ VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], 
   shape.s = T(kWhitening) / sqrt(state.C);
   shape.beta = -state.B / state.C;
   return shape;
+}
+
+// Whether the linear projection can stand for the Gaussian: see kDepthSpread.
+template <class T>
+VESTA_HD inline auto IsShallowOrInFront(const ProjectionState<T>& state) {
+  T variance(0);
+  for (int k = 0; k < 3; ++k) {
+    const T along = state.scale[k] * state.A[6 + k];
+    variance = Fma(along, along, variance);
+  }
+  const T inv_z = T(1) / state.t[2], most = T(kDepthSpread) * state.t[2];
+  return ((state.t[0] * inv_z == state.tx) & (state.t[1] * inv_z == state.ty)) | (variance <= most * most);
 }
 
 // Tangent in whitened coordinates from a shape and its derivative (the v and d parts of a SplatShape<Dual<T>>).

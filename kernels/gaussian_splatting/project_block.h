@@ -115,7 +115,7 @@ VESTA_HD void ProjectRange(const Model<S>& model, const Camera<S>& camera, std::
                       (shape.u - reach_x < width) & (shape.v + reach_y > V(0)) & (shape.v - reach_y < height) &
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
                       (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) & (shape.u < V(camera.u_hi)) &
-                      (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi));
+                      (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) & IsShallowOrInFront(b.state);
     bool is_seen[L::kWidth];
     L::StoreMask(is_seen, seen);
     for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;

@@ -9,7 +9,8 @@
 namespace vesta::splat {
 
 // A pinhole view. World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Pixel centres lie at (i + 0.5,
-// j + 0.5). Gaussians with z <= near are not seen, nor those whose means lie far outside the image (kGuardBand).
+// j + 0.5). Gaussians with z <= near are not seen, nor those whose means lie far outside the image (kGuardBand)
+// or outside and which are deep (kDepthSpread).
 struct PinholeView {
   double R[9];  // row-major
   double T[3];

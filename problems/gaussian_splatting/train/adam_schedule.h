@@ -47,9 +47,9 @@ inline bool ResetsOpacityAt(const DensityOptions& density, int it, int n) {
 // Whether iteration `it` sees the views at half their size.
 inline bool IsCoarseAt(const AdamOptions& adam, int it) { return it <= adam.coarse_part * adam.iterations; }
 
-// What all rates are multiplied by at iteration `it`.
-inline double RateFactor(const AdamOptions& adam, int it) {
-  const double part = (it - 1.0) / adam.iterations, cooled = part - (1 - adam.cooldown);
+// What all rates are multiplied by at iteration `it` of a stage that ends after `end`, where it was asked for more.
+inline double RateFactor(const AdamOptions& adam, int it, int end) {
+  const double part = (it - 1.0) / adam.iterations, cooled = (it - 1.0) / end - (1 - adam.cooldown);
   const double cooldown = cooled > 0 ? std::pow(adam.cooldown_to, cooled / adam.cooldown) : 1;
   return adam.rate_factor * std::pow(adam.rate_decay, part) * cooldown;
 }

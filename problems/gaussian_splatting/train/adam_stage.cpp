@@ -7,6 +7,7 @@
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/density.h"
 #include "problems/gaussian_splatting/train/session.h"
+#include "problems/gaussian_splatting/train/stage_switch.h"
 
 namespace vesta::gs {
 
@@ -20,6 +21,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   DensityControl density(options.density, session.scene().extent, options.seed, model.count);
   std::vector<View> coarse_views;
   if (IsCoarseAt(adam_options, 1)) coarse_views = CoarseViews(session.training_views());
+  StageSwitch stage_switch(options, static_cast<Index>(session.training_views().size()));
   ViewOrder order(session.training_views().size(), options.seed);
   // |e| itself, as in 3DGS: Adam needs no floor.
   PhotometricLoss<float> loss({.l1_floor = 0});
@@ -35,7 +37,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   };
   const int record_every = std::max(1, n / adam_options.evaluations);
 
-  for (int it = 1; it <= n && !session.stopped(); ++it) {
+  for (int it = 1; it <= stage_switch.end() && !session.stopped(); ++it) {
     const splat::Model<float> x = kernel_model(it);
     const int attributes = splat::NumAttributes(x.active_sh_degree);
     if (!IsCoarseAt(adam_options, it)) coarse_views = std::vector<View>();
@@ -67,7 +69,8 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     }
     cost /= values;
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
-    adam.Step(model, gradient.data(), attributes, RateFactor(adam_options, it));
+    adam.Step(model, gradient.data(), attributes, RateFactor(adam_options, it, stage_switch.end()));
+    stage_switch.Observe(it, cost);
 
     if (observes) {
       if (DensifiesAt(options.density, it, n)) {
@@ -77,9 +80,10 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
       if (ResetsOpacityAt(options.density, it, n)) DensityControl::ResetOpacity(model, adam);
     }
     mean_cost = it == 1 ? cost : 0.95 * mean_cost + 0.05 * cost;
-    const bool is_last = it == n || session.ShouldStop();
+    const bool is_last = it == stage_switch.end() || session.ShouldStop();
     if (is_last || it % record_every == 0) session.Record(Stage::kAdam, it, kernel_model(it));
-    session.Report({Stage::kAdam, it, n, session.Seconds(), mean_cost, session.latest_psnr(), model.count, ""});
+    session.Report(
+        {Stage::kAdam, it, stage_switch.end(), session.Seconds(), mean_cost, session.latest_psnr(), model.count, ""});
   }
 }
 

@@ -19,6 +19,7 @@
 #include "problems/gaussian_splatting/train/device_evaluation.h"
 #include "problems/gaussian_splatting/train/device_model.h"
 #include "problems/gaussian_splatting/train/length_units.h"
+#include "problems/gaussian_splatting/train/stage_switch.h"
 
 namespace vesta::gs {
 namespace {
@@ -39,6 +40,7 @@ class DeviceAdamStage {
         model_(model),
         adam_(options_.rates, MetricOf(options_.adam)),
         density_(options_.density, session.scene().extent, options_.seed),
+        switch_(options_, static_cast<Index>(session.training_views().size())),
         order_(session.training_views().size(), options_.seed) {}
 
   // All that is left to do. Throws OutOfDeviceMemory; then what follows may be called.
@@ -47,7 +49,7 @@ class DeviceAdamStage {
     const Scene& scene = session_.scene();
     on_device_.emplace(model_, adam_, iteration_, density_, UnitViews(session_.training_views(), NearPlane(scene)),
                        scene.extent);
-    while (iteration_ < options_.adam.iterations && !session_.stopped()) Iterate();
+    while (iteration_ < switch_.end() && !session_.stopped()) Iterate();
   }
 
   int iteration() const { return iteration_; }
@@ -144,7 +146,8 @@ class DeviceAdamStage {
     const int active_degree = ActiveShDegree(options_.adam, model_.sh_degree, it);
     const bool observes = options_.density.enabled && it <= options_.density.end * n;
     const double cost = AddGradients(on_device_->kernel_model(active_degree), TargetsAt(it), observes);
-    on_device_->Step(splat::NumAttributes(active_degree), RateFactor(options_.adam, it));
+    on_device_->Step(splat::NumAttributes(active_degree), RateFactor(options_.adam, it, switch_.end()));
+    switch_.Observe(it, cost);
     iteration_ = it;
     mean_cost_ = it == 1 ? cost : 0.95 * mean_cost_ + 0.05 * cost;
     // Once every view has been through with the Gaussians there are, there is room for them.
@@ -153,10 +156,11 @@ class DeviceAdamStage {
     }
     if (observes && DensifiesAt(options_.density, it, n)) Densify();
     if (observes && ResetsOpacityAt(options_.density, it, n)) on_device_->ResetOpacity();
-    const bool is_last = it == n || session_.ShouldStop();
+    const bool is_last = it == switch_.end() || session_.ShouldStop();
     if (is_last || it % std::max(1, n / options_.adam.evaluations) == 0) Record();
     if (is_last) on_device_->DownloadParameters();
-    session_.Report({Stage::kAdam, it, n, session_.Seconds(), mean_cost_, session_.latest_psnr(), model_.count, ""});
+    session_.Report(
+        {Stage::kAdam, it, switch_.end(), session_.Seconds(), mean_cost_, session_.latest_psnr(), model_.count, ""});
   }
 
   void Densify() {
@@ -174,6 +178,7 @@ class DeviceAdamStage {
   SplatModel& model_;
   Adam adam_;
   DeviceDensityControl density_;
+  StageSwitch switch_;
   ViewOrder order_;
   std::vector<DeviceTargetView> targets_, coarse_targets_;
   bool lacks_halves_ = false;

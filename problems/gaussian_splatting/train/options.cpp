@@ -102,6 +102,7 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--iterations", options.adam.iterations, 0, 1e7);
   CheckRange("--views_per_iteration", options.adam.views_per_iteration, 1, 1e6);
   CheckRange("evaluations", options.adam.evaluations, 1, 1e7);
+  CheckName("--switch", options.adam.switch_to_lm, {"fixed", "auto"});
   CheckName("--adam_metric", options.adam.metric, {"block", "diagonal"});
   CheckRange("--rate_factor", options.adam.rate_factor, 1e-6, 1e6);
   CheckRange("--rate_decay", options.adam.rate_decay, 1e-6, 1);

@@ -25,6 +25,8 @@ struct AdamOptions {
   int iterations = 4000;
   // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
+  // When LM takes over: after these iterations, or sooner where it gains more for its work (stage_switch.h).
+  std::string switch_to_lm = "fixed";  // fixed | auto
   // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
   // together their eigenbasis (block_adam_formula.h).
   std::string metric = "block";  // block | diagonal

@@ -66,6 +66,11 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const Pinhol
   const auto clamp = [](const T& x, double lo, double hi) { return x < T(lo) ? T(lo) : x > T(hi) ? T(hi) : x; };
   const T x = clamp(t[0] / t[2], (-0.15 * view.width - view.cx) / view.fx, (1.15 * view.width - view.cx) / view.fx);
   const T y = clamp(t[1] / t[2], (-0.15 * view.height - view.cy) / view.fy, (1.15 * view.height - view.cy) / view.fy);
+  T variance(0.0);  // along the optical axis
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) variance += view.R[6 + i] * covariance[i][j] * view.R[6 + j];
+  }
+  const bool is_beside = x != t[0] / t[2] || y != t[1] / t[2];
   J[0][0] = view.fx / t[2], J[0][1] = T(0.0), J[0][2] = -view.fx * x / t[2];
   J[1][0] = T(0.0), J[1][1] = view.fy / t[2], J[1][2] = -view.fy * y / t[2];
   for (int i = 0; i < 2; ++i) {
@@ -98,7 +103,7 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const Pinhol
     }
     if (g.color[channel] < T(0.0)) g.color[channel] = T(0.0);
   }
-  g.seen = true;
+  g.seen = !(is_beside && Value(variance) > 0.25 * Value(t[2]) * Value(t[2]));
   return g;
 }
 

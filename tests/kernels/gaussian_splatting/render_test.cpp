@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "kernels/gaussian_splatting/project.h"
@@ -144,7 +145,9 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
                 .width = options.width,
                 .height = options.height,
                 .near = 0.1};
-  for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(20.0);
+  // Flat along the axis: what is deep besides is not seen anyway.
+  for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 2 ? 0.01 : 20.0);
+  for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = k == 0 ? 1 : 0;
   scene.At(kOpacity, 0) = 3;
   // At depth 1 the mean lies at the pixel that its coordinate says.
   const auto seen_at = [&](int axis, double pixel) {
@@ -160,6 +163,49 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
     EXPECT_FALSE(seen_at(axis, -(kGuardBand + 0.01) * size[axis]));
     EXPECT_TRUE(seen_at(axis, (kGuardBand + 0.99) * size[axis]));
     EXPECT_FALSE(seen_at(axis, (kGuardBand + 1.01) * size[axis]));
+  }
+}
+
+// A Gaussian that is deep for its distance is seen within the image and up to the clamp, and farther out it is not, to
+// any side; one that is shallower by a little is.
+TEST(Rendering, DeepGaussiansBesideTheImageAreNotSeen) {
+  SceneOptions options;
+  options.count = 1, options.sh_degree = 0, options.aspect_max = 1;
+  Scene scene = test::RandomScene(options, 5);
+  scene.view = {.R = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+                .T = {},
+                .centre = {},
+                .fx = 30,
+                .fy = 30,
+                .cx = 15,
+                .cy = 10,
+                .width = options.width,
+                .height = options.height,
+                .near = 0.1};
+  scene.At(kOpacity, 0) = 3;
+  // Turned by half a right angle about y: two of the axes share the depth.
+  const double turn[4] = {std::cos(std::numbers::pi / 8), 0, std::sin(std::numbers::pi / 8), 0};
+  for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = turn[k];
+  constexpr double kDepth = 3;
+  const auto seen_at = [&](int axis, double pixel, double spread) {
+    for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 1 ? 2.0 : spread * kDepth);
+    const double centre[2] = {scene.view.cx, scene.view.cy};
+    for (int k = 0; k < 2; ++k) scene.At(kMean + k, 0) = k == axis ? (pixel - centre[k]) / 30 * kDepth : 0;
+    scene.At(kMean + 2, 0) = kDepth;
+    const RenderedView<double> rendered(scene);
+    return rendered.view.rank_of()[0] >= 0;
+  };
+  const int size[2] = {options.width, options.height};
+  for (const int axis : {0, 1}) {
+    for (const bool is_far_side : {false, true}) {
+      // So many images beyond the border.
+      const auto pixel = [&](double beyond) { return (is_far_side ? 1 + beyond : -beyond) * size[axis]; };
+      EXPECT_TRUE(seen_at(axis, pixel(0.14), 1.2));
+      EXPECT_FALSE(seen_at(axis, pixel(0.16), 1.2));
+      EXPECT_FALSE(seen_at(axis, pixel(0.16), 1.01 * kDepthSpread));
+      EXPECT_TRUE(seen_at(axis, pixel(0.16), 0.99 * kDepthSpread));
+    }
+    EXPECT_TRUE(seen_at(axis, 0.5 * size[axis], 5));
   }
 }
 

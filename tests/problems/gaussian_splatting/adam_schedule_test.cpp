@@ -7,16 +7,22 @@ namespace {
 
 TEST(AdamSchedule, RatesDecayGeometrically) {
   const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 0.25, .cooldown = 0};
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 1), 5);
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 51), 2.5);
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 101), 1.25);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 1, 100), 5);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 51, 100), 2.5);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 101, 100), 1.25);
 }
 
 TEST(AdamSchedule, CooldownIsTheLastPart) {
   const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 1, .cooldown = 0.2, .cooldown_to = 0.01};
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 81), 5);
-  EXPECT_NEAR(RateFactor(adam, 91), 0.5, 1e-12);
-  EXPECT_NEAR(RateFactor(adam, 101), 0.05, 1e-12);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 81, 100), 5);
+  EXPECT_NEAR(RateFactor(adam, 91, 100), 0.5, 1e-12);
+  EXPECT_NEAR(RateFactor(adam, 101, 100), 0.05, 1e-12);
+}
+
+TEST(AdamSchedule, AStageThatEndsSoonerCoolsDownSooner) {
+  const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 1, .cooldown = 0.2, .cooldown_to = 0.01};
+  EXPECT_DOUBLE_EQ(RateFactor(adam, 41, 50), 5);
+  EXPECT_NEAR(RateFactor(adam, 51, 50), 0.05, 1e-12);
 }
 
 TEST(AdamSchedule, CoarseViewsComeFirst) {

@@ -99,6 +99,7 @@ TEST(TrainOptions, EachOptionOutOfRangeIsNamedInOneLine) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Case cases[] = {
       {"--iterations", [](TrainOptions& o) { o.adam.iterations = -1; }},
+      {"--switch", [](TrainOptions& o) { o.adam.switch_to_lm = "later"; }},
       {"--rate_factor", [](TrainOptions& o) { o.adam.rate_factor = 0; }},
       {"--rate_factor", [nan](TrainOptions& o) { o.adam.rate_factor = nan; }},
       {"--rate_decay", [](TrainOptions& o) { o.adam.rate_decay = 1.5; }},
