@@ -263,6 +263,30 @@ TEST(Trainer, FixedModelKeepsItsGaussians) {
   for (const HistoryRow& row : result.history) EXPECT_EQ(row.gaussians, 60);
 }
 
+// Where LM has to gain more than anything can, Adam is left as soon as may be, and the last part of it cools down.
+TEST(Trainer, LeavesAdamForLmThatGainsMore) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(200, 1);
+  options.adam.switch_to_lm = "auto";
+  options.adam.evaluations = 200;
+  options.lm.min_gain = 1;
+  std::vector<TrainProgress> reports;
+  TrainCallbacks callbacks;
+  callbacks.progress = [&](const TrainProgress& progress) { reports.push_back(progress); };
+  const TrainResult result = Train(scene, options, 0, callbacks);
+  ExpectUsable(result.model);
+  ASSERT_GE(result.history.size(), 3u);
+  const HistoryRow &adam = result.history[result.history.size() - 3], &lm = result.history.back();
+  EXPECT_EQ(adam.stage, Stage::kAdam);
+  EXPECT_GT(adam.iteration, static_cast<int>(options.density.end * options.adam.iterations));
+  EXPECT_LT(adam.iteration, 180);
+  EXPECT_EQ(lm.stage, Stage::kLm);
+  EXPECT_LT(lm.cost, adam.cost);
+  // The count of iterations that is reported is the one that will be, once it is known.
+  EXPECT_EQ(reports.front().iterations, 200);
+  EXPECT_EQ(reports[static_cast<std::size_t>(adam.iteration) - 1].iterations, adam.iteration);
+}
+
 TEST(Trainer, CapHoldsFromTheStart) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(60, 1);
