@@ -129,9 +129,8 @@ TEST(Rendering, EqualDepthsKeepTheOrderOfIndices) {
   for (int i = 0; i < scene.count; ++i) EXPECT_EQ(rendered.view.rank_of()[i], i);
 }
 
-// A large Gaussian whose mean leaves the image to one side, at one depth: seen, then beyond the guard band not, though
-// its ellipse, linear about the mean, still covers the image.
-TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
+// One Gaussian, and a camera at the origin that looks along z: focal lengths 30 pixels.
+Scene OneGaussianOnTheAxis() {
   SceneOptions options;
   options.count = 1, options.sh_degree = 0, options.aspect_max = 1;
   Scene scene = test::RandomScene(options, 5);
@@ -145,6 +144,13 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
                 .width = options.width,
                 .height = options.height,
                 .near = 0.1};
+  return scene;
+}
+
+// A large Gaussian whose mean leaves the image to one side, at one depth: seen, then beyond the guard band not, though
+// its ellipse, linear about the mean, still covers the image.
+TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
+  Scene scene = OneGaussianOnTheAxis();
   // Flat along the axis: what is deep besides is not seen anyway.
   for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 2 ? 0.01 : 20.0);
   for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = k == 0 ? 1 : 0;
@@ -157,7 +163,7 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
     const RenderedView<double> rendered(scene);
     return rendered.view.rank_of()[0] >= 0;
   };
-  const int size[2] = {options.width, options.height};
+  const int size[2] = {scene.view.width, scene.view.height};
   for (const int axis : {0, 1}) {
     EXPECT_TRUE(seen_at(axis, -(kGuardBand - 0.01) * size[axis]));
     EXPECT_FALSE(seen_at(axis, -(kGuardBand + 0.01) * size[axis]));
@@ -169,19 +175,7 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
 // A Gaussian that is deep for its distance is seen within the image and up to the clamp, and farther out it is not, to
 // any side; one that is shallower by a little is.
 TEST(Rendering, DeepGaussiansBesideTheImageAreNotSeen) {
-  SceneOptions options;
-  options.count = 1, options.sh_degree = 0, options.aspect_max = 1;
-  Scene scene = test::RandomScene(options, 5);
-  scene.view = {.R = {1, 0, 0, 0, 1, 0, 0, 0, 1},
-                .T = {},
-                .centre = {},
-                .fx = 30,
-                .fy = 30,
-                .cx = 15,
-                .cy = 10,
-                .width = options.width,
-                .height = options.height,
-                .near = 0.1};
+  Scene scene = OneGaussianOnTheAxis();
   scene.At(kOpacity, 0) = 3;
   // Turned by half a right angle about y: two of the axes share the depth.
   const double turn[4] = {std::cos(std::numbers::pi / 8), 0, std::sin(std::numbers::pi / 8), 0};
@@ -195,7 +189,7 @@ TEST(Rendering, DeepGaussiansBesideTheImageAreNotSeen) {
     const RenderedView<double> rendered(scene);
     return rendered.view.rank_of()[0] >= 0;
   };
-  const int size[2] = {options.width, options.height};
+  const int size[2] = {scene.view.width, scene.view.height};
   for (const int axis : {0, 1}) {
     for (const bool is_far_side : {false, true}) {
       // So many images beyond the border.
