@@ -17,7 +17,7 @@ DEFINE_string(adam_metric, "", "what scales Adam's steps: all of a Gaussian's ge
 DEFINE_int32(views_per_iteration, 1, "views whose mean gradient makes one iteration of Adam");
 DEFINE_int64(max_gaussians, 0, "most Gaussians that densification may make");
 DEFINE_bool(fixed_model, false, "no densification, all SH degrees from the start");
-DEFINE_int32(sh_degree, 3, "degree of the colours' spherical harmonics (default 3)");
+DEFINE_int32(sh_degree, 3, "degree of the colours' spherical harmonics (default: 2 below 24 training views, else 3)");
 DEFINE_double(rate_factor, 0, "factor on Adam's learning rates");
 DEFINE_double(rate_decay, 0, "part of the learning rates that is left at the end of Adam, but for the cooldown");
 DEFINE_double(rate_cooldown, 0, "part of the Adam stage, at its end, in which they fall to 3 % of that; 0: none");

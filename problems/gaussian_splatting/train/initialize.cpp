@@ -38,4 +38,9 @@ SplatModel InitializeFromPoints(const PointCloud& points, int sh_degree, Index m
   return model;
 }
 
+int DefaultShDegree(Index training_views) {
+  constexpr Index kViewsForDegree3 = 24;
+  return training_views < kViewsForDegree3 ? 2 : 3;
+}
+
 }  // namespace vesta::gs

@@ -11,4 +11,9 @@ namespace vesta::gs {
 // max_gaussians, evenly strided ones are kept. Points must not be empty.
 SplatModel InitializeFromPoints(const PointCloud& points, int sh_degree, Index max_gaussians);
 
+// The degree of spherical harmonics that so many training views bear: 2 for fewer than 24, else 3. Degree 3 has 16
+// coefficients a channel, and where each Gaussian is seen from little more directions than that they fit the training
+// views alone (docs/results/2026-11-23-sh-degree.md).
+int DefaultShDegree(Index training_views);
+
 }  // namespace vesta::gs

@@ -53,6 +53,7 @@ TrainOptions PresetOptions(const std::string& name) {
                     .coarse_part = 0,
                     .sh_band_every = 0.05};
     options.rates.opacity = 0.05;
+    options.sh_degree = 3;
     options.density.gradient_threshold = 2e-4;
     options.density.begin = 0.025;
     options.density.every = 0.005;
@@ -141,7 +142,7 @@ void ValidateOptions(const TrainOptions& options) {
     Fail("--max_diagonal is {}: it must be at least --min_diagonal, which is {}", options.lm.max_diagonal,
          options.lm.min_diagonal);
   }
-  CheckRange("--sh_degree", options.sh_degree, 0, 3);
+  if (options.sh_degree) CheckRange("--sh_degree", *options.sh_degree, 0, 3);
   for (const double channel : options.background) CheckRange("--background", channel, 0, 1);
   CheckRange("--memory_budget", options.memory.budget_gib, 0, 1e6);
   CheckRange("--time_limit", options.time_limit, 0, 1e9);

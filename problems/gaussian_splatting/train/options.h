@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "kernels/core/span.h"
@@ -124,7 +125,7 @@ struct TrainOptions {
   DensityOptions density;
   LmOptions lm;
   LearningRates rates;
-  int sh_degree = 3;
+  std::optional<int> sh_degree;  // of training; none: what the training views bear (DefaultShDegree)
   std::array<double, 3> background{0, 0, 0};
   std::uint64_t seed = 0;
   double time_limit = 0;  // seconds from the start of the process; 0: none

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/initialize.h"
@@ -105,7 +107,9 @@ StageRunners HostStages() { return {"cpu", RunAdamStage, RunLmStage, {}}; }
 
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {
-  SplatModel model = InitializeFromPoints(scene.points, options.sh_degree, options.density.max_gaussians);
+  const auto training_views = std::ranges::count_if(scene.views, [](const View& view) { return !view.is_test; });
+  const int sh_degree = options.sh_degree.value_or(DefaultShDegree(static_cast<Index>(training_views)));
+  SplatModel model = InitializeFromPoints(scene.points, sh_degree, options.density.max_gaussians);
   const std::vector<Index> order = SpatialOrder(model);
   model = InOrder(std::move(model), order);
   return RunStages(scene, std::move(model), options, true, seconds_before, callbacks, stages);

@@ -64,6 +64,12 @@ TEST(Initialize, CoincidingPointsAndASinglePointHaveASize) {
   }
 }
 
+TEST(DefaultShDegree, GrowsWithTheTrainingViews) {
+  EXPECT_EQ(DefaultShDegree(1), 2);
+  EXPECT_EQ(DefaultShDegree(23), 2);
+  EXPECT_EQ(DefaultShDegree(24), 3);
+}
+
 TEST(Initialize, RefusesNoPoints) { EXPECT_THROW(InitializeFromPoints({}, 1, 10), Error); }
 
 }  // namespace

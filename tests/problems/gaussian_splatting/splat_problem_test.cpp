@@ -22,6 +22,7 @@ namespace {
 using test::RingProblem;
 
 constexpr Index kCount = 30;
+constexpr Index kFew = 10;  // where every parameter takes a product
 constexpr int kViews = 3;
 
 template <class S>
@@ -175,7 +176,7 @@ TEST(SplatProblem, GradientIsTheDerivativeOfTheCost) {
 TEST(SplatProblem, DiagonalAndBlocksAreThoseOfHForL1) {
   using B = CpuBackend<double>;
   B backend;
-  RingProblem<double> ring(kViews, kCount, 1, 40);
+  RingProblem<double> ring(kViews, kFew, 1, 40);
   ring.options.weights.ssim = 0;
   SplatProblem<double> problem = ring.Make();
   const auto linearization = problem.Linearize(ring.x, 0);

@@ -253,6 +253,15 @@ TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
   ExpectLastRowIsOf(result, scene, {0, 0, 0});
 }
 
+TEST(Trainer, ColoursBearWhatTheTrainingViewsDo) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(2, 0);
+  options.sh_degree.reset();
+  EXPECT_EQ(Train(scene, options, 0, {}).model.sh_degree, DefaultShDegree(3));
+  options.sh_degree = 1;
+  EXPECT_EQ(Train(scene, options, 0, {}).model.sh_degree, 1);
+}
+
 TEST(Trainer, FixedModelKeepsItsGaussians) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(60, 1);
