@@ -12,8 +12,8 @@ namespace vesta::gs {
 SplatModel InitializeFromPoints(const PointCloud& points, int sh_degree, Index max_gaussians);
 
 // The degree of spherical harmonics that so many training views bear: 2 for fewer than 24, else 3. Degree 3 has 16
-// coefficients a channel, and where each Gaussian is seen from little more directions than that they fit the training
-// views alone (docs/results/2026-11-23-sh-degree.md).
+// coefficients a channel, and with 17 and 21 views those of degree 2 gave the better test views
+// (docs/results/2026-11-23-sh-degree.md).
 int DefaultShDegree(Index training_views);
 
 }  // namespace vesta::gs
