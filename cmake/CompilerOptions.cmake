@@ -20,6 +20,10 @@ list(APPEND options -ffp-contract=off)
 
 if(VESTA_SANITIZE)
   list(APPEND options -fsanitize=${VESTA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
+  if(VESTA_SANITIZE MATCHES address)
+    # The address sanitizer reports these two as well.
+    list(APPEND options -fno-sanitize=null,object-size)
+  endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     # The checks cost the compiler more than the code they are in. The same checks as calls where a function has more
     # than a few of them, and no hunt for garbage in the first gigabyte: a third less time to compile.

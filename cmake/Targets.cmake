@@ -45,8 +45,8 @@ function(vesta_simd_sources target)
 endfunction()
 
 # vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds] [PREFIX p])
-# One test program, one ctest entry per GoogleTest case, its name after the prefix. Labels: unit (the default), threads, ceres, slow, cuda; the
-# target tests_<label> builds all programs of one.
+# One test program, one ctest entry per GoogleTest case, its name after the prefix. Labels: unit (the default), threads,
+# ceres, data (whole problems of the field), memory, slow, cuda; the target tests_<label> builds all programs of one.
 function(vesta_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT;PREFIX" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
@@ -66,6 +66,7 @@ function(vesta_test name)
   # the sanitizers' checks in it longer still.
   if(VESTA_SANITIZE)
     target_compile_options(${name} PRIVATE -Og)
+    target_precompile_headers(${name} REUSE_FROM sanitized_test_headers)
   else()
     target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
   endif()

@@ -201,8 +201,8 @@ std::vector<double> ExactDiagonal(Linearization<CpuBackend<double>>& linearizati
 TEST(SplatProblem, DiagonalStandsInForThatOfTheWholeLoss) {
   for (const std::uint64_t seed : {41u, 42u}) {
     SCOPED_TRACE(seed);
-    RingProblem<double> ring(kViews, kCount, 1, seed);
-    const SplatModel start = test::Perturbed(test::RandomModel(kCount, 1, seed), 0.02, seed);
+    RingProblem<double> ring(kViews, kFew, 1, seed);
+    const SplatModel start = test::Perturbed(test::RandomModel(kFew, 1, seed), 0.02, seed);
     std::copy(start.data.begin(), start.data.end(), ring.x.begin());
     ring.options.background = {0, 0, 0};
     SplatProblem<double> problem = ring.Make();

@@ -19,7 +19,7 @@ namespace {
 using test::RingProblem;
 
 constexpr Index kCount = 30;
-constexpr Index kFew = 10;  // where every parameter takes a product
+constexpr Index kFew = 4;  // where every parameter takes a product
 
 struct Variant {
   const char* name;

@@ -105,7 +105,7 @@ TEST_F(SparseCholeskyPreconditionerTest, InvertsTheDampedSystem) {
 }
 
 TEST_F(SparseCholeskyPreconditionerTest, IsWhatAutoTakesAndItsStepsAreExact) {
-  BlockChain chain(60);
+  BlockChain chain(24);
   LmOptions options;
   options.max_iterations = 100;
   options.function_tolerance = 1e-14;
@@ -116,7 +116,7 @@ TEST_F(SparseCholeskyPreconditionerTest, IsWhatAutoTakesAndItsStepsAreExact) {
   // The second finds that the first left nothing to gain.
   for (const LmIteration& row : summary.iterations) EXPECT_LE(row.pcg_iterations, 2);
 
-  BlockChain dense(60), jacobi(60);
+  BlockChain dense(24), jacobi(24);
   options.normal_system.linear_solver = LinearSolverKind::kDenseQr;
   const LmSummary expected = SolveLm<B>(options, backend_, dense.problem, dense.x.view());
   EXPECT_NEAR(summary.final_cost, expected.final_cost, 1e-12 * expected.final_cost);
