@@ -12,7 +12,7 @@
 DECLARE_string(out); DECLARE_string(json); DECLARE_bool(truth);
 DECLARE_string(preset); DECLARE_int32(iterations); DECLARE_string(switch); DECLARE_string(adam_metric); DECLARE_int32(views_per_iteration); DECLARE_int64(max_gaussians); DECLARE_bool(fixed_model);
 DECLARE_int32(sh_degree); DECLARE_double(rate_factor); DECLARE_double(rate_decay); DECLARE_double(rate_cooldown);
-DECLARE_double(coarse_part);
+DECLARE_double(average_part); DECLARE_double(coarse_part);
 DECLARE_double(gradient_threshold); DECLARE_double(opacity_reset_every);
 DECLARE_int32(lm_iterations); DECLARE_double(lm_min_gain); DECLARE_int32(pcg_iterations); DECLARE_int32(lm_batches); DECLARE_bool(merge_batches);
 DECLARE_string(damping); DECLARE_string(preconditioner); DECLARE_string(step_control); DECLARE_bool(line_search);

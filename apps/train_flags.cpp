@@ -22,6 +22,7 @@ void OverrideAdam(gs::TrainOptions* options) {
   Override("rate_factor", FLAGS_rate_factor, &options->adam.rate_factor);
   Override("rate_decay", FLAGS_rate_decay, &options->adam.rate_decay);
   Override("rate_cooldown", FLAGS_rate_cooldown, &options->adam.cooldown);
+  Override("average_part", FLAGS_average_part, &options->adam.average_part);
   Override("coarse_part", FLAGS_coarse_part, &options->adam.coarse_part);
   Override("max_gaussians", FLAGS_max_gaussians, &options->density.max_gaussians);
   Override("gradient_threshold", FLAGS_gradient_threshold, &options->density.gradient_threshold);

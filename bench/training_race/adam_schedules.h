@@ -5,8 +5,8 @@
 
 namespace vesta::bench {
 
-// `ours` without LM, with the diagonal metric and at full size from the start, of so many iterations at this factor on
-// the learning rates.
+// `ours` without LM, with the diagonal metric, at full size from the start and without a mean at the end, of so many
+// iterations at this factor on the learning rates.
 gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double rate_factor);
 
 // The same with the mean gradient of `views` views an iteration: iterations / views iterations, so as many views in all

@@ -100,6 +100,7 @@ std::vector<Change> WholeChanges(double whole) {
       {"when to switch", "Adam x 0.5", [=](Options& o) { o.adam.iterations = times(o, 0.5); }},
       {"when to switch", "Adam x 0.75", [=](Options& o) { o.adam.iterations = times(o, 0.75); }},
       {"when to switch", "without a cooldown", [](Options& o) { o.adam.cooldown = 0; }},
+      {"when to switch", "without a mean", [](Options& o) { o.adam.average_part = 0; }},
       {"when to switch", "Adam x 1.5", [=](Options& o) { o.adam.iterations = times(o, 1.5); }},
       {"no LM", "Adam alone", [=](Options& o) { o = AdamAlone(o, times(o, whole), o.adam.rate_factor); }},
       {"no LM", "Adam alone, 4 views an iteration",

@@ -54,6 +54,11 @@ inline double RateFactor(const AdamOptions& adam, int it, int end) {
   return adam.rate_factor * std::pow(adam.rate_decay, part) * cooldown;
 }
 
+// Whether the parameters after iteration `it` count in their mean. Neighbours are alike: every fifth, and the last.
+inline bool AveragesAt(const AdamOptions& adam, int it, int end) {
+  return it > (1 - adam.average_part) * end && (it % 5 == 0 || it == end);
+}
+
 inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, int it) {
   if (adam.sh_band_every <= 0) return sh_degree;
   return std::min(sh_degree, static_cast<int>((it - 1) / (adam.sh_band_every * adam.iterations)));

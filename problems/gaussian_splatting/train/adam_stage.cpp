@@ -6,6 +6,7 @@
 #include "problems/gaussian_splatting/train/adam_schedule.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/density.h"
+#include "problems/gaussian_splatting/train/parameter_mean.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_switch.h"
 
@@ -29,16 +30,20 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
   splat::ViewWorkspace<float> workspace;
   Image image;
   HostBuffer<float> image_gradient, gradient;
+  ParameterMean<CpuBackend<float>> average;
   double mean_cost = 0;
 
-  const auto kernel_model = [&](int it) {
-    return splat::Model<float>{model.data.data(), model.count, model.sh_degree,
+  const auto parameters = [&] {
+    return HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size()));
+  };
+  const auto kernel_model = [&](HostSpan<const float> x, int it) {
+    return splat::Model<float>{x.data(), model.count, model.sh_degree,
                                ActiveShDegree(adam_options, model.sh_degree, it)};
   };
   const int record_every = std::max(1, n / adam_options.evaluations);
 
   for (int it = 1; it <= stage_switch.end() && !session.stopped(); ++it) {
-    const splat::Model<float> x = kernel_model(it);
+    const splat::Model<float> x = kernel_model(parameters(), it);
     const int attributes = splat::NumAttributes(x.active_sh_degree);
     if (!IsCoarseAt(adam_options, it)) coarse_views = std::vector<View>();
     const bool observes = options.density.enabled && it <= options.density.end * n;
@@ -76,12 +81,19 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
       if (DensifiesAt(options.density, it, n)) {
         density.Densify(model, adam, it);
         adam.SetUnits(TrainingUnits(session, model));
+        average.StartAnew();
       }
-      if (ResetsOpacityAt(options.density, it, n)) DensityControl::ResetOpacity(model, adam);
+      if (ResetsOpacityAt(options.density, it, n)) {
+        DensityControl::ResetOpacity(model, adam);
+        average.StartAnew();
+      }
     }
+    if (AveragesAt(adam_options, it, stage_switch.end())) average.Add(parameters());
     mean_cost = it == 1 ? cost : 0.95 * mean_cost + 0.05 * cost;
     const bool is_last = it == stage_switch.end() || session.ShouldStop();
-    if (is_last || it % record_every == 0) session.Record(Stage::kAdam, it, kernel_model(it));
+    const HostSpan<const float> result = average.empty() ? parameters() : HostSpan<const float>(average.value());
+    if (is_last || it % record_every == 0) session.Record(Stage::kAdam, it, kernel_model(result, it));
+    if (is_last && !average.empty()) std::copy(result.begin(), result.end(), model.data.begin());
     session.Report(
         {Stage::kAdam, it, stage_switch.end(), session.Seconds(), mean_cost, session.latest_psnr(), model.count, ""});
   }

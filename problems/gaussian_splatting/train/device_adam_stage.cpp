@@ -94,8 +94,7 @@ class DeviceAdamStage {
       return HostModel();
     };
     const auto evaluate = [&] {
-      return EvaluateOrDownload(session_, targets_, on_device_->kernel_model(ActiveDegree()), passes_.workspace,
-                                on_host);
+      return EvaluateOrDownload(session_, targets_, on_device_->result(ActiveDegree()), passes_.workspace, on_host);
     };
     session_.Record(Stage::kAdam, iteration_, ModelToRecord{model_.count, evaluate, on_host});
     recorded_ = iteration_;
@@ -156,6 +155,7 @@ class DeviceAdamStage {
     }
     if (observes && DensifiesAt(options_.density, it, n)) Densify();
     if (observes && ResetsOpacityAt(options_.density, it, n)) on_device_->ResetOpacity();
+    if (AveragesAt(options_.adam, it, switch_.end())) on_device_->Average();
     const bool is_last = it == switch_.end() || session_.ShouldStop();
     if (is_last || it % std::max(1, n / options_.adam.evaluations) == 0) Record();
     if (is_last) on_device_->DownloadParameters();

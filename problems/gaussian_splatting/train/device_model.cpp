@@ -25,6 +25,7 @@ DeviceModel::DeviceModel(SplatModel& model, Adam& adam, int steps, DeviceDensity
 }
 
 void DeviceModel::Densify(int iteration, const std::function<void()>& before_growth) {
+  average_.StartAnew();
   gradient_ = DeviceBuffer<float>();  // zero between steps; its room is needed
   const DensityPlan plan = density_.Decide(x_.data(), model_.count);
   if (plan.count > model_.count) before_growth();
@@ -55,13 +56,15 @@ void DeviceModel::StartAnew() {
 }
 
 void DeviceModel::ResetOpacity() {
+  average_.StartAnew();
   device_density::LowerLogits(model_.count, x_.data() + splat::kOpacity * model_.count);
   adam_.Reset(model_.count, splat::kOpacity);
 }
 
 void DeviceModel::DownloadParameters() {
-  model_.data.resize(static_cast<std::size_t>(x_.size()));
-  x_.CopyTo({model_.data.data(), x_.size()});
+  const DeviceBuffer<float>& result = Result();
+  model_.data.resize(static_cast<std::size_t>(result.size()));
+  result.CopyTo({model_.data.data(), result.size()});
 }
 
 }  // namespace vesta::gs

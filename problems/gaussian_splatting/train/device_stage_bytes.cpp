@@ -64,8 +64,9 @@ double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options) {
   const double step = vector + ViewBytes(most, scene) + WorkspaceBytes(most, scene) + 5 * kImageBytes * most.pixels +
                       EvaluationBytes(most, scene);
   // Bases or a vector once more; sources and fates.
+  const double average = options.adam.average_part > 0 ? vector : 0;
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
-  return held + std::max(step, rearranging);
+  return held + std::max(step + average, rearranging);
 }
 
 double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {

@@ -50,6 +50,7 @@ TrainOptions PresetOptions(const std::string& name) {
                     .rate_factor = 1,
                     .rate_decay = 1,
                     .cooldown = 0,
+                    .average_part = 0,
                     .coarse_part = 0,
                     .sh_band_every = 0.05};
     options.rates.opacity = 0.05;
@@ -108,6 +109,7 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--rate_factor", options.adam.rate_factor, 1e-6, 1e6);
   CheckRange("--rate_decay", options.adam.rate_decay, 1e-6, 1);
   CheckRange("--rate_cooldown", options.adam.cooldown, 0, 1);
+  CheckRange("--average_part", options.adam.average_part, 0, 1);
   CheckRange("--coarse_part", options.adam.coarse_part, 0, 1);
   CheckRange("--max_gaussians", static_cast<double>(options.density.max_gaussians), 1, 1e8);
   CheckRange("--lm_iterations", options.lm.iterations, 0, 1e6);

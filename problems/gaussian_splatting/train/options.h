@@ -39,6 +39,9 @@ struct AdamOptions {
   // which a short cooldown takes out at next to no cost (docs/results).
   double cooldown = 0.1;
   double cooldown_to = 0.03;
+  // What the stage leaves is the mean of its parameters over the last part, so long (parameter_mean.h); 0: the last
+  // ones.
+  double average_part = 0.3;
   // The first part of the stage, so long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;
   // One more band of spherical harmonics after each of these parts of the run.

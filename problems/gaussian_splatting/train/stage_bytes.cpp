@@ -64,10 +64,11 @@ double AdamBytes(const MemoryScene& scene, const TrainOptions& options) {
   const ViewCounts most = scene.Largest();
   const Index n = scene.gaussians;
   const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
-  // The model, its gradient, two moments and the bases; while Gaussians are rearranged one vector is there twice.
-  return 4 * vector + bases + (density ? vector : 0) + (density ? 3 : 1) * PerGaussianBytes(scene) +
-         ViewBytes(most, n) + ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>)) +
-         2 * kImageBytes * most.pixels + EvaluationBytes(most, n);
+  // The model, its gradient, two moments and the bases; while Gaussians are rearranged one vector is there twice, later
+  // there is the mean of the parameters.
+  return 4 * vector + bases + (density || options.adam.average_part > 0 ? vector : 0) +
+         (density ? 3 : 1) * PerGaussianBytes(scene) + ViewBytes(most, n) + ProjectBytes(most, n) +
+         SumBytes(most, sizeof(splat::SplatTangent<float>)) + 2 * kImageBytes * most.pixels + EvaluationBytes(most, n);
 }
 
 double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {

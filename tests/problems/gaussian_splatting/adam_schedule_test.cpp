@@ -25,6 +25,15 @@ TEST(AdamSchedule, AStageThatEndsSoonerCoolsDownSooner) {
   EXPECT_NEAR(RateFactor(adam, 51, 50), 0.05, 1e-12);
 }
 
+TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
+  const AdamOptions adam{.iterations = 100, .average_part = 0.3};
+  EXPECT_FALSE(AveragesAt(adam, 70, 100));
+  EXPECT_TRUE(AveragesAt(adam, 75, 100));
+  EXPECT_FALSE(AveragesAt(adam, 76, 100));
+  EXPECT_TRUE(AveragesAt(adam, 38, 38)) << "the last always";
+  EXPECT_FALSE(AveragesAt({.iterations = 100, .average_part = 0}, 100, 100));
+}
+
 TEST(AdamSchedule, CoarseViewsComeFirst) {
   const AdamOptions adam{.iterations = 100, .coarse_part = 0.3};
   EXPECT_TRUE(IsCoarseAt(adam, 1));

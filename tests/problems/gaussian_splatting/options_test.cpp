@@ -104,6 +104,7 @@ TEST(TrainOptions, EachOptionOutOfRangeIsNamedInOneLine) {
       {"--rate_factor", [nan](TrainOptions& o) { o.adam.rate_factor = nan; }},
       {"--rate_decay", [](TrainOptions& o) { o.adam.rate_decay = 1.5; }},
       {"--rate_cooldown", [](TrainOptions& o) { o.adam.cooldown = -0.1; }},
+      {"--average_part", [](TrainOptions& o) { o.adam.average_part = 1.5; }},
       {"--max_gaussians", [](TrainOptions& o) { o.density.max_gaussians = 0; }},
       {"--lm_iterations", [](TrainOptions& o) { o.lm.iterations = -3; }},
       {"--lm_min_gain", [](TrainOptions& o) { o.lm.min_gain = 1.5; }},
