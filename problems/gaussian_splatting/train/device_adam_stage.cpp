@@ -155,12 +155,22 @@ class DeviceAdamStage {
     }
     if (observes && DensifiesAt(options_.density, it, n)) Densify();
     if (observes && ResetsOpacityAt(options_.density, it, n)) on_device_->ResetOpacity();
-    if (AveragesAt(options_.adam, it, switch_.end())) on_device_->Average();
+    if (averages_ && AveragesAt(options_.adam, it, switch_.end())) Average();
     const bool is_last = it == switch_.end() || session_.ShouldStop();
     if (is_last || it % std::max(1, n / options_.adam.evaluations) == 0) Record();
     if (is_last) on_device_->DownloadParameters();
     session_.Report(
         {Stage::kAdam, it, switch_.end(), session_.Seconds(), mean_cost_, session_.latest_psnr(), model_.count, ""});
+  }
+
+  // The mean is an improvement; for want of its room training does not end.
+  void Average() {
+    try {
+      on_device_->Average();
+    } catch (const OutOfDeviceMemory& error) {
+      averages_ = false;
+      session_.Note(fmt::format("Adam leaves its last parameters, not their mean: {}", error.what()));
+    }
   }
 
   void Densify() {
@@ -181,7 +191,7 @@ class DeviceAdamStage {
   StageSwitch switch_;
   ViewOrder order_;
   std::vector<DeviceTargetView> targets_, coarse_targets_;
-  bool lacks_halves_ = false;
+  bool lacks_halves_ = false, averages_ = true;
   Passes passes_;
   std::optional<DeviceModel> on_device_;
   std::optional<AdamState> before_growth_;

@@ -13,14 +13,12 @@ class ParameterMean {
   bool empty() const { return terms_ == 0; }
   // Of all that was added since the start; to be read only where not empty.
   const typename B::Vector& value() const { return mean_; }
-  // x: as many parameters as in the calls before, since the start.
+  // x: as many parameters as in the calls before, since the start. Where there is no room for their mean it stays
+  // empty.
   void Add(typename B::ConstView x) {
-    if (++terms_ == 1) {
-      mean_.ResizeForOverwrite(x.size());
-      backend_.Copy(x, mean_);
-    } else {
-      backend_.Axpby(1.0 / terms_, x, 1 - 1.0 / terms_, mean_);
-    }
+    if (empty()) mean_.ResizeForOverwrite(x.size());
+    ++terms_;
+    backend_.Axpby(1.0 / terms_, x, 1 - 1.0 / terms_, mean_);
   }
   // Forgets all, its memory too: for other Gaussians.
   void StartAnew() {
