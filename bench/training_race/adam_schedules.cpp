@@ -10,6 +10,7 @@ gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double 
   options.lm.iterations = 0;
   options.adam.metric = "diagonal";
   options.adam.coarse_part = 0;
+  options.adam.cooldown = 0.1;
   options.adam.average_part = 0;
   options.adam.iterations = iterations;
   options.adam.rate_factor = rate_factor;

@@ -5,7 +5,7 @@
 
 namespace vesta::bench {
 
-// `ours` without LM, with the diagonal metric, at full size from the start and without a mean at the end, of so many
+// `ours` without LM, with the diagonal metric, at full size from the start, with a cooldown for the mean, of so many
 // iterations at this factor on the learning rates.
 gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double rate_factor);
 

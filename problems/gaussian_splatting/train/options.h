@@ -36,8 +36,8 @@ struct AdamOptions {
   double rate_factor = 4.0;
   double rate_decay = 0.5;
   // In the last part of the stage, so long, they fall besides by another factor: high rates come far and end in noise,
-  // which a short cooldown takes out at next to no cost (docs/results).
-  double cooldown = 0.1;
+  // which a short cooldown takes out. So does the mean below, and finds a better place (docs/results).
+  double cooldown = 0;
   double cooldown_to = 0.03;
   // What the stage leaves is the mean of its parameters over the last part, so long (parameter_mean.h); 0: the last
   // ones.
