@@ -63,8 +63,8 @@ double DeviceAdamBytes(const MemoryScene& scene, const TrainOptions& options) {
   // The gradient; the image, its gradient and the three slopes of the loss.
   const double step = vector + ViewBytes(most, scene) + WorkspaceBytes(most, scene) + 5 * kImageBytes * most.pixels +
                       EvaluationBytes(most, scene);
-  // Bases or a vector once more; sources and fates.
   const double average = options.adam.average_part > 0 ? vector : 0;
+  // Bases or a vector once more; sources and fates.
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
   return held + std::max(step + average, rearranging);
 }
