@@ -42,6 +42,7 @@ DEFINE_double(max_lambda, 0, "most damping");
 DEFINE_double(rates_damping, 0, "weight of the metric of learning rates");
 DEFINE_double(position_damping, 0, "factor on it for the positions");
 DEFINE_double(sh_damping, 0, "factor on it for the bands of the harmonics above the constant");
+DEFINE_double(view_agreement, 0, "how strongly LM's gradients are shrunk where views disagree; 0: not");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
 DEFINE_string(
     jacobian, "",
@@ -140,6 +141,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"rates_damping", kLm, Range{1e-30, 1e30}},
       {"position_damping", kLm, Range{1e-30, 1e30}},
       {"sh_damping", kLm, Range{1e-30, 1e30}},
+      {"view_agreement", kLm, Range{0, 1e6}},
       {"l1_floor", kLm, Range{1e-6, 1}},
       {"jacobian", kLm, Choice{{"recompute", "cache32", "cache16", "rebuild"}}},
       {"memory_budget", kLm, Range{0, 1e6}},

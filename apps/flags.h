@@ -17,7 +17,7 @@ DECLARE_double(gradient_threshold); DECLARE_double(opacity_reset_every);
 DECLARE_int32(lm_iterations); DECLARE_double(lm_min_gain); DECLARE_int32(pcg_iterations); DECLARE_int32(lm_batches); DECLARE_bool(merge_batches);
 DECLARE_string(damping); DECLARE_string(preconditioner); DECLARE_string(step_control); DECLARE_bool(line_search);
 DECLARE_double(line_search_views); DECLARE_double(initial_lambda); DECLARE_double(min_lambda);
-DECLARE_double(max_lambda); DECLARE_double(rates_damping); DECLARE_double(position_damping); DECLARE_double(sh_damping); DECLARE_double(l1_floor); DECLARE_string(jacobian);
+DECLARE_double(max_lambda); DECLARE_double(rates_damping); DECLARE_double(position_damping); DECLARE_double(sh_damping); DECLARE_double(view_agreement); DECLARE_double(l1_floor); DECLARE_string(jacobian);
 DECLARE_int32(batch_size); DECLARE_string(batch_choice); DECLARE_string(preconditioner_damping);
 DECLARE_string(pcg_start); DECLARE_double(pcg_tolerance); DECLARE_double(residual_sampling);
 DECLARE_string(sampling_unit); DECLARE_bool(sample_gradient); DECLARE_string(step_limit); DECLARE_double(step_limit_size);

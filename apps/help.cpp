@@ -10,7 +10,7 @@
 namespace vesta::app {
 namespace {
 
-constexpr std::size_t kFlagWidth = 35;  // column of the descriptions
+constexpr std::size_t kFlagWidth = 38;  // column of the descriptions
 
 std::string Form(const CommandInfo& command) {
   const bool writes = FindFlag("out")->commands & command.command;

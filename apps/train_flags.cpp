@@ -63,6 +63,7 @@ void OverrideLm(gs::LmOptions* lm) {
   Override("rates_damping", FLAGS_rates_damping, &lm->rates_damping);
   Override("position_damping", FLAGS_position_damping, &lm->position_damping);
   Override("sh_damping", FLAGS_sh_damping, &lm->sh_damping);
+  Override("view_agreement", FLAGS_view_agreement, &lm->view_agreement);
   Override("l1_floor", FLAGS_l1_floor, &lm->l1_floor);
   Override("loss_linearization", FLAGS_loss_linearization, &lm->loss_linearization);
   Override("huber_threshold", FLAGS_huber_threshold, &lm->huber_threshold);

@@ -50,6 +50,9 @@ const std::vector<Change>& LmChanges() {
       {"weight of turning", "0", [](Options& o) { o.lm.rotation_damping = 0; }},
       {"weight of the harmonics", "1", [](Options& o) { o.lm.sh_damping = 1; }},
       {"weight of the harmonics", "0.0025", [](Options& o) { o.lm.sh_damping = 0.0025; }},
+      {"agreement of views", "0", [](Options& o) { o.lm.view_agreement = 0; }},
+      {"agreement of views", "0.1", [](Options& o) { o.lm.view_agreement = 0.1; }},
+      {"agreement of views", "1", [](Options& o) { o.lm.view_agreement = 1; }},
       {"weight of moving", "1", [](Options& o) { o.lm.position_damping = 1; }},
       {"weight of moving", "20", [](Options& o) { o.lm.position_damping = 20; }},
 

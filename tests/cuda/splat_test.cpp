@@ -155,6 +155,7 @@ TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
     void (*apply)(gs::SplatProblemOptions&);
   };
   const Variant variants[] = {
+      {"agreement of views", [](gs::SplatProblemOptions& o) { o.view_agreement = 0.3; }},
       {"sampled rows", [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
       {"sampled tiles",
        [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sampling_unit = gs::SamplingUnit::kTiles; }},

@@ -4,6 +4,7 @@
 
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
+#include "problems/gaussian_splatting/lm/device_view_agreement.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 
 namespace vesta::gs {
@@ -43,6 +44,9 @@ DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& op
 
 void DeviceSplatLinearization::MakeUnits() {
   gradient_.Resize(num_parameters());
+  DeviceBuffer<float> of_view, squares;  // where disagreement is measured
+  const bool shrinks = options_.view_agreement > 0 && views_.size() > 1;
+  if (shrinks) of_view.Resize(num_parameters()), squares.Resize(num_parameters());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     Unit& unit = units_[i];
     unit.target = views_[i].target;
@@ -56,9 +60,16 @@ void DeviceSplatLinearization::MakeUnits() {
     loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
     if (options_.sample_gradient) Prepare(views_[i], unit);
     Scale(unit.scale, image_gradient);
-    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), gradient_.data(), *workspace_);
+    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (shrinks ? of_view : gradient_).data(),
+                    *workspace_);
+    if (shrinks) device_view_agreement::Add({of_view.data(), gradient_.data(), squares.data()}, num_parameters());
     // After the gradient, which is thereby exact.
     if (!options_.sample_gradient) Prepare(views_[i], unit);
+  }
+  if (shrinks) {
+    device_view_agreement::Shrink({static_cast<float>(options_.view_agreement), static_cast<float>(views_.size()),
+                                   squares.data(), gradient_.data()},
+                                  num_parameters());
   }
 }
 

@@ -43,7 +43,7 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
     DeviceBuffer<float> image;
     DevicePhotometricLinearization loss;
   };
-  // Builds and prepares all views, and sums their gradient.
+  // Builds and prepares all views, and sums their gradients.
   void MakeUnits();
   // Samples pixels and caches the Jacobian, as the options have it.
   void Prepare(const DeviceBatchView& from, Unit& unit) const;

@@ -6,9 +6,12 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
+#include "problems/gaussian_splatting/lm/view_agreement.h"
 
 namespace vesta::gs {
 namespace {
+
+constexpr Index kGrain = 16384;  // entries of a vector of parameters
 
 // v *= scale.
 template <class S>
@@ -50,15 +53,27 @@ SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, Co
 template <class S>
 void SplatLinearization<S>::MakeUnits() {
   gradient_.Resize(num_parameters());
+  HostBuffer<S> of_view, squares;  // where disagreement is measured
+  const bool shrinks = options_.view_agreement > 0 && views_.size() > 1;
+  if (shrinks) of_view.Resize(num_parameters()), squares.Resize(num_parameters());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     Unit& unit = units_[i % units_.size()];
     const View image_gradient = image_work_.view().subspan(0, ShapeOf(*views_[i].target).NumValues());
     Build(views_[i], unit, image_gradient);
     if (options_.sample_gradient) Prepare(views_[i], unit);
     Scale(unit.scale, image_gradient);
-    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), gradient_.data(), *workspace_);
+    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (shrinks ? of_view : gradient_).data(),
+                    *workspace_);
+    if (shrinks) {
+      ParallelFor(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), squares.data()});
+    }
     // After the gradient, which is thereby exact.
     if (!options_.sample_gradient) Prepare(views_[i], unit);
+  }
+  if (shrinks) {
+    ParallelFor(num_parameters(), kGrain,
+                ShrinkByDisagreement<S>{static_cast<S>(options_.view_agreement), static_cast<S>(views_.size()),
+                                        squares.data(), gradient_.data()});
   }
 }
 

@@ -51,7 +51,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
     HostBuffer<S> image;
     PhotometricLinearization<S> loss;
   };
-  // Builds and prepares all views, and sums their gradient.
+  // Builds and prepares all views, and sums their gradients.
   void MakeUnits();
   // Projects, renders and linearises a view of the batch; image_gradient: of the loss, of all pixels.
   void Build(const BatchView<S>& from, Unit& unit, View image_gradient) const;

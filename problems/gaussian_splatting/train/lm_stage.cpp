@@ -60,6 +60,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
   result.seed = options.seed;
   result.position_damping = options.lm.position_damping;
   result.sh_damping = options.lm.sh_damping;
+  result.view_agreement = options.lm.view_agreement;
   result.rotation_damping = options.lm.rotation_damping;
   result.rates_damping = options.lm.damping == "rates" ? options.lm.rates_damping : 0;
   result.rates = options.rates;

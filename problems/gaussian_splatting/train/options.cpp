@@ -78,6 +78,7 @@ TrainOptions PresetOptions(const std::string& name) {
                   .initial_lambda = 1,
                   .min_lambda = 1e-4,
                   .max_lambda = 1e4,
+                  .view_agreement = 0,
                   .min_diagonal = 2,
                   .max_diagonal = code ? 2e6 : 0.0};
     options.lm.ssim_linearization = "root";
@@ -96,7 +97,7 @@ TrainOptions RefinePresetOptions(const std::string& name) {
   TrainOptions options = PresetOptions(name);
   if (name == "paper" || name == "paper_code") return options;
   options.lm.iterations = std::max(options.lm.iterations, 12);
-  options.lm.min_gain = 0;
+  options.lm.min_gain = 0.001;
   return options;
 }
 
@@ -135,6 +136,7 @@ void ValidateOptions(const TrainOptions& options) {
   if (options.lm.ssim_jacobian == "center" && options.lm.ssim_linearization != "root") {
     Fail("--ssim_jacobian=center needs --ssim_linearization=root: the quadratic has exact derivatives only");
   }
+  CheckRange("--view_agreement", options.lm.view_agreement, 0, 1e6);
   CheckRange("--l1_weight", options.lm.l1_weight, 0, 1e6);
   CheckRange("--ssim_weight", options.lm.ssim_weight, 0, 1e6);
   CheckName("--step_control", options.lm.step_control, {"soft", "ceres", "nielsen", "v1", "v2", "code"});

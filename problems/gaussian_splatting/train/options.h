@@ -102,6 +102,7 @@ struct LmOptions {
   double position_damping = 5;  // factor on it for the means
   double rotation_damping = 1;  // weight in it of how far a splat's ends move when it turns
   double sh_damping = 0.02;     // factor on it for the bands of the harmonics above the constant
+  double view_agreement = 0.3;  // how strongly gradients are shrunk where views disagree; 0: not
   double l1_floor = 0.01;       // epsilon of the reweighted L1
   // The cost and its quadratic: kernels/image/loss_options.h.
   std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
@@ -136,8 +137,8 @@ struct TrainOptions {
 
 // Presets by name: fast, balanced, best, paper, paper_code. Throws Error for another name.
 TrainOptions PresetOptions(const std::string& name);
-// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations, and all of
-// them.
+// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations, and goes on
+// while there is anything to gain.
 TrainOptions RefinePresetOptions(const std::string& name);
 
 // Throws Error naming the option that is out of range.

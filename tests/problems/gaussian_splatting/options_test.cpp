@@ -108,6 +108,7 @@ TEST(TrainOptions, EachOptionOutOfRangeIsNamedInOneLine) {
       {"--max_gaussians", [](TrainOptions& o) { o.density.max_gaussians = 0; }},
       {"--lm_iterations", [](TrainOptions& o) { o.lm.iterations = -3; }},
       {"--lm_min_gain", [](TrainOptions& o) { o.lm.min_gain = 1.5; }},
+      {"--view_agreement", [](TrainOptions& o) { o.lm.view_agreement = -0.1; }},
       {"--pcg_iterations", [](TrainOptions& o) { o.lm.pcg_iterations = 0; }},
       {"--lm_batches", [](TrainOptions& o) { o.lm.batches = 0; }},
       {"--batch_size", [](TrainOptions& o) { o.lm.batch_size = -1; }},

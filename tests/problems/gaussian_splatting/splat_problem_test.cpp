@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/view_agreement.h"
 #include "problems/gaussian_splatting/train/adam.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.inl"
@@ -291,6 +292,62 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
     EXPECT_LE(Distance(sum_diagonal, diagonal), kTolerance<S> * Norm(diagonal));
     EXPECT_LE(Distance(sum_Hv, Hv), kTolerance<S> * Norm(Hv));
   }
+}
+
+// The gradient of one view and that of all by the problem; the rule written out.
+TYPED_TEST(SplatProblemTest, GradientIsShrunkWhereViewsDisagree) {
+  using S = TypeParam;
+  constexpr double kAll = 4, kStrength = 0.3;
+  RingProblem<S> ring(4, kCount, 1, 55);
+  const auto gradient_of = [&](double strength, int batches, int batch) {
+    ring.options.view_agreement = strength;
+    ring.options.batches.count = batches;
+    HostBuffer<S> gradient(ring.x.size());
+    SplatProblem<S> problem = ring.Make();
+    problem.Linearize(ring.x, batch)->Gradient(gradient);
+    return gradient;
+  };
+  std::vector<HostBuffer<S>> of_view;
+  for (int view = 0; view < 4; ++view) of_view.push_back(gradient_of(0, 4, view));
+  HostBuffer<S> expected(ring.x.size());
+  int kept = 0, zero = 0;
+  for (Index j = 0; j < expected.size(); ++j) {
+    double sum = 0, deviations = 0;
+    for (const auto& g : of_view) sum += static_cast<double>(g[j]);
+    for (const auto& g : of_view) deviations += std::pow(static_cast<double>(g[j]) - sum / kAll, 2);
+    const double variance = deviations * kAll / (kAll - 1);
+    const double factor = sum == 0 ? 0 : std::max(0.0, 1 - kStrength * variance / (sum * sum));
+    expected[j] = static_cast<S>(factor * sum);
+    kept += factor > 0.5 ? 1 : 0, zero += sum != 0 && factor == 0 ? 1 : 0;
+  }
+  // Both happen.
+  EXPECT_GT(kept, 100);
+  EXPECT_GT(zero, 100);
+  const HostBuffer<S> found = gradient_of(kStrength, 1, 0);
+  EXPECT_LE(Distance(found, expected), 10 * kTolerance<S> * Norm(expected));
+  // One view agrees with itself.
+  EXPECT_EQ(ToVector(gradient_of(kStrength, 4, 2)), ToVector(of_view[2]));
+}
+
+TEST(ViewAgreement, LeavesWhatIsUnanimousAndDropsWhatCancels) {
+  const auto shrunk = [](std::vector<double> gradients, double strength) {
+    double sum = 0, squares = 0;
+    for (double& one : gradients) {
+      AddViewGradient<double>{&one, &sum, &squares}(0);
+      EXPECT_EQ(one, 0);
+    }
+    ShrinkByDisagreement<double>{strength, static_cast<double>(gradients.size()), &squares, &sum}(0);
+    return sum;
+  };
+  EXPECT_DOUBLE_EQ(shrunk({0.1, 0.1, 0.1}, 1e6), 0.1 * 3);
+  EXPECT_EQ(shrunk({1, -1}, 0.01), 0);
+  EXPECT_EQ(shrunk({0, 0}, 1), 0);
+  // g = 2 of two views, squares 4: v = 2 (4 - 4 / 2) = 4 = g^2.
+  EXPECT_DOUBLE_EQ(shrunk({2, 0}, 0.25), 1.5);
+  EXPECT_EQ(shrunk({2, 0}, 1), 0);
+  EXPECT_DOUBLE_EQ(shrunk({-2, 0}, 0.25), -1.5);
+  EXPECT_EQ(shrunk({1e200, 1}, 1), 1e200);  // squares beyond the range say nothing
+  EXPECT_TRUE(std::isnan(shrunk({std::numeric_limits<double>::quiet_NaN(), 1}, 1)));
 }
 
 TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
