@@ -24,7 +24,7 @@ namespace vesta::bench {
 namespace {
 
 // Vector instructions of the formulas (docs/performance.md) for each vector of pixels that a splat is part of.
-constexpr double kForward = 18, kTangent = 28, kAdjoint = 38, kGram = 88;
+constexpr double kForward = 18, kTangent = 28, kBoth = 32, kAdjoint = 38, kGram = 88;
 
 // All passes over one workload, with the memory they need.
 class Bench {
@@ -54,6 +54,9 @@ class Bench {
     Add("forward", kForward, [&] { over_tiles([&](int tile) { raster.forward(lists, tile, image.data()); }); });
     Add("tangent", kTangent,
         [&] { over_tiles([&](int tile) { raster.tangent(lists, tile, tangents.data(), d_image.data()); }); });
+    Add("both at once", kBoth, [&] {
+      over_tiles([&](int tile) { raster.forward_tangent(lists, tile, tangents.data(), image.data(), d_image.data()); });
+    });
     Add("adjoint", kAdjoint,
         [&] { over_tiles([&](int tile) { raster.adjoint(lists, tile, image.data(), u.data(), pair_sums.data()); }); });
     Add("Gram", kGram,

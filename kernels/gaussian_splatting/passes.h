@@ -110,6 +110,38 @@ struct TangentPass {
   }
 };
 
+// Two passes of TraverseRows in one.
+template <class First, class Second>
+struct BothPasses {
+  First first;
+  Second second;
+
+  struct State {
+    typename First::State first;
+    typename Second::State second;
+  };
+  template <class S>
+  void Prepare(int place, const Splat<S>& splat, std::uint32_t rank) {
+    first.Prepare(place, splat, rank);
+    second.Prepare(place, splat, rank);
+  }
+  template <class V>
+  void PrepareRow(int place, const V& q) {
+    first.PrepareRow(place, q);
+    second.PrepareRow(place, q);
+  }
+  State Load(int offset) const { return {first.Load(offset), second.Load(offset)}; }
+  void Store(const State& state, int offset) {
+    first.Store(state.first, offset);
+    second.Store(state.second, offset);
+  }
+  template <class V>
+  void Pixels(State& state, std::uint32_t place, const V& p, const Blend<V>& blend) {
+    first.Pixels(state.first, place, p, blend);
+    second.Pixels(state.second, place, p, blend);
+  }
+};
+
 template <class V, class S>
 struct AdjointPass {
   using L = Lanes<V>;

@@ -7,15 +7,17 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
+template <class S>
+void PrefetchImage(const TileLists<S>& lists, const TileWindow& window, const S* image) {
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, image + k * plane);
+}
+
+// What the pass has added up, over the background.
 template <class V, class S>
-void ForwardTile(const TileLists<S>& lists, int tile, S* image) {
+void StoreImage(const TileLists<S>& lists, const TileWindow& window, ForwardPass<V, S>& pass, S* image) {
   using L = Lanes<V>;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
-  const TileWindow window = WindowOf(lists, tile);
-  TilePixels<V, S> pixels(lists, tile);
-  ForwardPass<V, S> pass;
-  for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, image + k * plane);
-  TraverseRows<V>(lists, tile, pixels, pass);
   for (int k = 0; k < 3; ++k) {
     for (int i = 0; i < kTilePixels; i += L::kWidth) {
       S* color = pass.color[k] + i;
@@ -24,16 +26,10 @@ void ForwardTile(const TileLists<S>& lists, int tile, S* image) {
     StorePlane<V>(lists, window, pass.color[k], image + k * plane);
   }
 }
-
 template <class V, class S>
-void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* d_image) {
+void StoreImage(const TileLists<S>& lists, const TileWindow& window, TangentPass<V, S>& pass, S* d_image) {
   using L = Lanes<V>;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
-  const TileWindow window = WindowOf(lists, tile);
-  TilePixels<V, S> pixels(lists, tile);
-  TangentPass<V, S> pass(tangents);
-  for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, d_image + k * plane);
-  TraverseRows<V>(lists, tile, pixels, pass);
   for (int k = 0; k < 3; ++k) {
     for (int i = 0; i < kTilePixels; i += L::kWidth) {
       S* color = pass.d_color[k] + i;
@@ -41,6 +37,38 @@ void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tan
     }
     StorePlane<V>(lists, window, pass.d_color[k], d_image + k * plane);
   }
+}
+
+template <class V, class S>
+void ForwardTile(const TileLists<S>& lists, int tile, S* image) {
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(lists, tile);
+  ForwardPass<V, S> pass;
+  PrefetchImage(lists, window, image);
+  TraverseRows<V>(lists, tile, pixels, pass);
+  StoreImage<V>(lists, window, pass, image);
+}
+
+template <class V, class S>
+void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* d_image) {
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(lists, tile);
+  TangentPass<V, S> pass(tangents);
+  PrefetchImage(lists, window, d_image);
+  TraverseRows<V>(lists, tile, pixels, pass);
+  StoreImage<V>(lists, window, pass, d_image);
+}
+
+template <class V, class S>
+void ForwardTangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* image, S* d_image) {
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(lists, tile);
+  BothPasses<ForwardPass<V, S>, TangentPass<V, S>> pass{{}, TangentPass<V, S>(tangents)};
+  PrefetchImage(lists, window, image);
+  PrefetchImage(lists, window, d_image);
+  TraverseRows<V>(lists, tile, pixels, pass);
+  StoreImage<V>(lists, window, pass.first, image);
+  StoreImage<V>(lists, window, pass.second, d_image);
 }
 
 template <class V, class S>
@@ -85,7 +113,8 @@ VisitCounts CountTile(const TileLists<S>& lists, int tile) {
 
 template <class V, class S>
 RasterKernels<S> MakeRasterKernels() {
-  return {&ForwardTile<V, S>, &TangentTile<V, S>, &AdjointTile<V, S>, &GramTile<V, S>, &CountTile<V, S>};
+  return {&ForwardTile<V, S>, &TangentTile<V, S>, &ForwardTangentTile<V, S>,
+          &AdjointTile<V, S>, &GramTile<V, S>,    &CountTile<V, S>};
 }
 
 }  // namespace VESTA_ISA

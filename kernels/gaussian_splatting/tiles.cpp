@@ -1,6 +1,7 @@
 #include "kernels/gaussian_splatting/tiles.h"
 
 #include <algorithm>
+#include <atomic>
 #include <vector>
 
 #include "kernels/core/check.h"
@@ -16,17 +17,27 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
   const Index count = splats.size();
   splat_begin_.Resize(count + 1);
   constexpr Index kGrain = 1024;
-  ParallelFor(count, kGrain, [&](Index k) {
-    VisitTiles(splats[k], tiles_x_, tiles_y_, width, height, [&](int) { ++splat_begin_[k + 1]; });
+  std::atomic<Index> pairs = 0;
+  // To find a splat's tiles is dearer than to move them: each chunk of splats notes those it finds.
+  std::vector<std::vector<std::uint32_t>> found(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
+  ParallelForChunks(count, kGrain, [&](Index begin, Index end) {
+    std::vector<std::uint32_t>& mine = found[static_cast<std::size_t>(begin / kGrain)];
+    mine.reserve(static_cast<std::size_t>(8 * kGrain));
+    for (Index k = begin; k < end; ++k) {
+      const std::size_t before = mine.size();
+      VisitTiles(splats[k], tiles_x_, tiles_y_, width, height,
+                 [&](int tile) { mine.push_back(static_cast<std::uint32_t>(tile)); });
+      splat_begin_[k + 1] = static_cast<std::int64_t>(mine.size() - before);
+    }
+    pairs += static_cast<Index>(mine.size());
+    VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view, or more", pairs.load());
   });
   for (Index k = 0; k < count; ++k) splat_begin_[k + 1] += splat_begin_[k];
-  const Index pairs = splat_begin_[count];
-  VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view", pairs);
   tiles_of_splat_.ResizeForOverwrite(pairs);
-  ParallelFor(count, kGrain, [&](Index k) {
-    Index at = splat_begin_[k];
-    VisitTiles(splats[k], tiles_x_, tiles_y_, width, height,
-               [&](int tile) { tiles_of_splat_[at++] = static_cast<std::uint32_t>(tile); });
+  ParallelFor(static_cast<Index>(found.size()), 1, [&](Index chunk) {
+    std::vector<std::uint32_t>& mine = found[static_cast<std::size_t>(chunk)];
+    std::copy(mine.begin(), mine.end(), tiles_of_splat_.data() + splat_begin_[chunk * kGrain]);
+    mine = {};
   });
 
   // A counting sort by tile that keeps the order of depth. Slices of the splats count and place their own entries; the

@@ -1,5 +1,6 @@
 #include "kernels/gaussian_splatting/view.h"
 
+#include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 
 namespace vesta::splat {
@@ -107,13 +108,30 @@ void View<S>::Render(S* image) const {
 }
 
 template <class S>
-void View<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const {
+const SplatTangent<S>* View<S>::ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   SplatTangent<S>* tangents = workspace.splat_sums.data();
   const auto& project = GetProjectKernels<S>(model.active_sh_degree);
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
     project.tangent(model, pinhole_, begin, end, rank_of_.data(), dx, tangents);
   });
+  return tangents;
+}
+
+template <class S>
+void View<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image,
+                              ViewWorkspace<S>& workspace) const {
+  VESTA_CHECK(kept_rows_.empty() && cache_.empty(), "rendering and J in one pass is of all rows, without a cache");
+  const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
+  const TileLists<S> lists = Lists();
+  const auto& raster = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain,
+              [&](Index tile) { raster.forward_tangent(lists, static_cast<int>(tile), tangents, image, d_image); });
+}
+
+template <class S>
+void View<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const {
+  const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) return cache_.Tangent(lists, bins_, tangents, d_image);
   const auto& raster = GetRasterKernels<S>();

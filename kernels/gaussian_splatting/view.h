@@ -57,6 +57,8 @@ class View {
   const JacobianCache<S>& cache() const { return cache_; }
   // d_image = J dx; dx laid out as x.
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
+  // Render and ApplyJ at once. Without a cache, and of all rows.
+  void RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
   // blocks, sh_diagonal and, unless null, sh_blocks += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >=
@@ -65,6 +67,9 @@ class View {
                ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
 
  private:
+  // The tangents of the splats, by rank, that dx makes; in the workspace.
+  const SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
+
   PinholeView pinhole_{};
   S background_[3]{};
   HostBuffer<Splat<S>> splats_;

@@ -79,12 +79,22 @@ void SplatLinearization<S>::MakeUnits() {
 
 template <class S>
 void SplatLinearization<S>::Build(const BatchView<S>& from, Unit& unit, View image_gradient) const {
+  Project(from, unit);
+  unit.view.Render(unit.image.data());
+  LinearizeLoss(unit, image_gradient);
+}
+
+template <class S>
+void SplatLinearization<S>::Project(const BatchView<S>& from, Unit& unit) const {
   unit.target = from.target;
   unit.scale = scale_;
   unit.shape = ShapeOf(*from.target);
   unit.view.Build(model_, unit.target->pinhole, options_.background.data(), *workspace_);
   unit.image.ResizeForOverwrite(unit.shape.NumValues());
-  unit.view.Render(unit.image.data());
+}
+
+template <class S>
+void SplatLinearization<S>::LinearizeLoss(Unit& unit, View image_gradient) const {
   loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
 }
 
@@ -159,14 +169,33 @@ void SplatLinearization<S>::ApplyW(ConstView u, View Wu) {
 template <class S>
 void SplatLinearization<S>::ApplyH(ConstView v, View Hv) {
   std::fill(Hv.begin(), Hv.end(), S(0));
-  ForEachUnit([&](Unit& unit) {
-    const Index values = unit.shape.NumValues();
-    const View d_image = image_work_.view().subspan(0, values), weighted = weighted_work_.view().subspan(0, values);
-    unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
-    loss_->ApplyW(unit.loss, d_image, weighted);
-    Scale(unit.scale, weighted);
-    unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
-  });
+  const auto work = [](const Unit& unit, HostBuffer<S>& images) {
+    return images.view().subspan(0, unit.shape.NumValues());
+  };
+  if (options_.jacobian != JacobianKind::kRebuild || options_.residual_sampling < 1) {
+    ForEachUnit([&](Unit& unit) {
+      const View d_image = work(unit, image_work_);
+      unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
+      AddJTW(unit, d_image, work(unit, weighted_work_), Hv);
+    });
+    return;
+  }
+  // A view that is built for this product alone is rendered along with it.
+  for (const BatchView<S>& view : views_) {
+    Unit& unit = units_.front();
+    Project(view, unit);
+    const View d_image = work(unit, image_work_), weighted = work(unit, weighted_work_);
+    unit.view.RenderAndApplyJ(model_, v.data(), unit.image.data(), d_image.data(), *workspace_);
+    LinearizeLoss(unit, weighted);
+    AddJTW(unit, d_image, weighted, Hv);
+  }
+}
+
+template <class S>
+void SplatLinearization<S>::AddJTW(Unit& unit, ConstView d_image, View weighted, View Hv) {
+  loss_->ApplyW(unit.loss, d_image, weighted);
+  Scale(unit.scale, weighted);
+  unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
 }
 
 template <class S>

@@ -55,11 +55,16 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   void MakeUnits();
   // Projects, renders and linearises a view of the batch; image_gradient: of the loss, of all pixels.
   void Build(const BatchView<S>& from, Unit& unit, View image_gradient) const;
+  // The first of these, and the last.
+  void Project(const BatchView<S>& from, Unit& unit) const;
+  void LinearizeLoss(Unit& unit, View image_gradient) const;
   // Samples pixels and caches the Jacobian, as the options have it.
   void Prepare(const BatchView<S>& from, Unit& unit) const;
   // body(unit) for each view of the batch in turn: those that are held, or one built anew for each.
   template <class Body>
   void ForEachUnit(const Body& body) const;
+  // Hv += J^T W d_image of one view; weighted: to work in.
+  void AddJTW(Unit& unit, ConstView d_image, View weighted, View Hv);
   // blocks, sh_diagonal and, with options.sh_blocks, sh_blocks += those of all views.
   void AddGram(S* blocks, S* sh_diagonal, S* sh_blocks);
 

@@ -70,6 +70,11 @@ Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& sha
     raster.adjoint(lists, tile, shared.image.data(), u.data(), pair_sums.data());
     raster.gram(lists, tile, shared.image.data(), omega.data(), pair_grams.data());
   }
+  std::vector<float> image(r.image.size()), d_image(r.image.size());
+  for (int tile = 0; tile < bins.num_tiles(); ++tile) {
+    raster.forward_tangent(lists, tile, moves.data(), image.data(), d_image.data());
+  }
+  EXPECT_TRUE(image == r.image && d_image == r.d_image);
   r.cotangents = flatten(pair_sums, &SplatTangent<float>::w);
   r.grams = flatten(pair_grams, &SplatGram<float>::m);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/core/check.h"
 #include "tests/kernels/gaussian_splatting/reference.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/splat_scenes.h"
@@ -42,6 +43,32 @@ TEST_P(Jacobian, TangentIsTheDerivativeOfTheReference) {
     if (expected.margin[i % expected.margin.size()] < 1e-9) continue;
     ASSERT_NEAR(jv[i], expected.color[i].v[0], 1e-9 * scale) << "entry " << i;
   }
+}
+
+template <class S>
+void ExpectImageAndTangentInOnePass(const Scene& scene) {
+  RenderedView<S> rendered(scene);
+  test::Random random(12);
+  const std::vector<S> v = random.NormalVector<S>(scene.x.size());
+  std::vector<S> image(rendered.image.size()), d_image(image.size());
+  rendered.view.RenderAndApplyJ(rendered.model, v.data(), image.data(), d_image.data(), rendered.workspace);
+  EXPECT_TRUE(image == rendered.image);
+  EXPECT_TRUE(d_image == rendered.ApplyJ(v));
+}
+
+TEST_P(Jacobian, ImageAndTangentInOnePassAreThoseOfTwo) {
+  const Scene scene = test::RandomScene(GetParam(), 13);
+  ExpectImageAndTangentInOnePass<double>(scene);
+  ExpectImageAndTangentInOnePass<float>(scene);
+}
+
+TEST(JacobianOfAView, ImageAndTangentInOnePassAreOfAllRows) {
+  const Scene scene = test::RandomScene(SceneOptions{}, 14);
+  RenderedView<float> rendered(scene);
+  rendered.view.KeepRows(std::vector<std::uint16_t>(static_cast<std::size_t>(rendered.view.num_tiles()), 1));
+  std::vector<float> v(scene.x.size()), image(rendered.image.size()), d_image(image.size());
+  EXPECT_THROW(
+      rendered.view.RenderAndApplyJ(rendered.model, v.data(), image.data(), d_image.data(), rendered.workspace), Error);
 }
 
 constexpr CacheFormat kFullFormat = CacheFormat::kFull;
