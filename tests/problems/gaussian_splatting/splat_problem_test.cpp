@@ -308,6 +308,7 @@ TYPED_TEST(SplatProblemTest, GradientIsShrunkWhereViewsDisagree) {
     return gradient;
   };
   std::vector<HostBuffer<S>> of_view;
+  of_view.reserve(4);
   for (int view = 0; view < 4; ++view) of_view.push_back(gradient_of(0, 4, view));
   HostBuffer<S> expected(ring.x.size());
   int kept = 0, zero = 0;
