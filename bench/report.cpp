@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "bench/commit.h"
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 #include "kernels/core/cpu_dispatch.h"
@@ -64,7 +65,7 @@ void Report::Finish(const std::string& json_path) const {
   nlohmann::ordered_json json;
   json["bench"] = bench_;
   json["machine"] = Machine();
-  json["commit"] = VESTA_COMMIT;
+  json["commit"] = kCommit;
   json["rows"] = nlohmann::ordered_json::array();
   for (const Row& row : rows_) json["rows"].push_back(ToJson(row));
   json["targets"] = nlohmann::ordered_json::array();

@@ -60,6 +60,9 @@ struct ForwardPass {
     for (int k = 0; k < 3; ++k) state.color[k] = Fma(blend.weight, V(of[place].color[k]), state.color[k]);
     state.transmittance = Select(blend.open, blend.transmittance, state.transmittance);
   }
+  V Over(const V& background, int channel, int offset) const {
+    return Fma(L::Load(transmittance + offset), background, L::Load(color[channel] + offset));
+  }
 };
 
 template <class V, class S>
@@ -107,6 +110,9 @@ struct TangentPass {
       state.d_color[k] =
           TangentColor(blend, d_weight, V(of[place].color[k]), V(of[place].d_color[k]), state.d_color[k]);
     }
+  }
+  V Over(const V& background, int channel, int offset) const {
+    return Fnma(L::Load(minus_dT + offset), background, L::Load(d_color[channel] + offset));
   }
 };
 

@@ -14,28 +14,14 @@ void PrefetchImage(const TileLists<S>& lists, const TileWindow& window, const S*
 }
 
 // What the pass has added up, over the background.
-template <class V, class S>
-void StoreImage(const TileLists<S>& lists, const TileWindow& window, ForwardPass<V, S>& pass, S* image) {
+template <class V, class S, class Pass>
+void StoreImage(const TileLists<S>& lists, const TileWindow& window, Pass& pass, S* image) {
   using L = Lanes<V>;
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   for (int k = 0; k < 3; ++k) {
-    for (int i = 0; i < kTilePixels; i += L::kWidth) {
-      S* color = pass.color[k] + i;
-      L::Store(color, Fma(L::Load(pass.transmittance + i), V(lists.background[k]), L::Load(color)));
-    }
-    StorePlane<V>(lists, window, pass.color[k], image + k * plane);
-  }
-}
-template <class V, class S>
-void StoreImage(const TileLists<S>& lists, const TileWindow& window, TangentPass<V, S>& pass, S* d_image) {
-  using L = Lanes<V>;
-  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
-  for (int k = 0; k < 3; ++k) {
-    for (int i = 0; i < kTilePixels; i += L::kWidth) {
-      S* color = pass.d_color[k] + i;
-      L::Store(color, Fnma(L::Load(pass.minus_dT + i), V(lists.background[k]), L::Load(color)));
-    }
-    StorePlane<V>(lists, window, pass.d_color[k], d_image + k * plane);
+    alignas(64) S pixels[kTilePixels];
+    for (int i = 0; i < kTilePixels; i += L::kWidth) L::Store(pixels + i, pass.Over(V(lists.background[k]), k, i));
+    StorePlane<V>(lists, window, pixels, image + k * plane);
   }
 }
 
@@ -46,7 +32,7 @@ void ForwardTile(const TileLists<S>& lists, int tile, S* image) {
   ForwardPass<V, S> pass;
   PrefetchImage(lists, window, image);
   TraverseRows<V>(lists, tile, pixels, pass);
-  StoreImage<V>(lists, window, pass, image);
+  StoreImage<V, S>(lists, window, pass, image);
 }
 
 template <class V, class S>
@@ -56,7 +42,7 @@ void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tan
   TangentPass<V, S> pass(tangents);
   PrefetchImage(lists, window, d_image);
   TraverseRows<V>(lists, tile, pixels, pass);
-  StoreImage<V>(lists, window, pass, d_image);
+  StoreImage<V, S>(lists, window, pass, d_image);
 }
 
 template <class V, class S>
@@ -67,8 +53,8 @@ void ForwardTangentTile(const TileLists<S>& lists, int tile, const SplatTangent<
   PrefetchImage(lists, window, image);
   PrefetchImage(lists, window, d_image);
   TraverseRows<V>(lists, tile, pixels, pass);
-  StoreImage<V>(lists, window, pass.first, image);
-  StoreImage<V>(lists, window, pass.second, d_image);
+  StoreImage<V, S>(lists, window, pass.first, image);
+  StoreImage<V, S>(lists, window, pass.second, d_image);
 }
 
 template <class V, class S>

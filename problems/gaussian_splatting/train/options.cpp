@@ -30,6 +30,7 @@ TrainOptions PresetOptions(const std::string& name) {
   if (name == "fast") {
     options.adam.iterations = 1000;
     options.lm.iterations = 4;
+    options.lm.view_agreement = 0;  // so early the views agree on more than LM gets done
     return options;
   }
   if (name == "best") {
