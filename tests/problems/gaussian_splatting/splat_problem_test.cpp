@@ -9,7 +9,6 @@
 
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/lm/view_agreement.h"
 #include "problems/gaussian_splatting/train/adam.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.inl"
@@ -328,27 +327,6 @@ TYPED_TEST(SplatProblemTest, GradientIsShrunkWhereViewsDisagree) {
   EXPECT_LE(Distance(found, expected), 10 * kTolerance<S> * Norm(expected));
   // One view agrees with itself.
   EXPECT_EQ(ToVector(gradient_of(kStrength, 4, 2)), ToVector(of_view[2]));
-}
-
-TEST(ViewAgreement, LeavesWhatIsUnanimousAndDropsWhatCancels) {
-  const auto shrunk = [](std::vector<double> gradients, double strength) {
-    double sum = 0, squares = 0;
-    for (double& one : gradients) {
-      AddViewGradient<double>{&one, &sum, &squares}(0);
-      EXPECT_EQ(one, 0);
-    }
-    ShrinkByDisagreement<double>{strength, static_cast<double>(gradients.size()), &squares, &sum}(0);
-    return sum;
-  };
-  EXPECT_DOUBLE_EQ(shrunk({0.1, 0.1, 0.1}, 1e6), 0.1 * 3);
-  EXPECT_EQ(shrunk({1, -1}, 0.01), 0);
-  EXPECT_EQ(shrunk({0, 0}, 1), 0);
-  // g = 2 of two views, squares 4: v = 2 (4 - 4 / 2) = 4 = g^2.
-  EXPECT_DOUBLE_EQ(shrunk({2, 0}, 0.25), 1.5);
-  EXPECT_EQ(shrunk({2, 0}, 1), 0);
-  EXPECT_DOUBLE_EQ(shrunk({-2, 0}, 0.25), -1.5);
-  EXPECT_EQ(shrunk({1e200, 1}, 1), 1e200);  // squares beyond the range say nothing
-  EXPECT_TRUE(std::isnan(shrunk({std::numeric_limits<double>::quiet_NaN(), 1}, 1)));
 }
 
 TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
