@@ -10,10 +10,12 @@
 namespace vesta::bench {
 
 enum class MethodKind {
-  kOurs,         // Adam, then LM, as the flags after "--" have it
-  kOurLm,        // our LM stage to its last iteration, whatever it gains, from the state at which ours begins its own
-  kPublishedLm,  // an LM stage as published, from the state at which ours begins its own
-  kAdam,         // Adam alone, one view an iteration
+  kOurs,  // Adam, then LM, as the flags after "--" have it
+  // our LM stage to its last iteration, whatever it gains, and by the whole gradient (LmOptions::view_agreement 0),
+  // from the state at which ours begins its own
+  kOurLm,
+  kPublishedLm,     // an LM stage as published, from the state at which ours begins its own
+  kAdam,            // Adam alone, one view an iteration
   kLargeBatchAdam,  // Adam alone, the mean gradient of several views an iteration
   kCoarseAdam,      // Adam alone, at its start on images of half the size
 };
