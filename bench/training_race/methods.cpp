@@ -53,11 +53,15 @@ Method CoarseMethod(const gs::TrainOptions& ours, double factor) {
   return method;
 }
 
-// Raced to a cost, to its end, without what gives up some of the cost for views that are not trained on.
+// Raced to a cost, to its end, by what lowers it fastest near a minimum, and without what gives up some of it for views
+// that are not trained on: docs/results/2026-11-23-harmonics-blocks.md.
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   method.options.lm.min_gain = 0;
   method.options.lm.view_agreement = 0;
+  method.options.lm.preconditioner = "block_sh";
+  method.options.lm.sh_damping = 0.0005;
+  method.options.lm.initial_lambda = 0.004;
   return method;
 }
 

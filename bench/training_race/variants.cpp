@@ -87,6 +87,7 @@ const std::vector<Change>& LmChanges() {
       {"floor of L1", "0.003", [](Options& o) { o.lm.l1_floor = 0.003; }},
       {"floor of L1", "0.03", [](Options& o) { o.lm.l1_floor = 0.03; }},
 
+      {"preset", "fast", [](Options& o) { o.lm = gs::PresetOptions("fast").lm; }},
       {"preset", "paper", [](Options& o) { o.lm = gs::PresetOptions("paper").lm; }},
       {"preset", "paper_code", [](Options& o) { o.lm = gs::PresetOptions("paper_code").lm; }},
   };

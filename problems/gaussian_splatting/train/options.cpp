@@ -31,6 +31,9 @@ TrainOptions PresetOptions(const std::string& name) {
     options.adam.iterations = 1000;
     options.lm.iterations = 4;
     options.lm.view_agreement = 0;  // so early the views agree on more than LM gets done
+    // The whole gradient has much to say of the harmonics; their blocks let it (docs/results).
+    options.lm.preconditioner = "block_sh";
+    options.lm.sh_damping = 0.0025;
     return options;
   }
   if (name == "best") {
@@ -99,6 +102,7 @@ TrainOptions RefinePresetOptions(const std::string& name) {
   if (name == "paper" || name == "paper_code") return options;
   options.lm.iterations = std::max(options.lm.iterations, 12);
   options.lm.min_gain = 0.001;
+  options.lm.preconditioner = "block_sh";
   return options;
 }
 
