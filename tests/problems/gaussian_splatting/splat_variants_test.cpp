@@ -325,5 +325,31 @@ TEST_P(SplatVariants, SolvesDescend) {
   }
 }
 
+// The views see a Gaussian from few directions: of its bands' coefficients they say only some sums, and without blocks
+// the products of one step go into telling which.
+TEST(SplatShBlocks, TakeAFewProductsFurther) {
+  constexpr Index kGaussians = 200, kBands = splat::kSh + 3;
+  const auto fall_of_cost = [](bool sh_blocks) {
+    RingProblem<float> ring(3, kGaussians, 2, 90);
+    const SplatModel truth = test::RandomModel(kGaussians, 2, 90);
+    std::copy(truth.data.begin(), truth.data.begin() + kBands * kGaussians, ring.x.begin());  // all but the bands
+    ring.options.sh_blocks = sh_blocks;
+    ring.options.rates_damping = 1.2, ring.options.sh_damping = 1e-3;
+    SplatProblem<float> problem = ring.Make();
+    CpuBackend<float> backend;
+    vesta::LmOptions options;
+    options.max_iterations = 1;
+    options.SetStepRule(StepRule::kSoft);
+    options.column_scaling = ColumnScaling::kNone;
+    options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
+    options.normal_system.pcg.max_iterations = 4;
+    options.normal_system.pcg.model_tolerance = 0;
+    const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, ring.x);
+    EXPECT_EQ(summary.num_accepted, 1);
+    return summary.initial_cost - summary.final_cost;
+  };
+  EXPECT_GT(fall_of_cost(true), 1.2 * fall_of_cost(false));
+}
+
 }  // namespace
 }  // namespace vesta::gs
