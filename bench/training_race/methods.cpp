@@ -60,7 +60,7 @@ Method OurLm(const gs::TrainOptions& ours) {
   method.options.lm.min_gain = 0;
   method.options.lm.view_agreement = 0;
   method.options.lm.preconditioner = "block_sh";
-  method.options.lm.sh_damping = 0.0005;
+  method.options.lm.sh_damping = 0.0001;
   method.options.lm.initial_lambda = 0.004;
   return method;
 }
