@@ -20,6 +20,21 @@ StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options) {
                               : HostMemory(options.memory);
 }
 
+void CheckViews(const Scene& scene) {
+  bool has_training = false;
+  for (const View& view : scene.views) {
+    const Camera& camera = view.camera;
+    const Image& image = view.image;
+    const bool is_of_camera = image.width == camera.width && image.height == camera.height;
+    if (!is_of_camera || image.empty() || image.rgb.size() != 3 * image.num_pixels()) {
+      Fail("view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it", view.name,
+           camera.width, camera.height);
+    }
+    has_training = has_training || !view.is_test;
+  }
+  if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
+}
+
 // LM as memory allows; what was foreseen and chosen goes into the result. options are those of the session.
 void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
                   TrainResult& result) {
@@ -62,9 +77,9 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
 TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool with_adam,
                       double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
   ValidateOptions(asked);
+  CheckViews(scene);
   TrainOptions options = asked;
   TrainingSession session(scene, options, seconds_before, callbacks);
-  if (session.training_views().empty()) Fail("the scene has no training view: every 8th is held out for testing");
   TrainResult result;
   const double begin = session.Seconds();
   if (!with_adam) options.adam.iterations = 0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
@@ -352,6 +353,23 @@ TEST(Trainer, RefusesBadOptionsAndScenesWithoutTrainingViews) {
   scene.views.resize(1);
   ASSERT_TRUE(scene.views[0].is_test);
   EXPECT_THROW(Train(scene, ShortTraining(10, 1), 0, {}), Error);
+}
+
+TEST(Trainer, NamesTheViewThatHasNoImageOfItsCamerasSize) {
+  Scene scene = TrainingScene();
+  View& view = scene.views.back();
+  const auto refusal = [&] {
+    try {
+      Train(scene, ShortTraining(10, 1), 0, {});
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  view.image.rgb.pop_back();
+  EXPECT_NE(refusal().find(view.name), std::string::npos);
+  view.image.rgb.clear();
+  EXPECT_NE(refusal().find(view.name), std::string::npos);
 }
 
 TEST(Trainer, StagesHaveNames) {
