@@ -24,6 +24,7 @@ if(VESTA_SANITIZE)
     # The address sanitizer reports these two as well.
     list(APPEND options -fno-sanitize=null,object-size)
   endif()
+  set(VESTA_SANITIZED_TEST_OPTIONS -Og -fno-sanitize=alignment)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
     # The checks cost the compiler more than the code they are in. The same checks as calls where a function has more
     # than a few of them, and no hunt for garbage in the first gigabyte: a third less time to compile.

@@ -228,7 +228,7 @@ TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
       {"--preset=paper_code"}};
   for (const auto& way : ways) {
     SCOPED_TRACE(testing::PrintToString(way));
-    std::vector<std::string> arguments = {"refine", Ply(out_), scene_, "--out", refined, "--lm_iterations=2"};
+    std::vector<std::string> arguments = {"refine", Ply(out_), scene_, "--out", refined, "--lm_iterations=1"};
     arguments.insert(arguments.end(), way.begin(), way.end());
     const ProgramOutput output = RunProgram(arguments);
     ASSERT_EQ(output.status, 0) << output.err;

@@ -28,5 +28,8 @@ MatrixXd Inverse(const MatrixXd& a) { return a.inverse(); }
 MatrixXd Orthonormal(const MatrixXd& a) {
   return a.householderQr().householderQ() * MatrixXd::Identity(a.rows(), a.cols());
 }
+VectorXd SymmetricEigenvalues(const MatrixXd& a) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(a, Eigen::EigenvaluesOnly).eigenvalues();
+}
 
 }  // namespace vesta::test

@@ -30,5 +30,7 @@ Eigen::MatrixXd CholeskyFactor(const Eigen::MatrixXd& a);
 Eigen::MatrixXd Inverse(const Eigen::MatrixXd& a);
 // The columns of A made orthonormal: Q of its QR, as many columns as A has.
 Eigen::MatrixXd Orthonormal(const Eigen::MatrixXd& a);
+// Of a symmetric A, the least first.
+Eigen::VectorXd SymmetricEigenvalues(const Eigen::MatrixXd& a);
 
 }  // namespace vesta::test

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <numeric>
 
@@ -9,21 +9,25 @@
 #include "problems/gaussian_splatting/train/block_adam_formula.h"
 #include "problems/gaussian_splatting/train/gather_rows.h"
 #include "tests/support/cpu_isas.h"
+#include "tests/support/dense_reference.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {
 namespace {
 
-using Matrix = Eigen::Matrix<double, kBlockSize, kBlockSize>;
-using Vector = Eigen::Matrix<double, kBlockSize, 1>;
+// All of kBlockSize rows; of a size that the compiler does not know, as it would unroll every product.
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+Matrix Identity() { return Matrix::Identity(kBlockSize, kBlockSize); }
 
 Matrix RandomMatrix(test::Random& random) {
-  Matrix a;
+  Matrix a(kBlockSize, kBlockSize);
   for (double& value : a.reshaped()) value = random.Normal();
   return a;
 }
 
-Matrix RandomRotation(test::Random& random) { return RandomMatrix(random).householderQr().householderQ(); }
+Matrix RandomRotation(test::Random& random) { return test::Orthonormal(RandomMatrix(random)); }
 
 // The arrays of some Gaussians, at first without moments.
 struct Blocks {
@@ -34,7 +38,7 @@ struct Blocks {
         first(Rows()),
         second(Rows()),
         bases(static_cast<std::size_t>(BlockArraySize(n))) {
-    for (Index i = 0; i < n; ++i) SetBasis(i, Matrix::Identity());
+    for (Index i = 0; i < n; ++i) SetBasis(i, Identity());
   }
   std::vector<float> Rows() const { return std::vector<float>(static_cast<std::size_t>(kBlockSize * count)); }
   float& Number(int k, Index i) { return bases[static_cast<std::size_t>(BlockEntry(k, i))]; }
@@ -42,7 +46,7 @@ struct Blocks {
     return rows[static_cast<std::size_t>(k * count + i)];
   }
   Vector Of(std::vector<float>& rows, Index i) {
-    Vector v;
+    Vector v(kBlockSize);
     for (int k = 0; k < kBlockSize; ++k) v[k] = Entry(rows, k, i, count);
     return v;
   }
@@ -50,7 +54,7 @@ struct Blocks {
     for (int k = 0; k < kBasisSize; ++k) Number(k, i) = static_cast<float>(q(k / kBlockSize, k % kBlockSize));
   }
   Matrix Basis(Index i) {
-    Matrix q;
+    Matrix q(kBlockSize, kBlockSize);
     for (int k = 0; k < kBasisSize; ++k) q(k / kBlockSize, k % kBlockSize) = Number(k, i);
     return q;
   }
@@ -60,7 +64,7 @@ struct Blocks {
     }
   }
   Matrix Covariance(Index i) {
-    Matrix c;
+    Matrix c(kBlockSize, kBlockSize);
     for (int a = 0; a < kBlockSize; ++a) {
       for (int b = 0; b < kBlockSize; ++b) c(a, b) = Number(kBasisSize + PackedEntry(a, b), i);
     }
@@ -119,7 +123,7 @@ TEST_P(BlockAdam, AStepIsTheFormulaInTheBasis) {
   arrays.root_correction2 = 1.3f;
   kernels_.step_blocks(arrays, 0, kCount);
   for (Index i = 0; i < kCount; ++i) {
-    Vector rate;
+    Vector rate(kBlockSize);
     for (int k = 0; k < kBlockSize; ++k) {
       rate[k] = arrays.rates[k] * (k < splat::kLogScale ? units[static_cast<std::size_t>(i)] : 1);
     }
@@ -158,7 +162,7 @@ TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
   Blocks blocks(kCount);
   for (Index i = 0; i < kCount; ++i) {
     const Matrix r = RandomRotation(random);
-    Vector values;
+    Vector values(kBlockSize);
     for (double& value : values) value = random.LogUniform(1e-6, 1);
     blocks.SetCovariance(i, std::pow(10.0, static_cast<double>(i % 13) - 9) * r * values.asDiagonal() * r.transpose());
     if (i % 2 == 0) blocks.SetBasis(i, RandomRotation(random));
@@ -166,14 +170,14 @@ TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
   for (int turn = 0; turn < 8; ++turn) kernels_.turn_bases(blocks.arrays(), 0, kCount);
   for (Index i = 0; i < kCount; ++i) {
     const Matrix q = blocks.Basis(i), c = blocks.Covariance(i);
-    EXPECT_LT((q.transpose() * q - Matrix::Identity()).norm(), 2e-5) << i;
+    EXPECT_LT((q.transpose() * q - Identity()).norm(), 2e-5) << i;
     Matrix turned = q.transpose() * c * q;
     Vector second = blocks.Of(blocks.second, i);
     EXPECT_LT((turned.diagonal() - second).norm(), 1e-5 * c.trace()) << i;
     turned.diagonal().setZero();
     EXPECT_LT(turned.norm(), 1e-5 * c.trace()) << i;
     std::sort(second.begin(), second.end());
-    const Vector expected = Eigen::SelfAdjointEigenSolver<Matrix>(c).eigenvalues();
+    const Vector expected = test::SymmetricEigenvalues(c);
     EXPECT_LT((second - expected).norm(), 1e-5 * expected.norm()) << i;
   }
 }
@@ -181,12 +185,12 @@ TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
 // C of a Gaussian that was never seen is 0; of one seen once it has one direction.
 TEST_P(BlockAdam, TurnsSurviveSingularCovariances) {
   Blocks blocks(2);
-  const Vector g = Vector::LinSpaced(1, 11);
+  const Vector g = Vector::LinSpaced(kBlockSize, 1, 11);
   blocks.SetCovariance(1, g * g.transpose());
   for (int turn = 0; turn < 5; ++turn) kernels_.turn_bases(blocks.arrays(), 0, 2);
-  EXPECT_EQ(blocks.Basis(0), Matrix::Identity());
+  EXPECT_EQ(blocks.Basis(0), Identity());
   const Matrix q = blocks.Basis(1);
-  EXPECT_LT((q.transpose() * q - Matrix::Identity()).norm(), 1e-5);
+  EXPECT_LT((q.transpose() * q - Identity()).norm(), 1e-5);
   EXPECT_NEAR((q.transpose() * g).cwiseAbs().maxCoeff(), g.norm(), 1e-4 * g.norm());
   for (const float value : blocks.second) EXPECT_GE(value, 0);
 }
@@ -205,13 +209,13 @@ Vector WayUnder(AdamMetric metric, const Matrix& r) {
   test::Random random(5);
   const Matrix shape = RandomMatrix(random);
   std::vector<float> gradient(model.data.size());
-  Vector way = Vector::Zero();
+  Vector way = Vector::Zero(kBlockSize);
   for (int step = 0; step < 3000; ++step) {
-    Vector z;
+    Vector z(kBlockSize);
     for (double& value : z) value = random.Normal() + 0.3;
     const Vector g = r * shape * z;
     for (int k = 0; k < kBlockSize; ++k) gradient[static_cast<std::size_t>(k)] = static_cast<float>(g[k]);
-    Vector before;
+    Vector before(kBlockSize);
     for (int k = 0; k < kBlockSize; ++k) before[k] = model.data[static_cast<std::size_t>(k)];
     adam.Step(model, gradient.data(), model.num_attributes(), 1e-3);
     if (step < 2000) continue;
@@ -224,9 +228,9 @@ Vector WayUnder(AdamMetric metric, const Matrix& r) {
 TEST(BlockAdamSteps, TurnWithTheGradients) {
   test::Random random(6);
   const Matrix turn = RandomRotation(random);
-  const Vector way = WayUnder(AdamMetric::kBlock, Matrix::Identity());
+  const Vector way = WayUnder(AdamMetric::kBlock, Identity());
   EXPECT_LT((WayUnder(AdamMetric::kBlock, turn) - way).norm(), 0.02 * way.norm());
-  const Vector diagonal = WayUnder(AdamMetric::kDiagonal, Matrix::Identity());
+  const Vector diagonal = WayUnder(AdamMetric::kDiagonal, Identity());
   EXPECT_GT((WayUnder(AdamMetric::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
 }
 
