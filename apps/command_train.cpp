@@ -24,6 +24,9 @@ namespace vesta::app {
 namespace {
 
 void CheckSceneFolder(const std::string& path) {
+  if (std::filesystem::is_regular_file(path)) {
+    Fail("{}: a file, where the scene's folder is to be named; `vesta help` shows the order", path);
+  }
   if (!std::filesystem::is_directory(path)) Fail("{}: no such scene folder", path);
 }
 
@@ -136,6 +139,10 @@ int RunRefine(const Arguments& arguments) {
   CheckSceneFolder(path);
   OutputFolder out(FLAGS_out);
   PosedModel posed = LoadPosedModel(ply, path);
+  std::error_code none;
+  if (std::filesystem::equivalent(ply, out.File("point_cloud.ply"), none)) {
+    Fail("--out={}: its point_cloud.ply is the splat that is to be refined; choose another folder", FLAGS_out);
+  }
   options.background = ToDouble(posed.model.background);
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();

@@ -1,23 +1,53 @@
 #include "apps/interrupt.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <csignal>
+#include <string_view>
 
 namespace vesta::app {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-void Note(int) { interrupted = 1; }
+// Only what a signal handler may do: no allocation, no stdio.
+void Note(int signal) {
+  interrupted = 1;
+  if (signal != SIGINT) return;
+  constexpr std::string_view kText = "\nstopping after this iteration; once more: at once, and nothing is written\n";
+  if (write(STDERR_FILENO, kText.data(), kText.size()) < 0) return;  // nobody to tell
+}
+
+// Nobody reads what is printed any more: the rest of it goes nowhere, the results are still to be written.
+void DropOutput(int) {
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);
+}
+
+void Catch(int signal, void (*handler)(int), int flags) {
+  struct sigaction action = {};
+  action.sa_handler = handler;
+  action.sa_flags = flags | SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaction(signal, &action, nullptr);
+}
+
+bool IsIgnored(int signal) {
+  struct sigaction action = {};
+  sigaction(signal, nullptr, &action);
+  return action.sa_handler == SIG_IGN;
+}
 
 }  // namespace
 
 void CatchInterrupts() {
-  struct sigaction action = {};
-  action.sa_handler = Note;
-  action.sa_flags = SA_RESETHAND | SA_RESTART;
-  sigemptyset(&action.sa_mask);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  const int once = static_cast<int>(SA_RESETHAND);
+  Catch(SIGINT, Note, once);
+  Catch(SIGTERM, Note, once);
+  if (!IsIgnored(SIGHUP)) Catch(SIGHUP, Note, once);  // nohup has it ignored
+  Catch(SIGPIPE, DropOutput, 0);
+  Catch(SIGXFSZ, SIG_IGN, 0);  // a file that may not grow is an error of the write
 }
 
 bool Interrupted() { return interrupted != 0; }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -143,17 +144,28 @@ TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
 }
 
 TEST_F(TinyTraining, InterruptWritesWhatThereIs) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     Program program({"train", scene_, "--out=" + out_, "--iterations=20000"});
     ASSERT_TRUE(program.WaitForOutput("adam  1000/20000")) << program.Wait().err;
     program.Signal(signal);
     const ProgramOutput output = program.Wait();
     EXPECT_EQ(output.status, 130) << output.err;
     EXPECT_THAT(output.out, HasSubstr("stopped early"));
+    EXPECT_EQ(output.err.find("stopping after this iteration") != std::string::npos, signal == SIGINT) << output.err;
     EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
     EXPECT_LT(Metrics(out_)["history"].back()["iteration"], 20000);
     ExpectEvalReproduces(out_);
   }
+}
+
+TEST_F(TinyTraining, OutputThatNobodyReadsDoesNotEndTheRun) {
+  const std::string command =
+      fmt::format("{} train {} --out={} --iterations=200 --lm_iterations=0", VESTA_PROGRAM, scene_, out_);
+  FILE* pipe = popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  ASSERT_NE(std::fgetc(pipe), EOF);
+  EXPECT_EQ(pclose(pipe), 0);
+  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
 }
 
 TEST_F(TinyTraining, TimeLimitEndsTheRunInGoodOrder) {
@@ -205,6 +217,15 @@ TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
   EXPECT_EQ(result.sh_degree, 1);
   EXPECT_EQ(result.count, model.count);
   EXPECT_THAT(result.background, ElementsAre(0.25f, 0.5f, 1.0f));
+}
+
+TEST_F(TinyTraining, RefineDoesNotWriteOverItsInput) {
+  ASSERT_EQ(Train(out_, {"--iterations=5", "--lm_iterations=0"}).status, 0);
+  const std::string before = ReadFile(Ply(out_));
+  const ProgramOutput output = RunProgram({"refine", Ply(out_), scene_, "--out=" + out_, "--lm_iterations=1"});
+  EXPECT_EQ(output.status, 1);
+  EXPECT_THAT(output.err, HasSubstr("--out=" + out_));
+  EXPECT_TRUE(ReadFile(Ply(out_)) == before);
 }
 
 TEST_F(TinyTraining, RefineByNoIterationsChangesNothing) {

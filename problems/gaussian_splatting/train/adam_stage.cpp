@@ -77,7 +77,15 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     adam.Step(model, gradient.data(), attributes, RateFactor(adam_options, it, stage_switch.end()));
     stage_switch.Observe(it, cost);
 
-    if (observes) {
+    if (AveragesAt(adam_options, it, stage_switch.end())) average.Add(parameters());
+    mean_cost = it == 1 ? cost : 0.95 * mean_cost + 0.05 * cost;
+    const bool is_last = it == stage_switch.end() || session.ShouldStop();
+    const HostSpan<const float> result = average.empty() ? parameters() : HostSpan<const float>(average.value());
+    if (is_last || it % record_every == 0) session.Record(Stage::kAdam, it, kernel_model(result, it));
+    if (is_last && !average.empty()) std::copy(result.begin(), result.end(), model.data.begin());
+    // After the row of the history, and not at the end: what has just been cloned or split is worse for some
+    // iterations.
+    if (observes && !is_last) {
       if (DensifiesAt(options.density, it, n)) {
         density.Densify(model, adam, it);
         adam.SetUnits(TrainingUnits(session, model));
@@ -88,12 +96,6 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
         average.StartAnew();
       }
     }
-    if (AveragesAt(adam_options, it, stage_switch.end())) average.Add(parameters());
-    mean_cost = it == 1 ? cost : 0.95 * mean_cost + 0.05 * cost;
-    const bool is_last = it == stage_switch.end() || session.ShouldStop();
-    const HostSpan<const float> result = average.empty() ? parameters() : HostSpan<const float>(average.value());
-    if (is_last || it % record_every == 0) session.Record(Stage::kAdam, it, kernel_model(result, it));
-    if (is_last && !average.empty()) std::copy(result.begin(), result.end(), model.data.begin());
     session.Report(
         {Stage::kAdam, it, stage_switch.end(), session.Seconds(), mean_cost, session.latest_psnr(), model.count, ""});
   }

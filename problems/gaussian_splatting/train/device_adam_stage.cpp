@@ -153,12 +153,14 @@ class DeviceAdamStage {
     if (before_growth_ && (it - before_growth_->iteration) * options_.adam.views_per_iteration >= 2 * NumViews()) {
       before_growth_.reset();
     }
-    if (observes && DensifiesAt(options_.density, it, n)) Densify();
-    if (observes && ResetsOpacityAt(options_.density, it, n)) on_device_->ResetOpacity();
     if (averages_ && AveragesAt(options_.adam, it, switch_.end())) Average();
     const bool is_last = it == switch_.end() || session_.ShouldStop();
     if (is_last || it % std::max(1, n / options_.adam.evaluations) == 0) Record();
     if (is_last) on_device_->DownloadParameters();
+    if (observes && !is_last) {
+      if (DensifiesAt(options_.density, it, n)) Densify();
+      if (ResetsOpacityAt(options_.density, it, n)) on_device_->ResetOpacity();
+    }
     session_.Report(
         {Stage::kAdam, it, switch_.end(), session_.Seconds(), mean_cost_, session_.latest_psnr(), model_.count, ""});
   }

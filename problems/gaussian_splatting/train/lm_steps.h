@@ -39,7 +39,14 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, int firs
                     fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
                                 row.pcg_iterations, row.accepted ? "" : " rejected")});
   }
-  return stepper.summary().FullReport();
+  const LmSummary& summary = stepper.summary();
+  if (summary.status == LmStatus::kFunctionTolerance && session.options().lm.min_gain > 0) {
+    session.Note(fmt::format(
+        "LM ended after {} of {} iterations: the last one lowered the cost by less than "
+        "--lm_min_gain={:g} of it",
+        first + summary.iterations.back().iteration, session.options().lm.iterations, session.options().lm.min_gain));
+  }
+  return summary.FullReport();
 }
 
 }  // namespace vesta::gs

@@ -222,6 +222,18 @@ TEST(Trainer, AsManyRowsAsAskedFor) {
   for (int i = 0; i < 4; ++i) EXPECT_EQ(result.history[static_cast<std::size_t>(i)].iteration, 10 * (i + 1));
 }
 
+// Fresh clones and halves render badly for some iterations: a row there would be of no use.
+TEST(Trainer, RowsOfTheHistoryAreOfBeforeDensification) {
+  TrainOptions options = ShortTraining(40, 0);
+  options.adam.evaluations = 2;
+  options.density.every = 0.5;
+  options.density.gradient_threshold = 0;
+  const std::vector<HistoryRow> history = Train(TrainingScene(), options, 0, {}).history;
+  ASSERT_EQ(history.size(), 2u);
+  EXPECT_EQ(history[0].gaussians, TrainingScene().points.size());
+  EXPECT_GT(history[1].gaussians, history[0].gaussians);
+}
+
 TEST(Trainer, StopEndsEarlyWithAModel) {
   const Scene scene = TrainingScene();
   constexpr int kAdam = 30;
