@@ -91,8 +91,8 @@ void WriteJson(const LmSummary& summary, const bundle::BundleData& data, double 
 
 int RunBundleAdjust(const Arguments& arguments) {
   const bool on_gpu = SolvesOnGpu();
-  CheckWritable(FLAGS_out);
-  if (!FLAGS_json.empty()) CheckWritable(FLAGS_json);
+  CheckWritable("out", FLAGS_out);
+  if (!FLAGS_json.empty()) CheckWritable("json", FLAGS_json);
   bundle::BundleData data = bundle::ReadBal(arguments[0]);
   bundle::BundleProblem problem(data, {.loss = LossOfFlags()});
   const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));

@@ -12,7 +12,7 @@
 namespace vesta::app {
 
 int RunEval(const Arguments& arguments) {
-  if (!FLAGS_json.empty()) CheckWritable(FLAGS_json);
+  if (!FLAGS_json.empty()) CheckWritable("json", FLAGS_json);
   const PosedModel posed = LoadPosedModel(arguments[0], arguments[1]);
   gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
   const gs::Evaluation evaluation = renderer.Evaluate(posed.model, posed.scene);

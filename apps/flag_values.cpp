@@ -48,7 +48,7 @@ struct Requirement {
 
   std::string operator()(const Range& range) const {
     const char* kind = type == "double" ? "a number" : "a whole number";
-    if (range.max >= 1e9) return fmt::format("must be {}, at least {}", kind, range.min);
+    if (range.max >= 1e9) return fmt::format("must be {}, at least {} and at most {:g}", kind, range.min, range.max);
     return fmt::format("must be {} to {}{}", range.min, range.max, type == "double" ? "" : ", a whole number");
   }
   std::string operator()(const Choice& choice) const {

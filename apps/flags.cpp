@@ -10,12 +10,13 @@ DEFINE_string(out, "", "for the results: a folder, made if missing; of bundle_ad
 DEFINE_string(json, "", "write the numbers to this file too");
 DEFINE_bool(truth, false, "put the photograph to the right of each rendered image");
 
-DEFINE_string(preset, "balanced", "where all other options start (default balanced)");
+DEFINE_string(preset, "balanced",
+              "where all other options start: lengths of ours, or the settings of 3DGS-LM's paper or code [balanced]");
 DEFINE_int32(iterations, 0, "iterations of Adam; of bundle_adjust the most of Levenberg-Marquardt");
 DEFINE_string(switch, "", "LM takes over after these, or sooner where it gains more for its work");
 DEFINE_string(adam_metric, "", "what scales Adam's steps: all of a Gaussian's geometry, or each parameter alone");
 DEFINE_int32(views_per_iteration, 1, "views whose mean gradient makes one iteration of Adam");
-DEFINE_int64(max_gaussians, 0, "most Gaussians that densification may make");
+DEFINE_int64(max_gaussians, 0, "most Gaussians; of more points so many are taken");
 DEFINE_bool(fixed_model, false, "no densification, all SH degrees from the start");
 DEFINE_int32(sh_degree, 3, "degree of the colours' spherical harmonics (default: 2 below 24 training views, else 3)");
 DEFINE_double(rate_factor, 0, "factor on Adam's learning rates");
@@ -33,7 +34,9 @@ DEFINE_int32(lm_batches, 1, "parts into which the training views are divided");
 DEFINE_bool(merge_batches, false, "solve batches one by one and merge their steps, instead of all in one");
 DEFINE_string(damping, "", "metric of the damping: Adam's learning rates, or diag(JtJ)");
 DEFINE_string(preconditioner, "", "11 x 11 blocks of JtJ, those and blocks of the colours, or its diagonal");
-DEFINE_string(step_control, "", "rule for the damping");
+DEFINE_string(
+    step_control, "",
+    "rule for the damping: with backtracking, that of Ceres, of Nielsen, of 3DGS-LM's paper (two), of its code");
 DEFINE_bool(line_search, false, "search for the best length of each step");
 DEFINE_double(line_search_views, 0, "part of the views on which it searches");
 DEFINE_double(initial_lambda, 0, "damping at the start");
@@ -44,9 +47,8 @@ DEFINE_double(position_damping, 0, "factor on it for the positions");
 DEFINE_double(sh_damping, 0, "factor on it for the bands of the harmonics above the constant");
 DEFINE_double(view_agreement, 0, "how strongly LM's gradients are shrunk where views disagree; 0: not");
 DEFINE_double(l1_floor, 0, "errors below this count as squares in the reweighted L1");
-DEFINE_string(
-    jacobian, "",
-    "products with J: from views held; from its entries in 32 or 16 bits; or from views built anew (default)");
+DEFINE_string(jacobian, "",
+              "products with J: from views held; from its entries in 32 or 16 bits; or from views built anew");
 DEFINE_double(memory_budget, 0,
               "GiB that the program may take (of the GPU with one), foreseen before they are used; 0: no limit");
 DEFINE_int32(batch_size, 0, "views in each part; 0: all views are divided");
@@ -70,11 +72,10 @@ DEFINE_double(ssim_weight, 0, "weight of LM's 1 - SSIM");
 
 DEFINE_string(background, "0,0,0", "colour behind everything, 0 to 1 (default: the .ply's, else 0,0,0)");
 DEFINE_int32(downscale, 1, "divide the images' width and height by this");
-DEFINE_uint64(seed, 0, "start of the random numbers (default 0)");
+DEFINE_uint64(seed, 0, "start of the random numbers");
 DEFINE_int32(threads, 0, "threads; 0: one for each core");
 DEFINE_double(time_limit, 0, "stop after so many seconds, loading included; 0: none");
-DEFINE_string(device, "auto",
-              "where train, refine and bundle_adjust compute (auto: train and refine on a GPU where there is one)");
+DEFINE_string(device, "auto", "where to compute; auto: train and refine on a GPU where there is one");
 DEFINE_string(loss, "none", "robust loss of each reprojection error, by its name in Ceres (default none)");
 DEFINE_double(loss_scale, 1, "pixels from which an error counts less under --loss (default 1)");
 DEFINE_bool(log_lm, false, "log each LM iteration, and the engine's report, to stderr");
@@ -163,7 +164,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"seed", kLm, Range{0, 18446744073709551615.0}},
       {"time_limit", kLm | kBundleAdjust, Range{0, kMany}},
       {"threads", kAll | kBundleAdjust, Range{0, 1024}},
-      {"device", kAll | kBundleAdjust, Choice{{"auto", "cpu", "cuda"}}},
+      {"device", kLm | kBundleAdjust, Choice{{"auto", "cpu", "cuda"}}},
       {"loss", kBundleAdjust, Choice{{"none", "huber", "soft_l1", "cauchy", "arctan", "tukey"}}},
       {"loss_scale", kBundleAdjust, Range{1e-6, kMany}},
       {"log_lm", kLm | kBundleAdjust, Switch{}},

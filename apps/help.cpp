@@ -6,6 +6,7 @@
 
 #include "apps/flag_values.h"
 #include "apps/flags.h"
+#include "apps/train_flags.h"
 
 namespace vesta::app {
 namespace {
@@ -30,6 +31,14 @@ std::string Overview() {
   return text;
 }
 
+// What the flag is without being given.
+std::string PresetText(const CommandInfo& command, const FlagRule& rule) {
+  if (std::holds_alternative<Switch>(rule.values)) return "";
+  if (command.command == kTrain) return OptionText(gs::PresetOptions("balanced"), rule.name);
+  if (command.command == kRefine) return OptionText(gs::RefinePresetOptions("balanced"), rule.name);
+  return "";
+}
+
 std::string Flags(const CommandInfo& command) {
   std::string text = fmt::format("{} [flags]: {}\n\n", Form(command), command.summary);
   for (const FlagRule& rule : FlagRules()) {
@@ -37,13 +46,15 @@ std::string Flags(const CommandInfo& command) {
     const std::string value = std::string("out") == rule.name ? command.output : ValuePlaceholder(rule);
     const std::string flag = fmt::format("--{}{}{}", rule.name, value.empty() ? "" : "=", value);
     if (flag.size() > kFlagWidth) text += fmt::format("  {}\n", flag);
-    text += fmt::format("  {:<{}} {}\n", flag.size() > kFlagWidth ? "" : flag, kFlagWidth,
-                        gflags::GetCommandLineFlagInfoOrDie(rule.name).description);
+    const std::string preset = PresetText(command, rule);
+    text += fmt::format("  {:<{}} {}{}\n", flag.size() > kFlagWidth ? "" : flag, kFlagWidth,
+                        gflags::GetCommandLineFlagInfoOrDie(rule.name).description,
+                        preset.empty() ? "" : fmt::format(" [{}]", preset));
   }
   if (command.command & (kTrain | kRefine)) {
     text +=
-        "\nWrites DIR/point_cloud.ply and DIR/metrics.json. Options not given are the preset's. Ctrl-C ends training\n"
-        "after the current iteration and writes what there is (exit status 130).\n";
+        "\nWrites DIR/point_cloud.ply and DIR/metrics.json. Options not given are the preset's, in brackets those of\n"
+        "balanced. Ctrl-C ends training after the current iteration and writes what there is (exit status 130).\n";
   }
   if (command.command == kRefine) {
     text +=

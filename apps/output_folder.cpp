@@ -20,7 +20,7 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
   if (!error && !fs::is_directory(path)) error = std::make_error_code(std::errc::not_a_directory);
   try {
     if (error) Fail("--out={}: cannot be made: {}; choose a folder you can write", path, error.message());
-    CheckWritable(File("metrics.json"));
+    const AtomicFile probe(File("metrics.json"));  // makes a temporary file and removes it
   } catch (...) {
     RemoveMade();
     throw;
@@ -36,9 +36,13 @@ void OutputFolder::RemoveMade() {
 
 std::string OutputFolder::File(const std::string& name) const { return (fs::path(path_) / name).string(); }
 
-void CheckWritable(const std::string& file) {
-  if (fs::is_directory(file)) Fail("{}: is a folder; name a file", file);
-  const AtomicFile probe(file);  // makes a temporary file and removes it
+void CheckWritable(const char* flag, const std::string& file) {
+  if (fs::is_directory(file)) Fail("--{}={}: is a folder; name a file", flag, file);
+  try {
+    const AtomicFile probe(file);  // makes a temporary file and removes it
+  } catch (const Error& error) {
+    Fail("--{}={}", flag, error.what());  // which begins with the file
+  }
 }
 
 }  // namespace vesta::app

@@ -26,7 +26,7 @@ class OutputFolder {
   std::vector<std::string> made_;  // outermost first
 };
 
-// Throws Error unless a file of that name can be written.
-void CheckWritable(const std::string& file);
+// Throws Error, naming the flag, unless a file of that name, its value, can be written.
+void CheckWritable(const char* flag, const std::string& file);
 
 }  // namespace vesta::app

@@ -1,5 +1,10 @@
 #include "apps/train_flags.h"
 
+#include <fmt/format.h>
+
+#include <optional>
+#include <type_traits>
+
 #include "apps/device.h"
 #include "apps/flag_values.h"
 #include "apps/flags.h"
@@ -9,81 +14,103 @@
 namespace vesta::app {
 namespace {
 
-template <class Flag, class Option>
-void Override(const char* name, const Flag& flag, Option* option) {
-  if (IsSet(name)) *option = static_cast<Option>(flag);
+// visit(name, flag, option) for each flag that stands for an option; `options` is const or not.
+template <class Options, class Visit>
+void VisitAdam(Options& options, const Visit& visit) {
+  visit("iterations", FLAGS_iterations, options.adam.iterations);
+  visit("switch", FLAGS_switch, options.adam.switch_to_lm);
+  visit("adam_metric", FLAGS_adam_metric, options.adam.metric);
+  visit("views_per_iteration", FLAGS_views_per_iteration, options.adam.views_per_iteration);
+  visit("rate_factor", FLAGS_rate_factor, options.adam.rate_factor);
+  visit("rate_decay", FLAGS_rate_decay, options.adam.rate_decay);
+  visit("rate_cooldown", FLAGS_rate_cooldown, options.adam.cooldown);
+  visit("average_part", FLAGS_average_part, options.adam.average_part);
+  visit("coarse_part", FLAGS_coarse_part, options.adam.coarse_part);
+  visit("max_gaussians", FLAGS_max_gaussians, options.density.max_gaussians);
+  visit("gradient_threshold", FLAGS_gradient_threshold, options.density.gradient_threshold);
+  visit("opacity_reset_every", FLAGS_opacity_reset_every, options.density.opacity_reset_every);
 }
 
-void OverrideAdam(gs::TrainOptions* options) {
-  Override("iterations", FLAGS_iterations, &options->adam.iterations);
-  Override("switch", FLAGS_switch, &options->adam.switch_to_lm);
-  Override("adam_metric", FLAGS_adam_metric, &options->adam.metric);
-  Override("views_per_iteration", FLAGS_views_per_iteration, &options->adam.views_per_iteration);
-  Override("rate_factor", FLAGS_rate_factor, &options->adam.rate_factor);
-  Override("rate_decay", FLAGS_rate_decay, &options->adam.rate_decay);
-  Override("rate_cooldown", FLAGS_rate_cooldown, &options->adam.cooldown);
-  Override("average_part", FLAGS_average_part, &options->adam.average_part);
-  Override("coarse_part", FLAGS_coarse_part, &options->adam.coarse_part);
-  Override("max_gaussians", FLAGS_max_gaussians, &options->density.max_gaussians);
-  Override("gradient_threshold", FLAGS_gradient_threshold, &options->density.gradient_threshold);
-  Override("opacity_reset_every", FLAGS_opacity_reset_every, &options->density.opacity_reset_every);
-  if (FLAGS_fixed_model) {
-    options->density.enabled = false;
-    options->adam.sh_band_every = 0;
+template <class Options, class Visit>
+void VisitLm(Options& lm, const Visit& visit) {
+  visit("lm_iterations", FLAGS_lm_iterations, lm.iterations);
+  visit("lm_min_gain", FLAGS_lm_min_gain, lm.min_gain);
+  visit("pcg_iterations", FLAGS_pcg_iterations, lm.pcg_iterations);
+  visit("lm_batches", FLAGS_lm_batches, lm.batches);
+  visit("batch_size", FLAGS_batch_size, lm.batch_size);
+  visit("batch_choice", FLAGS_batch_choice, lm.batch_choice);
+  visit("merge_batches", FLAGS_merge_batches, lm.merge_batches);
+  visit("damping", FLAGS_damping, lm.damping);
+  visit("preconditioner", FLAGS_preconditioner, lm.preconditioner);
+  visit("preconditioner_damping", FLAGS_preconditioner_damping, lm.preconditioner_damping);
+  visit("pcg_start", FLAGS_pcg_start, lm.pcg_start);
+  visit("pcg_tolerance", FLAGS_pcg_tolerance, lm.pcg_tolerance);
+  visit("jacobian", FLAGS_jacobian, lm.jacobian);
+  visit("residual_sampling", FLAGS_residual_sampling, lm.residual_sampling);
+  visit("sampling_unit", FLAGS_sampling_unit, lm.sampling_unit);
+  visit("sample_gradient", FLAGS_sample_gradient, lm.sample_gradient);
+  visit("step_limit", FLAGS_step_limit, lm.step_limit);
+  visit("step_limit_size", FLAGS_step_limit_size, lm.step_limit_size);
+  visit("min_diagonal", FLAGS_min_diagonal, lm.min_diagonal);
+  visit("max_diagonal", FLAGS_max_diagonal, lm.max_diagonal);
+  visit("step_control", FLAGS_step_control, lm.step_control);
+  visit("line_search", FLAGS_line_search, lm.line_search);
+  visit("line_search_views", FLAGS_line_search_views, lm.line_search_views);
+  visit("initial_lambda", FLAGS_initial_lambda, lm.initial_lambda);
+  visit("min_lambda", FLAGS_min_lambda, lm.min_lambda);
+  visit("max_lambda", FLAGS_max_lambda, lm.max_lambda);
+  visit("rates_damping", FLAGS_rates_damping, lm.rates_damping);
+  visit("position_damping", FLAGS_position_damping, lm.position_damping);
+  visit("sh_damping", FLAGS_sh_damping, lm.sh_damping);
+  visit("view_agreement", FLAGS_view_agreement, lm.view_agreement);
+  visit("l1_floor", FLAGS_l1_floor, lm.l1_floor);
+  visit("loss_linearization", FLAGS_loss_linearization, lm.loss_linearization);
+  visit("huber_threshold", FLAGS_huber_threshold, lm.huber_threshold);
+  visit("ssim_linearization", FLAGS_ssim_linearization, lm.ssim_linearization);
+  visit("ssim_jacobian", FLAGS_ssim_jacobian, lm.ssim_jacobian);
+  visit("l1_weight", FLAGS_l1_weight, lm.l1_weight);
+  visit("ssim_weight", FLAGS_ssim_weight, lm.ssim_weight);
+}
+
+template <class Options, class Visit>
+void VisitAll(Options& options, const Visit& visit) {
+  VisitAdam(options, visit);
+  VisitLm(options.lm, visit);
+  visit("sh_degree", FLAGS_sh_degree, options.sh_degree);
+  visit("seed", FLAGS_seed, options.seed);
+  visit("memory_budget", FLAGS_memory_budget, options.memory.budget_gib);
+  visit("time_limit", FLAGS_time_limit, options.time_limit);
+}
+
+template <class T>
+std::string ValueText(const T& value) {
+  if constexpr (std::is_same_v<T, std::optional<int>>) {
+    return value ? fmt::format("{}", *value) : "";
+  } else {
+    return fmt::format("{}", value);
   }
-}
-
-void OverrideLm(gs::LmOptions* lm) {
-  Override("lm_iterations", FLAGS_lm_iterations, &lm->iterations);
-  Override("lm_min_gain", FLAGS_lm_min_gain, &lm->min_gain);
-  Override("pcg_iterations", FLAGS_pcg_iterations, &lm->pcg_iterations);
-  Override("lm_batches", FLAGS_lm_batches, &lm->batches);
-  Override("batch_size", FLAGS_batch_size, &lm->batch_size);
-  Override("batch_choice", FLAGS_batch_choice, &lm->batch_choice);
-  Override("merge_batches", FLAGS_merge_batches, &lm->merge_batches);
-  Override("damping", FLAGS_damping, &lm->damping);
-  Override("preconditioner", FLAGS_preconditioner, &lm->preconditioner);
-  Override("preconditioner_damping", FLAGS_preconditioner_damping, &lm->preconditioner_damping);
-  Override("pcg_start", FLAGS_pcg_start, &lm->pcg_start);
-  Override("pcg_tolerance", FLAGS_pcg_tolerance, &lm->pcg_tolerance);
-  Override("jacobian", FLAGS_jacobian, &lm->jacobian);
-  Override("residual_sampling", FLAGS_residual_sampling, &lm->residual_sampling);
-  Override("sampling_unit", FLAGS_sampling_unit, &lm->sampling_unit);
-  Override("sample_gradient", FLAGS_sample_gradient, &lm->sample_gradient);
-  Override("step_limit", FLAGS_step_limit, &lm->step_limit);
-  Override("step_limit_size", FLAGS_step_limit_size, &lm->step_limit_size);
-  Override("min_diagonal", FLAGS_min_diagonal, &lm->min_diagonal);
-  Override("max_diagonal", FLAGS_max_diagonal, &lm->max_diagonal);
-  Override("step_control", FLAGS_step_control, &lm->step_control);
-  Override("line_search", FLAGS_line_search, &lm->line_search);
-  Override("line_search_views", FLAGS_line_search_views, &lm->line_search_views);
-  Override("initial_lambda", FLAGS_initial_lambda, &lm->initial_lambda);
-  Override("min_lambda", FLAGS_min_lambda, &lm->min_lambda);
-  Override("max_lambda", FLAGS_max_lambda, &lm->max_lambda);
-  Override("rates_damping", FLAGS_rates_damping, &lm->rates_damping);
-  Override("position_damping", FLAGS_position_damping, &lm->position_damping);
-  Override("sh_damping", FLAGS_sh_damping, &lm->sh_damping);
-  Override("view_agreement", FLAGS_view_agreement, &lm->view_agreement);
-  Override("l1_floor", FLAGS_l1_floor, &lm->l1_floor);
-  Override("loss_linearization", FLAGS_loss_linearization, &lm->loss_linearization);
-  Override("huber_threshold", FLAGS_huber_threshold, &lm->huber_threshold);
-  Override("ssim_linearization", FLAGS_ssim_linearization, &lm->ssim_linearization);
-  Override("ssim_jacobian", FLAGS_ssim_jacobian, &lm->ssim_jacobian);
-  Override("l1_weight", FLAGS_l1_weight, &lm->l1_weight);
-  Override("ssim_weight", FLAGS_ssim_weight, &lm->ssim_weight);
 }
 
 }  // namespace
 
 gs::TrainOptions WithTrainFlags(gs::TrainOptions options) {
-  OverrideAdam(&options);
-  OverrideLm(&options.lm);
-  Override("sh_degree", FLAGS_sh_degree, &options.sh_degree);
-  Override("seed", FLAGS_seed, &options.seed);
-  Override("memory_budget", FLAGS_memory_budget, &options.memory.budget_gib);
-  Override("time_limit", FLAGS_time_limit, &options.time_limit);
+  VisitAll(options, [](const char* name, const auto& flag, auto& option) {
+    if (IsSet(name)) option = static_cast<std::remove_reference_t<decltype(option)>>(flag);
+  });
+  if (FLAGS_fixed_model) {
+    options.density.enabled = false;
+    options.adam.sh_band_every = 0;
+  }
   gs::ValidateOptions(options);
   return options;
+}
+
+std::string OptionText(const gs::TrainOptions& options, const std::string& flag) {
+  std::string text;
+  VisitAll(options, [&](const char* name, const auto&, const auto& option) {
+    if (name == flag) text = ValueText(option);
+  });
+  return text;
 }
 
 std::array<float, 3> BackgroundFromFlag() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "problems/gaussian_splatting/train/options.h"
 
@@ -10,6 +11,10 @@ namespace vesta::app {
 // These options, a preset's, and over them every flag that was given; background is left to the caller. Throws Error
 // where options cannot be used together.
 gs::TrainOptions WithTrainFlags(gs::TrainOptions options);
+
+// What the options have for the flag of this name, as it would be written; empty for a flag that stands for none of
+// them.
+std::string OptionText(const gs::TrainOptions& options, const std::string& flag);
 
 // Colour of --background, 0..1.
 std::array<float, 3> BackgroundFromFlag();
