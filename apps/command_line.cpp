@@ -93,6 +93,7 @@ void CheckArguments(const CommandInfo& command, const std::vector<std::string>& 
 CommandLine ParseCommandLine(int argc, char** argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.empty()) throw UsageError("no command; `vesta help` lists them");
+  if (words[0] == "--version") return {nullptr, {"version"}};
   if (words[0] == "help" || IsHelp(words[0])) return {nullptr, {words.begin() + 1, words.end()}};
   const CommandInfo* command = FindCommand(words[0]);
   if (!command) {

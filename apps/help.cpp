@@ -68,6 +68,7 @@ std::string Flags(const CommandInfo& command) {
 
 std::string HelpText(const std::vector<std::string>& topic) {
   if (topic.empty() || topic[0] == "help") return Overview();
+  if (topic[0] == "version") return "vesta " VESTA_VERSION "\n";
   const CommandInfo* command = FindCommand(topic[0]);
   if (!command) throw UsageError(fmt::format("{}: no such command; `vesta help` lists them", topic[0]));
   return Flags(*command);

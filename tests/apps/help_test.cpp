@@ -29,6 +29,14 @@ TEST(Help, OverviewNamesTheCommands) {
   EXPECT_EQ(Help({"-h"}), text);
 }
 
+TEST(Help, SaysWhichVersion) { EXPECT_THAT(Help({"--version"}), testing::MatchesRegex("vesta [0-9.]+\n")); }
+
+// The preset's value is in brackets, of refine its own.
+TEST(Help, SaysWhatFlagsAreWithoutBeingGiven) {
+  EXPECT_THAT(Help({"help", "train"}), HasSubstr("a smaller part; 0: never [0.006]"));
+  EXPECT_THAT(Help({"help", "refine"}), HasSubstr("a smaller part; 0: never [0.001]"));
+}
+
 TEST(Help, CommandListsItsFlagsAlone) {
   const std::string train = Help({"help", "train"});
   EXPECT_THAT(train, HasSubstr("--preset=fast|balanced|best|paper|paper_code"));

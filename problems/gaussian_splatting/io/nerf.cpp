@@ -164,7 +164,9 @@ std::string ImageName(const FrameValues& values) {
 json ReadJson(const std::string& path) {
   try {
     return json::parse(ReadFile(path));
-  } catch (const json::exception& error) {
+  } catch (const json::parse_error& error) {
+    Fail("{}: not valid JSON at byte {}; copy or export it again", path, error.byte);
+  } catch (const json::exception& error) {  // a number beyond double's range
     Fail("{}: not valid JSON: {}", path, error.what());
   }
 }

@@ -79,7 +79,8 @@ void PlyVertices::ReadHeader(std::string_view* rest) {
   int elements = 0;  // seen so far
   bool in_vertex = false;
   while (true) {
-    if (!TakeLine(rest, &line)) Fail("{}: the header has no end_header; the file is cut short or damaged", path_);
+    if (!TakeLine(rest, &line))
+      Fail("{}: the header has no end_header; the file is cut short or damaged, copy or export it again", path_);
     std::string_view words = line;
     const std::string_view key = NextWord(&words);
     if (key == "end_header") break;
@@ -128,8 +129,9 @@ void PlyVertices::ParseAscii(std::string_view words) {
     for (const Property& property : properties_) {
       double value = 0;
       if (!ParseNumber(NextWord(&words), &value)) {
-        Fail("{}: {} of vertex {} is missing or not a number; the file is cut short or damaged", path_,
-             Printable(property.name), i);
+        Fail(
+            "{}: {} of vertex {} is missing or not a number; the file is cut short or damaged, copy or export it again",
+            path_, Printable(property.name), i);
       }
       std::memcpy(out, &value, sizeof(value));
       out += sizeof(value);
