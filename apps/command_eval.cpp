@@ -21,6 +21,7 @@ int RunEval(const Arguments& arguments) {
   fmt::print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "train", evaluation.train.views, evaluation.train.psnr,
              evaluation.train.ssim);
   fmt::print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
+  fmt::print("{}", DoubtOfScene(evaluation.train.psnr));
   if (!FLAGS_json.empty()) WriteEvaluationJson(FLAGS_json, evaluation, posed.model, {.threads = NumThreads()});
   return 0;
 }

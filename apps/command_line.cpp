@@ -75,16 +75,15 @@ std::vector<std::string> CheckWords(const std::vector<std::string>& words, const
 }
 
 void CheckArguments(const CommandInfo& command, const std::vector<std::string>& arguments) {
-  const std::string form = fmt::format("{} {}", command.name, fmt::join(command.arguments, " "));
+  const std::string form = UsageForm(command);
   if (arguments.size() > command.arguments.size()) {
-    throw UsageError(fmt::format("{}: too much; the form is `vesta {}`", arguments[command.arguments.size()], form));
+    throw UsageError(fmt::format("{}: too much; the form is `{}`", arguments[command.arguments.size()], form));
   }
   if (arguments.size() < command.arguments.size()) {
-    throw UsageError(fmt::format("{} is missing; the form is `vesta {}`", command.arguments[arguments.size()], form));
+    throw UsageError(fmt::format("{} is missing; the form is `{}`", command.arguments[arguments.size()], form));
   }
   if ((FindFlag("out")->commands & command.command) && FLAGS_out.empty()) {
-    throw UsageError(
-        fmt::format("--out={} is missing; the form is `vesta {} --out={}`", command.output, form, command.output));
+    throw UsageError(fmt::format("--out={} is missing; the form is `{}`", command.output, form));
   }
 }
 

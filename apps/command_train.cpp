@@ -108,8 +108,10 @@ int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stage
                     .seed = options.seed});
   out->Keep();
   PrintTable(result);
-  const bool is_refined = result.history.front().stage == gs::Stage::kLm && result.history.size() > 1;
-  if (is_refined) PrintGain(result.history.front(), result.history.back());
+  if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
+    if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
+    fmt::print("{}", DoubtOfScene(result.history.front().train.psnr));
+  }
   fmt::print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", ply, json);
   return Interrupted() ? kInterruptedStatus : 0;
 }

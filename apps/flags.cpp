@@ -1,5 +1,7 @@
 #include "apps/flags.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gflags/gflags.h>
 
 #include <algorithm>
@@ -176,6 +178,12 @@ const FlagRule* FindFlag(const std::string& name) {
   const auto& all = FlagRules();
   const auto found = std::find_if(all.begin(), all.end(), [&](const FlagRule& rule) { return rule.name == name; });
   return found == all.end() ? nullptr : &*found;
+}
+
+std::string UsageForm(const CommandInfo& command) {
+  const bool writes = FindFlag("out")->commands & command.command;
+  return fmt::format("vesta {} {}{}{}", command.name, fmt::join(command.arguments, " "), writes ? " --out=" : "",
+                     writes ? command.output : "");
 }
 
 bool IsSet(const char* name) { return !gflags::GetCommandLineFlagInfoOrDie(name).is_default; }

@@ -71,6 +71,8 @@ struct FlagRule {
 const std::vector<FlagRule>& FlagRules();
 // Null where there is none of that name.
 const FlagRule* FindFlag(const std::string& name);
+// How the command is written, without the flags that may be left out: "vesta train SCENE --out=DIR".
+std::string UsageForm(const CommandInfo& command);
 
 // Whether the flag was given on the command line.
 bool IsSet(const char* name);

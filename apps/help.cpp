@@ -1,7 +1,6 @@
 #include "apps/help.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <gflags/gflags.h>
 
 #include "apps/flag_values.h"
@@ -13,16 +12,10 @@ namespace {
 
 constexpr std::size_t kFlagWidth = 38;  // column of the descriptions
 
-std::string Form(const CommandInfo& command) {
-  const bool writes = FindFlag("out")->commands & command.command;
-  return fmt::format("vesta {} {}{}{}", command.name, fmt::join(command.arguments, " "), writes ? " --out=" : "",
-                     writes ? command.output : "");
-}
-
 std::string Overview() {
   std::string text =
       "vesta: least squares by matrix-free Levenberg-Marquardt: 3D Gaussian splats, bundle adjustment\n\n";
-  for (const CommandInfo& command : Commands()) text += fmt::format("  {:<36}{}\n", Form(command), command.summary);
+  for (const CommandInfo& command : Commands()) text += fmt::format("  {:<36}{}\n", UsageForm(command), command.summary);
   text += fmt::format("  {:<36}{}\n", "vesta help COMMAND", "the flags of a command");
   text +=
       "\nSCENE is a folder: a COLMAP model (images/ and sparse/0/) or a NeRF one (transforms.json).\n"
@@ -40,7 +33,7 @@ std::string PresetText(const CommandInfo& command, const FlagRule& rule) {
 }
 
 std::string Flags(const CommandInfo& command) {
-  std::string text = fmt::format("{} [flags]: {}\n\n", Form(command), command.summary);
+  std::string text = fmt::format("{} [flags]: {}\n\n", UsageForm(command), command.summary);
   for (const FlagRule& rule : FlagRules()) {
     if (!(rule.commands & command.command)) continue;
     const std::string value = std::string("out") == rule.name ? command.output : ValuePlaceholder(rule);

@@ -20,6 +20,10 @@ struct PosedModel {
 // Reads both. Background: --background where given, else what the .ply states, else black.
 PosedModel LoadPosedModel(const std::string& ply, const std::string& scene);
 
+// A line that doubts whether splat and scene belong together, where the photographs are met so badly (the mean PSNR of
+// the training views, dB) that they hardly can; else empty.
+std::string DoubtOfScene(double train_psnr);
+
 std::array<double, 3> ToDouble(const std::array<float, 3>& color);
 
 }  // namespace vesta::app

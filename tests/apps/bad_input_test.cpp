@@ -182,7 +182,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"train", "a", "--out="}, kUsage, "--out=: DIR is missing"},
         BadLine{{"train", "a", "--out"}, kUsage, "--out: its value is missing; write --out=DIR"},
         BadLine{{"train", "a"}, kUsage, "--out=DIR is missing"},
-        BadLine{{"train", "--out=b"}, kUsage, "SCENE is missing"},
+        BadLine{{"train", "--out=b"}, kUsage, "SCENE is missing; the form is `vesta train SCENE --out=DIR`"},
         BadLine{{"eval", "a"}, kUsage, "SCENE is missing; the form is `vesta eval PLY SCENE`"},
         BadLine{{"eval", "a", "b", "c"}, kUsage, "c: too much"},
         BadLine{{"train", "a", "--out=b", "--device=cuda"}, kFailed, "this build has no CUDA"}));

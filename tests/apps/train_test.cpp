@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
 #include <cmath>
 #include <csignal>
@@ -168,6 +169,21 @@ TEST_F(TinyTraining, OutputThatNobodyReadsDoesNotEndTheRun) {
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
 }
 
+// As a full disk does, a limit on the size of files (here half a KiB) fails a write; its signal must not kill the program.
+TEST_F(TinyTraining, FileThatMayNotGrowIsNamedAndRemoved) {
+  const std::string command = fmt::format("ulimit -f 1; exec {} train {} --out={} --iterations=5 --lm_iterations=0 2>&1",
+                                          VESTA_PROGRAM, scene_, out_);
+  FILE* pipe = popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string text;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text += static_cast<char>(c);
+  const int status = pclose(pipe);
+  EXPECT_TRUE(WIFEXITED(status)) << text;
+  EXPECT_EQ(WEXITSTATUS(status), 1) << text;
+  EXPECT_THAT(text, HasSubstr("vesta: " + Ply(out_)));
+  EXPECT_FALSE(fs::exists(out_));
+}
+
 TEST_F(TinyTraining, TimeLimitEndsTheRunInGoodOrder) {
   const ProgramOutput output = Train(out_, {"--iterations=10000000", "--time_limit=0.5"});
   EXPECT_EQ(output.status, 0) << output.err;
@@ -217,6 +233,19 @@ TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
   EXPECT_EQ(result.sh_degree, 1);
   EXPECT_EQ(result.count, model.count);
   EXPECT_THAT(result.background, ElementsAre(0.25f, 0.5f, 1.0f));
+}
+
+TEST_F(TinyTraining, SplatOfAnotherFrameIsDoubted) {
+  constexpr const char* kDoubt = "in the same frame";
+  ASSERT_EQ(Train(out_, {"--iterations=100", "--lm_iterations=0"}).status, 0);
+  EXPECT_EQ(RunProgram({"eval", Ply(out_), scene_}).out.find(kDoubt), std::string::npos);
+  gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
+  for (Index i = 0; i < model.count; ++i) model.attribute(0)[i] += 100;  // beside all views
+  const std::string moved = folder_ / "moved.ply";
+  gs::WriteSplatPly(moved, model);
+  EXPECT_THAT(RunProgram({"eval", moved, scene_}).out, HasSubstr(kDoubt));
+  EXPECT_THAT(RunProgram({"refine", moved, scene_, "--out=" + (folder_ / "refined"), "--lm_iterations=1"}).out,
+              HasSubstr(kDoubt));
 }
 
 TEST_F(TinyTraining, RefineDoesNotWriteOverItsInput) {
