@@ -169,10 +169,11 @@ TEST_F(TinyTraining, OutputThatNobodyReadsDoesNotEndTheRun) {
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
 }
 
-// As a full disk does, a limit on the size of files (here half a KiB) fails a write; its signal must not kill the program.
+// As a full disk does, a limit on the size of files (here half a KiB) fails a write; its signal must not kill the
+// program.
 TEST_F(TinyTraining, FileThatMayNotGrowIsNamedAndRemoved) {
-  const std::string command = fmt::format("ulimit -f 1; exec {} train {} --out={} --iterations=5 --lm_iterations=0 2>&1",
-                                          VESTA_PROGRAM, scene_, out_);
+  const std::string command = fmt::format(
+      "ulimit -f 1; exec {} train {} --out={} --iterations=5 --lm_iterations=0 2>&1", VESTA_PROGRAM, scene_, out_);
   FILE* pipe = popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);
   std::string text;
