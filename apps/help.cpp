@@ -15,8 +15,9 @@ constexpr std::size_t kFlagWidth = 38;  // column of the descriptions
 std::string Overview() {
   std::string text =
       "vesta: least squares by matrix-free Levenberg-Marquardt: 3D Gaussian splats, bundle adjustment\n\n";
-  for (const CommandInfo& command : Commands())
+  for (const CommandInfo& command : Commands()) {
     text += fmt::format("  {:<36}{}\n", UsageForm(command), command.summary);
+  }
   text += fmt::format("  {:<36}{}\n", "vesta help COMMAND", "the flags of a command");
   text +=
       "\nSCENE is a folder: a COLMAP model (images/ and sparse/0/) or a NeRF one (transforms.json).\n"
