@@ -24,7 +24,8 @@ DEFINE_int32(sh_degree, 3, "degree of the colours' spherical harmonics (default:
 DEFINE_double(rate_factor, 0, "factor on Adam's learning rates");
 DEFINE_double(rate_decay, 0, "part of the learning rates that is left at the end of Adam, but for the cooldown");
 DEFINE_double(rate_cooldown, 0, "part of the Adam stage, at its end, in which they fall to 3 % of that; 0: none");
-DEFINE_double(average_part, 0, "part of the Adam stage, at its end, whose mean parameters it leaves; 0: the last ones");
+DEFINE_double(average_part, 0,
+              "part of the Adam stage, at its end, that shows and leaves mean parameters; 0: the last ones");
 DEFINE_double(coarse_part, 0, "part of the Adam stage, at its start, that sees images of half the size");
 DEFINE_double(gradient_threshold, 0, "image-space gradient above which a Gaussian is cloned or split");
 DEFINE_double(opacity_reset_every, 0, "part of the Adam stage between resets of opacity; 0: none");

@@ -56,7 +56,7 @@ inline double RateFactor(const AdamOptions& adam, int it, int end) {
 
 // Whether the parameters after iteration `it` count in their mean. Neighbours are alike: every fifth, and the last.
 inline bool AveragesAt(const AdamOptions& adam, int it, int end) {
-  return it > (1 - adam.average_part) * end && (it % 5 == 0 || it == end);
+  return it > (1 - adam.average_part) * adam.iterations && (it % 5 == 0 || it == end);
 }
 
 inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, int it) {

@@ -86,15 +86,13 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     // After the row of the history, and not at the end: what has just been cloned or split is worse for some
     // iterations.
     if (observes && !is_last) {
-      if (DensifiesAt(options.density, it, n)) {
+      const bool densifies = DensifiesAt(options.density, it, n), resets = ResetsOpacityAt(options.density, it, n);
+      if (densifies || resets) average.StartAnew();  // first: its memory is wanted
+      if (densifies) {
         density.Densify(model, adam, it);
         adam.SetUnits(TrainingUnits(session, model));
-        average.StartAnew();
       }
-      if (ResetsOpacityAt(options.density, it, n)) {
-        DensityControl::ResetOpacity(model, adam);
-        average.StartAnew();
-      }
+      if (resets) DensityControl::ResetOpacity(model, adam);
     }
     session.Report(
         {Stage::kAdam, it, stage_switch.end(), session.Seconds(), mean_cost, session.latest_psnr(), model.count, ""});

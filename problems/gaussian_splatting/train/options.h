@@ -39,9 +39,10 @@ struct AdamOptions {
   // which a short cooldown takes out. So does the mean below, and finds a better place (docs/results).
   double cooldown = 0;
   double cooldown_to = 0.03;
-  // What the stage leaves is the mean of its parameters over the last part, so long (parameter_mean.h); 0: the last
-  // ones.
-  double average_part = 0.3;
+  // In the last part of the stage, so long, what it shows and leaves is the weighted mean of its parameters since the
+  // last densification (parameter_mean.h); 0: the last ones. Counted from the end that was asked for: where LM takes
+  // over before this part there is no mean.
+  double average_part = 0.5;
   // The first part of the stage, so long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;
   // One more band of spherical harmonics after each of these parts of the run.

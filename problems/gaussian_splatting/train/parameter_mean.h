@@ -1,6 +1,7 @@
 // The mean of the parameters over the last part of the Adam stage (Polyak and Juditsky 1992, "Acceleration of
 // stochastic approximation by averaging"): at high rates the iterates wander about a better place than any of them is
-// at. For every memory space.
+// at. That place still moves, so the later ones weigh more: polynomial-decay averaging (Shamir and Zhang 2013,
+// "Stochastic gradient descent for non-smooth optimization", section 4). For every memory space.
 #pragma once
 
 #include "kernels/core/vector_backend.h"
@@ -10,15 +11,20 @@ namespace vesta::gs {
 template <class B>
 class ParameterMean {
  public:
+  // The t-th of T terms weighs about as t to this power; nearly all is in the last T / 3 or so. 0 would be the plain
+  // mean. (docs/results/2026-11-23-weighted-mean.md)
+  static constexpr int kExponent = 8;
+
   bool empty() const { return terms_ == 0; }
-  // Of all that was added since the start; to be read only where not empty.
+  // The weighted mean of all that was added since the start; to be read only where not empty.
   const typename B::Vector& value() const { return mean_; }
   // x: as many parameters as in the calls before, since the start. Where there is no room for their mean it stays
   // empty.
   void Add(typename B::ConstView x) {
     if (empty()) mean_.ResizeForOverwrite(x.size());
     ++terms_;
-    backend_.Axpby(1.0 / terms_, x, 1 - 1.0 / terms_, mean_);
+    const double weight = (kExponent + 1.0) / (terms_ + kExponent);
+    backend_.Axpby(weight, x, 1 - weight, mean_);
   }
   // Forgets all, its memory too: for other Gaussians.
   void StartAnew() {

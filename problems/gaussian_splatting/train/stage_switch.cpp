@@ -43,7 +43,7 @@ void StageSwitch::Observe(int it, double cost) {
   sum_ += cost;
   if (++counted_ < window_) return;
   if (previous_ > 0 && previous_ - sum_ < least_fall_ * previous_) {
-    const double end = std::ceil(it / (1 - std::max(adam_.cooldown, adam_.average_part)));
+    const double end = std::ceil(it / (1 - adam_.cooldown));
     if (end < adam_.iterations) end_ = static_cast<int>(end);
   }
   previous_ = sum_;

@@ -30,7 +30,8 @@ TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
   EXPECT_FALSE(AveragesAt(adam, 70, 100));
   EXPECT_TRUE(AveragesAt(adam, 75, 100));
   EXPECT_FALSE(AveragesAt(adam, 76, 100));
-  EXPECT_TRUE(AveragesAt(adam, 38, 38)) << "the last always";
+  EXPECT_TRUE(AveragesAt(adam, 88, 88)) << "the last always";
+  EXPECT_FALSE(AveragesAt(adam, 40, 40)) << "it is a part of what was asked for";
   EXPECT_FALSE(AveragesAt({.iterations = 100, .average_part = 0}, 100, 100));
 }
 

@@ -67,7 +67,6 @@ TEST(DeviceStages, AdamIsLeftForLmAsOnTheHost) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
   options.adam.switch_to_lm = "auto";
-  options.adam.average_part = 0.1;  // of the stage, once its end is known
   options.density.end = 0.3;
   options.lm.iterations = 1;
   options.lm.min_gain = 1;

@@ -14,6 +14,14 @@ namespace {
 using test::ShortTraining;
 using test::TrainingScene;
 
+// The weight of term t of T: (k + 1) / (t + k), times what each later term leaves of it.
+double Weight(int t, int terms) {
+  constexpr double k = ParameterMean<CpuBackend<float>>::kExponent;
+  double weight = (k + 1) / (t + k);
+  for (int later = t + 1; later <= terms; ++later) weight *= (later - 1) / (later + k);
+  return weight;
+}
+
 TEST(ParameterMean, IsThatOfAllSinceTheStart) {
   ParameterMean<CpuBackend<float>> mean;
   const auto add = [&](std::vector<float> x) {
@@ -24,8 +32,12 @@ TEST(ParameterMean, IsThatOfAllSinceTheStart) {
   add({2, 2});
   add({6, 3});
   ASSERT_EQ(mean.value().size(), 2);
-  EXPECT_FLOAT_EQ(mean.value()[0], 3);
-  EXPECT_FLOAT_EQ(mean.value()[1], 1);
+  const double a = Weight(1, 3), b = Weight(2, 3), c = Weight(3, 3);
+  EXPECT_NEAR(a + b + c, 1, 1e-12);
+  EXPECT_LT(a, b);
+  EXPECT_LT(b, c);
+  EXPECT_NEAR(mean.value()[0], a + 2 * b + 6 * c, 1e-5);
+  EXPECT_NEAR(mean.value()[1], -2 * a + 2 * b + 3 * c, 1e-5);
   mean.StartAnew();
   EXPECT_TRUE(mean.empty());
   add({5});
@@ -51,18 +63,18 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   EXPECT_TRUE(last == iterates[kIterations]);
 
   options.adam.average_part = 0.3;
+  std::erase_if(iterates, [&](const auto& row) { return !AveragesAt(options.adam, row.first, kIterations); });
+  ASSERT_EQ(iterates.size(), 4u);
   std::vector<double> expected(last.size(), 0);
-  int terms = 0;
+  int t = 0;
   for (const auto& [it, x] : iterates) {
-    if (!AveragesAt(options.adam, it, kIterations)) continue;
-    ++terms;
+    const double weight = Weight(++t, 4);
     ASSERT_EQ(x.size(), expected.size());
-    for (std::size_t i = 0; i < x.size(); ++i) expected[i] += x[i];
+    for (std::size_t i = 0; i < x.size(); ++i) expected[i] += weight * x[i];
   }
-  ASSERT_EQ(terms, 4);
   const std::vector<float> mean = Train(scene, options, 0, {}).model.data;
   ASSERT_EQ(mean.size(), expected.size());
-  for (std::size_t i = 0; i < mean.size(); ++i) EXPECT_NEAR(mean[i], expected[i] / terms, 1e-5) << i;
+  for (std::size_t i = 0; i < mean.size(); ++i) EXPECT_NEAR(mean[i], expected[i], 1e-5) << i;
   EXPECT_FALSE(mean == last);
 }
 

@@ -16,7 +16,6 @@ TrainOptions Automatic() {
   options.adam.switch_to_lm = "auto";
   options.adam.coarse_part = 0.5;
   options.adam.cooldown = 0.1;
-  options.adam.average_part = 0;
   options.density.end = 0.6;
   options.lm.min_gain = 0.01;
   return options;
@@ -62,9 +61,6 @@ TEST(StageSwitch, OnlyAfterDensificationAndCoarseViews) {
   options.adam.coarse_part = 0;
   options.density.enabled = false;
   EXPECT_EQ(EndWith(options, stalled), static_cast<int>(std::ceil(100 / 0.9)));
-  options.adam.average_part = 0.3;
-  EXPECT_EQ(EndWith(options, stalled), static_cast<int>(std::ceil(100 / 0.7))) << "what is averaged is yet to come";
-  options.adam.average_part = 0;
   // The cooldown of the whole stage begins sooner.
   options.adam.coarse_part = 0.95;
   EXPECT_EQ(EndWith(options, stalled), 1000);

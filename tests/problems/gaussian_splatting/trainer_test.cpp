@@ -296,7 +296,6 @@ TEST(Trainer, LeavesAdamForLmThatGainsMore) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(200, 1);
   options.adam.switch_to_lm = "auto";
-  options.adam.average_part = 0.1;  // of the stage, once its end is known
   options.adam.evaluations = 200;
   options.lm.min_gain = 1;
   std::vector<TrainProgress> reports;
