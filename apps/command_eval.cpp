@@ -7,7 +7,7 @@
 #include "apps/output_folder.h"
 #include "apps/posed_model.h"
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/train/metrics.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 
 namespace vesta::app {
 

@@ -9,7 +9,8 @@
 #include "apps/flags.h"
 #include "apps/output_folder.h"
 #include "apps/posed_model.h"
-#include "problems/gaussian_splatting/train/metrics.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/io/image.h"
 
 namespace vesta::app {
 namespace {

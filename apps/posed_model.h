@@ -5,7 +5,7 @@
 #include <string>
 
 #include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/io/scene.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::app {
 

@@ -15,9 +15,9 @@
 #include "kernels/core/device_kernels.h"
 #include "kernels/gaussian_splatting/device_passes.h"
 #include "kernels/gaussian_splatting/device_view.h"
+#include "problems/gaussian_splatting/adam/device_updates.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
-#include "problems/gaussian_splatting/train/device_updates.h"
-#include "problems/gaussian_splatting/train/metrics.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::bench {

@@ -16,9 +16,9 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/adam/adam.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/train/adam.h"
-#include "problems/gaussian_splatting/train/metrics.h"
 
 namespace vesta::bench {
 namespace {

@@ -7,8 +7,8 @@
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
-#include "problems/gaussian_splatting/train/metrics.h"
 
 namespace vesta::bench {
 

@@ -7,7 +7,7 @@
 #include "kernels/gaussian_splatting/types.h"
 #include "kernels/image/image_shape.h"
 #include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/io/scene.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::bench {
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"

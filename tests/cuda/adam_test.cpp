@@ -1,9 +1,9 @@
 // Adam on the GPU against Adam on the host.
-#include "problems/gaussian_splatting/train/adam.h"
+#include "problems/gaussian_splatting/adam/adam.h"
 
-#include "problems/gaussian_splatting/train/block_adam_formula.h"
-#include "problems/gaussian_splatting/train/device_adam.h"
-#include "problems/gaussian_splatting/train/gather_rows.h"
+#include "problems/gaussian_splatting/adam/block_adam_formula.h"
+#include "problems/gaussian_splatting/adam/device_adam.h"
+#include "problems/gaussian_splatting/model/gather_rows.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"

@@ -1,12 +1,12 @@
 // Density control on the GPU against that of the host.
-#include "problems/gaussian_splatting/train/density.h"
+#include "problems/gaussian_splatting/density/density.h"
 
-#include "problems/gaussian_splatting/train/block_adam_formula.h"
+#include "problems/gaussian_splatting/adam/block_adam_formula.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/train/device_model.h"
-#include "problems/gaussian_splatting/train/length_units.h"
-#include "problems/gaussian_splatting/train/metrics.h"
 #include "tests/cuda/on_device.h"
-#include "tests/problems/gaussian_splatting/density_scene.h"
+#include "tests/problems/gaussian_splatting/density/density_scene.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {

@@ -1,6 +1,6 @@
 // Evaluation on the GPU against that of the host.
 #include "kernels/image/device_metrics.h"
-#include "problems/gaussian_splatting/train/device_evaluation.h"
+#include "problems/gaussian_splatting/evaluate/device_evaluation.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

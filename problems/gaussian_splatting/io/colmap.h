@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/io/scene.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
 

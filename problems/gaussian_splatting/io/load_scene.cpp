@@ -7,6 +7,7 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
 #include "problems/gaussian_splatting/io/colmap.h"
+#include "problems/gaussian_splatting/io/image.h"
 
 namespace vesta::gs {
 

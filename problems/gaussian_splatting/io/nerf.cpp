@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
+#include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
 
 namespace vesta::gs {

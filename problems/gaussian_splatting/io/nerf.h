@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "problems/gaussian_splatting/io/scene.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
 

@@ -8,7 +8,6 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/train/adam.h"
 
 namespace vesta::gs {
 

@@ -15,7 +15,7 @@
 #include "problems/gaussian_splatting/lm/pixel_sample.h"
 #include "problems/gaussian_splatting/lm/step_limit.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
-#include "problems/gaussian_splatting/train/options.h"
+#include "problems/gaussian_splatting/model/learning_rates.h"
 #include "solver/problem.h"
 
 namespace vesta::gs {
@@ -74,7 +74,7 @@ struct SplatProblemOptions {
   // (lm/view_agreement.h). 0: not at all, and the gradient is that of the cost.
   double view_agreement = 0;
   LearningRates rates;
-  // Of length, for each Gaussian (train/length_units.h); null: all 1.
+  // Of length, for each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
 };
 

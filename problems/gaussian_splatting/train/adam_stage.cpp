@@ -3,10 +3,11 @@
 
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/image/photometric_loss.h"
-#include "problems/gaussian_splatting/train/adam_schedule.h"
+#include "problems/gaussian_splatting/adam/parameter_mean.h"
+#include "problems/gaussian_splatting/adam/schedule.h"
+#include "problems/gaussian_splatting/density/density.h"
+#include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
-#include "problems/gaussian_splatting/train/density.h"
-#include "problems/gaussian_splatting/train/parameter_mean.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_switch.h"
 

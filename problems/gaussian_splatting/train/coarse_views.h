@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "problems/gaussian_splatting/io/scene.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
 

@@ -11,14 +11,15 @@
 
 #include "kernels/gaussian_splatting/device_view.h"
 #include "kernels/image/device_photometric_loss.h"
+#include "problems/gaussian_splatting/adam/schedule.h"
+#include "problems/gaussian_splatting/density/density.h"
+#include "problems/gaussian_splatting/density/device_density.h"
+#include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
-#include "problems/gaussian_splatting/train/adam_schedule.h"
+#include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
-#include "problems/gaussian_splatting/train/density.h"
-#include "problems/gaussian_splatting/train/device_density.h"
-#include "problems/gaussian_splatting/train/device_evaluation.h"
 #include "problems/gaussian_splatting/train/device_model.h"
-#include "problems/gaussian_splatting/train/length_units.h"
+#include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/stage_switch.h"
 
 namespace vesta::gs {

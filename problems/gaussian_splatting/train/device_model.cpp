@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "problems/gaussian_splatting/train/device_density_steps.h"
-#include "problems/gaussian_splatting/train/device_updates.h"
+#include "problems/gaussian_splatting/adam/device_updates.h"
+#include "problems/gaussian_splatting/density/device_density_steps.h"
 
 namespace vesta::gs {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "kernels/core/cuda_backend.h"
 #include "kernels/core/device_buffer.h"
-#include "problems/gaussian_splatting/train/device_adam.h"
-#include "problems/gaussian_splatting/train/device_density.h"
-#include "problems/gaussian_splatting/train/parameter_mean.h"
+#include "problems/gaussian_splatting/adam/device_adam.h"
+#include "problems/gaussian_splatting/adam/parameter_mean.h"
+#include "problems/gaussian_splatting/density/device_density.h"
 
 namespace vesta::gs {
 

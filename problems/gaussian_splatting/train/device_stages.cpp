@@ -7,7 +7,7 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
 #include "problems/gaussian_splatting/train/device_adam_stage.h"
-#include "problems/gaussian_splatting/train/device_evaluation.h"
+#include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 
 namespace vesta::gs {

@@ -1,6 +1,6 @@
 #include "problems/gaussian_splatting/train/session.h"
 
-#include "problems/gaussian_splatting/train/length_units.h"
+#include "problems/gaussian_splatting/model/length_units.h"
 
 namespace vesta::gs {
 

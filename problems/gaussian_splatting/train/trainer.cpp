@@ -6,10 +6,10 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
-#include "problems/gaussian_splatting/train/initialize.h"
-#include "problems/gaussian_splatting/train/memory_plan.h"
+#include "problems/gaussian_splatting/memory/memory_plan.h"
+#include "problems/gaussian_splatting/model/initialize.h"
+#include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/train/session.h"
-#include "problems/gaussian_splatting/train/spatial_order.h"
 
 namespace vesta::gs {
 namespace {

@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/train/metrics.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::gs {

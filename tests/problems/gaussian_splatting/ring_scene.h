@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/io/scene.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs::test {
 

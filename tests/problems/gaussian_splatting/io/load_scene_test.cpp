@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "problems/gaussian_splatting/io/colmap.h"
+#include "problems/gaussian_splatting/io/image.h"
 #include "tests/problems/gaussian_splatting/io/test_images.h"
 #include "tests/problems/gaussian_splatting/io/test_scene.h"
 #include "tests/support/test_files.h"

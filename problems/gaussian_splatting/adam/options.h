@@ -1,0 +1,37 @@
+// Options of the Adam stage.
+#pragma once
+
+#include <string>
+
+namespace vesta::gs {
+
+struct AdamOptions {
+  int iterations = 4000;
+  // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
+  int views_per_iteration = 1;
+  // When LM takes over: after these iterations, or sooner where it gains more for its work (stage_switch.h).
+  std::string switch_to_lm = "fixed";  // fixed | auto
+  // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
+  // together their eigenbasis (block_adam_formula.h).
+  std::string metric = "block";  // block | diagonal
+  // The authors' rates are made for 30,000 iterations; short runs want several times as much.
+  // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
+  double rate_factor = 4.0;
+  double rate_decay = 0.5;
+  // In the last part of the stage, so long, they fall besides by another factor: high rates come far and end in noise,
+  // which a short cooldown takes out. So does the mean below, and finds a better place (docs/results).
+  double cooldown = 0;
+  double cooldown_to = 0.03;
+  // In the last part of the stage, so long, what it shows and leaves is the weighted mean of its parameters since the
+  // last densification (parameter_mean.h); 0: the last ones. Counted from the end that was asked for: where LM takes
+  // over before this part there is no mean.
+  double average_part = 0.5;
+  // The first part of the stage, so long, sees the views at half their size (coarse_views.h).
+  double coarse_part = 0.5;
+  // One more band of spherical harmonics after each of these parts of the run.
+  double sh_band_every = 0.08;
+  // Rows of the history, evenly spaced (more where the iterations do not divide).
+  int evaluations = 20;
+};
+
+}  // namespace vesta::gs

@@ -1,0 +1,59 @@
+// Image quality of a model over the views of a scene.
+#pragma once
+
+#include <vector>
+
+#include "kernels/gaussian_splatting/view.h"
+#include "kernels/image/metrics.h"
+#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
+namespace vesta::gs {
+
+// Means over views of values per view, on 8-bit-quantised images.
+struct Quality {
+  double psnr = 0;  // dB
+  double ssim = 0;
+  int views = 0;
+};
+
+struct Evaluation {
+  Quality train, test;
+  double cost = 0;  // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+};
+
+// Adds up what is measured view by view.
+class EvaluationSum {
+ public:
+  // objective: of the photometric loss on the image as rendered; of a test view it does not count.
+  void Add(const View& view, const ImageQuality& quality, double objective);
+  Evaluation Mean() const;
+
+ private:
+  Evaluation sum_;
+  double values_ = 0;
+};
+
+// Renders views of models; keeps its working memory between calls.
+class Renderer {
+ public:
+  // background: 0..1. near: distance of the near plane, world units.
+  Renderer(const std::array<double, 3>& background, double near) : background_(background), near_(near) {}
+
+  // The model seen from the view, not clamped.
+  Image Render(const SplatModel& model, const View& view);
+  Evaluation Evaluate(const SplatModel& model, const Scene& scene);
+  // The same for a model still in training, with fewer active SH bands.
+  Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene);
+
+ private:
+  void RenderInto(const splat::Model<float>& model, const View& view, Image& image);
+
+  std::array<double, 3> background_;
+  double near_;
+  splat::View<float> splats_;
+  splat::ViewWorkspace<float> workspace_;
+};
+
+}  // namespace vesta::gs

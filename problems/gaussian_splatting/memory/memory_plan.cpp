@@ -1,0 +1,126 @@
+#include "problems/gaussian_splatting/memory/memory_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "kernels/core/error.h"
+#include "kernels/core/process_memory.h"
+#include "problems/gaussian_splatting/memory/device_stage_bytes.h"
+#include "problems/gaussian_splatting/memory/engine_bytes.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr double kMib = 1 << 20, kGib = 1 << 30;
+// Of what a GPU has free: the rest is for the pool's pieces, the code and the stacks of kernels.
+constexpr double kUsableShare = 15.0 / 16;
+
+// GiB, rounded up in the second digit.
+double RoundedGib(double bytes) { return bytes / kGib + 0.005; }
+
+double StageMib(double adam, double lm, double between) { return std::max({adam, lm, between}) / kMib; }
+
+}  // namespace
+
+StageMemory HostMemory(const MemoryOptions& memory) {
+  StageMemory result;
+  const double before = memory.before_mib * kMib;
+  if (memory.budget_gib > 0) result.bytes = memory.budget_gib * kGib - before;
+  result.comfortable_bytes = 0.75 * AvailableMemoryMib() * kMib;
+  result.refusal = [memory, before](const char* what, double needed) {
+    return fmt::format(
+        "--memory_budget={}: {} needs {:.2f} GiB, {:.2f} of them for program and images; allow so much, or use "
+        "--downscale or fewer Gaussians",
+        memory.budget_gib, what, RoundedGib(needed + before), before / kGib);
+  };
+  return result;
+}
+
+StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
+  StageMemory result;
+  result.adam_bytes = DeviceAdamBytes;
+  result.lm_bytes = DeviceLmBytes;
+  result.rebuilds = false;
+  result.bytes = kUsableShare * free_bytes;
+  const bool by_flag = memory.budget_gib > 0 && memory.budget_gib * kGib <= result.bytes;
+  if (by_flag) result.bytes = memory.budget_gib * kGib;
+  result.refusal = [memory, by_flag, usable = result.bytes](const char* what, double needed) {
+    return by_flag ? fmt::format(
+                         "--memory_budget={}: {} needs {:.2f} GiB of the GPU; allow so much, or use "
+                         "--device=cpu, --downscale or fewer Gaussians",
+                         memory.budget_gib, what, RoundedGib(needed))
+                   : fmt::format(
+                         "{} needs {:.2f} GiB of the GPU, which has {:.2f} to spare; use --device=cpu, "
+                         "--downscale or fewer Gaussians",
+                         what, RoundedGib(needed), usable / kGib);
+  };
+  return result;
+}
+
+LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
+  const LmOptions& lm = options.lm;
+  LmPlan plan{lm, true, memory.lm_bytes(scene, lm, true)};
+  if (lm.jacobian == "rebuild" && !memory.rebuilds) plan.lm.jacobian = "recompute";
+  const double fits = std::min(memory.bytes, memory.comfortable_bytes);
+  if (lm.iterations == 0 || plan.bytes <= fits) return plan;
+  plan.lm.jacobian = "recompute";
+  plan.bytes = memory.lm_bytes(scene, plan.lm, true);
+  if (plan.bytes <= fits) return plan;
+  if (memory.rebuilds) {
+    plan.lm.jacobian = "rebuild";
+    plan.bytes = memory.lm_bytes(scene, plan.lm, true);
+    if (plan.bytes <= memory.bytes) return plan;
+    throw Error(memory.refusal("LM with one view at a time", plan.bytes));
+  }
+  plan.lm.merge_batches = true;
+  plan.hold_batches = false;
+  for (plan.lm.batches = std::max(2, lm.batches); plan.lm.batches <= static_cast<int>(scene.views.size());
+       ++plan.lm.batches) {
+    plan.lm.batch_size = 0;
+    plan.bytes = memory.lm_bytes(scene, plan.lm, false);
+    if (plan.bytes <= memory.bytes) return plan;
+  }
+  throw Error(memory.refusal("LM with one view a batch", plan.bytes));
+}
+
+Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
+  const bool density = options.density.enabled && options.adam.iterations > 0;
+  const Index most = density ? std::max(options.density.max_gaussians, scene.gaussians) : scene.gaussians;
+  const auto bytes_of = [&](Index gaussians) {
+    const MemoryScene scaled = scene.Scaled(gaussians);
+    LmOptions lm = options.lm;
+    lm.jacobian = memory.rebuilds ? "rebuild" : "recompute";
+    if (!memory.rebuilds) lm.batches = static_cast<int>(scene.views.size());
+    const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, options) : 0;
+    return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, memory.rebuilds) : 0.0);
+  };
+  if (bytes_of(scene.gaussians) > memory.bytes) {
+    throw Error(memory.refusal("this scene", bytes_of(scene.gaussians)));
+  }
+  Index fits = scene.gaussians, too_many = most + 1;
+  while (too_many - fits > 1) {
+    const Index middle = fits + (too_many - fits) / 2;
+    (bytes_of(middle) <= memory.bytes ? fits : too_many) = middle;
+  }
+  return fits;
+}
+
+double PredictedMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes) {
+  const double adam = options.adam.iterations > 0 ? AdamBytes(scene, options) : 0;
+  return options.memory.before_mib + StageMib(adam, lm_bytes, ModelBytes(scene));
+}
+
+double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options) {
+  // Parameters, moments and bases of before Gaussians become more, in case the GPU has no room for the new ones.
+  const bool grows = options.adam.iterations > 0 && options.density.enabled;
+  const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
+  return options.memory.before_mib + (ModelBytes(scene) + copies) / kMib;
+}
+
+double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes) {
+  const double adam = options.adam.iterations > 0 ? DeviceAdamBytes(scene, options) : 0;
+  return StageMib(adam, lm_bytes, 0);
+}
+
+}  // namespace vesta::gs

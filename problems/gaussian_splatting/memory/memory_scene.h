@@ -1,0 +1,36 @@
+// What of a model and its views decides how much memory training takes.
+#pragma once
+
+#include <vector>
+
+#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+
+namespace vesta::gs {
+
+// What a view of a model needs memory for.
+struct ViewCounts {
+  double pixels = 0, tiles = 0;
+  double splats = 0;   // seen
+  double pairs = 0;    // of splat and tile
+  double entries = 0;  // of pixel and splat: those of a cached Jacobian
+};
+
+// A model and its views, for the sums below.
+struct MemoryScene {
+  Index gaussians = 0;
+  int sh_degree = 3;
+  std::vector<ViewCounts> views;
+
+  // The same with another number of Gaussians, what it counts growing in proportion.
+  MemoryScene Scaled(Index new_gaussians) const;
+  // The largest of each count over the views.
+  ViewCounts Largest() const;
+};
+
+// Projects and bins at most `most` of the views, evenly spread, and gives the others their mean; counts entries where
+// `with_entries` (then each takes as long as rendering, besides). most >= 1.
+MemoryScene CountMemory(const SplatModel& model, const std::vector<const View*>& views, double near, int most,
+                        bool with_entries);
+
+}  // namespace vesta::gs

@@ -1,0 +1,22 @@
+// What of a training's options decides how much memory it takes.
+#pragma once
+
+#include "problems/gaussian_splatting/adam/options.h"
+#include "problems/gaussian_splatting/density/options.h"
+#include "problems/gaussian_splatting/lm/options.h"
+
+namespace vesta::gs {
+
+struct MemoryOptions {
+  double budget_gib = 0;  // of the process; 0: none
+  double before_mib = 0;  // what the process holds without the model: program, images
+};
+
+struct StageOptions {
+  MemoryOptions memory;
+  AdamOptions adam;
+  DensityOptions density;
+  LmOptions lm;
+};
+
+}  // namespace vesta::gs

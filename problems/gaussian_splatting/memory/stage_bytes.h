@@ -1,0 +1,17 @@
+// Bytes that each stage of training holds at its peak in the memory of the host, beside the scene's images and the
+// program: the model, and all that the stage keeps.
+#pragma once
+
+#include "problems/gaussian_splatting/memory/memory_scene.h"
+#include "problems/gaussian_splatting/memory/options.h"
+
+namespace vesta::gs {
+
+double AdamBytes(const MemoryScene& scene, const StageOptions& options);
+// lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
+// batches are there at once.
+double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);
+// The model and what evaluating it needs: all there is between the stages.
+double ModelBytes(const MemoryScene& scene);
+
+}  // namespace vesta::gs

@@ -1,0 +1,39 @@
+// Colour images in memory.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/span.h"
+
+namespace vesta::gs {
+
+// Three planes (red, green, blue), each height rows of width values in 0..1, gamma-encoded as in the file.
+// Takes 12 bytes a pixel: 200 images of 1,200 x 800 are 2.3 GB.
+struct Image {
+  int width = 0, height = 0;
+  std::vector<float> rgb;
+
+  Image() = default;
+  Image(int w, int h) : width(w), height(h), rgb(3 * num_pixels()) {}
+  std::size_t num_pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+  bool empty() const { return rgb.empty(); }
+  float* plane(int channel) { return rgb.data() + static_cast<std::size_t>(channel) * num_pixels(); }
+  const float* plane(int channel) const { return rgb.data() + static_cast<std::size_t>(channel) * num_pixels(); }
+};
+
+struct ImageSize {
+  int width = 0, height = 0;
+};
+
+// The 8-bit value of a colour: 255 times it, clamped to 0..255 and rounded; 0 for NaN.
+std::uint8_t QuantizeColor(float value);
+
+// Area averaging: each pixel of the result is the mean of the part of the image it covers, partly covered pixels by
+// their share. 1 <= width <= image.width, the same for height.
+Image ResizeArea(const Image& image, int width, int height);
+
+// Size after downscaling by a whole factor: floor(width / factor) x floor(height / factor), at least 1 x 1.
+ImageSize DownscaledSize(ImageSize size, int factor);
+
+}  // namespace vesta::gs

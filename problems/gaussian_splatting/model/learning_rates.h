@@ -1,0 +1,29 @@
+// Learning rates by class of parameter.
+#pragma once
+
+#include "kernels/gaussian_splatting/layout.h"
+
+namespace vesta::gs {
+
+// Adam's learning rates by class of parameter, for the mean photometric loss of one view (Kerbl et al. 2023, the
+// authors' code). Of positions in units of length (length_units.h); of opacity as in later versions of that code. They
+// also are the metric in which LM damps.
+struct LearningRates {
+  double position = 1.6e-4;
+  double log_scale = 5e-3;
+  double quaternion = 1e-3;
+  double opacity = 0.025;
+  double sh_dc = 2.5e-3;
+  double sh_rest = 1.25e-4;
+};
+
+// The rate of attribute a (kernels/gaussian_splatting/layout.h); of positions in units of length.
+inline double RateOf(const LearningRates& rates, int attribute) {
+  if (attribute < splat::kLogScale) return rates.position;
+  if (attribute < splat::kQuaternion) return rates.log_scale;
+  if (attribute < splat::kOpacity) return rates.quaternion;
+  if (attribute < splat::kSh) return rates.opacity;
+  return attribute < splat::kSh + 3 ? rates.sh_dc : rates.sh_rest;
+}
+
+}  // namespace vesta::gs

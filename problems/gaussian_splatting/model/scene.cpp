@@ -1,0 +1,69 @@
+#include "problems/gaussian_splatting/model/scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/gaussian_splatting/model/depth_in_view.h"
+
+namespace vesta::gs {
+
+Camera ResizeCamera(const Camera& camera, int width, int height) {
+  const double sx = static_cast<double>(width) / camera.width;
+  const double sy = static_cast<double>(height) / camera.height;
+  return {width, height, sx * camera.fx, sy * camera.fy, sx * camera.cx, sy * camera.cy};
+}
+
+std::array<double, 3> CameraCenter(const View& view) {
+  const auto& r = view.rotation;
+  const auto& t = view.translation;
+  std::array<double, 3> center;
+  for (std::size_t i = 0; i < 3; ++i) center[i] = -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2]);
+  return center;
+}
+
+void SortAndSplit(std::vector<View>* views) {
+  std::sort(views->begin(), views->end(), [](const View& a, const View& b) { return a.name < b.name; });
+  for (std::size_t i = 0; i < views->size(); ++i) (*views)[i].is_test = i % 8 == 0;
+}
+
+namespace {
+
+// 1.1 times the largest distance of a training camera's centre from their mean; 1 where all coincide.
+double CameraRadius(const std::vector<View>& views) {
+  std::vector<std::array<double, 3>> centers;
+  for (const View& view : views) {
+    if (!view.is_test) centers.push_back(CameraCenter(view));
+  }
+  std::array<double, 3> mean{};
+  for (const auto& center : centers) {
+    for (std::size_t i = 0; i < 3; ++i) mean[i] += center[i] / static_cast<double>(centers.size());
+  }
+  double radius = 0;
+  for (const auto& center : centers) {
+    radius = std::max(radius, std::hypot(center[0] - mean[0], center[1] - mean[1], center[2] - mean[2]));
+  }
+  return radius > 0 ? 1.1 * radius : 1.0;
+}
+
+}  // namespace
+
+double DepthInView(const View& view, const std::array<float, 3>& point) {
+  return DepthInView(view.rotation.data(), view.translation.data(), view.camera, point.data());
+}
+
+double SceneExtent(const std::vector<View>& views, const PointCloud& points) {
+  std::vector<double> depths;
+  for (const View& view : views) {
+    if (view.is_test) continue;
+    for (const auto& point : points.positions) {
+      const double depth = DepthInView(view, point);
+      if (depth > 0) depths.push_back(depth);
+    }
+  }
+  if (depths.empty()) return CameraRadius(views);
+  const auto median = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), median, depths.end());
+  return 0.5 * *median;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,61 @@
+// What a scene is: posed images, their cameras, and a cloud of points to start from.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "kernels/core/span.h"
+#include "problems/gaussian_splatting/model/image.h"
+
+namespace vesta::gs {
+
+// Pinhole camera, in pixels; pixel (i, j) covers [i, i + 1) x [j, j + 1), so its centre is at (i + 0.5, j + 0.5).
+struct Camera {
+  int width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+};
+
+// The same camera for its image resized to width x height.
+Camera ResizeCamera(const Camera& camera, int width, int height);
+
+// One image with its pose. Camera axes: x right, y down, z forward (COLMAP); x_camera = rotation x_world + translation.
+struct View {
+  std::string name;        // relative to the image folder; the key of order and split
+  std::string image_path;  // where the file lies
+  Camera camera;
+  std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major, orthonormal, world to camera
+  std::array<double, 3> translation{};
+  bool is_test = false;
+  Image image;  // empty until LoadScene has filled it; then of the camera's size
+};
+
+// Centre of the view's camera in world coordinates.
+std::array<double, 3> CameraCenter(const View& view);
+
+// The depth of a point of the world in the view, where it is in front of the camera and within the image; 0 elsewhere.
+double DepthInView(const View& view, const std::array<float, 3>& point);
+
+struct PointCloud {
+  std::vector<std::array<float, 3>> positions;  // finite, world coordinates
+  std::vector<std::array<float, 3>> colors;     // r, g, b in 0..1; as many as positions
+  Index size() const { return static_cast<Index>(positions.size()); }
+};
+
+struct Scene {
+  std::vector<View> views;  // sorted by name
+  PointCloud points;
+  double extent = 1;  // see SceneExtent
+};
+
+// Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.
+void SortAndSplit(std::vector<View>* views);
+
+// The unit of lengths of the training schedule: half the median depth of the points in the training views' images.
+// So a learning rate for positions is one in pixels, whatever the cameras do. Kerbl et al. 2023 (after NeRF++) take 1.1
+// times the largest distance of a camera from their mean, which is about the same for cameras all round an object, and
+// stands in where no point is seen (1 where all centres coincide); for cameras side by side it says how long the row
+// is, and nothing of the scene (docs/results).
+double SceneExtent(const std::vector<View>& views, const PointCloud& points);
+
+}  // namespace vesta::gs

@@ -1,0 +1,19 @@
+// Views and models in the form of the kernels.
+#pragma once
+
+#include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/gaussian_splatting/types.h"
+#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+
+namespace vesta::gs {
+
+// Distance of the near plane, world units: 1 % of the scene's extent. One rule for training, refining and evaluating,
+// so that a written model reproduces the figures of its training.
+double NearPlane(const Scene& scene);
+
+// The kernels' form of a view and of a model.
+splat::PinholeView ToPinhole(const View& view, double near);
+splat::Model<float> ToKernelModel(const SplatModel& model);
+
+}  // namespace vesta::gs

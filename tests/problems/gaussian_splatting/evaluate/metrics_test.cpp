@@ -1,0 +1,168 @@
+#include "problems/gaussian_splatting/evaluate/metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/gaussian_splatting/layout.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr int kWidth = 24, kHeight = 18;
+constexpr double kGrey = 102.0 / 255;  // the background, which is all that a model behind the cameras shows
+
+// Views that see nothing but the background, the last `tests` of them test views.
+Scene FlatScene(const std::vector<double>& truths, int tests) {
+  Scene scene = test::RingOfCameras(static_cast<int>(truths.size()), kWidth, kHeight, false);
+  for (std::size_t v = 0; v < truths.size(); ++v) {
+    scene.views[v].image = Image(kWidth, kHeight);
+    for (float& value : scene.views[v].image.rgb) value = static_cast<float>(truths[v]);
+    scene.views[v].is_test = v + static_cast<std::size_t>(tests) >= truths.size();
+  }
+  return scene;
+}
+
+SplatModel NothingToSee() {
+  SplatModel model = test::RandomModel(1, 0, 1);
+  model.attribute(splat::kOpacity)[0] = -20;
+  return model;
+}
+
+Evaluation Evaluate(const SplatModel& model, const Scene& scene) {
+  Renderer renderer({kGrey, kGrey, kGrey}, NearPlane(scene));
+  return renderer.Evaluate(model, scene);
+}
+
+// SSIM of two flat images: with g the part of the 11 x 11 window (sigma 1.5) inside the image, the means are g a and
+// g b, the variances (g - g^2) a^2 and (g - g^2) b^2, the covariance (g - g^2) a b.
+double FlatSsim(double a, double b) {
+  double weights[11], total = 0;
+  for (int k = 0; k < 11; ++k) total += weights[k] = std::exp(-(k - 5) * (k - 5) / 4.5);
+  const auto inside = [&](int at, int size) {
+    double sum = 0;
+    for (int k = 0; k < 11; ++k) {
+      if (at + k - 5 >= 0 && at + k - 5 < size) sum += weights[k] / total;
+    }
+    return sum;
+  };
+  double sum = 0;
+  for (int i = 0; i < kHeight; ++i) {
+    for (int j = 0; j < kWidth; ++j) {
+      const double g = inside(i, kHeight) * inside(j, kWidth), spread = g - g * g;
+      sum += (2 * g * g * a * b + 1e-4) * (2 * spread * a * b + 9e-4) /
+             ((g * g * (a * a + b * b) + 1e-4) * (spread * (a * a + b * b) + 9e-4));
+    }
+  }
+  return sum / (kWidth * kHeight);
+}
+
+TEST(Evaluate, FlatImagesHaveKnownQuality) {
+  const double truth = 51.0 / 255;
+  const Evaluation e = Evaluate(NothingToSee(), FlatScene({truth, truth}, 1));
+  const double psnr = -20 * std::log10(kGrey - truth), ssim = FlatSsim(kGrey, truth);
+  for (const Quality& quality : {e.train, e.test}) {
+    EXPECT_NEAR(quality.psnr, psnr, 1e-5);
+    // D2 of a flat window in float: photometric_formula.h.
+    EXPECT_NEAR(quality.ssim, ssim, 3e-6);
+    EXPECT_EQ(quality.views, 1);
+  }
+  EXPECT_NEAR(e.cost, 0.8 * (kGrey - truth) + 0.2 * (1 - ssim), 1e-6);
+}
+
+TEST(Evaluate, MeansAreOverViews) {
+  const double near = 92.0 / 255, far = 2.0 / 255, other = 52.0 / 255;
+  const Evaluation e = Evaluate(NothingToSee(), FlatScene({near, far, other}, 1));
+  EXPECT_EQ(e.train.views, 2);
+  EXPECT_EQ(e.test.views, 1);
+  EXPECT_NEAR(e.train.psnr, -10 * (std::log10(kGrey - near) + std::log10(kGrey - far)), 1e-5);
+  EXPECT_NEAR(e.train.ssim, 0.5 * (FlatSsim(kGrey, near) + FlatSsim(kGrey, far)), 1e-6);
+  EXPECT_NEAR(e.test.psnr, -20 * std::log10(kGrey - other), 1e-5);
+}
+
+// Quality is that of 8-bit images, the cost that of the images themselves.
+TEST(Evaluate, QualityIsQuantisedAndTheCostIsNot) {
+  const double truth = kGrey + 0.4 / 255;
+  const Evaluation e = Evaluate(NothingToSee(), FlatScene({truth}, 0));
+  EXPECT_TRUE(std::isinf(e.train.psnr));
+  EXPECT_EQ(e.train.ssim, 1);
+  EXPECT_NEAR(e.cost, 0.8 * (truth - kGrey) + 0.2 * (1 - FlatSsim(kGrey, truth)), 1e-7);
+  EXPECT_EQ(e.test.views, 0);
+}
+
+TEST(Evaluate, RenderedTruthIsPerfect) {
+  Scene scene = test::RingOfCameras(9, 40, 30, true);
+  const SplatModel model = test::RandomModel(20, 2, 2);
+  test::RenderTruth(model, 0, &scene);
+  Renderer renderer({0, 0, 0}, NearPlane(scene));
+  const Evaluation e = renderer.Evaluate(model, scene);
+  EXPECT_EQ(e.train.views, 7);
+  EXPECT_EQ(e.test.views, 2);
+  EXPECT_TRUE(std::isinf(e.train.psnr) && std::isinf(e.test.psnr));
+  EXPECT_EQ(e.train.ssim, 1);
+  EXPECT_NEAR(e.cost, 0, 1e-7);
+}
+
+TEST(Evaluate, ATestImageCountsForTheTestViewsOnly) {
+  Scene scene = test::RingOfCameras(9, 40, 30, true);
+  const SplatModel model = test::RandomModel(20, 1, 2);
+  test::RenderTruth(test::RandomModel(20, 1, 3), 0, &scene);
+  Renderer renderer({0, 0, 0}, NearPlane(scene));
+  const Evaluation before = renderer.Evaluate(model, scene);
+  ASSERT_TRUE(scene.views[8].is_test);
+  ASSERT_FALSE(scene.views[3].is_test);
+  Scene other_test = scene, other_train = scene;
+  for (float& value : other_test.views[8].image.rgb) value = 1 - value;
+  for (float& value : other_train.views[3].image.rgb) value = 1 - value;
+
+  const Evaluation test_changed = renderer.Evaluate(model, other_test);
+  EXPECT_EQ(test_changed.train.psnr, before.train.psnr);
+  EXPECT_EQ(test_changed.train.ssim, before.train.ssim);
+  EXPECT_EQ(test_changed.cost, before.cost);
+  EXPECT_NE(test_changed.test.psnr, before.test.psnr);
+
+  const Evaluation train_changed = renderer.Evaluate(model, other_train);
+  EXPECT_EQ(train_changed.test.psnr, before.test.psnr);
+  EXPECT_EQ(train_changed.test.ssim, before.test.ssim);
+  EXPECT_NE(train_changed.train.psnr, before.train.psnr);
+  EXPECT_GT(train_changed.cost, before.cost);
+}
+
+TEST(Evaluate, ViewsOfDifferentSizes) {
+  const SplatModel model = test::RandomModel(20, 1, 4);
+  Scene scene = test::RingOfCameras(2, 40, 30, false);
+  scene.views[1].camera = ResizeCamera(scene.views[1].camera, 20, 15);
+  Renderer renderer({0.5, 0.5, 0.5}, NearPlane(scene));
+  for (View& view : scene.views) view.image = renderer.Render(model, view);
+  EXPECT_EQ(scene.views[1].image.width, 20);
+  EXPECT_EQ(scene.views[1].image.height, 15);
+  EXPECT_TRUE(std::isinf(renderer.Evaluate(model, scene).train.psnr));
+}
+
+TEST(Pinhole, IsTheViewsCamera) {
+  const Scene scene = test::RingOfCameras(5, 40, 30, false);
+  const View& view = scene.views[2];
+  const splat::PinholeView pinhole = ToPinhole(view, 0.25);
+  EXPECT_EQ(pinhole.width, 40);
+  EXPECT_EQ(pinhole.height, 30);
+  EXPECT_EQ(pinhole.cx, view.camera.cx);
+  EXPECT_EQ(pinhole.fy, view.camera.fy);
+  EXPECT_EQ(pinhole.near, 0.25);
+  for (int r = 0; r < 3; ++r) {
+    // The centre is mapped to the origin.
+    double t = pinhole.T[r];
+    for (int k = 0; k < 3; ++k) t += pinhole.R[3 * r + k] * pinhole.centre[k];
+    EXPECT_NEAR(t, 0, 1e-14);
+  }
+}
+
+// 1 % of the extent: nearer Gaussians are not drawn.
+TEST(Pinhole, NearPlaneFollowsTheExtent) {
+  Scene scene = test::RingOfCameras(4, 40, 30, false);
+  scene.extent = 50;
+  EXPECT_DOUBLE_EQ(NearPlane(scene), 0.5);
+}
+
+}  // namespace
+}  // namespace vesta::gs

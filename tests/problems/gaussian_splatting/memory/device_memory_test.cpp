@@ -1,0 +1,159 @@
+// What the planner foresees of the memory of a GPU, against what is allocated on one that is emulated.
+#include "kernels/core/device_memory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kernels/gaussian_splatting/types.h"
+#include "problems/gaussian_splatting/memory/device_stage_bytes.h"
+#include "problems/gaussian_splatting/memory/memory_plan.h"
+#include "problems/gaussian_splatting/train/device_stages.h"
+#include "tests/problems/gaussian_splatting/memory/memory_run.h"
+#include "tests/support/emulated_device.h"
+
+namespace vesta::gs {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kMib = 1 << 20, kGib = 1 << 30;
+
+const test::MemoryCase kCases[] = {
+    {"adam", 1500, 32, 24, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
+    {"adam_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
+    {"adam_by_parameters", 1500, 32, 24,
+     [](TrainOptions& o) { o.adam.iterations = 6, o.adam.metric = "diagonal", o.lm.iterations = 0; }},
+    // Pruned to half, whose places others take: the old bases and the new ones, and few pixels.
+    {"adam_that_densifies", 1500, 16, 12,
+     [](TrainOptions& o) {
+       o.adam.iterations = 2, o.lm.iterations = 0;
+       o.density.enabled = true, o.density.begin = 0, o.density.end = 1, o.density.every = 0.5;
+       // Opacities start at 0.1.
+       o.density.prune_opacity = 0.1, o.density.gradient_threshold = 0, o.density.max_gaussians = 1500;
+     }},
+    {"lm", 1000, 32, 24, [](TrainOptions&) {}},
+    {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
+    {"root_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.lm.ssim_linearization = "root"; }},
+    {"lm_of_many_pixels", 60, 96, 72, [](TrainOptions&) {}},
+    {"sh_blocks", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = "block_sh"; }},
+    {"jacobi", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = "jacobi"; }},
+    {"merged_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
+    {"small_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
+};
+
+class CountedDeviceMemory : public testing::TestWithParam<test::MemoryCase> {};
+INSTANTIATE_TEST_SUITE_P(Runs, CountedDeviceMemory, testing::ValuesIn(kCases),
+                         [](const auto& param) { return param.param.name; });
+
+TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
+  const TrainResult result = test::MemoryRun(GetParam(), 1, 1).Run(DeviceStages());
+  EXPECT_THAT(result.notes, testing::IsEmpty());
+  EXPECT_NEAR(result.memory.device_predicted_mib / result.memory.device_peak_mib, 1.04, 0.1)
+      << result.memory.device_predicted_mib << " MiB foreseen, " << result.memory.device_peak_mib << " counted";
+}
+
+// In few enough batches beforehand, so that memory does not run out on the way.
+TEST(DeviceMemory, LmIsCutIntoBatchesThatFit) {
+  Scene scene = test::RingOfCameras(8, 48, 32, false);
+  const SplatModel model = test::RandomModel(60, 1, 5);
+  test::RenderTruth(test::Perturbed(model, 0.02, 6), 0, &scene);
+  TrainOptions options;
+  options.lm.iterations = 1;
+  options.lm.pcg_iterations = 1;
+  const TrainResult whole = Refine(scene, model, options, 0, {}, DeviceStages());
+  EXPECT_EQ(whole.memory.batches, 1);
+  const std::size_t before = device::BytesInUse();
+  const auto limit = static_cast<std::size_t>(0.7 * kMib * whole.memory.device_peak_mib);
+  const vesta::test::LimitedDeviceMemory limited(before + limit);
+  const TrainResult cut = Refine(scene, model, options, 0, {}, DeviceStages());
+  EXPECT_GT(cut.memory.batches, 1);
+  EXPECT_THAT(cut.notes, testing::IsEmpty());
+  EXPECT_LE(cut.memory.device_peak_mib * kMib, static_cast<double>(before + limit));
+  EXPECT_LT(cut.history.back().cost, cut.history.front().cost);
+}
+
+MemoryScene MadeUp(ViewCounts counts = {.pixels = 2e5, .tiles = 800, .splats = 1.5e4, .pairs = 1e5}) {
+  return {20000, 3, std::vector<ViewCounts>(20, counts)};
+}
+
+TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
+  const ViewCounts base{.pixels = 2e5, .tiles = 800, .splats = 1.5e4, .pairs = 1e5};
+  const auto added = [&](double ViewCounts::*count, const auto& bytes) {
+    ViewCounts more = base;
+    more.*count += 1000;
+    return (bytes(MadeUp(more)) - bytes(MadeUp(base))) / 1000;
+  };
+  const auto adam = [](const MemoryScene& scene) { return DeviceAdamBytes(scene, TrainOptions()); };
+  const auto lm = [](const MemoryScene& scene) { return DeviceLmBytes(scene, {}, true); };
+  const double splat = sizeof(splat::Splat<float>), tangent = sizeof(splat::SplatTangent<float>),
+               gram = sizeof(splat::SplatGram<float>);
+  // 20 truths; an image, its gradient, three slopes; an image and a truth of the evaluation.
+  EXPECT_NEAR(added(&ViewCounts::pixels, adam), 12 * (20 + 5 + 2), 1e-6);
+  // 20 truths; of each view three images; two that H works in; the cost's, three slopes, one blurred; those of the
+  // evaluation.
+  EXPECT_NEAR(added(&ViewCounts::pixels, lm), 12 * (20 + 60 + 2 + 5 + 2), 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::tiles, adam), 8 * 2, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::tiles, lm), 8 * 22, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::splats, adam), 2 * (splat + 8) + 8 + 1.125 * tangent, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::splats, lm), 22 * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * 8 + 1.125 * (20 + tangent) + 0.25, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::pairs, lm), 22 * 8 + 1.125 * (20 + tangent + gram) + 0.25, 1e-6);
+}
+
+TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
+  TrainOptions options;
+  const MemoryScene scene = MadeUp();
+  const double whole = DeviceLmBytes(scene, options.lm, true);
+  const auto plan = [&](double free_bytes) { return PlanLm(scene, options, DeviceMemory(options.memory, free_bytes)); };
+  EXPECT_EQ(plan(1.1 * whole).lm.batches, 1);
+  EXPECT_EQ(plan(1.1 * whole).bytes, whole);
+  // Some is left for what is not counted.
+  EXPECT_GT(plan(1.01 * whole).lm.batches, 1);
+  const LmPlan cut = plan(0.8 * whole);
+  EXPECT_GT(cut.lm.batches, 1);
+  EXPECT_TRUE(cut.lm.merge_batches);
+  EXPECT_FALSE(cut.hold_batches);
+  EXPECT_LE(cut.bytes, 0.8 * whole);
+  // The budget is of the GPU: what the host holds does not count.
+  options.memory = {.budget_gib = 1.001 * whole / kGib, .before_mib = 1e6};
+  EXPECT_EQ(plan(2 * whole).lm.batches, 1);
+  options.memory.budget_gib = 0.8 * whole / kGib;
+  EXPECT_EQ(plan(2 * whole).lm.batches, plan(1e12).lm.batches);
+  EXPECT_GT(plan(2 * whole).lm.batches, 1);
+  EXPECT_EQ(plan(0.7 * whole).bytes, [&] {
+    options.memory.budget_gib = 0;
+    return plan(0.7 * whole).bytes;
+  }()) << "more than is free helps nothing";
+}
+
+TEST(DeviceMemoryPlan, GaussiansGrowAsFarAsTheGpuHasRoom) {
+  TrainOptions options;
+  options.density.max_gaussians = 1000000;
+  const Index fit = PlanGaussians(MadeUp(), options, DeviceMemory({}, 0.6 * kGib));
+  EXPECT_GT(fit, 20000);
+  EXPECT_LT(fit, 1000000);
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, DeviceMemory({}, 100 * kGib)), 1000000);
+}
+
+TEST(DeviceMemoryPlan, SaysInOneLineWhatToDo) {
+  const auto message_of = [](const MemoryOptions& memory, double free_bytes) -> std::string {
+    try {
+      PlanGaussians(MadeUp(), {}, DeviceMemory(memory, free_bytes));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  const std::string by_flag = message_of({.budget_gib = 0.05}, kGib), by_device = message_of({}, 0.05 * kGib);
+  EXPECT_THAT(by_flag, testing::StartsWith("--memory_budget=0.05: "));
+  EXPECT_THAT(by_flag, HasSubstr("--device=cpu"));
+  EXPECT_THAT(by_device, HasSubstr("of the GPU, which has 0.05 to spare"));
+  EXPECT_THAT(by_device, HasSubstr("--device=cpu"));
+  EXPECT_THAT(by_flag + by_device, testing::Not(HasSubstr("\n")));
+  // And it would do.
+  const double needed = std::stod(by_flag.substr(by_flag.find("needs ") + 6));
+  EXPECT_EQ(message_of({.budget_gib = needed}, 10 * kGib), "no error");
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,175 @@
+// The planner's sums against memory that is counted as it is allocated, and what it chooses.
+#include "problems/gaussian_splatting/memory/memory_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/train/trainer.h"
+#include "tests/problems/gaussian_splatting/memory/memory_run.h"
+
+namespace {
+
+std::atomic<std::int64_t> live_bytes{0}, peak_bytes{0};
+
+void* Counted(void* p) {
+  if (p == nullptr) throw std::bad_alloc();
+  const std::int64_t live = live_bytes += static_cast<std::int64_t>(malloc_usable_size(p));
+  std::int64_t peak = peak_bytes;
+  while (peak < live && !peak_bytes.compare_exchange_weak(peak, live)) {
+  }
+  return p;
+}
+
+void Release(void* p) {
+  if (p != nullptr) live_bytes -= static_cast<std::int64_t>(malloc_usable_size(p));
+  std::free(p);
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return Counted(std::malloc(size == 0 ? 1 : size)); }
+void* operator new(std::size_t size, std::align_val_t align) {
+  const auto a = static_cast<std::size_t>(align);
+  return Counted(std::aligned_alloc(a, (size + a) / a * a));
+}
+void operator delete(void* p) noexcept { Release(p); }
+void operator delete(void* p, std::size_t) noexcept { Release(p); }
+void operator delete(void* p, std::align_val_t) noexcept { Release(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { Release(p); }
+
+namespace vesta::gs {
+namespace {
+
+constexpr double kMib = 1 << 20;
+
+const test::MemoryCase kCases[] = {
+    {"adam", 4000, 64, 48, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
+    {"adam_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
+    {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
+    {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
+    {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache32"; }},
+    {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
+    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "rebuild"; }},
+    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = "rebuild"; }},
+    {"rebuild_in_batches", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = "rebuild", o.lm.batches = 2; }},
+    {"sh_blocks", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = "block_sh"; }},
+    {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = "jacobi"; }},
+    {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
+    {"merged_batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
+    {"root", 1000, 160, 120, [](TrainOptions& o) { o.lm.ssim_linearization = "root"; }},
+    {"small_batches", 1000, 160, 120, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
+    {"budget", 2000, 160, 120, [](TrainOptions& o) { o.memory.budget_gib = 0.016; }},
+};
+
+class CountedMemory : public testing::TestWithParam<test::MemoryCase> {};
+INSTANTIATE_TEST_SUITE_P(Runs, CountedMemory, testing::ValuesIn(kCases),
+                         [](const auto& param) { return param.param.name; });
+
+TEST_P(CountedMemory, IsWhatWasForeseen) {
+  const test::MemoryRun run(GetParam(), 2, 2);
+  const TrainOptions& options = run.options;
+  const std::int64_t before = live_bytes;
+  peak_bytes = before;
+  const TrainResult result = run.Run();
+  const double counted = static_cast<double>(peak_bytes - before) / kMib;
+  EXPECT_NEAR(result.memory.predicted_mib / counted, 1, 0.1)
+      << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
+  if (options.memory.budget_gib > 0) {
+    EXPECT_LE(counted, 1024 * options.memory.budget_gib);
+    EXPECT_EQ(result.memory.jacobian, "rebuild") << "so that the budget has an effect";
+  }
+}
+
+MemoryScene MadeUp() {
+  return {20000, 3,
+          std::vector<ViewCounts>(20, {.pixels = 2e5, .tiles = 800, .splats = 1.5e4, .pairs = 1e5, .entries = 8e6})};
+}
+
+double Gib(double bytes) { return bytes / (1 << 30); }
+
+TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
+  TrainOptions options;
+  options.lm.jacobian = "cache16";
+  const MemoryScene scene = MadeUp();
+  LmOptions recompute = options.lm, rebuild = options.lm;
+  recompute.jacobian = "recompute";
+  rebuild.jacobian = "rebuild";
+  const double with_cache = LmBytes(scene, options.lm, true), without = LmBytes(scene, recompute, true),
+               least = LmBytes(scene, rebuild, true);
+  EXPECT_GT(with_cache, without + 20 * 8e6 * 8);
+  EXPECT_GT(without, least + 19 * 2e5 * 36) << "three images of each view";
+  const auto plan = [&](double gib) {
+    options.memory.budget_gib = gib;
+    return PlanLm(scene, options, HostMemory(options.memory));
+  };
+  EXPECT_EQ(plan(0).lm.jacobian, "cache16");
+  EXPECT_EQ(plan(0).bytes, with_cache);
+  EXPECT_EQ(plan(Gib(with_cache) * 1.001).lm.jacobian, "cache16");
+  EXPECT_EQ(plan(Gib(with_cache) * 0.999).lm.jacobian, "recompute");
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, "recompute");
+  for (const double budget : {0.999 * without, 1.001 * least}) {
+    const LmPlan smaller = plan(Gib(budget));
+    EXPECT_EQ(smaller.lm.jacobian, "rebuild");
+    EXPECT_EQ(smaller.lm.batches, 1);
+    EXPECT_EQ(smaller.bytes, least);
+  }
+  EXPECT_THROW(plan(Gib(least) * 0.999), Error);
+  // What the process holds already counts.
+  options.memory.before_mib = 100;
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, "rebuild");
+  // Without a budget too a machine that is nearly full gets the frugal way, and no refusal.
+  StageMemory machine;
+  for (const auto& [share, expected] :
+       {std::pair(1.001 * with_cache, "cache16"), {1.001 * without, "recompute"}, {0.5 * least, "rebuild"}}) {
+    machine.comfortable_bytes = share;
+    EXPECT_EQ(PlanLm(scene, options, machine).lm.jacobian, expected);
+  }
+}
+
+TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
+  TrainOptions options;
+  options.memory = {.budget_gib = 0.05, .before_mib = 10};
+  const auto message_of = [&](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  const std::string message = message_of([&] { PlanLm(MadeUp(), options, HostMemory(options.memory)); });
+  EXPECT_THAT(message, testing::StartsWith("--memory_budget=0.05: "));
+  EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
+  EXPECT_THAT(message_of([&] { PlanGaussians(MadeUp(), options, HostMemory(options.memory)); }),
+              testing::StartsWith("--memory_budget=0.05: "));
+  // And it would.
+  const auto at = message.find("needs ");
+  ASSERT_NE(at, std::string::npos);
+  options.memory.budget_gib = std::stod(message.substr(at + 6));
+  EXPECT_EQ(message_of([&] { PlanLm(MadeUp(), options, HostMemory(options.memory)); }), "no error");
+}
+
+TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
+  TrainOptions options;
+  options.density.max_gaussians = 1000000;
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 1000000);
+  options.memory.budget_gib = 0.5;
+  const Index fit = PlanGaussians(MadeUp(), options, HostMemory(options.memory));
+  EXPECT_GT(fit, 20000);
+  EXPECT_LT(fit, 1000000);
+  options.lm.jacobian = "rebuild";
+  EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, true), 0.5 * (1 << 30));
+  options.density.enabled = false;
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 20000)
+      << "without densification there are as many as there are";
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,180 @@
+// The stages of a GPU where its memory runs out on the way: the run goes on with what it has. On a device that is
+// emulated.
+#include "problems/gaussian_splatting/train/device_stages.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/evaluate/device_evaluation.h"
+#include "problems/gaussian_splatting/train/evaluate_or_download.h"
+#include "problems/gaussian_splatting/train/lm_steps.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/support/emulated_device.h"
+
+namespace vesta::gs {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+using vesta::test::LimitedDeviceMemory;
+
+constexpr int kIterations = 60;
+
+TrainOptions AdamAlone() {
+  TrainOptions options = test::ShortTraining(kIterations, 0);
+  options.adam.evaluations = 4;
+  return options;
+}
+
+// Trains with ample memory until `when` says of an iteration of Adam that from then on there is only what is in use.
+template <class When>
+TrainResult TrainUntilFull(const Scene& scene, const TrainOptions& options, const When& when) {
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  TrainCallbacks callbacks;
+  callbacks.progress = [&](const TrainProgress& p) {
+    if (p.stage == Stage::kAdam && when(p)) vesta::test::SetDeviceMemory(device::BytesInUse());
+  };
+  return Train(scene, options, 0, callbacks, DeviceStages());
+}
+
+TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options = AdamAlone();
+  const TrainResult ample = Train(scene, options, 0, {}, DeviceStages());
+  EXPECT_THAT(ample.notes, IsEmpty());
+  Index before = 0;
+  int last = 0;
+  const TrainResult full = TrainUntilFull(scene, options, [&](const TrainProgress& p) {
+    if (p.iteration == 15) before = p.gaussians;
+    last = std::max(last, p.iteration);
+    return p.iteration == 15;
+  });
+  ASSERT_GT(ample.model.count, before) << "so that memory has an effect";
+  EXPECT_THAT(
+      full.notes,
+      ElementsAre(AllOf(StartsWith("Adam goes on from iteration "), HasSubstr("and no more: the GPU has no room")),
+                  StartsWith("Adam leaves its last parameters, not their mean: the GPU has no room")));
+  EXPECT_EQ(last, kIterations);
+  EXPECT_EQ(full.history.back().iteration, kIterations);
+  EXPECT_LE(full.model.count, before);
+  EXPECT_NEAR(full.history.back().train.psnr, ample.history.back().train.psnr, 2);
+}
+
+TEST(DeviceStages, AdamIsLeftForLmAsOnTheHost) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = AdamAlone();
+  options.adam.switch_to_lm = "auto";
+  options.density.end = 0.3;
+  options.lm.iterations = 1;
+  options.lm.min_gain = 1;
+  const auto last_of_adam = [](const TrainResult& result) {
+    int last = 0;
+    for (const HistoryRow& row : result.history) last = row.stage == Stage::kAdam ? row.iteration : last;
+    return last;
+  };
+  const int on_host = last_of_adam(Train(scene, options, 0, {}));
+  EXPECT_LT(on_host, kIterations);
+  EXPECT_EQ(last_of_adam(Train(scene, options, 0, {}, DeviceStages())), on_host);
+}
+
+TEST(DeviceStages, AdamEndsWithWhatItHas) {
+  // One view is larger than all before it.
+  Scene scene = test::RingOfCameras(8, 24, 16, false);
+  Scene large = test::RingOfCameras(8, 96, 64, false);
+  scene.views.back() = large.views.back();
+  test::RenderTruth(test::RandomModel(60, 1, 7), 0.05, &scene);
+  TrainOptions options = AdamAlone();
+  options.density.enabled = false;
+  options.seed = 2;
+  const TrainResult result = TrainUntilFull(scene, options, [&](const TrainProgress& p) { return p.iteration == 1; });
+  ASSERT_EQ(result.notes.size(), 1u);
+  EXPECT_THAT(result.notes.front(), StartsWith("Adam ends after "));
+  EXPECT_THAT(result.notes.front(), HasSubstr("the GPU has no room"));
+  const HistoryRow& last = result.history.back();
+  EXPECT_EQ(last.stage, Stage::kAdam);
+  EXPECT_GT(last.iteration, 0);
+  EXPECT_LT(last.iteration, 8);
+  // The model is the one that these iterations made.
+  EXPECT_EQ(result.model.data, [&] {
+    TrainCallbacks callbacks;
+    int done = 0;
+    callbacks.progress = [&](const TrainProgress& p) { done = p.iteration; };
+    callbacks.stop = [&] { return done == last.iteration - 1; };
+    return Train(scene, options, 0, callbacks, DeviceStages()).model.data;
+  }());
+}
+
+TEST(DeviceStages, AdamRunsOnTheCpuWhereNothingFits) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options = AdamAlone();
+  StageRunners stages = DeviceStages();
+  stages.device_memory = {};  // as if all had been thought to fit
+  const LimitedDeviceMemory limited(device::BytesInUse() + 1000);
+  const TrainResult result = Train(scene, options, 0, {}, stages);
+  EXPECT_THAT(result.notes, ElementsAre(StartsWith("Adam runs on the CPU: the GPU has no room")));
+  EXPECT_EQ(result.model.data, Train(scene, options, 0, {}).model.data);
+}
+
+TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options;
+  const TrainCallbacks callbacks;
+  TrainingSession session(scene, options, 0, callbacks);
+  const SplatModel model = test::RandomModel(30, 1, 4);
+  const std::vector<DeviceTargetView> targets =
+      UploadTargets(TargetsOf(session.training_views(), NearPlane(session.scene())));
+  DeviceBuffer<float> x;
+  x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
+  const splat::Model<float> on_device{x.data(), model.count, 1, 1};
+  int downloads = 0;
+  const auto on_host = [&] {
+    ++downloads;
+    return ToKernelModel(model);
+  };
+  const auto evaluate = [&] {
+    splat::DeviceViewWorkspace workspace;
+    return EvaluateOrDownload(session, targets, on_device, workspace, on_host);
+  };
+  evaluate();
+  EXPECT_EQ(downloads, 0);
+  const std::size_t before = device::BytesInUse();
+  // Room for the first of it.
+  const LimitedDeviceMemory limited(before + 20000);
+  const Evaluation found = evaluate(), expected = session.Evaluate(ToKernelModel(model));
+  EXPECT_EQ(downloads, 1);
+  EXPECT_EQ(device::BytesInUse(), before) << "what was begun is given back";
+  EXPECT_EQ(found.cost, expected.cost);
+  EXPECT_EQ(found.test.ssim, expected.test.ssim);
+}
+
+TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = test::ShortTraining(20, 1);
+  options.adam.evaluations = 1;
+  options.density.enabled = false;
+  StageRunners stages = DeviceStages();
+  const auto adam = stages.adam;
+  stages.adam = [&](TrainingSession& session, SplatModel& model) {
+    adam(session, model);
+    vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
+  };
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  const TrainResult planned = Train(scene, options, 0, {}, stages);
+  EXPECT_THAT(planned.lm_left_out, HasSubstr("of the GPU"));
+  EXPECT_EQ(planned.history.back().iteration, 20);
+  // The same found out on the way only.
+  vesta::test::SetDeviceMemory(vesta::test::kAmpleDeviceMemory);
+  stages.device_memory = {};
+  const TrainResult found = Train(scene, options, 0, {}, stages);
+  ASSERT_FALSE(found.notes.empty());
+  EXPECT_THAT(found.notes.front(), StartsWith("LM goes on in 2 batches: "));
+  EXPECT_THAT(found.notes.back(), StartsWith("LM ends after 0 iterations: "));
+  EXPECT_EQ(found.model.data, planned.model.data);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,96 @@
+// The same bits for any number of threads.
+#include <gtest/gtest.h>
+
+#include "kernels/core/parallel.h"
+#include "solver/derivative_check.inl"
+#include "tests/problems/gaussian_splatting/density/density_scene.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+// Calls make() with one thread, then with more, and expects the same each time.
+template <class Make>
+void ExpectSameForAnyNumber(const Make& make) {
+  const int before = NumThreads();
+  SetNumThreads(1);
+  const auto expected = make();
+  for (const int threads : {2, 3}) {
+    SetNumThreads(threads);
+    EXPECT_TRUE(make() == expected) << threads;
+  }
+  SetNumThreads(before);
+}
+
+template <class S>
+void CheckProblem() {
+  test::RingProblem<S> ring(3, 200, 1, 80);
+  ring.options.batches.count = 2;
+  ExpectSameForAnyNumber([&] {
+    SplatProblem<S> problem = ring.Make();
+    const Index n = problem.num_parameters();
+    HostBuffer<S> v(n);
+    CpuBackend<S> backend;
+    FillRandom(backend, 81, v.view());
+    std::vector<std::vector<S>> results{{static_cast<S>(problem.Cost(ring.x))}};
+    const auto keep = [&](const HostBuffer<S>& x) { results.emplace_back(x.begin(), x.end()); };
+    for (int batch = 0; batch < 2; ++batch) {
+      const auto linearization = problem.Linearize(ring.x, batch);
+      HostBuffer<S> out(n);
+      linearization->Gradient(out);
+      keep(out);
+      linearization->ApplyH(v, out);
+      keep(out);
+      linearization->DiagJTJ(out);
+      keep(out);
+      HostBuffer<S> metric(n);
+      EXPECT_TRUE(problem.DampingMetric(ring.x, out, metric));
+      keep(metric);
+      BlockDiagonal<CpuBackend<S>> blocks(n, linearization->block_groups());
+      linearization->BlockGram(blocks);
+      results.emplace_back(blocks.all_values().begin(), blocks.all_values().end());
+    }
+    return results;
+  });
+}
+
+TEST(GsThreads, ProblemInDouble) { CheckProblem<double>(); }
+TEST(GsThreads, ProblemInFloat) { CheckProblem<float>(); }
+
+TEST(GsThreads, Density) {
+  constexpr Index kCount = 9000;  // more than one task
+  test::DensityScene scene(kCount);
+  const SplatModel before = scene.model;
+  std::vector<float> pull;
+  for (Index i = 0; i < kCount; ++i) pull.push_back(1e-6f * static_cast<float>(i % 1000));
+  ExpectSameForAnyNumber([&] {
+    scene.model = before;
+    DensityOptions options;
+    options.gradient_threshold = 2e-4;  // low enough for some Gaussians to be cloned and split
+    options.split_above = 0.1;
+    options.max_gaussians = kCount + 3000;
+    DensityControl control(options, 1, 5, kCount);
+    scene.Observe(control, pull);
+    Adam adam{LearningRates()};
+    std::vector<float> gradient(scene.model.data.size(), 1.0f);
+    adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
+    control.Densify(scene.model, adam, 1);
+    EXPECT_EQ(scene.model.count, kCount + 3000);
+    gradient.assign(scene.model.data.size(), -0.5f);
+    adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
+    return scene.model.data;
+  });
+}
+
+TEST(GsThreads, Training) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options = test::ShortTraining(50, 2);
+  ExpectSameForAnyNumber([&] {
+    const TrainResult result = Train(scene, options, 0, {});
+    EXPECT_GT(result.model.count, 60) << "densification is part of it";
+    return result.model.data;
+  });
+}
+
+}  // namespace
+}  // namespace vesta::gs
