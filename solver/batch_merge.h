@@ -23,7 +23,9 @@ class BatchedStep {
 
   bool finite() const { return finite_; }
   // -g of all batches.
-  typename B::ConstView descent() const { return whole() ? whole()->descent() : descent_.view(); }
+  typename B::ConstView negative_gradient() const {
+    return whole() ? whole()->negative_gradient() : negative_gradient_.view();
+  }
   // A weight of each column, of H's scale: D, or of merged batches the diagonal of H.
   typename B::ConstView weights() const { return whole() ? whole()->metric() : diagonal_.view(); }
 
@@ -53,7 +55,7 @@ class BatchedStep {
   ColumnScale<B>& scale_;
   LmSummary& summary_;
   std::vector<std::unique_ptr<NormalSystem<B>>> systems_;  // null where made anew at each use
-  typename B::Vector descent_, diagonal_;                  // sums over the systems; empty where there is one
+  typename B::Vector negative_gradient_, diagonal_;        // sums over the systems; empty where there is one
   bool finite_ = true;
 };
 

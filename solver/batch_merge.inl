@@ -15,7 +15,7 @@ BatchedStep<B>::BatchedStep(const LmOptions& options, B& backend, Problem<B>& pr
   const int batches = problem.num_batches();
   const int systems = options.batch_mode == BatchMode::kExact ? 1 : batches;
   if (systems > 1) {
-    descent_.Resize(problem.num_tangent());
+    negative_gradient_.Resize(problem.num_tangent());
     diagonal_.Resize(problem.num_tangent());
   }
   summary.num_residuals = 0;
@@ -23,7 +23,7 @@ BatchedStep<B>::BatchedStep(const LmOptions& options, B& backend, Problem<B>& pr
     auto system = MakeSystem(s, systems == 1 ? batches : 1);
     finite_ = finite_ && system->finite();
     if (systems > 1) {
-      backend.Axpby(1.0, system->descent(), 1.0, descent_);
+      backend.Axpby(1.0, system->negative_gradient(), 1.0, negative_gradient_);
       backend.Axpby(1.0, system->diagonal(), 1.0, diagonal_);
     }
     summary.num_residuals += system->num_residuals();
@@ -99,7 +99,7 @@ typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorks
 template <Backend B>
 void BatchedStep<B>::Measure(typename B::ConstView step, Direction& direction) {
   std::unique_ptr<NormalSystem<B>> fresh;
-  direction.gradient_dot_step = -backend_.Dot(descent(), step);
+  direction.gradient_dot_step = -backend_.Dot(negative_gradient(), step);
   direction.curvature = 0;
   for (std::size_t b = 0; b < systems_.size(); ++b) direction.curvature += System(b, fresh).Curvature(step);
 }

@@ -228,10 +228,10 @@ void BlockProblem::VisitEuclidean(const Visit& visit) const {
   }
 }
 
-void BlockProblem::MaskActiveBounds(ConstView x, ConstView descent, View mask) {
+void BlockProblem::MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) {
   VisitEuclidean([&](Index i, Index k) {
     const auto b = static_cast<std::size_t>(i);
-    if (bounds_internal::PushedOut(x[i], descent[k], lower_[b], upper_[b])) mask[k] = 0;
+    if (bounds_internal::PushedOut(x[i], negative_gradient[k], lower_[b], upper_[b])) mask[k] = 0;
   });
 }
 

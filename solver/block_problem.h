@@ -84,7 +84,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return !lower_.empty(); }
   bool IsFeasible(ConstView x) override;
-  void MaskActiveBounds(ConstView x, ConstView descent, View mask) override;
+  void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
 
  private:

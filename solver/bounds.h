@@ -46,7 +46,7 @@ class BoundedProblem final : public Problem<B> {
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return true; }
   bool IsFeasible(ConstView x) override;
-  void MaskActiveBounds(ConstView x, ConstView descent, View mask) override;
+  void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
 
  private:

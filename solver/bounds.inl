@@ -63,8 +63,8 @@ bool BoundedProblem<B>::IsFeasible(ConstView x) {
 }
 
 template <Backend B>
-void BoundedProblem<B>::MaskActiveBounds(ConstView x, ConstView descent, View mask) {
-  const std::vector<S> at = Host(x), pull = Host(descent);
+void BoundedProblem<B>::MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) {
+  const std::vector<S> at = Host(x), pull = Host(negative_gradient);
   std::vector<S> host = Host(mask);
   for (std::size_t k = 0; k < host.size(); ++k) {
     const bool held =

@@ -87,9 +87,9 @@ template <Backend B>
 double LmStepper<B>::GradientNorm() {
   // Where the step is not of x's own size, or bounded, the gradient is measured by what it moves.
   if (problem_.num_tangent() == problem_.num_parameters() && !problem_.has_bounds())
-    return backend_.MaxAbs(system_->descent());
+    return backend_.MaxAbs(system_->negative_gradient());
   TakeTrialVectors();
-  problem_.Plus(backend_, x_, system_->descent(), trial_x_);
+  problem_.Plus(backend_, x_, system_->negative_gradient(), trial_x_);
   backend_.Axpby(-1.0, x_, 1.0, trial_x_);
   return backend_.MaxAbs(trial_x_);
 }
@@ -197,8 +197,8 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
     at_trial = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
   }
   const auto squared = [&](const BatchedStep<B>& system) {
-    backend_.DivideOrZero(system.descent(), system_->weights(), scaled_step_);
-    return backend_.Dot(system.descent(), scaled_step_);
+    backend_.DivideOrZero(system.negative_gradient(), system_->weights(), scaled_step_);
+    return backend_.Dot(system.negative_gradient(), scaled_step_);
   };
   const double share = trial.zone == Zone::kDoubtful ? 0.5 : 1.0;
   trial.accepted = at_trial->finite() && squared(*at_trial) < share * squared(*system_);

@@ -1,4 +1,4 @@
-// The damped normal equations (H + lambda D) step = -g of a set of batches at one x.
+// The damped normal equations (H + lambda D) step = d, d = -g as a rule, of a set of batches at one x.
 #pragma once
 
 #include <memory>
@@ -15,13 +15,14 @@ class NormalSystem {
  public:
   NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches);
 
-  // -g; after Prepare 0 where columns are frozen or at a bound.
-  typename B::ConstView descent() const { return descent_.view(); }
+  // -g and the right-hand side d; after Prepare 0 where columns are frozen or at a bound.
+  typename B::ConstView negative_gradient() const { return negative_gradient_.view(); }
+  typename B::ConstView rhs() const { return descent_.empty() ? negative_gradient() : descent_.view(); }
   // Of H; empty after Prepare unless it was to be kept.
   typename B::ConstView diagonal() const { return diagonal_.view(); }
   // D, after Prepare.
   typename B::ConstView metric() const { return metric_.view(); }
-  // Descent and diagonal hold no NaN or infinity.
+  // Gradient, right-hand side and diagonal hold no NaN or infinity.
   bool finite() const { return finite_; }
   Index num_frozen() const { return num_frozen_; }
   Index num_residuals() const;
@@ -41,7 +42,8 @@ class NormalSystem {
   Problem<B>& problem_;
   std::vector<std::unique_ptr<Linearization<B>>> batches_;
   std::vector<Linearization<B>*> pointers_;
-  typename B::Vector descent_, diagonal_, metric_, mask_;
+  typename B::Vector negative_gradient_, diagonal_, metric_, mask_;
+  typename B::Vector descent_;  // d; empty where it is -g
   bool finite_ = false;
   Index num_frozen_ = 0;
   std::unique_ptr<StepSolver<B>> solver_;

@@ -10,27 +10,27 @@ template <Backend B>
 NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches)
     : backend_(backend), problem_(problem) {
   const Index n = problem.num_tangent();
-  for (typename B::Vector* vector : {&descent_, &diagonal_}) vector->Resize(n);
+  for (typename B::Vector* vector : {&negative_gradient_, &diagonal_}) vector->Resize(n);
   typename B::Vector part;  // of one batch after the first
+  const auto add = [&](auto&& give, typename B::Vector& sum) {
+    if (batches_.size() == 1) return give(sum.view());
+    if (part.empty()) part.Resize(n);
+    give(part.view());
+    backend_.Axpby(1.0, part, 1.0, sum);
+  };
   for (const int batch : batches) {
     batches_.push_back(problem.Linearize(x, batch));
     pointers_.push_back(batches_.back().get());
     Linearization<B>& linearization = *batches_.back();
     VESTA_CHECK(linearization.num_parameters() == n, "batch {} has {} columns, the problem {} tangent entries", batch,
                 linearization.num_parameters(), n);
-    if (batches_.size() == 1) {
-      linearization.Gradient(descent_);
-      linearization.DiagJTJ(diagonal_);
-      continue;
-    }
-    if (part.empty()) part.Resize(n);
-    linearization.Gradient(part);
-    backend_.Axpby(1.0, part, 1.0, descent_);
-    linearization.DiagJTJ(part);
-    backend_.Axpby(1.0, part, 1.0, diagonal_);
+    add([&](typename B::View g) { linearization.Gradient(g); }, negative_gradient_);
+    if (batches_.size() == 1 && linearization.has_own_descent()) descent_.Resize(n);
+    if (!descent_.empty()) add([&](typename B::View d) { linearization.Descent(d); }, descent_);
+    add([&](typename B::View d) { linearization.DiagJTJ(d); }, diagonal_);
   }
-  backend_.Axpby(-1.0, descent_, 0.0, descent_);
-  finite_ = backend_.AllFinite(descent_) && backend_.AllFinite(diagonal_);
+  backend_.Axpby(-1.0, negative_gradient_, 0.0, negative_gradient_);
+  finite_ = backend_.AllFinite(negative_gradient_) && backend_.AllFinite(descent_) && backend_.AllFinite(diagonal_);
 }
 
 template <Backend B>
@@ -52,11 +52,12 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
   if (num_frozen_ > 0 || problem_.has_bounds()) {
     mask_.Resize(diagonal_.size());
     backend_.SelectPositive(diagonal_, 1, 0, mask_);
-    if (problem_.has_bounds()) problem_.MaskActiveBounds(x, descent_.view(), mask_);
-    backend_.Multiply(mask_, descent_, descent_);
+    if (problem_.has_bounds()) problem_.MaskActiveBounds(x, negative_gradient(), mask_);
+    backend_.Multiply(mask_, negative_gradient_, negative_gradient_);
+    if (!descent_.empty()) backend_.Multiply(mask_, descent_, descent_);
   }
-  solver_ = MakeStepSolver<B>(
-      options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(), descent_.view(), scale});
+  solver_ = MakeStepSolver<B>(options, {backend_, problem_, pointers_, diagonal_.view(), metric_.view(), mask_.view(),
+                                        rhs(), negative_gradient(), scale});
   if (!keep_diagonal && !solver_->reads_diagonal()) diagonal_ = {};
   if (!solver_->reads_mask()) mask_ = {};
 }

@@ -40,8 +40,14 @@ class Linearization {
   // d_k = (J^T W J)_kk, or a stand-in of the same scale where the problem documents one. Overwrites d.
   virtual void DiagJTJ(View d) = 0;
 
-  // g = J^T s, the gradient of the batch's cost. Default: s = residuals().
+  // g = J^T s, the gradient of the batch's cost: what steps are predicted to gain, and when a solve has ended, is by
+  // it. Default: s = residuals().
   virtual void Gradient(View g) { ApplyJT(residuals(), g); }
+  // d = the right-hand side of (H + lambda D) step = d. A problem may have a direction of descent of its own (a
+  // gradient without what is noise): it then says so, of every batch alike, and only solvers that see H alone will do.
+  // Asked for after the gradient. Default: -g.
+  virtual bool has_own_descent() const { return false; }
+  virtual void Descent(View d);
   // Wu = W u on the residual space. Default: the identity.
   virtual void ApplyW(ConstView u, View Wu);
   // Whether W is anything but the identity, or s anything but r: then only solvers that see H alone will do.
@@ -111,8 +117,8 @@ class Problem {
   // Bounds on entries of x. All go together; see solver/bounds.h for boxes around any problem.
   virtual bool has_bounds() const { return false; }
   virtual bool IsFeasible(ConstView x);
-  // mask (num_tangent() entries, given) becomes 0 where an entry at its bound is pushed against it by descent = -g.
-  virtual void MaskActiveBounds(ConstView x, ConstView descent, View mask);
+  // mask (num_tangent() entries, given) becomes 0 where an entry at its bound is pushed against it by -g.
+  virtual void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask);
   // Cuts the entries of step that would cross a bound, so that what is left is what Plus will do.
   virtual void ClipStep(ConstView x, View step);
 

@@ -9,6 +9,12 @@
 namespace vesta {
 
 template <Backend B>
+void Linearization<B>::Descent(View d) {
+  Gradient(d);
+  B().Axpby(-1.0, d, 0.0, d);
+}
+
+template <Backend B>
 void Linearization<B>::ApplyW(ConstView u, View Wu) {
   B().Copy(u, Wu);
 }

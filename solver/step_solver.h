@@ -58,7 +58,8 @@ struct StepSystem {
   typename B::ConstView diagonal;              // of H
   typename B::ConstView metric;                // D
   typename B::ConstView mask;                  // 0 where a column is frozen, else 1; empty: none is
-  typename B::ConstView rhs;                   // -g, 0 where frozen
+  typename B::ConstView rhs;                   // d, 0 where frozen
+  typename B::ConstView negative_gradient;     // likewise; the same memory as rhs where d = -g
   const ColumnScale<B>& scale;
 };
 
@@ -68,7 +69,8 @@ struct StepSolution {
   double curvature = 0;          // step^T H step, undamped
 };
 
-// Solves (H + lambda D) step = -g for as many lambda as are asked of it. Frozen columns get steps of 0.
+// Solves (H + lambda D) step = d, d = -g as a rule, for as many lambda as are asked of it. Frozen columns get steps of
+// 0.
 template <Backend B>
 class StepSolver {
  public:

@@ -21,17 +21,20 @@ namespace vesta {
 
 namespace step_internal {
 
-// g^T step and step^T H step of a step of (H + lambda D) step = b - r, b = -g on every column that moves, without a
-// further product. r_dot_step: the residual's product with it.
+// g^T step and step^T H step of a step of (H + lambda D) step = b - r, b the right-hand side on every column that
+// moves, without a further product. r_dot_step: the residual's product with it.
 template <Backend B>
 StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
                           typename B::View step) {
   const double b_dot_step = system.backend.Dot(system.rhs, step);
+  const double descent = system.negative_gradient.data() == system.rhs.data()
+                             ? b_dot_step
+                             : system.backend.Dot(system.negative_gradient, step);
   const double damping = lambda * system.backend.WeightedDot(system.metric, step, step);
-  return {pcg, -b_dot_step, std::max(0.0, b_dot_step - r_dot_step - damping)};
+  return {pcg, -descent, std::max(0.0, b_dot_step - r_dot_step - damping)};
 }
 
-// The same where W = I, in the space of the residuals: no digits are lost to the condition number of H.
+// The same where W = I and b = -g, in the space of the residuals: no digits are lost to the condition number of H.
 template <Backend B>
 StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::View step) {
   StepSolution solution{.pcg = pcg};
@@ -271,11 +274,20 @@ class DenseQrStep final : public StepSolver<B> {
   DenseQr qr_;
 };
 
+// Why only the normal equations say what the step is, not J and the residuals; null where these do.
+template <Backend B>
+const char* WhyNormal(const StepSystem<B>& system) {
+  const auto any = [&](auto&& has) { return std::any_of(system.batches.begin(), system.batches.end(), has); };
+  if (any([](auto* batch) { return batch->weighted(); })) return "the problem has weights W";
+  if (any([](auto* batch) { return batch->has_own_descent(); })) return "the problem has a descent of its own";
+  return nullptr;
+}
+
 // Below this, J by columns and its QR cost less than the iterations would.
 constexpr Index kDenseParameters = 100, kDenseEntries = 1'000'000;
 
 template <Backend B>
-LinearSolverKind Choose(const StepSystem<B>& system, bool weighted, bool reducible, std::string& why) {
+LinearSolverKind Choose(const StepSystem<B>& system, const char* why_normal, bool reducible, std::string& why) {
   const Index n = system.metric.size();
   Index rows = 0;
   for (Linearization<B>* batch : system.batches) rows += batch->num_residuals();
@@ -283,11 +295,11 @@ LinearSolverKind Choose(const StepSystem<B>& system, bool weighted, bool reducib
     why = "the problem has a block-diagonal group to eliminate";
     return LinearSolverKind::kReducedPcg;
   }
-  if (!weighted && n <= kDenseParameters && rows * n <= kDenseEntries) {
+  if (why_normal == nullptr && n <= kDenseParameters && rows * n <= kDenseEntries) {
     why = fmt::format("a Jacobian of {} x {}", rows, n);
     return LinearSolverKind::kDenseQr;
   }
-  why = weighted ? "the problem has weights W" : fmt::format("a Jacobian of {} x {}", rows, n);
+  why = why_normal != nullptr ? why_normal : fmt::format("a Jacobian of {} x {}", rows, n);
   return LinearSolverKind::kPcg;
 }
 
@@ -295,8 +307,7 @@ LinearSolverKind Choose(const StepSystem<B>& system, bool weighted, bool reducib
 
 template <Backend B>
 std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system) {
-  const bool weighted =
-      std::any_of(system.batches.begin(), system.batches.end(), [](auto* batch) { return batch->weighted(); });
+  const char* const why_normal = step_internal::WhyNormal(system);
   std::unique_ptr<ReducedSystem<B>> reduced;
   const bool asked_reduced = options.linear_solver == LinearSolverKind::kReducedPcg;
   if ((asked_reduced || options.linear_solver == LinearSolverKind::kAuto) && system.batches.size() == 1 &&
@@ -306,11 +317,11 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
   LinearSolverKind kind = options.linear_solver;
   std::string why;
   if (kind == LinearSolverKind::kAuto) {
-    kind = step_internal::Choose(system, weighted, reduced != nullptr, why);
+    kind = step_internal::Choose(system, why_normal, reduced != nullptr, why);
     why = fmt::format(" (auto: {})", why);
   }
-  if (weighted && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
-    Fail("linear_solver = {} needs a problem without weights W; choose PCG", ToString(kind));
+  if (why_normal != nullptr && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
+    Fail("linear_solver = {} does not fit, for {}; choose PCG", ToString(kind), why_normal);
   }
   if (asked_reduced && !reduced) {
     Fail("linear_solver = {} needs a problem of one batch, without bounds, that can eliminate a group; choose PCG",

@@ -112,6 +112,10 @@ void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   expected->Gradient(host_vector);
   found->Gradient(device_vector);
   EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), kTolerance);
+  ASSERT_EQ(found->has_own_descent(), expected->has_own_descent());
+  expected->Descent(host_vector);
+  found->Descent(device_vector);
+  EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), 10 * kTolerance);
   expected->DiagJTJ(host_vector);
   found->DiagJTJ(device_vector);
   EXPECT_LT(RelativeError(ToHost(device_vector), host_vector), 5 * kTolerance);

@@ -57,14 +57,16 @@ TEST(BatchMerge, MergesByTheDiagonalsAndPredictsOverAllBatches) {
   LinearProblem problem({first, second});
   const Cpu::Vector x = Vector({1, -1, 2, 0.5});
   const double lambda = 0.1;
+  problem.own_descent = Eigen::VectorXd{{0.5, 1, 1, 0.1}};
   Eigen::VectorXd numerator = Eigen::VectorXd::Zero(4), weight = Eigen::VectorXd::Zero(4);
   for (const auto& batch : {first, second}) {
     const Eigen::MatrixXd h = test::Gram(batch.a);
     Eigen::MatrixXd damped = h;
     damped.diagonal() += lambda * h.diagonal();
     for (int k = 0; k < 4; ++k) damped(k, k) = std::max(damped(k, k), 1e-12);
-    const Eigen::VectorXd step = -test::SolveSymmetric(
-        damped, test::ApplyTransposed(batch.a, test::Apply(batch.a, AsEigen(x.view())) - batch.b));
+    const Eigen::VectorXd step =
+        -test::SolveSymmetric(damped, problem.own_descent.cwiseProduct(test::ApplyTransposed(
+                                          batch.a, test::Apply(batch.a, AsEigen(x.view())) - batch.b)));
     numerator += h.diagonal().cwiseProduct(step);
     weight += h.diagonal();
   }

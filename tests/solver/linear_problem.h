@@ -27,7 +27,7 @@ class LinearProblem final : public Problem<Cpu> {
   }
   std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int batch) override {
     ++linearizations;
-    return std::make_unique<Rows>(batches_[static_cast<std::size_t>(batch)], x, groups);
+    return std::make_unique<Rows>(batches_[static_cast<std::size_t>(batch)], x, groups, own_descent);
   }
   bool DampingMetric(Cpu::ConstView, Cpu::ConstView diag_h, Cpu::View metric) override {
     if (own_metric <= 0) return false;
@@ -38,14 +38,15 @@ class LinearProblem final : public Problem<Cpu> {
 
   std::vector<BlockGroup> groups;
   double own_metric = 0;
+  Eigen::VectorXd own_descent;  // times -g, entry by entry; empty: none
   Eigen::VectorXd last_diag_h;
   int linearizations = 0;
 
  private:
   class Rows final : public Linearization<Cpu> {
    public:
-    Rows(const Batch& batch, Cpu::ConstView x, std::vector<BlockGroup> groups)
-        : a_(batch.a), groups_(std::move(groups)), residuals_(batch.b.size()) {
+    Rows(const Batch& batch, Cpu::ConstView x, std::vector<BlockGroup> groups, Eigen::VectorXd own_descent)
+        : a_(batch.a), groups_(std::move(groups)), own_descent_(std::move(own_descent)), residuals_(batch.b.size()) {
       AsEigen(residuals_.view()) = test::Apply(a_, AsEigen(x)) - batch.b;
     }
     Index num_residuals() const override { return a_.rows(); }
@@ -53,6 +54,11 @@ class LinearProblem final : public Problem<Cpu> {
     Cpu::ConstView residuals() const override { return residuals_.view(); }
     void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = test::Apply(a_, AsEigen(v)); }
     void ApplyJT(Cpu::ConstView u, Cpu::View g) override { AsEigen(g) = test::ApplyTransposed(a_, AsEigen(u)); }
+    bool has_own_descent() const override { return own_descent_.size() > 0; }
+    void Descent(Cpu::View d) override {
+      Linearization::Descent(d);
+      if (has_own_descent()) AsEigen(d).array() *= own_descent_.array();
+    }
     void DiagJTJ(Cpu::View d) override { AsEigen(d) = a_.colwise().squaredNorm().transpose(); }
     std::vector<BlockGroup> block_groups() const override { return groups_; }
     void BlockGram(BlockDiagonal<Cpu>& blocks) override {
@@ -73,6 +79,7 @@ class LinearProblem final : public Problem<Cpu> {
    private:
     const Eigen::MatrixXd& a_;
     std::vector<BlockGroup> groups_;
+    Eigen::VectorXd own_descent_;
     Cpu::Vector residuals_;
   };
 

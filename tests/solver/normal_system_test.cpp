@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "kernels/core/check.h"
 #include "tests/solver/linear_problem.h"
 
 namespace vesta {
@@ -45,7 +46,7 @@ TEST_F(NormalSystemTest, SolvesTheDampedSumOfBatches) {
        {PreconditionerKind::kIdentity, PreconditionerKind::kJacobi, PreconditionerKind::kBlockJacobi}) {
     NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
     EXPECT_EQ(system.num_residuals(), 14);
-    EXPECT_LE((AsEigen(system.descent()) + g).norm(), 1e-13 * g.norm());
+    EXPECT_LE((AsEigen(system.rhs()) + g).norm(), 1e-13 * g.norm());
     EXPECT_LE((AsEigen(system.diagonal()) - h.diagonal()).norm(), 1e-14 * h.diagonal().norm());
     const auto scale = ScaleOf(system);
     auto options = Tight(kind);
@@ -87,6 +88,67 @@ TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
   }
 }
 
+TEST_F(NormalSystemTest, ADescentOfItsOwnIsSolvedForAndThePredictionIsByTheGradient) {
+  const auto first = RandomBatch(9, 5, 3), second = RandomBatch(6, 5, 8);
+  const Cpu::Vector x = Vector({1, -2, 3, -4, 5});
+  const Eigen::MatrixXd h = test::Gram(first.a) + test::Gram(second.a);
+  const double lambda = 0.7;
+  Eigen::MatrixXd damped = h;
+  damped.diagonal() += lambda * h.diagonal();
+  LinearProblem problem({first, second});
+  problem.own_descent = Eigen::VectorXd{{1, 0.2, 0, 0.5, 0.9}};
+  for (const int iterations : {1, 2, 200}) {
+    NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
+    const auto scale = ScaleOf(system);
+    auto options = Tight();
+    options.pcg.max_iterations = iterations;
+    system.Prepare(options, x, scale);
+    Cpu::Vector step(5), moved(5);
+    const auto solution = system.Solve(lambda, workspace_, step);
+    const Eigen::VectorXd s = AsEigen(step.view()), g = -AsEigen(system.negative_gradient());
+    const Eigen::VectorXd descent = -problem.own_descent.cwiseProduct(g);
+    EXPECT_LE((AsEigen(system.rhs()) - descent).norm(), 1e-14 * descent.norm());
+    if (iterations == 200) {
+      const Eigen::VectorXd expected = test::SolveSymmetric(damped, descent);
+      EXPECT_LE((s - expected).norm(), 1e-9 * expected.norm());
+    }
+    EXPECT_NEAR(solution.gradient_dot_step, g.dot(s), 1e-12 * std::abs(g.dot(s)));
+    EXPECT_NEAR(solution.curvature, s.dot(test::Apply(h, s)), 1e-11 * s.dot(test::Apply(h, s)));
+    // The problem is linear: the model is the cost.
+    problem.Plus(backend_, x, step, moved);
+    const double decrease = problem.Cost(x) - problem.Cost(moved);
+    EXPECT_NEAR(-solution.gradient_dot_step - 0.5 * solution.curvature, decrease, 1e-11 * problem.Cost(x));
+  }
+  // What sees J and the residuals would solve for another direction.
+  for (const auto kind : {LinearSolverKind::kLsmr, LinearSolverKind::kDenseQr}) {
+    NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
+    const auto scale = ScaleOf(system);
+    auto options = Tight();
+    options.linear_solver = kind;
+    EXPECT_THROW(system.Prepare(options, x, scale), Error);
+  }
+}
+
+TEST_F(NormalSystemTest, TheGradientAsDescentIsTheDefaultToTheLastBit) {
+  LinearProblem problem({RandomBatch(9, 5, 3), RandomBatch(6, 5, 8)});
+  const Cpu::Vector x = Vector({1, -2, 3, -4, 5});
+  std::vector<Cpu::Vector> steps;
+  std::vector<StepSolution> solutions;
+  for (const bool own : {false, true}) {
+    problem.own_descent = Eigen::VectorXd::Ones(own ? 5 : 0);
+    NormalSystem<Cpu> system(backend_, problem, x, {0, 1});
+    EXPECT_EQ(system.rhs().data() != system.negative_gradient().data(), own) << "one vector where it is the same";
+    const auto scale = ScaleOf(system);
+    auto options = Tight();
+    options.pcg.max_iterations = 3;
+    system.Prepare(options, x, scale);
+    solutions.push_back(system.Solve(0.7, workspace_, steps.emplace_back(5)));
+  }
+  EXPECT_EQ(AsEigen(steps[0].view()), AsEigen(steps[1].view()));
+  EXPECT_EQ(solutions[0].gradient_dot_step, solutions[1].gradient_dot_step);
+  EXPECT_EQ(solutions[0].curvature, solutions[1].curvature);
+}
+
 TEST_F(NormalSystemTest, BlocksAreMadeAgainForAnotherDamping) {
   const auto first = RandomBatch(9, 5, 31), second = RandomBatch(6, 5, 32);
   LinearProblem problem({first, second});
@@ -96,7 +158,7 @@ TEST_F(NormalSystemTest, BlocksAreMadeAgainForAnotherDamping) {
   const auto scale = ScaleOf(system);
   system.Prepare(Tight(PreconditionerKind::kBlockJacobi), x, scale);
   const Eigen::MatrixXd h = test::Gram(first.a) + test::Gram(second.a);
-  const Eigen::VectorXd descent = AsEigen(system.descent());
+  const Eigen::VectorXd descent = AsEigen(system.rhs());
   for (const double lambda : {0.3, 30.0, 30.0, 0.003}) {
     Eigen::MatrixXd damped = h;
     damped.diagonal() += lambda * h.diagonal();

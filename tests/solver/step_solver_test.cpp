@@ -108,7 +108,7 @@ Solved StepOf(Problem<Cpu>& problem, const NormalSystemOptions& options, const C
   PcgWorkspace<Cpu> workspace;
   Cpu::Vector step(problem.num_tangent());
   const StepSolution solution = system.Solve(lambda, workspace, step);
-  return {AsEigen(step.view()), -AsEigen(system.descent()), solution, system.description()};
+  return {AsEigen(step.view()), -AsEigen(system.negative_gradient()), solution, system.description()};
 }
 
 TEST(StepSolver, AllKindsAgreeWithTheDenseStep) {

@@ -44,9 +44,9 @@ DeviceSplatLinearization::DeviceSplatLinearization(const SplatProblemOptions& op
 
 void DeviceSplatLinearization::MakeUnits() {
   gradient_.Resize(num_parameters());
-  DeviceBuffer<float> of_view, squares;  // where disagreement is measured
-  const bool shrinks = options_.view_agreement > 0 && views_.size() > 1;
-  if (shrinks) of_view.Resize(num_parameters()), squares.Resize(num_parameters());
+  const bool steers = has_own_descent();
+  DeviceBuffer<float> of_view;
+  if (steers) of_view.Resize(num_parameters()), descent_.Resize(num_parameters());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     Unit& unit = units_[i];
     unit.target = views_[i].target;
@@ -60,16 +60,16 @@ void DeviceSplatLinearization::MakeUnits() {
     loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
     if (options_.sample_gradient) Prepare(views_[i], unit);
     Scale(unit.scale, image_gradient);
-    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (shrinks ? of_view : gradient_).data(),
+    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (steers ? of_view : gradient_).data(),
                     *workspace_);
-    if (shrinks) device_view_agreement::Add({of_view.data(), gradient_.data(), squares.data()}, num_parameters());
+    if (steers) device_view_agreement::Add({of_view.data(), gradient_.data(), descent_.data()}, num_parameters());
     // After the gradient, which is thereby exact.
     if (!options_.sample_gradient) Prepare(views_[i], unit);
   }
-  if (shrinks) {
-    device_view_agreement::Shrink({static_cast<float>(options_.view_agreement), static_cast<float>(views_.size()),
-                                   squares.data(), gradient_.data()},
-                                  num_parameters());
+  if (steers) {
+    device_view_agreement::Descend({static_cast<float>(options_.view_agreement), static_cast<float>(views_.size()),
+                                    gradient_.data(), descent_.data()},
+                                   num_parameters());
   }
 }
 
@@ -142,6 +142,13 @@ void DeviceSplatLinearization::Gradient(View g) {
   if (gradient_.empty()) MakeUnits();
   B().Copy(gradient_, g);
   gradient_ = {};  // nobody asks again, as a rule
+}
+
+void DeviceSplatLinearization::Descent(View d) {
+  if (!has_own_descent()) return Linearization::Descent(d);
+  if (descent_.empty()) MakeUnits();
+  B().Copy(descent_, d);
+  descent_ = {};
 }
 
 void DeviceSplatLinearization::AddGram(float* blocks, float* sh_diagonal, float* sh_blocks) {

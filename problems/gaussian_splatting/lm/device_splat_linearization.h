@@ -30,6 +30,8 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
   bool weighted() const override { return true; }
   void ApplyH(ConstView v, View Hv) override;
   void Gradient(View g) override;
+  bool has_own_descent() const override { return options_.view_agreement > 0; }
+  void Descent(View d) override;
   void DiagJTJ(View d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
@@ -43,7 +45,7 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
     DeviceBuffer<float> image;
     DevicePhotometricLinearization loss;
   };
-  // Builds and prepares all views, and sums their gradients.
+  // Builds and prepares all views, and sums their gradients, of which comes the descent.
   void MakeUnits();
   // Samples pixels and caches the Jacobian, as the options have it.
   void Prepare(const DeviceBatchView& from, Unit& unit) const;
@@ -59,7 +61,7 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
   Index num_residuals_ = 0;
   std::shared_ptr<DevicePhotometricLoss> loss_;
   std::shared_ptr<splat::DeviceViewWorkspace> workspace_;
-  DeviceBuffer<float> gradient_;  // until someone asks for it
+  DeviceBuffer<float> gradient_, descent_;  // until someone asks for them; the second, where it is its own
   DeviceBuffer<float> image_work_, weighted_work_;
   // Made with the diagonal, and kept for the preconditioner: they come from the same pass.
   DeviceBuffer<float> gram_blocks_, gram_sh_, gram_sh_blocks_;

@@ -5,8 +5,8 @@ namespace vesta::gs::device_view_agreement {
 
 void Add(const AddViewGradient<float>& add, Index count) { device::ForEach(count, add, "gradient of a view"); }
 
-void Shrink(const ShrinkByDisagreement<float>& shrink, Index count) {
-  device::ForEach(count, shrink, "agreement of views");
+void Descend(const AgreedDescent<float>& descent, Index count) {
+  device::ForEach(count, descent, "agreement of views");
 }
 
 }  // namespace vesta::gs::device_view_agreement

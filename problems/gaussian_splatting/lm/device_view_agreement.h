@@ -7,6 +7,6 @@ namespace vesta::gs::device_view_agreement {
 
 // For all `count` entries. All pointers are to memory of the GPU; nothing waits.
 void Add(const AddViewGradient<float>& add, Index count);
-void Shrink(const ShrinkByDisagreement<float>& shrink, Index count);
+void Descend(const AgreedDescent<float>& descent, Index count);
 
 }  // namespace vesta::gs::device_view_agreement

@@ -53,27 +53,27 @@ SplatLinearization<S>::SplatLinearization(const SplatProblemOptions& options, Co
 template <class S>
 void SplatLinearization<S>::MakeUnits() {
   gradient_.Resize(num_parameters());
-  HostBuffer<S> of_view, squares;  // where disagreement is measured
-  const bool shrinks = options_.view_agreement > 0 && views_.size() > 1;
-  if (shrinks) of_view.Resize(num_parameters()), squares.Resize(num_parameters());
+  const bool steers = has_own_descent();
+  HostBuffer<S> of_view;
+  if (steers) of_view.Resize(num_parameters()), descent_.Resize(num_parameters());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     Unit& unit = units_[i % units_.size()];
     const View image_gradient = image_work_.view().subspan(0, ShapeOf(*views_[i].target).NumValues());
     Build(views_[i], unit, image_gradient);
     if (options_.sample_gradient) Prepare(views_[i], unit);
     Scale(unit.scale, image_gradient);
-    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (shrinks ? of_view : gradient_).data(),
+    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (steers ? of_view : gradient_).data(),
                     *workspace_);
-    if (shrinks) {
-      ParallelFor(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), squares.data()});
+    if (steers) {
+      ParallelFor(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), descent_.data()});
     }
     // After the gradient, which is thereby exact.
     if (!options_.sample_gradient) Prepare(views_[i], unit);
   }
-  if (shrinks) {
+  if (steers) {
     ParallelFor(num_parameters(), kGrain,
-                ShrinkByDisagreement<S>{static_cast<S>(options_.view_agreement), static_cast<S>(views_.size()),
-                                        squares.data(), gradient_.data()});
+                AgreedDescent<S>{static_cast<S>(options_.view_agreement), static_cast<S>(views_.size()),
+                                 gradient_.data(), descent_.data()});
   }
 }
 
@@ -203,6 +203,14 @@ void SplatLinearization<S>::Gradient(View g) {
   if (gradient_.empty()) MakeUnits();
   std::copy(gradient_.begin(), gradient_.end(), g.begin());
   gradient_ = {};  // nobody asks again, as a rule
+}
+
+template <class S>
+void SplatLinearization<S>::Descent(View d) {
+  if (!has_own_descent()) return Base::Descent(d);
+  if (descent_.empty()) MakeUnits();
+  std::copy(descent_.begin(), descent_.end(), d.begin());
+  descent_ = {};
 }
 
 template <class S>

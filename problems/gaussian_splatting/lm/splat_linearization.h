@@ -37,6 +37,9 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   // View by view: only one image is ever held.
   void ApplyH(ConstView v, View Hv) override;
   void Gradient(View g) override;
+  // The gradient, shrunk where the views disagree (lm/view_agreement.h).
+  bool has_own_descent() const override { return options_.view_agreement > 0; }
+  void Descent(View d) override;
   // Exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(View d) override;
   std::vector<BlockGroup> block_groups() const override;
@@ -51,7 +54,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
     HostBuffer<S> image;
     PhotometricLinearization<S> loss;
   };
-  // Builds and prepares all views, and sums their gradients.
+  // Builds and prepares all views, and sums their gradients, of which comes the descent.
   void MakeUnits();
   // Projects, renders and linearises a view of the batch; image_gradient: of the loss, of all pixels.
   void Build(const BatchView<S>& from, Unit& unit, View image_gradient) const;
@@ -77,7 +80,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   Index num_residuals_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
-  HostBuffer<S> gradient_;  // until someone asks for it
+  HostBuffer<S> gradient_, descent_;  // until someone asks for them; the second, where it is its own
   // Made with the diagonal, and kept for the preconditioner: they come from the same pass.
   HostBuffer<S> gram_blocks_, gram_sh_, gram_sh_blocks_;
   mutable HostBuffer<S> residuals_, image_work_, weighted_work_;

@@ -70,8 +70,8 @@ struct SplatProblemOptions {
   // Factor on D of the bands of the harmonics above the constant. Adam's rate of theirs, a twentieth, holds them 400
   // times as fast, and the steps of all others with them; free, they over-fit (docs/results).
   double sh_damping = 0.02;
-  // How strongly each entry of the gradient is shrunk by the disagreement of the batch's views about it
-  // (lm/view_agreement.h). 0: not at all, and the gradient is that of the cost.
+  // How strongly each entry of the descent is shrunk by the disagreement of the batch's views about it
+  // (lm/view_agreement.h). 0: not at all.
   double view_agreement = 0;
   LearningRates rates;
   // Of length, for each Gaussian (model/length_units.h); null: all 1.

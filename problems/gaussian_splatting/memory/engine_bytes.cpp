@@ -61,16 +61,18 @@ double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batc
   const double vector = VectorBytes(scene);
   const PreconditionerParts parts = PartsOf(scene, lm);
   const double grams = linearizations * parts.gram, blocks = systems * parts.blocks;
-  // x. Where batches are merged the sums of their descents and diagonals, and what one of them would do.
+  // x. Where batches are merged the sums of their gradients and diagonals, and what one of them would do.
   const double always = (1 + (merged ? 3 : 0)) * vector;
-  // Descent and diagonal of each system, and a batch's part of them; the last linearization measures.
-  const double linearizing = (2 * systems + (summed ? 1 : 0)) * vector + grams + passing.gram;
+  // Gradient and diagonal of each system, its descent where that is another than the gradient's, and a batch's part of
+  // them; the last linearization measures.
+  const int own_descent = lm.view_agreement > 0 ? 1 : 0;
+  const double linearizing = ((2 + own_descent) * systems + (summed ? 1 : 0)) * vector + grams + passing.gram;
   // D, and room for the blocks. So it is when x is evaluated.
-  const double prepared = 3 * systems * vector + grams + blocks + passing.evaluation;
-  // Descent and D, of merged batches the diagonal; the step; three vectors of PCG, of several batches the sum of their
-  // products. Of merged batches the first is solved while the others have their Gram matrices still. Where the model is
-  // measured along a step, one to hold H's product with it.
-  const double kept = (2 + (merged ? 1 : 0)) * systems * vector + vector + blocks;
+  const double prepared = (3 + own_descent) * systems * vector + grams + blocks + passing.evaluation;
+  // Gradient, descent and D, of merged batches the diagonal; the step; three vectors of PCG, of several batches the sum
+  // of their products. Of merged batches the first is solved while the others have their Gram matrices still. Where the
+  // model is measured along a step, one to hold H's product with it.
+  const double kept = (2 + own_descent + (merged ? 1 : 0)) * systems * vector + vector + blocks;
   const double kept_grams = parts.keeps_gram ? grams : 0;
   const double measured = merged || lm.step_limit != "none" ? linearizations * vector : 0;
   const double unsolved = merged && !parts.keeps_gram ? grams - parts.gram : 0;

@@ -294,21 +294,27 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
 }
 
 // The gradient of one view and that of all by the problem; the rule written out.
-TYPED_TEST(SplatProblemTest, GradientIsShrunkWhereViewsDisagree) {
+TYPED_TEST(SplatProblemTest, DescentIsShrunkWhereViewsDisagreeAndTheGradientIsNot) {
   using S = TypeParam;
   constexpr double kAll = 4, kStrength = 0.3;
   RingProblem<S> ring(4, kCount, 1, 55);
-  const auto gradient_of = [&](double strength, int batches, int batch) {
+  struct Both {
+    HostBuffer<S> gradient, descent;
+  };
+  const auto slopes = [&](double strength, int batches, int batch) {
     ring.options.view_agreement = strength;
     ring.options.batches.count = batches;
-    HostBuffer<S> gradient(ring.x.size());
     SplatProblem<S> problem = ring.Make();
-    problem.Linearize(ring.x, batch)->Gradient(gradient);
-    return gradient;
+    Both both{HostBuffer<S>(ring.x.size()), HostBuffer<S>(ring.x.size())};
+    const auto linearization = problem.Linearize(ring.x, batch);
+    linearization->Gradient(both.gradient);
+    EXPECT_EQ(linearization->has_own_descent(), strength > 0);
+    linearization->Descent(both.descent);
+    return both;
   };
   std::vector<HostBuffer<S>> of_view;
   of_view.reserve(4);
-  for (int view = 0; view < 4; ++view) of_view.push_back(gradient_of(0, 4, view));
+  for (int view = 0; view < 4; ++view) of_view.push_back(slopes(0, 4, view).gradient);
   HostBuffer<S> expected(ring.x.size());
   int kept = 0, zero = 0;
   for (Index j = 0; j < expected.size(); ++j) {
@@ -317,16 +323,20 @@ TYPED_TEST(SplatProblemTest, GradientIsShrunkWhereViewsDisagree) {
     for (const auto& g : of_view) deviations += std::pow(static_cast<double>(g[j]) - sum / kAll, 2);
     const double variance = deviations * kAll / (kAll - 1);
     const double factor = sum == 0 ? 0 : std::max(0.0, 1 - kStrength * variance / (sum * sum));
-    expected[j] = static_cast<S>(factor * sum);
+    expected[j] = static_cast<S>(-factor * sum);
     kept += factor > 0.5 ? 1 : 0, zero += sum != 0 && factor == 0 ? 1 : 0;
   }
   // Both happen.
   EXPECT_GT(kept, 100);
   EXPECT_GT(zero, 100);
-  const HostBuffer<S> found = gradient_of(kStrength, 1, 0);
-  EXPECT_LE(Distance(found, expected), 10 * kTolerance<S> * Norm(expected));
+  const Both found = slopes(kStrength, 1, 0), whole = slopes(0, 1, 0);
+  EXPECT_LE(Distance(found.descent, expected), 10 * kTolerance<S> * Norm(expected));
+  EXPECT_LE(Distance(found.gradient, whole.gradient), 10 * kTolerance<S> * Norm(whole.gradient));
   // One view agrees with itself.
-  EXPECT_EQ(ToVector(gradient_of(kStrength, 4, 2)), ToVector(of_view[2]));
+  Both one = slopes(kStrength, 4, 2);
+  EXPECT_EQ(ToVector(one.gradient), ToVector(of_view[2]));
+  CpuBackend<S>().Axpby(-1, one.gradient, 0, one.gradient);
+  EXPECT_EQ(ToVector(one.descent), ToVector(one.gradient));
 }
 
 TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {

@@ -16,13 +16,14 @@ TEST(ViewAgreement, LeavesWhatIsUnanimousAndDropsWhatCancels) {
       AddViewGradient<double>{&one, &sum, &squares}(0);
       EXPECT_EQ(one, 0);
     }
-    ShrinkByDisagreement<double>{strength, static_cast<double>(gradients.size()), &squares, &sum}(0);
-    return sum;
+    AgreedDescent<double>{strength, static_cast<double>(gradients.size()), &sum, &squares}(0);
+    return -squares;
   };
   EXPECT_DOUBLE_EQ(shrunk({0.1, 0.1, 0.1}, 1e6), 0.1 * 3);
   EXPECT_EQ(shrunk({1, -1}, 0.01), 0);
   EXPECT_EQ(shrunk({0, 0}, 1), 0);
   // g = 2 of two views, squares 4: v = 2 (4 - 4 / 2) = 4 = g^2.
+  EXPECT_EQ(shrunk({0.3}, 1e6), 0.3) << "one view agrees with itself";
   EXPECT_DOUBLE_EQ(shrunk({2, 0}, 0.25), 1.5);
   EXPECT_EQ(shrunk({2, 0}, 1), 0);
   EXPECT_DOUBLE_EQ(shrunk({-2, 0}, 0.25), -1.5);

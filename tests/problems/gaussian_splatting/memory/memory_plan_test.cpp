@@ -53,6 +53,7 @@ const test::MemoryCase kCases[] = {
     {"adam", 4000, 64, 48, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
     {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
+    {"whole_gradient", 4000, 64, 48, [](TrainOptions& o) { o.lm.view_agreement = 0; }},
     {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
     {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache32"; }},
     {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
