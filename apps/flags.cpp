@@ -37,9 +37,8 @@ DEFINE_int32(lm_batches, 1, "parts into which the training views are divided");
 DEFINE_bool(merge_batches, false, "solve batches one by one and merge their steps, instead of all in one");
 DEFINE_string(damping, "", "metric of the damping: Adam's learning rates, or diag(JtJ)");
 DEFINE_string(preconditioner, "", "11 x 11 blocks of JtJ, those and blocks of the colours, or its diagonal");
-DEFINE_string(
-    step_control, "",
-    "rule for the damping: with backtracking, that of Ceres, of Nielsen, of 3DGS-LM's paper (two), of its code");
+DEFINE_string(step_control, "",
+              "rule for the damping: with backtracking, that of Ceres, of 3DGS-LM's paper (two), of its code");
 DEFINE_bool(line_search, false, "search for the best length of each step");
 DEFINE_double(line_search_views, 0, "part of the views on which it searches");
 DEFINE_double(initial_lambda, 0, "damping at the start");
@@ -136,7 +135,7 @@ const std::vector<FlagRule>& FlagRules() {
       {"preconditioner_damping", kLm, Choice{{"lambda", "none", "one"}}},
       {"pcg_start", kLm, Choice{{"zero", "preconditioned"}}},
       {"pcg_tolerance", kLm, Range{0, 1}},
-      {"step_control", kLm, Choice{{"soft", "ceres", "nielsen", "v1", "v2", "code"}}},
+      {"step_control", kLm, Choice{{"soft", "ceres", "v1", "v2", "code"}}},
       {"line_search", kLm, Switch{}},
       {"line_search_views", kLm, Range{1e-6, 1}},
       {"initial_lambda", kLm, Range{1e-30, 1e30}},

@@ -65,8 +65,6 @@ const char* ToString(StepRule rule) {
   switch (rule) {
     case StepRule::kCeres:
       return "ceres";
-    case StepRule::kNielsen:
-      return "nielsen";
     case StepRule::k3dgsLmCode:
       return "3dgs-lm code";
     case StepRule::k3dgsLmV1:
@@ -96,8 +94,6 @@ StepControlOptions DefaultStepControl(StepRule rule) {
   switch (rule) {
     case StepRule::kCeres:
       return {};
-    case StepRule::kNielsen:
-      return {.initial_lambda = 1e-3, .min_relative_decrease = 0};
     case StepRule::k3dgsLmCode:
       return {.initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 0};
     case StepRule::k3dgsLmV1:
@@ -124,7 +120,6 @@ std::unique_ptr<StepControl> MakeStepControl(StepRule rule, const StepControlOpt
     case StepRule::kSoft:
       return std::make_unique<Soft>(options);
     case StepRule::kCeres:
-    case StepRule::kNielsen:
     case StepRule::k3dgsLmCode:
       break;
   }

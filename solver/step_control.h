@@ -8,10 +8,9 @@ namespace vesta {
 
 enum class StepRule {
   // lambda times max(1/3, 1 - (2 rho - 1)^3), or times nu = 2, 4, 8, ... on rejects (Nielsen, Damping parameter in
-  // Marquardt's method, 1999). Ceres's trust-region radius is 1/lambda under this rule. These three differ in where
+  // Marquardt's method, 1999). Ceres's trust-region radius is 1/lambda under this rule. These two differ in where
   // they start, what they accept and their bounds.
   kCeres,       // lambda starts at 1e-4 (radius 1e4), accepts rho > 1e-3
-  kNielsen,     // starts at 1e-3, accepts rho > 0
   k3dgsLmCode,  // 3DGS-LM as released: starts at 1, accepts rho > 0, lambda within [1e-4, 1e4]
   // 3DGS-LM as first printed (arXiv v1): halved, or doubled on rejects; accepts rho > 1e-5; [1e-4, 1e4].
   k3dgsLmV1,

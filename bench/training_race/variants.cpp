@@ -29,7 +29,6 @@ const std::vector<Change>& LmChanges() {
       {"PCG iterations", "16", [](Options& o) { o.lm.pcg_iterations = 16; }},
 
       {"step control", "ceres", [](Options& o) { o.lm.step_control = "ceres"; }},
-      {"step control", "nielsen", [](Options& o) { o.lm.step_control = "nielsen"; }},
       {"step control", "v1", [](Options& o) { o.lm.step_control = "v1"; }},
       {"step control", "v2", [](Options& o) { o.lm.step_control = "v2"; }},
       {"step control", "code", [](Options& o) { o.lm.step_control = "code"; }},

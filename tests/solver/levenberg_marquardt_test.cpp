@@ -73,8 +73,8 @@ class LmTest : public ::testing::Test {
 };
 
 TEST_F(LmTest, EveryRuleReachesTheMinimum) {
-  for (const StepRule rule : {StepRule::kCeres, StepRule::kNielsen, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1,
-                              StepRule::k3dgsLmV2, StepRule::kSoft}) {
+  for (const StepRule rule :
+       {StepRule::kCeres, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1, StepRule::k3dgsLmV2, StepRule::kSoft}) {
     LmOptions options = Tight();
     options.SetStepRule(rule);
     Cpu::Vector x = Vector({-1.2, 1});

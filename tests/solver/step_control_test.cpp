@@ -90,8 +90,11 @@ TEST(StepControl, ThresholdsBelongToTheRules) {
   const struct {
     StepRule rule;
     double threshold;
-  } cases[] = {{StepRule::kCeres, 1e-3},    {StepRule::kNielsen, 0},     {StepRule::k3dgsLmCode, 0},
-               {StepRule::k3dgsLmV1, 1e-5}, {StepRule::k3dgsLmV2, 1e-5}, {StepRule::kSoft, 0}};
+  } cases[] = {{StepRule::kCeres, 1e-3},
+               {StepRule::k3dgsLmCode, 0},
+               {StepRule::k3dgsLmV1, 1e-5},
+               {StepRule::k3dgsLmV2, 1e-5},
+               {StepRule::kSoft, 0}};
   for (const auto& [rule, threshold] : cases) {
     const auto control = Make(rule);
     EXPECT_FALSE(control->Accepts(threshold)) << ToString(rule);
@@ -100,8 +103,7 @@ TEST(StepControl, ThresholdsBelongToTheRules) {
   }
 }
 
-TEST(StepControl, NielsenStartsAtAThousandth) {
-  EXPECT_EQ(MakeStepControl(StepRule::kNielsen, DefaultStepControl(StepRule::kNielsen))->lambda(), 1e-3);
+TEST(StepControl, CeresStartsAtTheInverseOfItsRadius) {
   EXPECT_EQ(MakeStepControl(StepRule::kCeres, DefaultStepControl(StepRule::kCeres))->lambda(), 1e-4);
 }
 

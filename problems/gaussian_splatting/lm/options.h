@@ -24,7 +24,7 @@ struct LmOptions {
   std::string pcg_start = "zero";                 // zero | preconditioned: M^-1 b, at one more product
   // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
   double pcg_tolerance = 0;
-  std::string step_control = "soft";  // soft | ceres | nielsen | v1 | v2 | code
+  std::string step_control = "soft";  // soft | ceres | v1 | v2 | code
   // recompute | cache32 | cache16 | rebuild: views that are held make iterations a quarter shorter and take several
   // times the memory of all else (docs/results).
   std::string jacobian = "rebuild";

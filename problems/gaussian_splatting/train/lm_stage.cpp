@@ -76,7 +76,6 @@ vesta::LmOptions LmEngineOptions(const LmOptions& lm) {
   engine.parameter_tolerance = 0;
   engine.SetStepRule(ValueOf(lm.step_control,
                              {{"ceres", StepRule::kCeres},
-                              {"nielsen", StepRule::kNielsen},
                               {"v1", StepRule::k3dgsLmV1},
                               {"v2", StepRule::k3dgsLmV2},
                               {"code", StepRule::k3dgsLmCode}},

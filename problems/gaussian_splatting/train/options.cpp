@@ -144,7 +144,7 @@ void ValidateOptions(const TrainOptions& options) {
   CheckRange("--view_agreement", options.lm.view_agreement, 0, 1e6);
   CheckRange("--l1_weight", options.lm.l1_weight, 0, 1e6);
   CheckRange("--ssim_weight", options.lm.ssim_weight, 0, 1e6);
-  CheckName("--step_control", options.lm.step_control, {"soft", "ceres", "nielsen", "v1", "v2", "code"});
+  CheckName("--step_control", options.lm.step_control, {"soft", "ceres", "v1", "v2", "code"});
   CheckRange("--min_lambda", options.lm.min_lambda, 0, options.lm.initial_lambda);
   CheckRange("--max_lambda", options.lm.max_lambda, options.lm.initial_lambda, 1e300);
   if (options.lm.max_diagonal > 0 && options.lm.max_diagonal < options.lm.min_diagonal) {

@@ -63,8 +63,8 @@ TEST(SplatSolve, FitsAModelBackToItsImages) {
 }
 
 TEST(SplatSolve, EveryStepRuleDescends) {
-  for (const StepRule rule : {StepRule::kCeres, StepRule::kNielsen, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1,
-                              StepRule::k3dgsLmV2, StepRule::kSoft}) {
+  for (const StepRule rule :
+       {StepRule::kCeres, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1, StepRule::k3dgsLmV2, StepRule::kSoft}) {
     SCOPED_TRACE(ToString(rule));
     FitBack fit;
     SplatProblem<float> problem = fit.ring.Make();

@@ -158,7 +158,7 @@ TEST(Trainer, EveryLmVariantDescends) {
     EXPECT_LT(result.history.back().cost, 0.97 * result.history.front().cost) << result.lm_report;
     ExpectLastRowIsOf(result, scene, {0, 0, 0});
   };
-  for (const char* rule : {"soft", "ceres", "nielsen", "v1", "v2", "code"}) {
+  for (const char* rule : {"soft", "ceres", "v1", "v2", "code"}) {
     check(rule, [&](LmOptions& lm) { lm.step_control = rule; });
   }
   check("diag", [](LmOptions& lm) { lm.damping = "diag"; });
