@@ -1,9 +1,7 @@
 #include "kernels/math/lanes.h"
 
-namespace vesta {
+namespace vesta::bench {
 inline namespace VESTA_ISA {
-
-float MultiplyAdds(long count);
 
 // count times twelve independent sums: enough to hide the latency. Gives something that depends on all of them.
 float MultiplyAdds(long count) {
@@ -22,4 +20,4 @@ float MultiplyAdds(long count) {
 }
 
 }  // namespace VESTA_ISA
-}  // namespace vesta
+}  // namespace vesta::bench

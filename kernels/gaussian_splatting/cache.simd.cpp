@@ -4,7 +4,7 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-const CacheKernels<float>& FloatCacheKernels(CacheFormat format) {
+const CacheKernels<float>& CompiledCacheKernels(CacheFormat format) {
   static const CacheKernels<float> full = MakeCacheKernels<FloatLanes, float, float>();
   static const CacheKernels<float> half = MakeCacheKernels<FloatLanes, float, Half>();
   return format == CacheFormat::kFull ? full : half;

@@ -49,6 +49,6 @@ struct CacheKernels {
 
 // S = float: the kernels of one instruction set, which the CPU must have. S = double: the reference, of any.
 template <class S>
-const CacheKernels<S>& CacheKernelsOf(Isa isa, CacheFormat format);
+const CacheKernels<S>& CacheKernelsFor(Isa isa, CacheFormat format);
 
 }  // namespace vesta::splat

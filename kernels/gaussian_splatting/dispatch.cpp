@@ -1,5 +1,5 @@
-// Picks the kernels of the active instruction set, and instantiates the double-precision reference from the same
-// source.
+// Picks the kernels of an instruction set, and instantiates the double-precision reference from the same source.
+#include "kernels/core/isa_table.h"
 #include "kernels/gaussian_splatting/cache_passes.h"
 #include "kernels/gaussian_splatting/isa_kernels.h"
 #include "kernels/gaussian_splatting/project_block.h"
@@ -7,66 +7,23 @@
 
 namespace vesta::splat {
 
-inline namespace baseline {
-const RasterKernels<float>& FloatRasterKernels();
-const ProjectKernels<float>& FloatProjectKernels(int degree);
-const CacheKernels<float>& FloatCacheKernels(CacheFormat format);
-}  // namespace baseline
-#if defined(__x86_64__)
-namespace avx2 {
-const RasterKernels<float>& FloatRasterKernels();
-const ProjectKernels<float>& FloatProjectKernels(int degree);
-const CacheKernels<float>& FloatCacheKernels(CacheFormat format);
-}  // namespace avx2
-namespace avx512 {
-const RasterKernels<float>& FloatRasterKernels();
-const ProjectKernels<float>& FloatProjectKernels(int degree);
-const CacheKernels<float>& FloatCacheKernels(CacheFormat format);
-}  // namespace avx512
-#endif
+VESTA_DECLARE_PER_ISA(const RasterKernels<float>& CompiledRasterKernels();
+                      const ProjectKernels<float>& CompiledProjectKernels(int degree);
+                      const CacheKernels<float>& CompiledCacheKernels(CacheFormat format);)
 
-const RasterKernels<float>& FloatRasterKernelsOf(Isa isa) {
-  switch (isa) {
-#if defined(__x86_64__)
-    case Isa::kAvx512:
-      return avx512::FloatRasterKernels();
-    case Isa::kAvx2:
-      return avx2::FloatRasterKernels();
-#endif
-    default:
-      return baseline::FloatRasterKernels();
-  }
-}
+const RasterKernels<float>& FloatRasterKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRasterKernels)(); }
 
-const ProjectKernels<float>& FloatProjectKernelsOf(Isa isa, int active_sh_degree) {
-  switch (isa) {
-#if defined(__x86_64__)
-    case Isa::kAvx512:
-      return avx512::FloatProjectKernels(active_sh_degree);
-    case Isa::kAvx2:
-      return avx2::FloatProjectKernels(active_sh_degree);
-#endif
-    default:
-      return baseline::FloatProjectKernels(active_sh_degree);
-  }
+const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int active_sh_degree) {
+  return VESTA_OF_ISA(isa, CompiledProjectKernels)(active_sh_degree);
 }
 
 template <>
-const CacheKernels<float>& CacheKernelsOf<float>(Isa isa, CacheFormat format) {
-  switch (isa) {
-#if defined(__x86_64__)
-    case Isa::kAvx512:
-      return avx512::FloatCacheKernels(format);
-    case Isa::kAvx2:
-      return avx2::FloatCacheKernels(format);
-#endif
-    default:
-      return baseline::FloatCacheKernels(format);
-  }
+const CacheKernels<float>& CacheKernelsFor<float>(Isa isa, CacheFormat format) {
+  return VESTA_OF_ISA(isa, CompiledCacheKernels)(format);
 }
 
 template <>
-const CacheKernels<double>& CacheKernelsOf<double>(Isa, CacheFormat format) {
+const CacheKernels<double>& CacheKernelsFor<double>(Isa, CacheFormat format) {
   static const CacheKernels<double> full = MakeCacheKernels<double, double, double>();
   static const CacheKernels<double> half = MakeCacheKernels<double, double, Half>();
   return format == CacheFormat::kFull ? full : half;
@@ -74,12 +31,12 @@ const CacheKernels<double>& CacheKernelsOf<double>(Isa, CacheFormat format) {
 
 template <>
 const RasterKernels<float>& GetRasterKernels<float>() {
-  return FloatRasterKernelsOf(ActiveIsa());
+  return FloatRasterKernelsFor(ActiveIsa());
 }
 
 template <>
 const ProjectKernels<float>& GetProjectKernels<float>(int active_sh_degree) {
-  return FloatProjectKernelsOf(ActiveIsa(), active_sh_degree);
+  return FloatProjectKernelsFor(ActiveIsa(), active_sh_degree);
 }
 
 template <>

@@ -9,7 +9,7 @@
 namespace vesta::splat {
 
 // The CPU must have the instruction set.
-const RasterKernels<float>& FloatRasterKernelsOf(Isa isa);
-const ProjectKernels<float>& FloatProjectKernelsOf(Isa isa, int active_sh_degree);
+const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
+const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int active_sh_degree);
 
 }  // namespace vesta::splat

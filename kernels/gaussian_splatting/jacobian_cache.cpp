@@ -43,7 +43,7 @@ Index JacobianCache<S>::num_bytes() const {
 
 template <class S>
 void JacobianCache<S>::Build(const TileLists<S>& lists, const TileBins& bins, const S* image, CacheFormat format) {
-  kernels_ = &CacheKernelsOf<S>(isa_, format);
+  kernels_ = &CacheKernelsFor<S>(isa_, format);
   const Index pairs = bins.num_pairs(), splats = bins.num_splats();
   masks_.ResizeForOverwrite(pairs);
   first_entry_.ResizeForOverwrite(pairs);

@@ -6,11 +6,11 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-const RasterKernels<float>& FloatRasterKernels() {
+const RasterKernels<float>& CompiledRasterKernels() {
   static const RasterKernels<float> kernels = MakeRasterKernels<FloatLanes, float>();
   return kernels;
 }
-const ProjectKernels<float>& FloatProjectKernels(int degree) { return kProjectKernels<FloatLanes, float>[degree]; }
+const ProjectKernels<float>& CompiledProjectKernels(int degree) { return kProjectKernels<FloatLanes, float>[degree]; }
 
 }  // namespace VESTA_ISA
 }  // namespace vesta::splat

@@ -65,7 +65,7 @@ double BundleProblem::SumOverSlices(ConstView x, const Term& term) {
   const HostBuffer<Camera<double>> cameras = internal::MakeCameras(s, x);
   const double* points = x.data() + s.num_camera_parameters();
   // The passes in double and float share this kernel.
-  const auto squared_norms = KernelsOf<double>(context_->options.isa).squared_norms;
+  const auto squared_norms = KernelsFor<double>(context_->options.isa).squared_norms;
   return ParallelSum<double>(s.num_slices(), 1, [&](Index begin, Index end) {
     double sum = 0;
     for (Index k = begin; k < end; ++k) {

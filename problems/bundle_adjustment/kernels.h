@@ -104,9 +104,9 @@ struct Kernels {
 using SymmetricProduct = void (*)(const Index* row_first, const std::int32_t* column, const double* blocks, Index begin,
                                   Index end, const double* x, double* y);
 
-// The kernels of an instruction set, which the CPU must have. S: float or double.
+// Compiled for an instruction set that the CPU has. S: float or double.
 template <class S>
-const Kernels<S>& KernelsOf(Isa isa);
-SymmetricProduct SymmetricProductOf(Isa isa);
+const Kernels<S>& KernelsFor(Isa isa);
+SymmetricProduct SymmetricProductFor(Isa isa);
 
 }  // namespace vesta::bundle

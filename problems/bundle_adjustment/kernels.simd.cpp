@@ -13,9 +13,14 @@ constexpr Kernels<S> kKernels = {SquaredNorms, Linearize<S>, ApplyJ<S>,         
 
 }  // namespace
 
-const Kernels<float>& FloatKernels() { return kKernels<float>; }
-const Kernels<double>& DoubleKernels() { return kKernels<double>; }
-SymmetricProduct GetSymmetricProduct() { return MultiplySymmetric; }
+template <class S>
+const Kernels<S>& CompiledKernels() {
+  return kKernels<S>;
+}
+template const Kernels<float>& CompiledKernels<float>();
+template const Kernels<double>& CompiledKernels<double>();
+
+SymmetricProduct CompiledSymmetricProduct() { return MultiplySymmetric; }
 
 }  // namespace VESTA_ISA
 }  // namespace vesta::bundle

@@ -31,7 +31,7 @@ class BundleLinearization final : public Linearization<Cpu> {
   BundleLinearization(BundleContext& context, ConstView x)
       : context_(context),
         structure_(context.structure),
-        kernels_(KernelsOf<S>(context.options.isa)),
+        kernels_(KernelsFor<S>(context.options.isa)),
         arrays_(context.pool<S>().Take()),
         padded_(structure_.num_cameras() * kRowSize),
         camera_sums_(structure_.num_cameras(), structure_.num_chunks()) {

@@ -21,7 +21,7 @@ BundleReducedSystem<S>::BundleReducedSystem(const BundleContext& context, const 
     : context_(context),
       structure_(context.structure),
       arrays_(arrays),
-      kernels_(KernelsOf<S>(context.options.isa)),
+      kernels_(KernelsFor<S>(context.options.isa)),
       order_{structure_.track_first(), structure_.track_point(), structure_.camera(), arrays.records.data()},
       point_blocks_(kPointSize * structure_.num_points(), PointBlocks(structure_.num_points())),
       inverse_(kPointGramSize * structure_.num_points()),
@@ -102,7 +102,7 @@ void BundleReducedSystem<S>::Apply(ConstView x, View y) {
     return;
   }
   FormBlocks();
-  const SymmetricProduct product = SymmetricProductOf(context_.options.isa);
+  const SymmetricProduct product = SymmetricProductFor(context_.options.isa);
   row_sums_->Run(
       [&](Index chunk, double* sums) {
         const auto k = static_cast<std::size_t>(chunk);

@@ -21,7 +21,7 @@ struct CorrelationArgs {
 inline constexpr Index kCorrelationSlack = 8;
 
 using CorrelateRows = void (*)(const CorrelationArgs& args, Index begin, Index end);
-// Compiled for that instruction set.
+// Compiled for an instruction set that the CPU has.
 CorrelateRows CorrelateRowsFor(Isa isa);
 
 }  // namespace vesta::deconvolution

@@ -2,11 +2,10 @@
 
 #include "kernels/math/lanes.h"
 
-namespace vesta {
+namespace vesta::deconvolution {
 inline namespace VESTA_ISA {
 namespace {
 
-using deconvolution::CorrelationArgs, deconvolution::kCorrelationSlack, deconvolution::kSpill, deconvolution::kTaps;
 using V = xsimd::batch<double>;
 
 constexpr Index kWidth = V::size;
@@ -87,7 +86,7 @@ void Correlate(const CorrelationArgs& args, Index begin, Index end) {
 
 }  // namespace
 
-deconvolution::CorrelateRows CompiledCorrelateRows() { return &Correlate; }
+CorrelateRows CompiledCorrelateRows() { return &Correlate; }
 
 }  // namespace VESTA_ISA
-}  // namespace vesta
+}  // namespace vesta::deconvolution

@@ -1,29 +1,11 @@
 #include "solver/sparse_cholesky/front_kernels.h"
 
-#include "kernels/math/isa.h"
+#include "kernels/core/isa_table.h"
 
 namespace vesta {
 
-// Defined by front_kernels.simd.cpp, once in each namespace.
-inline namespace baseline {
-const FrontKernels& CompiledFrontKernels();
-}  // namespace baseline
+VESTA_DECLARE_PER_ISA(const FrontKernels& CompiledFrontKernels();)
 
-#if defined(__x86_64__)
-namespace avx2 {
-const FrontKernels& CompiledFrontKernels();
-}  // namespace avx2
-namespace avx512 {
-const FrontKernels& CompiledFrontKernels();
-}  // namespace avx512
-#endif
-
-const FrontKernels& FrontKernelsFor([[maybe_unused]] Isa isa) {
-#if defined(__x86_64__)
-  if (isa == Isa::kAvx512) return avx512::CompiledFrontKernels();
-  if (isa == Isa::kAvx2) return avx2::CompiledFrontKernels();
-#endif
-  return baseline::CompiledFrontKernels();
-}
+const FrontKernels& FrontKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledFrontKernels)(); }
 
 }  // namespace vesta

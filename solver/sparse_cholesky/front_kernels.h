@@ -36,7 +36,7 @@ struct FrontKernels {
   void (*backward)(const FrontPanel& panel, double* x);
 };
 
-// Throws nothing; any isa that this CPU has.
+// Compiled for an instruction set that the CPU has.
 const FrontKernels& FrontKernelsFor(Isa isa);
 
 }  // namespace vesta

@@ -170,7 +170,6 @@ void Backward(const FrontPanel& panel, double* x) {
 
 }  // namespace
 
-const FrontKernels& CompiledFrontKernels();
 const FrontKernels& CompiledFrontKernels() {
   static constexpr FrontKernels kKernels = {Factorize, SubtractOuter, Forward, Backward};
   return kKernels;

@@ -23,8 +23,8 @@ struct Results {
 
 // Kernels under test take their inputs from `shared`, so that a difference shows where it arises.
 Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& shared) {
-  const ProjectKernels<float>& project = FloatProjectKernelsOf(isa, scene.active_sh_degree);
-  const RasterKernels<float>& raster = FloatRasterKernelsOf(isa);
+  const ProjectKernels<float>& project = FloatProjectKernelsFor(isa, scene.active_sh_degree);
+  const RasterKernels<float>& raster = FloatRasterKernelsFor(isa);
   const Model<float>& model = shared.model;
   const HostSpan<const Splat<float>> splats = shared.view.splats();
   const std::int32_t* rank_of = shared.view.rank_of().data();

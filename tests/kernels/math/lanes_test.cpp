@@ -4,39 +4,18 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/core/cpu_dispatch.h"
+#include "kernels/core/isa_table.h"
 #include "kernels/core/span.h"
 #include "tests/kernels/math/lane_functions.h"
 #include "tests/support/cpu_isas.h"
 
 namespace vesta {
 
-inline namespace baseline {
-LaneFunctions CompiledLaneFunctions();
-}
-#if defined(__x86_64__)
-namespace avx2 {
-LaneFunctions CompiledLaneFunctions();
-}
-namespace avx512 {
-LaneFunctions CompiledLaneFunctions();
-}
-#endif
+VESTA_DECLARE_PER_ISA(LaneFunctions CompiledLaneFunctions();)
 
 namespace {
 
-LaneFunctions LaneFunctionsOf(Isa isa) {
-  switch (isa) {
-#if defined(__x86_64__)
-    case Isa::kAvx512:
-      return avx512::CompiledLaneFunctions();
-    case Isa::kAvx2:
-      return avx2::CompiledLaneFunctions();
-#endif
-    default:
-      return baseline::CompiledLaneFunctions();
-  }
-}
+LaneFunctions LaneFunctionsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledLaneFunctions)(); }
 
 // The greatest relative error of 2^x at 2^20 points of [lo, 0].
 double WorstError(const LaneFunctions& lanes, double lo) {
@@ -60,8 +39,8 @@ TEST(Lanes, Exp2AgreesWithTheStandardLibraryOverItsRange) {
   for (const Isa isa : test::CpuIsas()) {
     SCOPED_TRACE(IsaName(isa));
     // log2(1/255) = -7.99 is where alpha ends for opacity 1; the rest is never blended.
-    EXPECT_LE(WorstError(LaneFunctionsOf(isa), -8), 3e-7);
-    EXPECT_LE(WorstError(LaneFunctionsOf(isa), -126), 5e-7);
+    EXPECT_LE(WorstError(LaneFunctionsFor(isa), -8), 3e-7);
+    EXPECT_LE(WorstError(LaneFunctionsFor(isa), -126), 5e-7);
   }
 }
 
@@ -71,7 +50,7 @@ TEST(Lanes, Exp2IsOneAtZeroAndZeroWhereMasked) {
     const float x[16] = {0.0f, -0.0f, -1.0f, -126.0f, -127.0f, -1e4f, -1e30f, -HUGE_VALF, NAN, 0.0f, 1e30f, HUGE_VALF};
     const bool mask[16] = {true, true, true, true};
     float y[16];
-    LaneFunctionsOf(isa).masked_exp2(x, mask, y, 16);
+    LaneFunctionsFor(isa).masked_exp2(x, mask, y, 16);
     EXPECT_NEAR(y[0], 1, 1.2e-7);
     EXPECT_NEAR(y[1], 1, 1.2e-7);
     EXPECT_NEAR(y[2], 0.5, 1e-7);
@@ -89,7 +68,7 @@ TEST(Lanes, ReciprocalAgreesWithDivisionOverItsRange) {
       // From 2^-100 to 2^100, all mantissas, both signs.
       x[i] = static_cast<float>(std::exp2(-100 + 200 * static_cast<double>(i) / kCount)) * (i % 2 == 0 ? 1.0f : -1.0f);
     }
-    LaneFunctionsOf(isa).reciprocal(x.data(), y.data(), kCount);
+    LaneFunctionsFor(isa).reciprocal(x.data(), y.data(), kCount);
     double worst = 0;
     for (std::size_t i = 0; i < x.size(); ++i) worst = std::max(worst, std::abs(static_cast<double>(y[i]) * x[i] - 1));
     EXPECT_LE(worst, 3e-7);
@@ -105,7 +84,7 @@ TEST(Lanes, SquareRootAgreesWithTheStandardLibraryAndIsZeroWhereMasked) {
       x[i] = static_cast<float>(std::exp2(-100 + 200 * static_cast<double>(i) / kCount)) * (i % 8 == 0 ? -1.0f : 1.0f);
     }
     x[0] = 0;
-    LaneFunctionsOf(isa).square_root(x.data(), y.data(), kCount);
+    LaneFunctionsFor(isa).square_root(x.data(), y.data(), kCount);
     double worst = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
       if (i % 8 == 0) {
@@ -124,7 +103,7 @@ TEST(Lanes, AppendSetBitsListsThemAscending) {
     for (const std::uint32_t bits : {0U, 1U, 0x8000U, 0xFFFFU, 0xA5A5U, 0x0180U}) {
       std::uint32_t out[17];
       out[16] = 77;
-      const int count = LaneFunctionsOf(isa).append_set_bits(bits, 100, out);
+      const int count = LaneFunctionsFor(isa).append_set_bits(bits, 100, out);
       int at = 0;
       for (std::uint32_t bit = 0; bit < 16; ++bit) {
         if ((bits >> bit & 1U) == 0) continue;
@@ -138,7 +117,7 @@ TEST(Lanes, AppendSetBitsListsThemAscending) {
 
 TEST(Lanes, SumEachAddsTheLanesOfEachVector) {
   for (const Isa isa : test::CpuIsas()) {
-    const LaneFunctions lanes = LaneFunctionsOf(isa);
+    const LaneFunctions lanes = LaneFunctionsFor(isa);
     std::vector<float> x(static_cast<std::size_t>(36 * lanes.width));
     // Integers, so that sums are exact in any order, and no two vectors alike.
     for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<float>(i * i % 1009);
@@ -159,7 +138,7 @@ TEST(Lanes, SumEachAddsTheLanesOfEachVector) {
 TEST(Lanes, BitsAreInTheOrderOfTheLanes) {
   for (const Isa isa : test::CpuIsas()) {
     SCOPED_TRACE(IsaName(isa));
-    const LaneFunctions lanes = LaneFunctionsOf(isa);
+    const LaneFunctions lanes = LaneFunctionsFor(isa);
     for (int lane = 0; lane < lanes.width; ++lane) {
       std::vector<float> x(16, 0.0f);
       x[static_cast<std::size_t>(lane)] = 1;
