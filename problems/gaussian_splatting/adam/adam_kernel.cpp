@@ -1,30 +1,11 @@
 #include "problems/gaussian_splatting/adam/adam_kernel.h"
 
-namespace vesta {
+#include "kernels/core/isa_table.h"
 
-inline namespace baseline {
-gs::AdamKernels CompiledAdamKernels();
-}
-#if defined(__x86_64__)
-namespace avx2 {
-gs::AdamKernels CompiledAdamKernels();
-}
-namespace avx512 {
-gs::AdamKernels CompiledAdamKernels();
-}
-#endif
+namespace vesta::gs {
 
-gs::AdamKernels gs::AdamKernelsFor(Isa isa) {
-  switch (isa) {
-#if defined(__x86_64__)
-    case Isa::kAvx512:
-      return vesta::avx512::CompiledAdamKernels();
-    case Isa::kAvx2:
-      return vesta::avx2::CompiledAdamKernels();
-#endif
-    default:
-      return vesta::baseline::CompiledAdamKernels();
-  }
-}
+VESTA_DECLARE_PER_ISA(const AdamKernels& CompiledAdamKernels();)
 
-}  // namespace vesta
+const AdamKernels& AdamKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledAdamKernels)(); }
+
+}  // namespace vesta::gs

@@ -25,7 +25,7 @@ struct AdamKernels {
   void (*turn_bases)(const BlockAdamArrays& arrays, Index begin, Index end);
 };
 
-// For an instruction set that the CPU has.
-AdamKernels AdamKernelsFor(Isa isa);
+// Compiled for an instruction set that the CPU has.
+const AdamKernels& AdamKernelsFor(Isa isa);
 
 }  // namespace vesta::gs

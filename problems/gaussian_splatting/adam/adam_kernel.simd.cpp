@@ -2,11 +2,9 @@
 
 #include "kernels/math/lanes.h"
 
-namespace vesta {
+namespace vesta::gs {
 inline namespace VESTA_ISA {
 namespace {
-
-using gs::AdamRange;
 
 // One vector of parameters, or one parameter.
 template <class V>
@@ -16,7 +14,7 @@ void UpdateAt(const AdamRange& range, Index i) {
   if (!L::Any(gradient != V(0))) return;
   V first = L::Load(range.first + i), second = L::Load(range.second + i);
   const V rate = range.units ? V(range.rate) * L::Load(range.units + i) : V(range.rate);
-  const V step = gs::AdamStep(gradient, rate, V(range.root_correction2), first, second);
+  const V step = AdamStep(gradient, rate, V(range.root_correction2), first, second);
   L::Store(range.gradient + i, V(0));
   L::Store(range.first + i, first);
   L::Store(range.second + i, second);
@@ -36,18 +34,20 @@ void Step(const AdamRange& range) {
   ForVectors(0, range.size, [&](auto v, Index i) { UpdateAt<decltype(v)>(range, i); });
 }
 
-void StepBlocks(const gs::BlockAdamArrays& arrays, Index begin, Index end) {
-  ForVectors(begin, end, [&](auto v, Index i) { gs::BlockAdamStep<decltype(v)>(arrays, i); });
+void StepBlocks(const BlockAdamArrays& arrays, Index begin, Index end) {
+  ForVectors(begin, end, [&](auto v, Index i) { BlockAdamStep<decltype(v)>(arrays, i); });
 }
 
-void TurnBases(const gs::BlockAdamArrays& arrays, Index begin, Index end) {
-  ForVectors(begin, end, [&](auto v, Index i) { gs::TurnBasis<decltype(v)>(arrays, i); });
+void TurnBases(const BlockAdamArrays& arrays, Index begin, Index end) {
+  ForVectors(begin, end, [&](auto v, Index i) { TurnBasis<decltype(v)>(arrays, i); });
 }
 
 }  // namespace
 
-gs::AdamKernels CompiledAdamKernels();
-gs::AdamKernels CompiledAdamKernels() { return {Step, StepBlocks, TurnBases}; }
+const AdamKernels& CompiledAdamKernels() {
+  static constexpr AdamKernels kKernels = {Step, StepBlocks, TurnBases};
+  return kKernels;
+}
 
 }  // namespace VESTA_ISA
-}  // namespace vesta
+}  // namespace vesta::gs
