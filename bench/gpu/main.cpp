@@ -107,12 +107,12 @@ class GpuBench {
 
   // One iteration of LM with 8 products, all views.
   void LmIteration() {
-    std::vector<gs::TargetView<float>> targets;
+    std::vector<gs::TargetView<CpuBackend<float>>> targets;
     for (std::size_t v = 0; v < workload_.views.size(); ++v) {
       const std::vector<float>& truth = workload_.photographs[v];
       targets.push_back({workload_.views[v], {truth.data(), static_cast<Index>(truth.size())}});
     }
-    const std::vector<gs::DeviceTargetView> on_device = gs::UploadTargets(targets);
+    const std::vector<gs::TargetView<CudaBackend<float>>> on_device = gs::UploadTargets(targets);
     gs::SplatProblemOptions options;
     options.count = workload_.model.count;
     device::ResetPeak();

@@ -131,7 +131,7 @@ class Bench {
 
   // What LM does with all views at one x: linearise them, and one product with the curvature.
   double LmProduct() {
-    std::vector<gs::TargetView<float>> targets;
+    std::vector<gs::TargetView<CpuBackend<float>>> targets;
     for (std::size_t v = 0; v < workload_.views.size(); ++v) {
       const std::vector<float>& truth = workload_.photographs[v];
       targets.push_back({workload_.views[v], {truth.data(), static_cast<Index>(truth.size())}});

@@ -97,7 +97,7 @@ TEST_F(CudaLoss, ValueGradientAndCurvatureAreThoseOfTheHost) {
 // The operators of the problem at x, its first batch in turn 3, and what is made of them.
 void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   gs::SplatProblem<float> host = ring.Make();
-  const std::vector<gs::DeviceTargetView> targets = gs::UploadTargets(ring.views);
+  const std::vector<gs::TargetView<CudaBackend<float>>> targets = gs::UploadTargets(ring.views);
   gs::DeviceSplatProblem problem(ring.options, targets);
   DeviceBuffer<float> x;
   x.CopyFrom(ring.x.view());

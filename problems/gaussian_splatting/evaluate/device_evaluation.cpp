@@ -6,8 +6,8 @@
 namespace vesta::gs {
 
 Evaluation EvaluateOnDevice(const Scene& scene, const std::array<double, 3>& background,
-                            const std::vector<DeviceTargetView>& targets, const splat::Model<float>& model,
-                            splat::DeviceViewWorkspace& workspace) {
+                            const std::vector<TargetView<CudaBackend<float>>>& targets,
+                            const splat::Model<float>& model, splat::DeviceViewWorkspace& workspace) {
   EvaluationSum sum;
   DeviceImageQualityMeter meter;
   DevicePhotometricLoss loss;

@@ -13,7 +13,7 @@ namespace vesta::gs {
 // the truths of test views are copied there one at a time. Holds its view and two images only while it runs; throws
 // OutOfDeviceMemory.
 Evaluation EvaluateOnDevice(const Scene& scene, const std::array<double, 3>& background,
-                            const std::vector<DeviceTargetView>& targets, const splat::Model<float>& model,
-                            splat::DeviceViewWorkspace& workspace);
+                            const std::vector<TargetView<CudaBackend<float>>>& targets,
+                            const splat::Model<float>& model, splat::DeviceViewWorkspace& workspace);
 
 }  // namespace vesta::gs

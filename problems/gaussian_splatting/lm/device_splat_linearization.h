@@ -8,7 +8,7 @@ namespace vesta::gs {
 
 // A view of a batch, and its number among all.
 struct DeviceBatchView {
-  const DeviceTargetView* target;
+  const TargetView<CudaBackend<float>>* target;
   Index index;
 };
 
@@ -38,7 +38,7 @@ class DeviceSplatLinearization final : public Linearization<CudaBackend<float>> 
 
  private:
   struct Unit {
-    const DeviceTargetView* target;
+    const TargetView<CudaBackend<float>>* target;
     double scale;  // of W, and of the loss's derivative
     ImageShape shape;
     splat::DeviceView view;

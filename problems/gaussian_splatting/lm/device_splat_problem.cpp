@@ -11,19 +11,19 @@
 namespace vesta::gs {
 namespace {
 
-std::vector<splat::PinholeView> Pinholes(const std::vector<DeviceTargetView>& views) {
+std::vector<splat::PinholeView> Pinholes(const std::vector<TargetView<CudaBackend<float>>>& views) {
   std::vector<splat::PinholeView> pinholes;
   pinholes.reserve(views.size());
-  for (const DeviceTargetView& view : views) pinholes.push_back(view.pinhole);
+  for (const TargetView<CudaBackend<float>>& view : views) pinholes.push_back(view.pinhole);
   return pinholes;
 }
 
 }  // namespace
 
-std::vector<DeviceTargetView> UploadTargets(const std::vector<TargetView<float>>& views) {
-  std::vector<DeviceTargetView> targets;
+std::vector<TargetView<CudaBackend<float>>> UploadTargets(const std::vector<TargetView<CpuBackend<float>>>& views) {
+  std::vector<TargetView<CudaBackend<float>>> targets;
   targets.reserve(views.size());
-  for (const TargetView<float>& view : views) {
+  for (const TargetView<CpuBackend<float>>& view : views) {
     VESTA_CHECK(view.truth.size() == 3 * Index{view.pinhole.width} * view.pinhole.height,
                 "a truth image of {} values for a view of {} x {}", view.truth.size(), view.pinhole.width,
                 view.pinhole.height);
@@ -33,7 +33,8 @@ std::vector<DeviceTargetView> UploadTargets(const std::vector<TargetView<float>>
   return targets;
 }
 
-DeviceSplatProblem::DeviceSplatProblem(const SplatProblemOptions& options, const std::vector<DeviceTargetView>& views)
+DeviceSplatProblem::DeviceSplatProblem(const SplatProblemOptions& options,
+                                       const std::vector<TargetView<CudaBackend<float>>>& views)
     : options_(options),
       views_(views),
       batches_(options.batches, Pinholes(views)),
@@ -58,7 +59,7 @@ double DeviceSplatProblem::Cost(ConstView x, std::span<const Index> units) {
   const splat::Model<float> model{x.data(), options_.count, options_.sh_degree, options_.sh_degree};
   double cost = 0;
   for (const Index unit : units) {
-    const DeviceTargetView& target = views_[static_cast<std::size_t>(unit)];
+    const TargetView<CudaBackend<float>>& target = views_[static_cast<std::size_t>(unit)];
     cost_view_.Build(model, target.pinhole, options_.background.data(), *workspace_);
     cost_image_.ResizeForOverwrite(target.truth.size());
     cost_view_.Render(cost_image_.data());

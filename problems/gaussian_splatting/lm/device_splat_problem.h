@@ -9,19 +9,13 @@
 #include "kernels/gaussian_splatting/device_view.h"
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "solver/problem.h"
 
 namespace vesta::gs {
 
-// A view to fit, its truth in the memory of the GPU.
-struct DeviceTargetView {
-  splat::PinholeView pinhole;
-  DeviceBuffer<float> truth;
-
-  ImageShape shape() const { return {pinhole.width, pinhole.height}; }
-};
 // Copies the truths to the GPU.
-std::vector<DeviceTargetView> UploadTargets(const std::vector<TargetView<float>>& views);
+std::vector<TargetView<CudaBackend<float>>> UploadTargets(const std::vector<TargetView<CpuBackend<float>>>& views);
 
 class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
  public:
@@ -29,7 +23,7 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
 
   // views must outlive the problem. Throws Error for a sampling rate outside (0, 1], and unless there is a unit of
   // length for each Gaussian or none.
-  DeviceSplatProblem(const SplatProblemOptions& options, const std::vector<DeviceTargetView>& views);
+  DeviceSplatProblem(const SplatProblemOptions& options, const std::vector<TargetView<CudaBackend<float>>>& views);
 
   Index num_parameters() const override;
   int num_batches() const override { return batches_.num_batches(); }
@@ -47,7 +41,7 @@ class DeviceSplatProblem final : public Problem<CudaBackend<float>> {
 
  private:
   SplatProblemOptions options_;
-  const std::vector<DeviceTargetView>& views_;
+  const std::vector<TargetView<CudaBackend<float>>>& views_;
   ViewBatches batches_;
   int turn_ = 0;
   std::shared_ptr<DevicePhotometricLoss> loss_;

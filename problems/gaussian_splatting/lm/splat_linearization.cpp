@@ -20,7 +20,7 @@ void Scale(double scale, HostSpan<S> v) {
 }
 
 template <class S>
-ImageShape ShapeOf(const TargetView<S>& target) {
+ImageShape ShapeOf(const TargetView<CpuBackend<S>>& target) {
   return {target.pinhole.width, target.pinhole.height};
 }
 

@@ -9,7 +9,7 @@ namespace vesta::gs {
 // A view of a batch, and its number among all.
 template <class S>
 struct BatchView {
-  const TargetView<S>* target;
+  const TargetView<CpuBackend<S>>* target;
   Index index;
 };
 
@@ -47,7 +47,7 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
 
  private:
   struct Unit {
-    const TargetView<S>* target;
+    const TargetView<CpuBackend<S>>* target;
     double scale;  // of W
     ImageShape shape;
     splat::View<S> view;

@@ -14,17 +14,17 @@ namespace vesta::gs {
 namespace {
 
 template <class S>
-std::vector<splat::PinholeView> Pinholes(const std::vector<TargetView<S>>& views) {
+std::vector<splat::PinholeView> Pinholes(const std::vector<TargetView<CpuBackend<S>>>& views) {
   std::vector<splat::PinholeView> pinholes;
   pinholes.reserve(views.size());
-  for (const TargetView<S>& view : views) pinholes.push_back(view.pinhole);
+  for (const TargetView<CpuBackend<S>>& view : views) pinholes.push_back(view.pinhole);
   return pinholes;
 }
 
 }  // namespace
 
 template <class S>
-SplatProblem<S>::SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<S>> views)
+SplatProblem<S>::SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<CpuBackend<S>>> views)
     : options_(options),
       views_(std::move(views)),
       batches_(options.batches, Pinholes(views_)),
@@ -32,7 +32,7 @@ SplatProblem<S>::SplatProblem(const SplatProblemOptions& options, std::vector<Ta
       workspace_(std::make_shared<splat::ViewWorkspace<S>>()) {
   CheckSampling(options);
   CheckUnits(options);
-  for (const TargetView<S>& view : views_) {
+  for (const TargetView<CpuBackend<S>>& view : views_) {
     VESTA_CHECK(view.truth.size() == 3 * Index{view.pinhole.width} * view.pinhole.height,
                 "a truth image of {} values for a view of {} x {}", view.truth.size(), view.pinhole.width,
                 view.pinhole.height);
@@ -58,7 +58,7 @@ double SplatProblem<S>::Cost(ConstView x, std::span<const Index> units) {
   HostBuffer<S> image;
   double cost = 0;
   for (const Index unit : units) {
-    const TargetView<S>& target = views_[static_cast<std::size_t>(unit)];
+    const TargetView<CpuBackend<S>>& target = views_[static_cast<std::size_t>(unit)];
     view.Build(model, target.pinhole, options_.background.data(), *workspace_);
     image.ResizeForOverwrite(target.truth.size());
     view.Render(image.data());

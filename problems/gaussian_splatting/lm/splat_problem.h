@@ -16,16 +16,10 @@
 #include "problems/gaussian_splatting/lm/step_limit.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
 #include "solver/problem.h"
 
 namespace vesta::gs {
-
-// One view to fit.
-template <class S>
-struct TargetView {
-  splat::PinholeView pinhole;
-  HostSpan<const S> truth;  // 3 planes; must outlive the problem
-};
 
 // What products with J take their raster part from.
 enum class JacobianKind {
@@ -85,7 +79,7 @@ class SplatProblem final : public Problem<CpuBackend<S>> {
   using typename Base::ConstView;
   using typename Base::View;
 
-  SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<S>> views);
+  SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<CpuBackend<S>>> views);
 
   Index num_parameters() const override;
   int num_batches() const override { return batches_.num_batches(); }
@@ -99,7 +93,7 @@ class SplatProblem final : public Problem<CpuBackend<S>> {
 
  private:
   SplatProblemOptions options_;
-  std::vector<TargetView<S>> views_;
+  std::vector<TargetView<CpuBackend<S>>> views_;
   ViewBatches batches_;
   int turn_ = 0;
   std::shared_ptr<PhotometricLoss<S>> loss_;

@@ -102,7 +102,7 @@ class DeviceAdamStage {
   }
 
   // What iteration `it` trains on.
-  const std::vector<DeviceTargetView>& TargetsAt(int it) {
+  const std::vector<TargetView<CudaBackend<float>>>& TargetsAt(int it) {
     const bool is_coarse = IsCoarseAt(options_.adam, it);
     if (!is_coarse) coarse_targets_.clear();
     if (is_coarse && coarse_targets_.empty() && !lacks_halves_) {
@@ -117,11 +117,12 @@ class DeviceAdamStage {
   }
 
   // The mean cost of some views a value; their gradients are added to the model's.
-  double AddGradients(const splat::Model<float>& x, const std::vector<DeviceTargetView>& targets, bool observes) {
+  double AddGradients(const splat::Model<float>& x, const std::vector<TargetView<CudaBackend<float>>>& targets,
+                      bool observes) {
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
       const std::size_t next = order_.Next();
-      const DeviceTargetView& target = targets[next];
+      const TargetView<CudaBackend<float>>& target = targets[next];
       const ImageShape shape = target.shape();
       passes_.image.ResizeForOverwrite(shape.NumValues());
       passes_.image_gradient.ResizeForOverwrite(shape.NumValues());
@@ -193,7 +194,7 @@ class DeviceAdamStage {
   DeviceDensityControl density_;
   StageSwitch switch_;
   ViewOrder order_;
-  std::vector<DeviceTargetView> targets_, coarse_targets_;
+  std::vector<TargetView<CudaBackend<float>>> targets_, coarse_targets_;
   bool lacks_halves_ = false, averages_ = true;
   Passes passes_;
   std::optional<DeviceModel> on_device_;

@@ -37,7 +37,7 @@ DeviceBuffer<float> Uploaded(const SplatModel& model) {
 // memory at a time.
 std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
   using B = CudaBackend<float>;
-  std::vector<DeviceTargetView> targets;
+  std::vector<TargetView<CudaBackend<float>>> targets;
   SplatProblemOptions problem_options = LmProblemOptions(session, model);
   vesta::LmOptions engine_options = LmEngineOptions(session.options().lm);
   engine_options.hold_batches = hold_batches;

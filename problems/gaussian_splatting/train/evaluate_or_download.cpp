@@ -2,7 +2,7 @@
 
 namespace vesta::gs {
 
-Evaluation EvaluateOrDownload(TrainingSession& session, const std::vector<DeviceTargetView>& targets,
+Evaluation EvaluateOrDownload(TrainingSession& session, const std::vector<TargetView<CudaBackend<float>>>& targets,
                               const splat::Model<float>& model, splat::DeviceViewWorkspace& workspace,
                               const std::function<splat::Model<float>()>& on_host) {
   try {

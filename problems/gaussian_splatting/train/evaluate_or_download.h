@@ -10,7 +10,7 @@
 namespace vesta::gs {
 
 // EvaluateOnDevice, on the host where the GPU has no room for it. on_host: gives the model in its memory.
-Evaluation EvaluateOrDownload(TrainingSession& session, const std::vector<DeviceTargetView>& targets,
+Evaluation EvaluateOrDownload(TrainingSession& session, const std::vector<TargetView<CudaBackend<float>>>& targets,
                               const splat::Model<float>& model, splat::DeviceViewWorkspace& workspace,
                               const std::function<splat::Model<float>()>& on_host);
 

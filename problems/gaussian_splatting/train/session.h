@@ -118,7 +118,7 @@ class TrainingSession {
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
 
 // The views to fit, for the operators; they must outlive what is returned.
-std::vector<TargetView<float>> TargetsOf(const std::vector<const View*>& views, double near);
+std::vector<TargetView<CpuBackend<float>>> TargetsOf(const std::vector<const View*>& views, double near);
 
 // The two stages; both leave the model at its best and record their last state.
 void RunAdamStage(TrainingSession& session, SplatModel& model);

@@ -28,7 +28,7 @@ struct RingProblem {
   std::vector<HostBuffer<S>> truth;
   HostBuffer<S> x;
   SplatProblemOptions options;
-  std::vector<TargetView<S>> views;
+  std::vector<TargetView<CpuBackend<S>>> views;
 
   // The truth comes from a random model, x is another one: a fit in full swing.
   RingProblem(int num_views, Index gaussians, int sh_degree, std::uint64_t seed);

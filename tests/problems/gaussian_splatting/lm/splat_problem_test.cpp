@@ -247,7 +247,7 @@ TYPED_TEST(SplatProblemTest, CostIsThatOfTheRenderedViews) {
   splat::ViewWorkspace<S> workspace;
   splat::View<S> view;
   double expected = 0;
-  for (const TargetView<S>& target : ring.views) {
+  for (const TargetView<CpuBackend<S>>& target : ring.views) {
     HostBuffer<S> image(target.truth.size());
     view.Build({ring.x.data(), kCount, 1, 1}, target.pinhole, ring.options.background.data(), workspace);
     view.Render(image.data());

@@ -125,7 +125,7 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   const TrainCallbacks callbacks;
   TrainingSession session(scene, options, 0, callbacks);
   const SplatModel model = test::RandomModel(30, 1, 4);
-  const std::vector<DeviceTargetView> targets =
+  const std::vector<TargetView<CudaBackend<float>>> targets =
       UploadTargets(TargetsOf(session.training_views(), NearPlane(session.scene())));
   DeviceBuffer<float> x;
   x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));

@@ -1,0 +1,12 @@
+// Compiles functors for ForEach on a device (kernels/core/for_each.h).
+#pragma once
+
+#include "kernels/core/for_each.h"
+#include "kernels/core/launch.cuh"
+
+// In namespace vesta, once for each functor. name: of the kernel, in reports.
+#define VESTA_DEVICE_FOR_EACH(F, name)                                             \
+  template <>                                                                      \
+  void ForEachIn<Device, F>::Run(Index count, Index /*grain*/, const F& functor) { \
+    device::ForEach(count, functor, name);                                         \
+  }

@@ -1,0 +1,27 @@
+// What the trainer uses in the memory of a GPU.
+#pragma once
+
+#include "kernels/core/cuda_backend.h"
+#include "kernels/gaussian_splatting/device_view.h"
+#include "kernels/image/device_metrics.h"
+#include "kernels/image/device_photometric_loss.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
+
+namespace vesta::gs {
+
+template <>
+struct SplatBackend<CudaBackend<float>> {
+  using View = splat::DeviceView;
+  using Workspace = splat::DeviceViewWorkspace;
+  using Loss = DevicePhotometricLoss;
+  using QualityMeter = DeviceImageQualityMeter;
+  // A copy.
+  using Truth = DeviceBuffer<float>;
+  static Truth MakeTruth(HostSpan<const float> truth) {
+    Truth copy;
+    copy.CopyFrom(truth);
+    return copy;
+  }
+};
+
+}  // namespace vesta::gs

@@ -1,0 +1,37 @@
+// What the trainer uses in a memory space, beside vectors (kernels/core/vector_backend.h). The problem, the stages and
+// the evaluation are templates over a vector backend B and take all that differs from SplatBackend<B>: here the host's,
+// in device_splat_backend.h the GPU's.
+#pragma once
+
+#include "kernels/core/vector_backend.h"
+#include "kernels/gaussian_splatting/view.h"
+#include "kernels/image/image_shape.h"
+#include "kernels/image/metrics.h"
+#include "kernels/image/photometric_loss.h"
+
+namespace vesta::gs {
+
+template <class B>
+struct SplatBackend;
+
+template <class S>
+struct SplatBackend<CpuBackend<S>> {
+  using View = splat::View<S>;
+  using Workspace = splat::ViewWorkspace<S>;
+  using Loss = PhotometricLoss<S>;
+  using QualityMeter = ImageQualityMeter;
+  // The truth of a view: that of the scene itself, which must outlive its users.
+  using Truth = HostSpan<const S>;
+  static Truth MakeTruth(HostSpan<const S> truth) { return truth; }
+};
+
+// One view to fit.
+template <class B>
+struct TargetView {
+  splat::PinholeView pinhole;
+  typename SplatBackend<B>::Truth truth;  // 3 planes
+
+  ImageShape shape() const { return {pinhole.width, pinhole.height}; }
+};
+
+}  // namespace vesta::gs
