@@ -82,6 +82,7 @@ typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorks
   int iterations = 0, products = 0;
   backend_.Fill(0, step);
   for (std::size_t b = 0; b < systems_.size(); ++b) {
+    workspace.Release();  // while a system or its preconditioner is made, which take most
     NormalSystem<B>& system = System(b, fresh);
     direction.pcg = system.Solve(lambda, workspace, batch_step).pcg;
     iterations += direction.pcg.iterations;
@@ -90,6 +91,7 @@ typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorks
   }
   backend_.DivideOrZero(step, diagonal_, step);
   fresh.reset();  // Measure holds its own
+  workspace.Release();
   Measure(step, direction);
   direction.pcg.iterations = iterations;
   direction.pcg.products = products + static_cast<int>(systems_.size());

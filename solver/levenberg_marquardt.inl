@@ -131,9 +131,8 @@ void LmStepper<B>::LendTrialVectors() {
 
 template <Backend B>
 void LmStepper<B>::ReleaseVectors() {
-  for (typename B::Vector* vector : {&trial_x_, &scaled_step_, &step_, &workspace_.r, &workspace_.p, &workspace_.w}) {
-    *vector = {};
-  }
+  trial_x_ = {}, scaled_step_ = {}, step_ = {};
+  workspace_.Release();
 }
 
 template <Backend B>

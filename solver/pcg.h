@@ -54,6 +54,7 @@ template <Backend B>
 class PcgWorkspace {
  public:
   void Resize(Index size);
+  void Release() { r = {}, p = {}, w = {}; }
   // b - A x as the recursion has it, valid after SolvePcg.
   typename B::ConstView residual() const { return r.view(); }
 

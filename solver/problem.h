@@ -69,7 +69,7 @@ class Linearization {
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
 
  private:
-  typename B::Vector work_u_, work_Wu_, work_v_;
+  typename B::Vector work_u_, work_Wu_;
 };
 
 template <Backend B>

@@ -32,9 +32,9 @@ void Linearization<B>::ApplyH(ConstView v, View Hv) {
 
 template <Backend B>
 double Linearization<B>::Curvature(ConstView v) {
-  if (work_v_.size() != num_parameters()) work_v_.Resize(num_parameters());
-  ApplyH(v, work_v_);
-  return B().Dot(v, work_v_);
+  typename B::Vector Hv(num_parameters());
+  ApplyH(v, Hv);
+  return B().Dot(v, Hv);
 }
 
 template <Backend B>
