@@ -3,46 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <malloc.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
-#include <new>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/memory/memory_run.h"
-
-namespace {
-
-std::atomic<std::int64_t> live_bytes{0}, peak_bytes{0};
-
-void* Counted(void* p) {
-  if (p == nullptr) throw std::bad_alloc();
-  const std::int64_t live = live_bytes += static_cast<std::int64_t>(malloc_usable_size(p));
-  std::int64_t peak = peak_bytes;
-  while (peak < live && !peak_bytes.compare_exchange_weak(peak, live)) {
-  }
-  return p;
-}
-
-void Release(void* p) {
-  if (p != nullptr) live_bytes -= static_cast<std::int64_t>(malloc_usable_size(p));
-  std::free(p);
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return Counted(std::malloc(size == 0 ? 1 : size)); }
-void* operator new(std::size_t size, std::align_val_t align) {
-  const auto a = static_cast<std::size_t>(align);
-  return Counted(std::aligned_alloc(a, (size + a) / a * a));
-}
-void operator delete(void* p) noexcept { Release(p); }
-void operator delete(void* p, std::size_t) noexcept { Release(p); }
-void operator delete(void* p, std::align_val_t) noexcept { Release(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { Release(p); }
+#include "tests/support/counted_memory.h"
 
 namespace vesta::gs {
 namespace {
@@ -76,10 +43,9 @@ INSTANTIATE_TEST_SUITE_P(Runs, CountedMemory, testing::ValuesIn(kCases),
 TEST_P(CountedMemory, IsWhatWasForeseen) {
   const test::MemoryRun run(GetParam(), 2, 2);
   const TrainOptions& options = run.options;
-  const std::int64_t before = live_bytes;
-  peak_bytes = before;
+  const vesta::test::CountedMemory memory;
   const TrainResult result = run.Run();
-  const double counted = static_cast<double>(peak_bytes - before) / kMib;
+  const double counted = memory.peak_bytes() / kMib;
   EXPECT_NEAR(result.memory.predicted_mib / counted, 1, 0.1)
       << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
   if (options.memory.budget_gib > 0) {
