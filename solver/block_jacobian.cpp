@@ -66,7 +66,7 @@ void BlockJacobian::SquaredColumns(B::View d) const {
   });
 }
 
-void BlockJacobian::Gram(Part part, BlockDiagonal<B>& blocks) const {
+void BlockJacobian::Gram(Part part, BlockDiagonal<B>& diagonal) const {
   const Range range = RangeOf(part);
   const int first_group = range.begin < range.end ? Free(range.begin).group : 0;
   ParallelForChunks(range.end - range.begin, kBlockGrain, [&](Index begin, Index end) {
@@ -79,8 +79,8 @@ void BlockJacobian::Gram(Part part, BlockDiagonal<B>& blocks) const {
         const BlockRow& row = At(use.row);
         small_dense::AddGram(row_values(use.row) + use.local, row.width, row.num_residuals, block.size, gram.data());
       }
-      const auto values = blocks.values(block.group - first_group);
-      const Index count = blocks.groups()[static_cast<std::size_t>(block.group - first_group)].count;
+      const auto values = diagonal.values(block.group - first_group);
+      const Index count = diagonal.groups()[static_cast<std::size_t>(block.group - first_group)].count;
       for (std::size_t i = 0; i < gram.size(); ++i) {
         values[static_cast<Index>(i) * count + block.index_in_group] = gram[i];
       }

@@ -34,7 +34,7 @@ class BlockJacobian {
   // d = diag(J^T J).
   void SquaredColumns(B::View d) const;
   // The diagonal blocks of J^T J of one part, into a matrix of that part's groups. Overwrites.
-  void Gram(Part part, BlockDiagonal<B>& blocks) const;
+  void Gram(Part part, BlockDiagonal<B>& diagonal) const;
 
  private:
   struct Range {

@@ -22,7 +22,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>, publi
   void ApplyJT(ConstView u, View g) override { jacobian_.ApplyTranspose(u, g); }
   void DiagJTJ(View d) override { jacobian_.SquaredColumns(d); }
   std::vector<BlockGroup> block_groups() const override { return jacobian_.structure().groups(); }
-  void BlockGram(BlockDiagonal<B>& blocks) override { jacobian_.Gram(BlockJacobian::Part::kAll, blocks); }
+  void BlockGram(BlockDiagonal<B>& diagonal) override { jacobian_.Gram(BlockJacobian::Part::kAll, diagonal); }
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
   const BlockMatrix& NormalMatrix() override;
 

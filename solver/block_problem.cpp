@@ -19,8 +19,8 @@ namespace {
 constexpr Index kGrain = 64;
 }
 
-const BlockParameter& BlockProblem::Parameter(int block) const {
-  VESTA_CHECK(block >= 0 && block < num_blocks(), "parameter block {} of {}", block, num_blocks());
+const ParameterBlock& BlockProblem::Parameter(int block) const {
+  VESTA_CHECK(block >= 0 && block < num_parameter_blocks(), "parameter block {} of {}", block, num_parameter_blocks());
   return parameters_[static_cast<std::size_t>(block)];
 }
 
@@ -35,8 +35,8 @@ int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> ma
     lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
     upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
   }
-  if (manifold) SetManifold(num_blocks() - 1, std::move(manifold));
-  return num_blocks() - 1;
+  if (manifold) SetManifold(num_parameter_blocks() - 1, std::move(manifold));
+  return num_parameter_blocks() - 1;
 }
 
 void BlockProblem::SetManifold(int block, std::shared_ptr<const Manifold> manifold) {
@@ -109,7 +109,7 @@ Index BlockProblem::tangent_offset(int block) {
 int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
 
 double BlockProblem::TermCost(ConstView x, std::size_t term, Scratch& scratch) const {
-  const BlockResidual& residual = residuals_[term];
+  const ResidualBlock& residual = residuals_[term];
   scratch.arguments.clear();
   for (const int p : residual.parameters) {
     scratch.arguments.push_back(x.data() + parameters_[static_cast<std::size_t>(p)].ambient_offset);

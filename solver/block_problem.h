@@ -56,8 +56,8 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
     options_.evaluation_callback = std::move(callback);
   }
 
-  int num_blocks() const { return static_cast<int>(parameters_.size()); }
-  int block_size(int block) const { return Parameter(block).ambient_size; }
+  int num_parameter_blocks() const { return static_cast<int>(parameters_.size()); }
+  int parameter_block_size(int block) const { return Parameter(block).ambient_size; }
   // Where the block's numbers begin in x.
   Index offset(int block) const { return Parameter(block).ambient_offset; }
   // Where its entries begin in a step, and how many; -1 and 0 for constant blocks.
@@ -93,7 +93,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
     std::shared_ptr<const CostFunction> cost;
     std::shared_ptr<const Loss> loss;
   };
-  const BlockParameter& Parameter(int block) const;
+  const ParameterBlock& Parameter(int block) const;
   void Changed();
   const BlockStructure& Structure() const;
   BlockNormalMatrix& NormalMatrix() const;
@@ -113,10 +113,10 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
 
   Options options_;
   Index num_parameters_ = 0;
-  std::vector<BlockParameter> parameters_;
+  std::vector<ParameterBlock> parameters_;
   std::vector<std::shared_ptr<const Manifold>> manifolds_;
   std::vector<bool> constant_;
-  std::vector<BlockResidual> residuals_;
+  std::vector<ResidualBlock> residuals_;
   std::vector<Term> terms_;
   std::vector<double> lower_, upper_;  // an entry of x each, or empty: no bounds
   mutable std::optional<BlockStructure> structure_;

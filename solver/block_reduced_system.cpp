@@ -144,13 +144,13 @@ void BlockReducedSystem::BackSubstitute(ConstView rhs, View step) {
   PassRows(step.subspan(0, size()), rhs.subspan(size(), num_eliminated()), {}, step.subspan(size(), num_eliminated()));
 }
 
-void BlockReducedSystem::DiagonalBlocks(BlockDiagonal<B>& blocks) {
-  jacobian_.Gram(Part::kKept, blocks);
-  blocks.AddToDiagonal(lambda_, kept_metric_);
-  ParallelFor(structure_.num_kept_blocks(), 1, [&](Index k) { SubtractFill(static_cast<int>(k), blocks); });
+void BlockReducedSystem::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
+  jacobian_.Gram(Part::kKept, diagonal);
+  diagonal.AddToDiagonal(lambda_, kept_metric_);
+  ParallelFor(structure_.num_kept_blocks(), 1, [&](Index k) { SubtractFill(static_cast<int>(k), diagonal); });
 }
 
-void BlockReducedSystem::SubtractFill(int free, BlockDiagonal<B>& blocks) const {
+void BlockReducedSystem::SubtractFill(int free, BlockDiagonal<B>& diagonal) const {
   const FreeBlock& kept = structure_.free_blocks()[static_cast<std::size_t>(free)];
   // Rows shared with one eliminated block lie together once sorted by it.
   std::vector<std::pair<int, BlockUse>> shared;
@@ -178,8 +178,8 @@ void BlockReducedSystem::SubtractFill(int free, BlockDiagonal<B>& blocks) const 
     for (int r = 0; r < kept.size; ++r) small_dense::SolveLower(factor, gone, w.data() + r * gone);
     small_dense::SubtractOuterProduct(w.data(), kept.size, gone, fill.data());
   }
-  const auto values = blocks.values(kept.group);
-  const Index count = blocks.groups()[static_cast<std::size_t>(kept.group)].count;
+  const auto values = diagonal.values(kept.group);
+  const Index count = diagonal.groups()[static_cast<std::size_t>(kept.group)].count;
   for (std::size_t k = 0; k < fill.size(); ++k) values[static_cast<Index>(k) * count + kept.index_in_group] += fill[k];
 }
 

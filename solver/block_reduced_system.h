@@ -22,7 +22,7 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
   void Apply(ConstView x, View y) override;
   void BackSubstitute(ConstView rhs, View step) override;
   std::vector<BlockGroup> kept_groups() const override { return structure_.kept_groups(); }
-  void DiagonalBlocks(BlockDiagonal<B>& blocks) override;
+  void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
 
  private:
   std::span<const FreeBlock> EliminatedBlocks() const {
@@ -33,7 +33,7 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
   // `kept` and y to `eliminated`. x and b may be empty for 0, the outputs where they are not wanted.
   void PassRows(ConstView x, ConstView b, View kept, View eliminated);
   // out(k, k) -= W C^-1 W^T of one kept block, W = F_k^T E over the rows it shares with each eliminated block.
-  void SubtractFill(int free, BlockDiagonal<B>& blocks) const;
+  void SubtractFill(int free, BlockDiagonal<B>& diagonal) const;
 
   const BlockJacobian& jacobian_;
   const BlockStructure& structure_;

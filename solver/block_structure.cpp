@@ -13,7 +13,7 @@ namespace {
 // than what it came from.
 constexpr double kWorthEliminating = 0.6;
 
-std::vector<bool> FindEliminated(std::span<const BlockParameter> parameters, std::span<const BlockResidual> residuals) {
+std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, std::span<const ResidualBlock> residuals) {
   std::vector<std::vector<std::size_t>> rows_of(parameters.size());
   for (std::size_t r = 0; r < residuals.size(); ++r) {
     for (const int p : residuals[r].parameters) {
@@ -44,7 +44,7 @@ std::vector<bool> FindEliminated(std::span<const BlockParameter> parameters, std
 
 }  // namespace
 
-BlockStructure::BlockStructure(std::span<const BlockParameter> parameters, std::span<const BlockResidual> residuals,
+BlockStructure::BlockStructure(std::span<const ParameterBlock> parameters, std::span<const ResidualBlock> residuals,
                                bool eliminate) {
   const std::vector<bool> eliminated =
       eliminate ? FindEliminated(parameters, residuals) : std::vector<bool>(parameters.size(), false);
@@ -54,7 +54,7 @@ BlockStructure::BlockStructure(std::span<const BlockParameter> parameters, std::
   ListUses();
 }
 
-void BlockStructure::NumberFreeBlocks(std::span<const BlockParameter> parameters, const std::vector<bool>& eliminated,
+void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& eliminated,
                                       std::vector<int>& free_of) {
   std::vector<int> order;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
@@ -87,9 +87,9 @@ void BlockStructure::NumberFreeBlocks(std::span<const BlockParameter> parameters
   }
 }
 
-void BlockStructure::LayRows(std::span<const BlockResidual> residuals, const std::vector<bool>& eliminated,
+void BlockStructure::LayRows(std::span<const ResidualBlock> residuals, const std::vector<bool>& eliminated,
                              const std::vector<int>& free_of) {
-  for (const BlockResidual& residual : residuals) {
+  for (const ResidualBlock& residual : residuals) {
     BlockRow row{.residual_offset = num_residuals_,
                  .value_offset = 0,
                  .num_residuals = residual.num_residuals,

@@ -10,14 +10,14 @@
 namespace vesta {
 
 // A parameter block as the caller gave it.
-struct BlockParameter {
+struct ParameterBlock {
   Index ambient_offset = 0;  // in x
   int ambient_size = 0;
   int tangent_size = 0;  // 0: constant
 };
 
 // A residual block: how many residuals, of which parameter blocks.
-struct BlockResidual {
+struct ResidualBlock {
   int num_residuals = 0;
   std::vector<int> parameters;
 };
@@ -62,7 +62,7 @@ class BlockStructure {
  public:
   // eliminate: find a group of blocks no two of which share a residual (greedily, the least used first, after the
   // independent sets of Ceres's orderings) and put it last, where it is most of the step.
-  BlockStructure(std::span<const BlockParameter> parameters, std::span<const BlockResidual> residuals, bool eliminate);
+  BlockStructure(std::span<const ParameterBlock> parameters, std::span<const ResidualBlock> residuals, bool eliminate);
 
   Index num_tangent() const { return num_tangent_; }
   // Tangent parameters that are not eliminated; num_tangent() when nothing is.
@@ -86,9 +86,9 @@ class BlockStructure {
   const std::vector<BlockGroup>& eliminated_groups() const { return eliminated_groups_; }
 
  private:
-  void NumberFreeBlocks(std::span<const BlockParameter> parameters, const std::vector<bool>& eliminated,
+  void NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& eliminated,
                         std::vector<int>& free_of);
-  void LayRows(std::span<const BlockResidual> residuals, const std::vector<bool>& eliminated,
+  void LayRows(std::span<const ResidualBlock> residuals, const std::vector<bool>& eliminated,
                const std::vector<int>& free_of);
   void ListUses();
 

@@ -23,7 +23,7 @@ struct DeviceBlockProblem<S>::Data {
   DeviceBuffer<Index> index, entries, first_entry, segments, segment_end, first_segment;
   DeviceBuffer<S> cost_residuals;
 
-  Index num_residuals() const { return residuals->num_blocks() * residuals->residuals_per_block(); }
+  Index num_residuals() const { return residuals->num_residual_blocks() * residuals->residuals_per_block(); }
   RowBlocksTranspose transpose() const {
     return {entries.data(), first_entry.data(), segments.data(), segment_end.data(), first_segment.data()};
   }
@@ -33,12 +33,12 @@ template <class S>
 class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>> {
  public:
   Linear(const Data& data, ConstView x) : data_(data), residuals_(data.num_residuals()) {
-    const DeviceResiduals<S>& blocks = *data.residuals;
-    jacobian_.ResizeForOverwrite(data.num_residuals() * blocks.parameters_per_block());
+    const DeviceResiduals<S>& residuals = *data.residuals;
+    jacobian_.ResizeForOverwrite(data.num_residuals() * residuals.parameters_per_block());
     partial_.ResizeForOverwrite(data.segments.size());
-    blocks.Evaluate(data.index.data(), x.data(), residuals_.data(), jacobian_.data());
-    rows_ = {blocks.num_blocks(), blocks.residuals_per_block(), blocks.parameters_per_block(), data.index.data(),
-             jacobian_.data()};
+    residuals.Evaluate(data.index.data(), x.data(), residuals_.data(), jacobian_.data());
+    rows_ = {residuals.num_residual_blocks(), residuals.residuals_per_block(), residuals.parameters_per_block(),
+             data.index.data(), jacobian_.data()};
   }
   Index num_residuals() const override { return data_.num_residuals(); }
   Index num_parameters() const override { return data_.num_parameters; }
@@ -47,9 +47,9 @@ class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>>
   void ApplyJT(ConstView u, View g) override { Transposed(u.data(), g.data()); }
   void DiagJTJ(View d) override { Transposed(nullptr, d.data()); }
   std::vector<BlockGroup> block_groups() const override { return data_.groups; }
-  void BlockGram(BlockDiagonal<B>& blocks) override {
+  void BlockGram(BlockDiagonal<B>& diagonal) override {
     for (std::size_t g = 0; g < data_.groups.size(); ++g) {
-      device::GramBlocks(rows_, data_.transpose(), data_.groups[g], blocks.values(static_cast<int>(g)).data());
+      device::GramBlocks(rows_, data_.transpose(), data_.groups[g], diagonal.values(static_cast<int>(g)).data());
     }
   }
 
@@ -67,9 +67,10 @@ class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>>
 template <class S>
 DeviceBlockProblem<S>::DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
                                           const std::vector<Index>& index, std::vector<BlockGroup> groups) {
-  const Index blocks = residuals->num_blocks();
+  const Index blocks = residuals->num_residual_blocks();
   VESTA_CHECK(static_cast<Index>(index.size()) == blocks * residuals->parameters_per_block(),
-              "{} indices for {} blocks of {} parameters", index.size(), blocks, residuals->parameters_per_block());
+              "{} indices for {} residual blocks of {} parameters", index.size(), blocks,
+              residuals->parameters_per_block());
   for (const Index p : index) VESTA_CHECK(p >= 0 && p < num_parameters, "index {} of {} parameters", p, num_parameters);
   const HostRowTranspose transpose(num_parameters, index, blocks);
   data_ = std::make_unique<Data>(Data{num_parameters,

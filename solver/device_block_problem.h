@@ -15,7 +15,7 @@ template <class S>
 class DeviceResiduals {
  public:
   virtual ~DeviceResiduals() = default;
-  virtual Index num_blocks() const = 0;
+  virtual Index num_residual_blocks() const = 0;
   virtual int residuals_per_block() const = 0;
   virtual int parameters_per_block() const = 0;
   // Residuals and Jacobian in the layout of RowBlocks, all in the memory of the GPU; index: as there; jacobian null:
@@ -31,8 +31,8 @@ class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
   using typename Problem<B>::ConstView;
   using typename Problem<B>::View;
 
-  // index: the parameters of each block, in the layout of RowBlocks. groups: for block Jacobi, as GramOfRows wants
-  // them; empty: none. Throws Error where the sizes do not fit.
+  // index: the parameters of each residual block, in the layout of RowBlocks. groups: for block Jacobi, as GramOfRows
+  // wants them; empty: none. Throws Error where the sizes do not fit.
   DeviceBlockProblem(Index num_parameters, std::unique_ptr<DeviceResiduals<S>> residuals,
                      const std::vector<Index>& index, std::vector<BlockGroup> groups = {});
   ~DeviceBlockProblem() override;

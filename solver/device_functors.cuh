@@ -17,11 +17,11 @@ class FunctorsOnDevice final : public DeviceResiduals<S> {
   explicit FunctorsOnDevice(const std::vector<F>& functors) {
     functors_.CopyFrom(HostSpan<const F>(functors.data(), static_cast<Index>(functors.size())));
   }
-  Index num_blocks() const override { return functors_.size(); }
+  Index num_residual_blocks() const override { return functors_.size(); }
   int residuals_per_block() const override { return F::kResiduals; }
   int parameters_per_block() const override { return F::kParameters; }
   void Evaluate(const Index* index, const S* x, S* residuals, S* jacobian) const override {
-    device::ForEach(num_blocks(), EvaluateFunctor<F, S>{functors_.data(), num_blocks(), index, x, residuals, jacobian},
+    device::ForEach(num_residual_blocks(), EvaluateFunctor<F, S>{functors_.data(), num_residual_blocks(), index, x, residuals, jacobian},
                     "residuals");
   }
 

@@ -6,7 +6,7 @@
 
 namespace vesta {
 
-// For block b. Layout: RowBlocks. F: a ResidualFunctor (solver/residual_blocks.h).
+// For residual block b. Layout: RowBlocks. F: a ResidualFunctor (solver/residual_blocks.h).
 template <class F, class S>
 struct EvaluateFunctor {
   const F* functors;

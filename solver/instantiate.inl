@@ -2,7 +2,7 @@
 //   namespace vesta { using InstantiatedBackend = ...; }
 // and includes this, once.
 
-#include "solver/batch_merge.inl"
+#include "solver/batched_system.inl"
 #include "solver/bounds.inl"
 #include "solver/compose.inl"
 #include "solver/damped_normal_equations.inl"
@@ -44,7 +44,7 @@ template void DiagonalMetric(const DampingMetricOptions&, InstantiatedBackend&, 
 template class BoundedProblem<InstantiatedBackend>;
 template class DampedNormalEquations<InstantiatedBackend>;
 template class NormalSystem<InstantiatedBackend>;
-template class BatchedStep<InstantiatedBackend>;
+template class BatchedSystem<InstantiatedBackend>;
 template class LmStepper<InstantiatedBackend>;
 template LmSummary SolveLm(const LmOptions&, InstantiatedBackend&, Problem<InstantiatedBackend>&,
                            InstantiatedBackend::View, const LmCallback&);

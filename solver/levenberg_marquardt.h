@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "solver/batch_merge.h"
+#include "solver/batched_system.h"
 #include "solver/lm_options.h"
 #include "solver/problem.h"
 #include "solver/summary.h"
@@ -72,7 +72,7 @@ class LmStepper {
   // trial_x_ = x (+) gamma step.
   void MakeTrial(double gamma);
   double ChooseGamma();
-  Trial Try(double gamma, const typename BatchedStep<B>::Direction& direction, LmIteration& row);
+  Trial Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row);
   double GradientNorm();
   Zone ZoneOf(const Trial& trial, double predicted) const;
   // Linearizes at the trial point.
@@ -92,7 +92,7 @@ class LmStepper {
   int turn_ = 0;  // of the next linearisation at a new x
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;
-  std::unique_ptr<BatchedStep<B>> system_;  // null when x_ has moved
+  std::unique_ptr<BatchedSystem<B>> system_;  // null when x_ has moved
   LmSummary summary_;
 };
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
-#include "solver/batch_merge.inl"
+#include "solver/batched_system.inl"
 #include "solver/levenberg_marquardt.h"
 #include "solver/line_search.h"
 
@@ -99,7 +99,7 @@ bool LmStepper<B>::Linearize() {
   if (system_) return true;
   const lm_internal::Stopwatch watch(summary_.linearize_seconds);
   problem_.BeginTurn(turn_++);
-  system_ = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
+  system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
   if (!system_->finite()) {
     Stop(LmStatus::kNonFinite, "the gradient or the diagonal of H is not finite although the cost is");
     return false;
@@ -157,7 +157,7 @@ double LmStepper<B>::ChooseGamma() {
 }
 
 template <Backend B>
-typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename BatchedStep<B>::Direction& direction,
+typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename BatchedSystem<B>::Direction& direction,
                                                LmIteration& row) {
   MakeTrial(gamma);
   Trial trial{.gamma = gamma, .cost = FullCost(trial_x_)};
@@ -190,12 +190,12 @@ typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial, double pred
 
 template <Backend B>
 void LmStepper<B>::AcceptByGradient(Trial& trial) {
-  std::unique_ptr<BatchedStep<B>> at_trial;
+  std::unique_ptr<BatchedSystem<B>> at_trial;
   {
     const lm_internal::Stopwatch watch(summary_.linearize_seconds);
-    at_trial = std::make_unique<BatchedStep<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
+    at_trial = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
   }
-  const auto squared = [&](const BatchedStep<B>& system) {
+  const auto squared = [&](const BatchedSystem<B>& system) {
     backend_.DivideOrZero(system.negative_gradient(), system_->weights(), scaled_step_);
     return backend_.Dot(system.negative_gradient(), scaled_step_);
   };
@@ -213,7 +213,7 @@ const LmIteration& LmStepper<B>::Step() {
   LmIteration row;
   row.lambda = control_->lambda();
   row.gradient_max_norm = gradient_norm_;
-  typename BatchedStep<B>::Direction direction;
+  typename BatchedSystem<B>::Direction direction;
   {
     const lm_internal::Stopwatch watch(summary_.linear_solve_seconds);
     LendTrialVectors();

@@ -13,7 +13,7 @@ namespace vesta {
 enum class BatchMode {
   kExact,  // one PCG over the sum of all batches
   kMerge,  // each batch solved on its own, the steps merged by their diagonals (3DGS-LM, eq. 7): biased, see
-           // solver/batch_merge.h
+           // solver/batched_system.h
 };
 const char* ToString(BatchMode mode);
 

@@ -33,7 +33,7 @@ class ReducedSystem : public LinearOperator<B> {
   // Blocks of the kept parameters for the Schur-Jacobi preconditioner; they cover 0..size()-1.
   virtual std::vector<BlockGroup> kept_groups() const = 0;
   // The diagonal blocks of S, damping included, into a matrix made from kept_groups(). Overwrites.
-  virtual void DiagonalBlocks(BlockDiagonal<B>& blocks) = 0;
+  virtual void DiagonalBlocks(BlockDiagonal<B>& diagonal) = 0;
   // An operator near S^-1 for the present damping, better than the inverse of those blocks and valid until the next
   // SetDamping. Null: there is none that pays.
   virtual LinearOperator<B>* Factorize() { return nullptr; }

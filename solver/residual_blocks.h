@@ -25,11 +25,11 @@ concept ResidualFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r, cons
   f(q, s);
 };
 
-// Which blocks make a batch.
+// Which residual blocks make a batch.
 enum class BatchSplit { kStrided, kContiguous };
 
 struct ResidualBlocksOptions {
-  // Applied to each block's squared norm; none: plain least squares.
+  // Applied to each residual block's squared norm; none: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   int num_batches = 1;
   BatchSplit split = BatchSplit::kStrided;
@@ -39,16 +39,17 @@ struct ResidualBlocksOptions {
 
 namespace residual_blocks_internal {
 
-// One parameter's place in the Jacobian: column `column` of block `block`.
+// One parameter's place in the Jacobian: column `column` of residual block `block`.
 struct Entry {
   Index block;
   int column;
 };
 
-// The parameters' entries in the Jacobian, block after block: products with J^T gather over them in a fixed order.
+// The parameters' entries in the Jacobian, one residual block after another: products with J^T gather over them in a
+// fixed order.
 class Transpose {
  public:
-  // index: kParameters parameters for each block of `blocks`.
+  // index: kParameters parameters for each residual block of `blocks`.
   Transpose(Index num_parameters, int parameters_per_block, std::span<const Index> index, std::span<const Index> blocks)
       : first_(static_cast<std::size_t>(num_parameters) + 1, 0) {
     const auto parameter = [&](std::size_t position, int c) {
@@ -183,7 +184,7 @@ class ResidualBlocks final : public Problem<B> {
     const Index* Parameters(Index b) const {
       return problem_.index_.data() + blocks_[static_cast<std::size_t>(b)] * kParameters;
     }
-    // Column c of block b's Jacobian, kResiduals values.
+    // Column c of residual block b's Jacobian, kResiduals values.
     S* Column(Index b, int c) { return jacobian_.data() + (b * kParameters + c) * kResiduals; }
     // out_k = sum of term(block, column) over parameter k's entries, in double, in the order of the blocks.
     template <class Term>
@@ -219,7 +220,7 @@ class ResidualBlocks final : public Problem<B> {
     const std::vector<Index>& blocks_;
     const residual_blocks_internal::Transpose& transpose_;
     typename B::Vector residuals_;  // corrected for the loss, as jacobian_ is
-    typename B::Vector jacobian_;   // block after block, column after column
+    typename B::Vector jacobian_;   // one residual block after another, column after column
   };
 
   static double SquaredNorm(const S* f) {
@@ -256,10 +257,10 @@ class ResidualBlocks final : public Problem<B> {
 template <class F, Backend B>
 requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host>
 void ResidualBlocks<F, B>::Blocks::BlockGram(BlockDiagonal<B>& out) {
-  // Where each parameter lies: its group, block and component.
+  // Where each parameter lies in the diagonal blocks of H.
   struct Place {
     int group = 0, component = 0;
-    Index block = 0;
+    Index diagonal_block = 0;
   };
   const std::vector<BlockGroup>& groups = out.groups();
   std::vector<Place> places(static_cast<std::size_t>(num_parameters()));
@@ -277,12 +278,13 @@ void ResidualBlocks<F, B>::Blocks::BlockGram(BlockDiagonal<B>& out) {
       const Place& row = places[static_cast<std::size_t>(Parameters(b)[c1])];
       for (int c2 = 0; c2 < kParameters; ++c2) {
         const Place& col = places[static_cast<std::size_t>(Parameters(b)[c2])];
-        if (row.group != col.group || row.block != col.block || row.component < col.component) continue;
+        if (row.group != col.group || row.diagonal_block != col.diagonal_block || row.component < col.component)
+          continue;
         S sum = 0;
         for (int i = 0; i < kResiduals; ++i) sum += Column(b, c1)[i] * Column(b, c2)[i];
         out.values(
             row.group)[PackedLower(row.component, col.component) * groups[static_cast<std::size_t>(row.group)].count +
-                       row.block] += sum;
+                       row.diagonal_block] += sum;
       }
     }
   }

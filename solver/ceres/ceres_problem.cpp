@@ -131,7 +131,7 @@ CpuBackend<double>::Vector CeresProblem::Gather() const {
   CpuBackend<double>::Vector x(problem_.num_parameters());
   for (std::size_t b = 0; b < values_.size(); ++b) {
     const int block = static_cast<int>(b);
-    std::copy_n(values_[b], problem_.block_size(block), x.data() + problem_.offset(block));
+    std::copy_n(values_[b], problem_.parameter_block_size(block), x.data() + problem_.offset(block));
   }
   return x;
 }
@@ -139,7 +139,7 @@ CpuBackend<double>::Vector CeresProblem::Gather() const {
 void CeresProblem::Scatter(CpuBackend<double>::ConstView x) const {
   for (std::size_t b = 0; b < values_.size(); ++b) {
     const int block = static_cast<int>(b);
-    std::copy_n(x.data() + problem_.offset(block), problem_.block_size(block), values_[b]);
+    std::copy_n(x.data() + problem_.offset(block), problem_.parameter_block_size(block), values_[b]);
   }
 }
 

@@ -1,4 +1,4 @@
-// One step from several batches: exactly, or merged.
+// The damped system of all batches at one x, solved exactly or batch by batch.
 #pragma once
 
 #include <memory>
@@ -9,17 +9,17 @@
 
 namespace vesta {
 
-// The normal equations of all batches at one x.
+// The damped normal equations of all batches at one x.
 //
 // kExact solves the sum. kMerge solves each batch alone and takes step = sum M_b step_b / sum M_b per parameter, with
 // M_b = diag(H_b) (3DGS-LM, eq. 7); columns without weight do not move. Its fixed point is not the minimum of the whole
 // cost: batches that each look like the whole (every k-th image) come close, consecutive ones do not.
 template <Backend B>
-class BatchedStep {
+class BatchedSystem {
  public:
   // Linearizes. x must outlive this object. scale: made from the first linearization when it is empty.
-  BatchedStep(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x, ColumnScale<B>& scale,
-              LmSummary& summary);
+  BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
+                ColumnScale<B>& scale, LmSummary& summary);
 
   bool finite() const { return finite_; }
   // -g of all batches.

@@ -1,16 +1,16 @@
-// Bodies of solver/batch_merge.h.
+// Bodies of solver/batched_system.h.
 #pragma once
 
 #include <numeric>
 #include <utility>
 
-#include "solver/batch_merge.h"
+#include "solver/batched_system.h"
 
 namespace vesta {
 
 template <Backend B>
-BatchedStep<B>::BatchedStep(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
-                            ColumnScale<B>& scale, LmSummary& summary)
+BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
+                                ColumnScale<B>& scale, LmSummary& summary)
     : options_(options), backend_(backend), problem_(problem), x_(x), scale_(scale), summary_(summary) {
   const int batches = problem.num_batches();
   const int systems = options.batch_mode == BatchMode::kExact ? 1 : batches;
@@ -41,7 +41,7 @@ BatchedStep<B>::BatchedStep(const LmOptions& options, B& backend, Problem<B>& pr
 }
 
 template <Backend B>
-std::unique_ptr<NormalSystem<B>> BatchedStep<B>::MakeSystem(int first, int count) {
+std::unique_ptr<NormalSystem<B>> BatchedSystem<B>::MakeSystem(int first, int count) {
   std::vector<int> batches(static_cast<std::size_t>(count));
   std::iota(batches.begin(), batches.end(), first);
   summary_.num_linearizations += count;
@@ -49,7 +49,7 @@ std::unique_ptr<NormalSystem<B>> BatchedStep<B>::MakeSystem(int first, int count
 }
 
 template <Backend B>
-NormalSystem<B>& BatchedStep<B>::System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh) {
+NormalSystem<B>& BatchedSystem<B>::System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh) {
   if (systems_[batch]) return *systems_[batch];
   fresh.reset();  // one batch's caches at a time
   fresh = MakeSystem(static_cast<int>(batch), 1);
@@ -59,8 +59,8 @@ NormalSystem<B>& BatchedStep<B>::System(std::size_t batch, std::unique_ptr<Norma
 }
 
 template <Backend B>
-typename BatchedStep<B>::Direction BatchedStep<B>::Solve(double lambda, PcgWorkspace<B>& workspace,
-                                                         typename B::View step) {
+typename BatchedSystem<B>::Direction BatchedSystem<B>::Solve(double lambda, PcgWorkspace<B>& workspace,
+                                                             typename B::View step) {
   Direction direction;
   if (whole()) {
     const auto solution = whole()->Solve(lambda, workspace, step);
@@ -74,8 +74,8 @@ typename BatchedStep<B>::Direction BatchedStep<B>::Solve(double lambda, PcgWorks
 }
 
 template <Backend B>
-typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorkspace<B>& workspace,
-                                                         typename B::View step) {
+typename BatchedSystem<B>::Direction BatchedSystem<B>::Merge(double lambda, PcgWorkspace<B>& workspace,
+                                                             typename B::View step) {
   Direction direction;
   typename B::Vector batch_step(step.size());
   std::unique_ptr<NormalSystem<B>> fresh;
@@ -99,7 +99,7 @@ typename BatchedStep<B>::Direction BatchedStep<B>::Merge(double lambda, PcgWorks
 }
 
 template <Backend B>
-void BatchedStep<B>::Measure(typename B::ConstView step, Direction& direction) {
+void BatchedSystem<B>::Measure(typename B::ConstView step, Direction& direction) {
   std::unique_ptr<NormalSystem<B>> fresh;
   direction.gradient_dot_step = -backend_.Dot(negative_gradient(), step);
   direction.curvature = 0;

@@ -1,4 +1,4 @@
-#include "solver/batch_merge.h"
+#include "solver/batched_system.h"
 
 #include <gtest/gtest.h>
 
@@ -30,14 +30,14 @@ double FinalCost(const LmOptions& options, ResidualBlocksOptions blocks) {
   return SolveLm(options, backend, problem, x.view()).final_cost;
 }
 
-TEST(BatchMerge, TheExactSumIsTheWholeProblem) {
+TEST(BatchedSystem, TheExactSumIsTheWholeProblem) {
   const double whole = FinalCost(Options(BatchMode::kExact), {});
   for (const BatchSplit split : {BatchSplit::kStrided, BatchSplit::kContiguous}) {
     EXPECT_NEAR(FinalCost(Options(BatchMode::kExact), {.num_batches = 4, .split = split}), whole, 1e-10 * whole);
   }
 }
 
-TEST(BatchMerge, StridedBatchesReachTheMinimumWhereContiguousOnesAreBiased) {
+TEST(BatchedSystem, StridedBatchesReachTheMinimumWhereContiguousOnesAreBiased) {
   const double whole = FinalCost(Options(BatchMode::kExact), {});
   const double strided = FinalCost(Options(BatchMode::kMerge), {.num_batches = 4, .split = BatchSplit::kStrided});
   const double contiguous = FinalCost(Options(BatchMode::kMerge), {.num_batches = 4, .split = BatchSplit::kContiguous});
@@ -45,11 +45,11 @@ TEST(BatchMerge, StridedBatchesReachTheMinimumWhereContiguousOnesAreBiased) {
   EXPECT_GT(contiguous, 1.001 * whole);
 }
 
-TEST(BatchMerge, OneBatchMergedIsItself) {
+TEST(BatchedSystem, OneBatchMergedIsItself) {
   EXPECT_EQ(FinalCost(Options(BatchMode::kMerge), {}), FinalCost(Options(BatchMode::kExact), {}));
 }
 
-TEST(BatchMerge, MergesByTheDiagonalsAndPredictsOverAllBatches) {
+TEST(BatchedSystem, MergesByTheDiagonalsAndPredictsOverAllBatches) {
   auto first = RandomBatch(6, 4, 11), second = RandomBatch(7, 4, 12);
   first.a.col(1).setZero();  // in one batch only
   first.a.col(2).setZero();  // in none
@@ -80,7 +80,7 @@ TEST(BatchMerge, MergesByTheDiagonalsAndPredictsOverAllBatches) {
     LmSummary summary;
     PcgWorkspace<Cpu> workspace;
     Cpu::Vector step(4), moved(4);
-    BatchedStep<Cpu> batched(options, backend, problem, x.view(), scale, summary);
+    BatchedSystem<Cpu> batched(options, backend, problem, x.view(), scale, summary);
     const auto direction = batched.Solve(lambda, workspace, step);
     EXPECT_EQ(summary.num_frozen, 1);
     for (int k = 0; k < 4; ++k) {
@@ -95,7 +95,7 @@ TEST(BatchMerge, MergesByTheDiagonalsAndPredictsOverAllBatches) {
   }
 }
 
-TEST(BatchMerge, NotHoldingBatchesChangesNothingButTheWork) {
+TEST(BatchedSystem, NotHoldingBatchesChangesNothingButTheWork) {
   LmOptions options = Options(BatchMode::kMerge);
   const ResidualBlocksOptions blocks{.num_batches = 4};
   const double held = FinalCost(options, blocks);
