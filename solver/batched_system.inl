@@ -77,13 +77,13 @@ template <Backend B>
 typename BatchedSystem<B>::Direction BatchedSystem<B>::Merge(double lambda, PcgWorkspace<B>& workspace,
                                                              typename B::View step) {
   Direction direction;
-  typename B::Vector batch_step(step.size());
   std::unique_ptr<NormalSystem<B>> fresh;
   int iterations = 0, products = 0;
   backend_.Fill(0, step);
   for (std::size_t b = 0; b < systems_.size(); ++b) {
     workspace.Release();  // while a system or its preconditioner is made, which take most
     NormalSystem<B>& system = System(b, fresh);
+    typename B::Vector batch_step(step.size());
     direction.pcg = system.Solve(lambda, workspace, batch_step).pcg;
     iterations += direction.pcg.iterations;
     products += direction.pcg.products;

@@ -51,9 +51,8 @@ double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem) {
   // x, the scales of the columns, and of merged batches the sums of gradients and diagonals.
   const int scales = options.column_scaling == ColumnScaling::kNone ? 0 : 2;
   const double always = (1 + scales + (merged ? 2 : 0)) * vector;
-  // What a solve finds; of merged batches also that of one of them. Systems that are not held are made beside it.
-  const double steps = (merged ? 2 : 1) * vector, pcg = 3 * vector;
-  const double beside = held ? 0 : steps;
+  // What a solve finds; systems that are not held are made beside it.
+  const double step = vector, beside = held ? 0 : step;
 
   // A system's gradient, diagonal and, if it is another, descent; of batches that are summed one's part of them.
   const double slopes = (problem.has_own_descent ? 2 : 1) * vector;
@@ -67,8 +66,9 @@ double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem) {
   const double prepared = linearized + systems * (kept + preconditioner.made) + grams;
   const double between = (held ? prepared : 0) + problem.between;
 
-  // From here on for one lambda. Blocks are made of the Gram matrices, and after a refused step of what is measured
-  // once more.
+  // From here on for one lambda; of merged batches with the step of one. Blocks are made of the Gram matrices, and
+  // after a refused step of what is measured once more.
+  const double pcg = 3 * vector, steps = step + (merged ? vector : 0);
   const double ready = linearized + systems * (kept + preconditioner.ready);
   const double again = held ? problem.gram_work : 0;
   const double damping =
@@ -80,9 +80,9 @@ double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem) {
   const double unsolved = merged && preconditioner.takes_blocks ? grams - problem.gram : 0;
   const double solving = ready + steps + pcg + (summed ? vector : 0) + kept_grams + unsolved;
   // The model along a step, where it is not that of PCG: one product of H (Linearization::Curvature) at a time.
-  const double measuring = (held ? ready + steps + kept_grams + (merged ? 0 : pcg) : prepared + steps) + vector;
-  // The step, so much of it as is tried, and the trial.
-  const double trying = (held ? ready + kept_grams : 0) + 3 * vector + problem.cost_work;
+  const double measuring = step + (held ? ready + kept_grams + (merged ? 0 : pcg) : prepared) + vector;
+  // So much of the step as is tried, and the trial.
+  const double trying = step + (held ? ready + kept_grams : 0) + 2 * vector + problem.cost_work;
 
   return always + std::max({linearizing, preparing, between, damping, solving, trying,
                             merged || problem.limits_steps ? measuring : 0});

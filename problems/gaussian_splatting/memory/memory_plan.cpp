@@ -91,7 +91,8 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
     const MemoryScene scaled = scene.Scaled(gaussians);
     LmOptions lm = options.lm;
     lm.jacobian = memory.rebuilds ? "rebuild" : "recompute";
-    if (!memory.rebuilds) lm.batches = static_cast<int>(scene.views.size());
+    // As PlanLm does at the least: batches not held, which only merged ones can be.
+    if (!memory.rebuilds) lm.batches = static_cast<int>(scene.views.size()), lm.merge_batches = true;
     const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, options) : 0;
     return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, memory.rebuilds) : 0.0);
   };
