@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "solver/lm_options.h"
-#include "solver/normal_system.h"
+#include "solver/normal_equations/normal_system.h"
 
 namespace vesta {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kernels/core/parallel.h"
-#include "solver/block_reduced_system.h"
+#include "solver/blocks/block_reduced_system.h"
 #include "solver/sparse_cholesky/block_normal_matrix.h"
 
 namespace vesta {

@@ -1,8 +1,8 @@
 // BlockProblem at one x.
 #pragma once
 
-#include "solver/block_jacobian.h"
 #include "solver/block_problem.h"
+#include "solver/blocks/block_jacobian.h"
 #include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta {

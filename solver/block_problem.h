@@ -9,11 +9,11 @@
 #include <span>
 #include <vector>
 
-#include "solver/block_structure.h"
+#include "solver/blocks/block_structure.h"
 #include "solver/cost_function.h"
 #include "solver/loss.h"
 #include "solver/manifold.h"
-#include "solver/preconditioner.h"
+#include "solver/normal_equations/preconditioner.h"
 #include "solver/problem.h"
 
 namespace vesta {

@@ -6,7 +6,7 @@
 
 #include "kernels/core/check.h"
 #include "solver/bounds.h"
-#include "solver/preconditioner.h"
+#include "solver/normal_equations/preconditioner.h"
 
 namespace vesta {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "kernels/core/check.h"
-#include "solver/dense_jacobian.h"
-#include "solver/dense_qr.h"
+#include "solver/linear/dense_qr.h"
+#include "solver/normal_equations/dense_jacobian.h"
 
 namespace vesta {
 

@@ -2,7 +2,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/device_rows.h"
-#include "solver/row_transpose.h"
+#include "solver/blocks/row_transpose.h"
 
 namespace vesta {
 namespace {

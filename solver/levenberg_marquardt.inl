@@ -10,7 +10,7 @@
 #include "kernels/core/check.h"
 #include "solver/batched_system.inl"
 #include "solver/levenberg_marquardt.h"
-#include "solver/line_search.h"
+#include "solver/trust_region/line_search.h"
 
 namespace vesta {
 

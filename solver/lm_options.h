@@ -4,9 +4,10 @@
 #include <functional>
 #include <limits>
 
-#include "solver/normal_system.h"
-#include "solver/step_control.h"
+#include "solver/normal_equations/normal_system.h"
 #include "solver/summary.h"
+#include "solver/trust_region/line_search.h"
+#include "solver/trust_region/step_control.h"
 
 namespace vesta {
 
@@ -16,19 +17,6 @@ enum class BatchMode {
            // solver/batched_system.h
 };
 const char* ToString(BatchMode mode);
-
-// Chooses a factor gamma <= 1 along each step by the cost over a subset of the units, the same for all trials of one
-// step: from 1 down by `shrink` until the cost rises, then back by one (3DGS-LM's search).
-struct LineSearchOptions {
-  bool enabled = false;
-  // Share of the problem's units in the subset, within (0, 1]; at least one unit.
-  double unit_fraction = 0.3;
-  // Within (0, 1).
-  double shrink = 0.7;
-  int max_evaluations = 12;
-
-  void Validate() const;
-};
 
 struct LmOptions {
   int max_iterations = 50;

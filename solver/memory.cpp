@@ -5,7 +5,7 @@
 namespace vesta {
 namespace {
 
-// What the preconditioner of one system holds (solver/preconditioner.h).
+// What the preconditioner of one system holds (solver/normal_equations/preconditioner.h).
 struct PreconditionerMemory {
   bool takes_blocks;   // and lets go of the Gram matrices, else they stay
   double made, ready;  // for an x, and for a lambda too

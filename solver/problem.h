@@ -64,8 +64,8 @@ class Linearization {
   // is not empty.
   virtual void BlockGram(BlockDiagonal<B>& blocks);
 
-  // The damped system with its trailing block-diagonal group of parameters eliminated (solver/reduced_system.h), or
-  // null where the problem has no such group. Borrows this object.
+  // The damped system with its trailing block-diagonal group of parameters eliminated
+  // (solver/normal_equations/reduced_system.h), or null where the problem has no such group. Borrows this object.
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
 
  private:

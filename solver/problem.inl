@@ -2,9 +2,9 @@
 #pragma once
 
 #include "kernels/core/check.h"
-#include "solver/preconditioner.h"
+#include "solver/normal_equations/preconditioner.h"
+#include "solver/normal_equations/reduced_system.h"
 #include "solver/problem.h"
-#include "solver/reduced_system.h"
 
 namespace vesta {
 

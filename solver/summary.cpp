@@ -37,22 +37,6 @@ bool IsConverged(LmStatus status) {
          status == LmStatus::kParameterTolerance;
 }
 
-const char* ToString(PcgStatus status) {
-  switch (status) {
-    case PcgStatus::kConverged:
-      return "converged";
-    case PcgStatus::kModelConverged:
-      return "model converged";
-    case PcgStatus::kMaxIterations:
-      return "iteration limit";
-    case PcgStatus::kIndefinite:
-      return "indefinite";
-    case PcgStatus::kNonFinite:
-      return "not finite";
-  }
-  return "unknown";
-}
-
 std::string LmSummary::BriefReport() const {
   return fmt::format("{}: cost {:.6e} -> {:.6e}, {} iterations ({} accepted), {} PCG iterations, {:.3f} s",
                      ToString(status), initial_cost, final_cost, num_accepted + num_rejected, num_accepted,

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "problems/bundle_adjustment/structure.h"
-#include "solver/linear_operator.h"
+#include "solver/linear/linear_operator.h"
 #include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta::bundle::internal {

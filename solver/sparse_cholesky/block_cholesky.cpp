@@ -5,7 +5,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "solver/small_dense.h"
+#include "solver/linear/small_dense.h"
 
 namespace vesta {
 namespace {

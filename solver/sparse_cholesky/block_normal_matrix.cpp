@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "kernels/core/parallel.h"
-#include "solver/small_dense.h"
+#include "solver/linear/small_dense.h"
 
 namespace vesta {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "solver/block_jacobian.h"
+#include "solver/blocks/block_jacobian.h"
 #include "solver/sparse_cholesky/block_matrix.h"
 #include "solver/sparse_cholesky/kept.h"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "solver/preconditioner.h"
+#include "solver/normal_equations/preconditioner.h"
 #include "solver/sparse_cholesky/block_cholesky.h"
 #include "solver/sparse_cholesky/kept.h"
 

@@ -9,7 +9,7 @@
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
 #include "solver/levenberg_marquardt.h"
-#include "solver/reduced_system.h"
+#include "solver/normal_equations/reduced_system.h"
 #include "tests/solver/dense_operator.h"
 
 namespace vesta {

@@ -4,7 +4,7 @@
 
 #include "kernels/gaussian_splatting/view.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
-#include "solver/line_search.h"
+#include "solver/trust_region/line_search.h"
 
 namespace vesta::gs {
 

@@ -1,0 +1,29 @@
+// The operator H + lambda D.
+#pragma once
+
+#include <vector>
+
+#include "solver/linear/linear_operator.h"
+#include "solver/problem.h"
+
+namespace vesta {
+
+// y = sum over the batches of H_b x, plus lambda D x. Rows whose mask is 0 give lambda D x alone. Borrows everything.
+template <Backend B>
+class DampedNormalEquations final : public LinearOperator<B> {
+ public:
+  // metric may be empty when lambda is 0; mask, empty for none.
+  DampedNormalEquations(std::vector<Linearization<B>*> batches, double lambda, typename B::ConstView metric,
+                        typename B::ConstView mask);
+  Index size() const override { return size_; }
+  void Apply(typename B::ConstView x, typename B::View y) override;
+
+ private:
+  std::vector<Linearization<B>*> batches_;
+  double lambda_;
+  typename B::ConstView metric_, mask_;
+  Index size_;
+  typename B::Vector work_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,52 @@
+// The damped normal equations (H + lambda D) step = d, d = -g as a rule, of a set of batches at one x.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solver/normal_equations/step_solver.h"
+
+namespace vesta {
+
+// Owns the linearizations of its batches. Columns that are zero in all of them are frozen: their steps are 0.
+template <Backend B>
+class NormalSystem {
+ public:
+  NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches);
+
+  // -g and the right-hand side d; after Prepare 0 where columns are frozen or at a bound.
+  typename B::ConstView negative_gradient() const { return negative_gradient_.view(); }
+  typename B::ConstView rhs() const { return descent_.empty() ? negative_gradient() : descent_.view(); }
+  // Of H; empty after Prepare unless it was to be kept.
+  typename B::ConstView diagonal() const { return diagonal_.view(); }
+  // D, after Prepare.
+  typename B::ConstView metric() const { return metric_.view(); }
+  // Gradient, right-hand side and diagonal hold no NaN or infinity.
+  bool finite() const { return finite_; }
+  Index num_frozen() const { return num_frozen_; }
+  Index num_residuals() const;
+
+  // Chooses the metric and makes the solver; before the first Solve. The diagonal is let go of unless the solver reads
+  // it later, or `keep_diagonal`. Throws Error where the solver asked for does not fit the problem.
+  void Prepare(const NormalSystemOptions& options, typename B::ConstView x, const ColumnScale<B>& scale,
+               bool keep_diagonal = true);
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
+  // What solves it; after Prepare.
+  const std::string& description() const { return solver_->description(); }
+  // v^T H v, at one product a batch.
+  double Curvature(typename B::ConstView v);
+
+ private:
+  B& backend_;
+  Problem<B>& problem_;
+  std::vector<std::unique_ptr<Linearization<B>>> batches_;
+  std::vector<Linearization<B>*> pointers_;
+  typename B::Vector negative_gradient_, diagonal_, metric_, mask_;
+  typename B::Vector descent_;  // d; empty where it is -g
+  bool finite_ = false;
+  Index num_frozen_ = 0;
+  std::unique_ptr<StepSolver<B>> solver_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,355 @@
+// Bodies of solver/normal_equations/step_solver.h: the four solvers of a damped step, and the choice between them.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "solver/linear/dense_qr.h"
+#include "solver/linear/lsmr.inl"
+#include "solver/normal_equations/damped_normal_equations.h"
+#include "solver/normal_equations/dense_jacobian.h"
+#include "solver/normal_equations/reduced_system.h"
+#include "solver/normal_equations/step_solver.h"
+
+namespace vesta {
+
+namespace step_internal {
+
+// g^T step and step^T H step of a step of (H + lambda D) step = b - r, b the right-hand side on every column that
+// moves, without a further product. r_dot_step: the residual's product with it.
+template <Backend B>
+StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
+                          typename B::View step) {
+  const double b_dot_step = system.backend.Dot(system.rhs, step);
+  const double descent = system.negative_gradient.data() == system.rhs.data()
+                             ? b_dot_step
+                             : system.backend.Dot(system.negative_gradient, step);
+  const double damping = lambda * system.backend.WeightedDot(system.metric, step, step);
+  return {pcg, -descent, std::max(0.0, b_dot_step - r_dot_step - damping)};
+}
+
+// The same where W = I and b = -g, in the space of the residuals: no digits are lost to the condition number of H.
+template <Backend B>
+StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::View step) {
+  StepSolution solution{.pcg = pcg};
+  for (Linearization<B>* batch : system.batches) {
+    typename B::Vector Js(batch->num_residuals());
+    batch->ApplyJ(step, Js);
+    solution.gradient_dot_step += system.backend.Dot(batch->residuals(), Js);
+    solution.curvature += system.backend.Dot(Js.view(), Js.view());
+  }
+  return solution;
+}
+
+// y = M^-1 x, then 0 where columns are frozen: M may couple them with others, the system does not.
+template <Backend B>
+class MaskedPreconditioner final : public LinearOperator<B> {
+ public:
+  MaskedPreconditioner(B& backend, LinearOperator<B>& inner, typename B::ConstView mask)
+      : backend_(backend), inner_(inner), mask_(mask) {}
+  Index size() const override { return inner_.size(); }
+  void Apply(typename B::ConstView x, typename B::View y) override {
+    inner_.Apply(x, y);
+    if (!mask_.empty()) backend_.Multiply(mask_, y, y);
+  }
+
+ private:
+  B& backend_;
+  LinearOperator<B>& inner_;
+  typename B::ConstView mask_;
+};
+
+template <Backend B>
+class PcgStep final : public StepSolver<B> {
+ public:
+  PcgStep(const NormalSystemOptions& options, const StepSystem<B>& system)
+      : options_(options),
+        system_(system),
+        preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
+    preconditioner_->SetLinearization(system.batches, system.diagonal);
+    // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
+    if (!system.problem.has_bounds() && !preconditioner_->couples_frozen()) system_.mask = {};
+  }
+  bool reads_mask() const override { return !system_.mask.empty(); }
+  std::string preconditioner() const { return preconditioner_->description(); }
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
+    preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);
+    DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
+                                    system_.mask);
+    MaskedPreconditioner<B> masked(system_.backend, *preconditioner_, system_.mask);
+    const PcgSummary pcg =
+        SolvePcg<B>(options_.pcg, system_.backend, damped, system_.rhs, masked, workspace, step, system_.scale.square);
+    return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), step), step);
+  }
+
+ private:
+  NormalSystemOptions options_;
+  StepSystem<B> system_;
+  std::unique_ptr<Preconditioner<B>> preconditioner_;
+};
+
+// y = M^-1 x, M the diagonal blocks of the Schur complement.
+template <Backend B>
+class SchurJacobi final : public LinearOperator<B> {
+ public:
+  explicit SchurJacobi(ReducedSystem<B>& reduced) : blocks_(reduced.size(), reduced.kept_groups()) {}
+  void Update(ReducedSystem<B>& reduced) {
+    reduced.DiagonalBlocks(blocks_);
+    blocks_.Factorize();
+  }
+  Index size() const override { return blocks_.num_parameters(); }
+  void Apply(typename B::ConstView x, typename B::View y) override { blocks_.Solve(x, y); }
+
+ private:
+  BlockDiagonal<B> blocks_;
+};
+
+template <Backend B>
+class ReducedPcgStep final : public StepSolver<B> {
+ public:
+  ReducedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
+                 std::unique_ptr<ReducedSystem<B>> reduced)
+      : options_(options), system_(system), reduced_(std::move(reduced)), reduced_rhs_(reduced_->size()) {
+    const PreconditionerKind kind = options.preconditioner;
+    const bool wants_factor = kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem ||
+                              kind == PreconditionerKind::kSparseCholesky;
+    const std::string factor = wants_factor ? reduced_->factor_description() : "";
+    if (kind == PreconditionerKind::kSparseCholesky && factor.empty()) {
+      Fail("preconditioner = {}: this problem gives no factor of its reduced system; choose automatic", ToString(kind));
+    }
+    factorize_ = !factor.empty();
+    preconditioner_ = kind == PreconditionerKind::kIdentity ? ToString(kind) : factorize_ ? factor : "Schur-Jacobi";
+    if (!factorize_ && kind != PreconditionerKind::kIdentity) schur_jacobi_.emplace(*reduced_);
+  }
+  const std::string& preconditioner() const { return preconditioner_; }
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
+    const Index kept = reduced_->size();
+    reduced_->SetDamping(lambda, system_.metric);
+    reduced_->ReduceRhs(system_.rhs, reduced_rhs_);
+    IdentityPreconditioner<B> identity(kept);
+    LinearOperator<B>* preconditioner = &identity;
+    if (factorize_) {
+      preconditioner = reduced_->Factorize();
+    } else if (schur_jacobi_) {
+      schur_jacobi_->Update(*reduced_);
+      preconditioner = &*schur_jacobi_;
+    }
+    const auto kept_step = step.subspan(0, kept);
+    const auto& weights = system_.scale.square;
+    const PcgSummary pcg =
+        SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner, workspace, kept_step,
+                    weights.empty() ? weights.view() : weights.view().subspan(0, kept));
+    reduced_->BackSubstitute(system_.rhs, step);
+    // The eliminated rows hold exactly, so that the residual of the whole system is that of the reduced one.
+    return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);
+  }
+
+ private:
+  NormalSystemOptions options_;
+  StepSystem<B> system_;
+  std::unique_ptr<ReducedSystem<B>> reduced_;
+  bool factorize_ = false;
+  std::string preconditioner_;
+  std::optional<SchurJacobi<B>> schur_jacobi_;
+  typename B::Vector reduced_rhs_;
+};
+
+// [J_1; J_2; ...; sqrt(lambda D)] P, P = diag(H + lambda D)^-1/2 with zeros where columns are frozen: the damped least
+// squares problem, its columns of unit length.
+template <Backend B>
+class StackedJacobian final : public LinearMap<B> {
+ public:
+  StackedJacobian(const StepSystem<B>& system, double lambda)
+      : system_(system),
+        root_damping_(system.metric.size()),
+        scale_(system.metric.size()),
+        work_(system.metric.size()) {
+    B& backend = system.backend;
+    backend.Axpby(lambda, system.metric, 0.0, work_);
+    backend.Sqrt(work_, root_damping_);
+    backend.Axpby(1.0, system.diagonal, 1.0, work_);
+    backend.Sqrt(work_, work_);
+    typename B::Vector one(system.metric.size());
+    backend.Fill(1, one);
+    backend.DivideOrZero(one, work_, scale_);
+    if (!system.mask.empty()) backend.Multiply(system.mask, scale_, scale_);
+    for (Linearization<B>* batch : system.batches) residual_rows_ += batch->num_residuals();
+  }
+  Index rows() const override { return residual_rows_ + cols(); }
+  Index cols() const override { return root_damping_.size(); }
+  typename B::ConstView scale() const { return scale_.view(); }
+  void Apply(typename B::ConstView x, typename B::View y) override {
+    system_.backend.Multiply(scale_, x, work_);
+    Index row = 0;
+    for (Linearization<B>* batch : system_.batches) {
+      batch->ApplyJ(work_, y.subspan(row, batch->num_residuals()));
+      row += batch->num_residuals();
+    }
+    system_.backend.Multiply(root_damping_, work_, y.subspan(row, cols()));
+  }
+  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override {
+    system_.backend.Multiply(root_damping_, y.subspan(residual_rows_, cols()), x);
+    Index row = 0;
+    for (Linearization<B>* batch : system_.batches) {
+      batch->ApplyJT(y.subspan(row, batch->num_residuals()), work_);
+      system_.backend.Axpby(1.0, work_, 1.0, x);
+      row += batch->num_residuals();
+    }
+    system_.backend.Multiply(scale_, x, x);
+  }
+
+ private:
+  StepSystem<B> system_;
+  Index residual_rows_ = 0;
+  typename B::Vector root_damping_, scale_, work_;
+};
+
+template <Backend B>
+class LsmrStep final : public StepSolver<B> {
+ public:
+  LsmrStep(const LsmrOptions& options, const StepSystem<B>& system) : options_(options), system_(system) {}
+  bool reads_diagonal() const override { return true; }
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::View step) override {
+    B& backend = system_.backend;
+    StackedJacobian<B> stacked(system_, lambda);
+    typename B::Vector b(stacked.rows());
+    Index row = 0;
+    for (Linearization<B>* batch : system_.batches) {
+      backend.Axpby(-1.0, batch->residuals(), 0.0, b.view().subspan(row, batch->num_residuals()));
+      row += batch->num_residuals();
+    }
+    const LsmrSummary lsmr = SolveLsmr<B>(options_, backend, stacked, b, step);
+    backend.Multiply(stacked.scale(), step, step);
+    PcgSummary pcg{.iterations = lsmr.iterations,
+                   .products = lsmr.iterations,
+                   .rhs_norm = std::sqrt(backend.Dot(b.view(), b.view())),
+                   .residual_norm = lsmr.normal_residual_norm};
+    pcg.status = !lsmr.finite     ? PcgStatus::kNonFinite
+                 : lsmr.converged ? PcgStatus::kConverged
+                                  : PcgStatus::kMaxIterations;
+    return FromResiduals(system_, pcg, step);
+  }
+
+ private:
+  LsmrOptions options_;
+  StepSystem<B> system_;
+};
+
+template <Backend B>
+class DenseQrStep final : public StepSolver<B> {
+ public:
+  explicit DenseQrStep(const StepSystem<B>& system) : system_(system), qr_(DenseFactors(system)) {}
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::View step) override {
+    const auto n = static_cast<std::size_t>(step.size());
+    std::vector<Scalar> host(n);
+    system_.backend.ToHost(system_.metric, {host.data(), step.size()});
+    std::vector<double> damping(n);
+    for (std::size_t k = 0; k < n; ++k) damping[k] = lambda * static_cast<double>(host[k]);
+    const std::vector<double> solution = qr_.Solve(damping);
+    std::transform(solution.begin(), solution.end(), host.begin(), [](double x) { return static_cast<Scalar>(x); });
+    system_.backend.FromHost({host.data(), step.size()}, step);
+    PcgSummary pcg{.status = PcgStatus::kConverged};
+    if (!system_.backend.AllFinite(step)) {
+      pcg.status = PcgStatus::kNonFinite;
+      system_.backend.Fill(0, step);
+    } else if (!system_.mask.empty()) {
+      system_.backend.Multiply(system_.mask, step, step);
+    }
+    return FromResiduals(system_, pcg, step);
+  }
+
+ private:
+  using Scalar = typename B::Scalar;
+  static DenseQr DenseFactors(const StepSystem<B>& system) {
+    const DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
+    return {dense.rows, dense.cols, dense.jacobian, dense.residuals};
+  }
+  StepSystem<B> system_;
+  DenseQr qr_;
+};
+
+// Why only the normal equations say what the step is, not J and the residuals; null where these do.
+template <Backend B>
+const char* WhyNormal(const StepSystem<B>& system) {
+  const auto any = [&](auto&& has) { return std::any_of(system.batches.begin(), system.batches.end(), has); };
+  if (any([](auto* batch) { return batch->weighted(); })) return "the problem has weights W";
+  if (any([](auto* batch) { return batch->has_own_descent(); })) return "the problem has a descent of its own";
+  return nullptr;
+}
+
+// Below this, J by columns and its QR cost less than the iterations would.
+constexpr Index kDenseParameters = 100, kDenseEntries = 1'000'000;
+
+template <Backend B>
+LinearSolverKind Choose(const StepSystem<B>& system, const char* why_normal, bool reducible, std::string& why) {
+  const Index n = system.metric.size();
+  Index rows = 0;
+  for (Linearization<B>* batch : system.batches) rows += batch->num_residuals();
+  if (reducible) {
+    why = "the problem has a block-diagonal group to eliminate";
+    return LinearSolverKind::kReducedPcg;
+  }
+  if (why_normal == nullptr && n <= kDenseParameters && rows * n <= kDenseEntries) {
+    why = fmt::format("a Jacobian of {} x {}", rows, n);
+    return LinearSolverKind::kDenseQr;
+  }
+  why = why_normal != nullptr ? why_normal : fmt::format("a Jacobian of {} x {}", rows, n);
+  return LinearSolverKind::kPcg;
+}
+
+}  // namespace step_internal
+
+template <Backend B>
+std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system) {
+  const char* const why_normal = step_internal::WhyNormal(system);
+  std::unique_ptr<ReducedSystem<B>> reduced;
+  const bool asked_reduced = options.linear_solver == LinearSolverKind::kReducedPcg;
+  if ((asked_reduced || options.linear_solver == LinearSolverKind::kAuto) && system.batches.size() == 1 &&
+      !system.problem.has_bounds()) {
+    reduced = system.batches.front()->MakeReducedSystem();
+  }
+  LinearSolverKind kind = options.linear_solver;
+  std::string why;
+  if (kind == LinearSolverKind::kAuto) {
+    kind = step_internal::Choose(system, why_normal, reduced != nullptr, why);
+    why = fmt::format(" (auto: {})", why);
+  }
+  if (why_normal != nullptr && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
+    Fail("linear_solver = {} does not fit, for {}; choose PCG", ToString(kind), why_normal);
+  }
+  if (asked_reduced && !reduced) {
+    Fail("linear_solver = {} needs a problem of one batch, without bounds, that can eliminate a group; choose PCG",
+         ToString(kind));
+  }
+  std::unique_ptr<StepSolver<B>> solver;
+  std::string name = ToString(kind);
+  switch (kind) {
+    case LinearSolverKind::kReducedPcg: {
+      auto pcg = std::make_unique<step_internal::ReducedPcgStep<B>>(options, system, std::move(reduced));
+      name += fmt::format(", {}", pcg->preconditioner());
+      solver = std::move(pcg);
+      break;
+    }
+    case LinearSolverKind::kLsmr:
+      solver = std::make_unique<step_internal::LsmrStep<B>>(options.lsmr, system);
+      break;
+    case LinearSolverKind::kDenseQr:
+      solver = std::make_unique<step_internal::DenseQrStep<B>>(system);
+      break;
+    default: {
+      auto pcg = std::make_unique<step_internal::PcgStep<B>>(options, system);
+      name += fmt::format(", {}", pcg->preconditioner());
+      solver = std::move(pcg);
+    }
+  }
+  solver->set_description(name + why);
+  return solver;
+}
+
+}  // namespace vesta
