@@ -21,7 +21,8 @@ class FunctorsOnDevice final : public DeviceResiduals<S> {
   int residuals_per_block() const override { return F::kResiduals; }
   int parameters_per_block() const override { return F::kParameters; }
   void Evaluate(const Index* index, const S* x, S* residuals, S* jacobian) const override {
-    device::ForEach(num_residual_blocks(), EvaluateFunctor<F, S>{functors_.data(), num_residual_blocks(), index, x, residuals, jacobian},
+    device::ForEach(num_residual_blocks(),
+                    EvaluateFunctor<F, S>{functors_.data(), num_residual_blocks(), index, x, residuals, jacobian},
                     "residuals");
   }
 
