@@ -8,7 +8,8 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/cache_entry.h"
-#include "kernels/gaussian_splatting/raster_blocks.h"
+#include "kernels/gaussian_splatting/cotangent_sums.h"
+#include "kernels/gaussian_splatting/tile_block.h"
 
 namespace vesta::splat {
 
@@ -27,12 +28,6 @@ struct CachePairs {
 
 inline namespace VESTA_ISA {
 
-// The four numbers of an entry, read and written at once: 8 bytes as 16 bits each.
-template <class E>
-struct alignas(kEntryValues * sizeof(E)) CacheEntry {
-  E weight, contrast[3];
-};
-
 template <class S>
 VESTA_HD inline void Keep(const S& x, S* kept) {
   *kept = x;
@@ -49,6 +44,24 @@ template <class S>
 VESTA_HD inline S Kept(const Half& x) {
   return static_cast<S>(FromHalf(x));
 }
+
+// The four numbers of an entry, read and written at once: 8 bytes as 16 bits each.
+template <class E>
+struct alignas(kEntryValues * sizeof(E)) CacheEntry {
+  E weight, contrast[3];
+
+  CacheEntry() = default;
+  template <class S>
+  VESTA_HD explicit CacheEntry(const Entry<S>& entry) {
+    Keep(entry.weight, &weight);
+    for (int c = 0; c < 3; ++c) Keep(entry.contrast[c], &contrast[c]);
+  }
+  template <class S>
+  VESTA_HD Entry<S> Read() const {
+    const CacheEntry kept = *this;
+    return {Kept<S>(kept.weight), {Kept<S>(kept.contrast[0]), Kept<S>(kept.contrast[1]), Kept<S>(kept.contrast[2])}};
+  }
+};
 
 // Entries of a row to the left of pixel x.
 VESTA_HD inline int EntriesLeftOf(std::uint32_t row, int x) { return PopCount(row & ((1U << x) - 1)); }
@@ -83,36 +96,18 @@ struct MaskBlock {
 
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
-    const int thread = block.thread();
-    const BlockPixel pixel(lists, block.id(), thread);
-    Passing<S> passing(pixel);
-    const std::int64_t end = lists.tile_begin[block.id() + 1];
-    std::int64_t first = lists.tile_begin[block.id()];
-    for (; first < end; first += kBatch) {
-      if (block.Count(passing.open) == 0) break;
-      const int count = BatchSize(first, end, kBatch);
-      StageSplats(block, lists, first, count, shared.splats);
-      for (int k = 0; k < count; ++k) {
-        bool part = false;
-        if (passing.open) {
-          const Splat<S>& splat = shared.splats[k];
-          const RowSpan<S> row = RowInTile(splat, pixel.y);
-          const S alpha = AlphaAt(OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), row.peak);
-          part = alpha > S(0) && passing.Take(alpha).alpha > S(0);
-        }
-        shared.part[k][pixel.in_tile()] = part;
-      }
-      block.Sync();
-      const int k = thread / kTileSize, y = thread % kTileSize;
-      if (k >= count) continue;
-      std::uint32_t bits = 0;
-      for (int x = 0; x < kTileSize; ++x) bits |= (shared.part[k][y * kTileSize + x] ? 1U : 0U) << x;
-      Write(block.id(), first + k, y, bits);
-    }
-    // All pixels are closed.
-    for (std::int64_t i = first * kTileSize + thread; i < end * kTileSize; i += kThreads) {
-      Write(block.id(), i / kTileSize, static_cast<int>(i % kTileSize), 0);
-    }
+    const int k = block.thread() / kTileSize, y = block.thread() % kTileSize;
+    const BlockPixel pixel(lists, block.id(), block.thread());
+    const std::int64_t left = SumOverPixels<bool>(
+        block, lists, pixel, shared.splats, [&](int, const Blend<S>& blend) { return blend.alpha > S(0); },
+        [&](int splat, bool part) { shared.part[splat][pixel.in_tile()] = part; },
+        [&](std::int64_t first, int count) {
+          if (k >= count) return;
+          std::uint32_t bits = 0;
+          for (int x = 0; x < kTileSize; ++x) bits |= (shared.part[k][y * kTileSize + x] ? 1U : 0U) << x;
+          Write(block.id(), first + k, y, bits);
+        });
+    ForEachLeft<kTileSize>(block, lists, left, [&](std::int64_t pair, int row) { Write(block.id(), pair, row, 0); });
   }
 
  private:
@@ -164,34 +159,17 @@ struct FillBlock {
 
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
-    constexpr S kWeight = static_cast<S>(EntryScale<E>::kWeight), kContrast = static_cast<S>(EntryScale<E>::kContrast);
     const BlockPixel pixel(lists, block.id(), block.thread());
-    const std::int64_t plane = std::int64_t{lists.width} * lists.height;
     Passing<S> passing(pixel);
-    S behind[3];
-    for (int c = 0; c < 3; ++c) behind[c] = pixel.inside ? image[c * plane + pixel.place] : S(0);
-    const std::int64_t end = lists.tile_begin[block.id() + 1];
-    for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
-      if (block.Count(passing.open) == 0) break;
-      const int count = BatchSize(first, end, kBatch);
-      shared.masks.Stage(block, cache, places, first, count);
-      StageSplats(block, lists, first, count, shared.splats);
-      for (int k = 0; k < count && passing.open; ++k) {
-        const Splat<S>& splat = shared.splats[k];
-        const RowSpan<S> row = RowInTile(splat, pixel.y);
-        const S alpha = AlphaAt(OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), row.peak);
-        if (!(alpha > S(0))) continue;
-        const Blend<S> blend = passing.Take(alpha);
-        if (!shared.masks.Has(k, pixel.x, pixel.y)) continue;  // it closed the pixel
-        const S inverse = InverseBehind(blend);
-        CacheEntry<E> entry;
-        Keep(kWeight * blend.weight, &entry.weight);
-        for (int c = 0; c < 3; ++c) {
-          Keep(kContrast * EntryContrast(blend, inverse, splat.color[c], behind[c]), &entry.contrast[c]);
-        }
-        entries[shared.masks.Position(k, pixel.x, pixel.y)] = entry;
-      }
-    }
+    S behind[3] = {pixel.Load(image, 0), pixel.Load(image, 1), pixel.Load(image, 2)};
+    ForEachHit(
+        block, lists, pixel, passing, shared.splats,
+        [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
+        [&](int k, const S&, const S&, const Blend<S>& blend) {
+          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // it closed the pixel
+          const Entry<S> entry = MakeEntry<E>(blend, shared.splats[k].color, behind);
+          entries[shared.masks.Position(k, pixel.x, pixel.y)] = CacheEntry<E>(entry);
+        });
   }
 };
 
@@ -213,43 +191,28 @@ struct CachedTangentBlock {
 
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
-    const int thread = block.thread();
-    const BlockPixel pixel(lists, block.id(), thread);
+    const BlockPixel pixel(lists, block.id(), block.thread());
     S d_color[3] = {S(0), S(0), S(0)};
-    const std::int64_t end = lists.tile_begin[block.id() + 1];
-    for (std::int64_t first = lists.tile_begin[block.id()]; first < end; first += kBatch) {
-      const int count = BatchSize(first, end, kBatch);
-      block.Sync();  // the batch before is done with
-      if (thread < count) {
-        const SplatTangent<S>& tangent = tangents[lists.ranks[first + thread]];
-        for (int i = 0; i < kSplatTangent; ++i) shared.tangents[thread].w[i] = Unit(i) * tangent.w[i];
-      }
+    const auto go_on = [&] {
+      block.Sync();
+      return true;
+    };
+    ForEachBatch<kBatch>(block, lists, go_on, [&](std::int64_t first, int count) {
+      const int thread = block.thread();
+      if (thread < count) shared.tangents[thread] = InEntryUnits<E>(tangents[lists.ranks[first + thread]]);
       shared.masks.Stage(block, cache, places, first, count);
       StageSplats(block, lists, first, count, shared.splats);
       for (int k = 0; k < count; ++k) {
         if (!shared.masks.Has(k, pixel.x, pixel.y)) continue;
-        const CacheEntry<E> entry = entries[shared.masks.Position(k, pixel.x, pixel.y)];
+        const Entry<S> entry = entries[shared.masks.Position(k, pixel.x, pixel.y)].template Read<S>();
         const Splat<S>& splat = shared.splats[k];
         const RowSpan<S> row = RowInTile(splat, pixel.y);
-        const S* w = shared.tangents[k].w;
         const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0);
-        const S psi =
-            Psi(PsiLinear(w[kXi], w[kKappa], row.q), PsiConstant(w[kZeta], w[kSigma], w[kLambda], row.q), w[kRho], p);
-        const S weight = Kept<S>(entry.weight);
-        for (int c = 0; c < 3; ++c) {
-          d_color[c] = AddEntry(weight, Kept<S>(entry.contrast[c]), psi, w[kColor + c], d_color[c]);
-        }
+        const SplatTangent<S>& tangent = shared.tangents[k];
+        AddEntry(entry, Psi(tangent, p, row.q), tangent.w + kColor, d_color);
       }
-    }
-    if (!pixel.inside) return;
-    const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    for (int c = 0; c < 3; ++c) d_image[c * plane + pixel.place] = d_color[c];
-  }
-
- private:
-  VESTA_HD static constexpr S Unit(int component) {
-    return static_cast<S>(component < kColor ? 1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast)
-                                             : 1 / EntryScale<E>::kWeight);
+    });
+    for (int c = 0; c < 3; ++c) pixel.Store(d_image, c, d_color[c]);
   }
 };
 
@@ -259,7 +222,7 @@ struct CachedAdjointBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Shared {
     Splat<S> splats[kBatch];
-    S rows[kBatch][kTileSize][kAdjointRowSums];
+    S rows[kBatch][kTileSize][kCotangentRowSums];
   };
   TileLists<S> lists;
   CachePairs cache;
@@ -277,7 +240,7 @@ struct CachedAdjointBlock {
     const int count = BatchSize(first, size, kBatch);
     if (thread < count) {
       const CachePair& pair = cache.pairs[first + thread];
-      shared.splats[thread] = InTile(lists, pair.tile, lists.splats[pair.rank]);
+      shared.splats[thread] = InTile(lists.splats[pair.rank], TileOrigin<S>(lists, std::int64_t{pair.tile}));
     }
     block.Sync();
     const int pair = thread / kTileSize, y = thread % kTileSize;
@@ -285,32 +248,25 @@ struct CachedAdjointBlock {
     block.Sync();
     if (thread >= count * kSplatTangent) return;
     const int k = thread / kSplatTangent, i = thread % kSplatTangent;
-    constexpr S kWeight = static_cast<S>(1 / EntryScale<E>::kWeight);
-    constexpr S kContrast = static_cast<S>(1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast));
-    sums[first + k].w[i] = (i < kColor ? kContrast : kWeight) * AddAdjointRows(shared.splats[k], shared.rows[k], i);
+    sums[first + k].w[i] = EntryUnit<E, S>(i) * WeighCotangentRows(shared.splats[k], shared.rows[k], i);
   }
 
  private:
-  VESTA_HD void AddRow(const Splat<S>& splat, std::int64_t place, int y, S sum[kAdjointRowSums]) const {
+  VESTA_HD void AddRow(const Splat<S>& splat, std::int64_t place, int y, S sum[kCotangentRowSums]) const {
     const CachePair& pair = cache.pairs[place];
     const CacheEntry<E>* at = entries + cache.first_entry[place] + pair.above[y];
     const RowSpan<S> row = RowInTile(splat, y);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
     const std::int64_t line = (std::int64_t{pair.tile} / lists.tiles_x * kTileSize + y) * lists.width +
                               std::int64_t{pair.tile} % lists.tiles_x * kTileSize;
-    AdjointRow<S> total;
+    CotangentRow<S> total;
     for (std::uint32_t bits = pair.mask.rows[y]; bits != 0; bits &= bits - 1) {
       const int x = PopCount(~bits & (bits - 1));  // of the lowest bit
-      const CacheEntry<E> entry = *at++;
-      const S weight = Kept<S>(entry.weight);
-      S pixel_u[3], gathered(0);
-      for (int c = 0; c < 3; ++c) {
-        pixel_u[c] = u[c * plane + line + x];
-        gathered = Fma(Kept<S>(entry.contrast[c]), pixel_u[c], gathered);
-      }
-      total.Add(weight * gathered, weight, pixel_u, OffsetAt(static_cast<S>(x), splat.r, row.p0));
+      const Entry<S> entry = (at++)->template Read<S>();
+      const S u_here[3] = {u[line + x], u[plane + line + x], u[2 * plane + line + x]};
+      total.Add(ByLogAlpha(entry, u_here), entry.weight, u_here, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
-    for (int i = 0; i < kAdjointRowSums; ++i) sum[i] = total.sum[i];
+    for (int i = 0; i < kCotangentRowSums; ++i) sum[i] = total.sum[i];
   }
 };
 

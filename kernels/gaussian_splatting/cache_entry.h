@@ -10,9 +10,16 @@
 #include "kernels/gaussian_splatting/blend.h"
 #include "kernels/gaussian_splatting/cache_kernels.h"
 #include "kernels/math/half.h"
+#include "kernels/math/lane_traits.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
+
+// The numbers of an entry; V: a vector of them.
+template <class V>
+struct Entry {
+  V weight, contrast[3];
+};
 
 // Powers of two that bring an entry's numbers into the range of their format.
 template <class E>
@@ -24,23 +31,46 @@ template <>
 struct EntryScale<Half> {
   static constexpr double kWeight = 0x1p15, kContrast = 0x1p8;
 };
+// By what a product with scaled entries takes component i of a tangent, or gives that of a cotangent, too large.
+template <class E, class S>
+VESTA_HD constexpr S EntryUnit(int i) {
+  return static_cast<S>(i < kColor ? 1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast)
+                                   : 1 / EntryScale<E>::kWeight);
+}
+template <class E, class S>
+VESTA_HD inline SplatTangent<S> InEntryUnits(const SplatTangent<S>& tangent) {
+  SplatTangent<S> scaled;
+  for (int i = 0; i < kSplatTangent; ++i) scaled.w[i] = EntryUnit<E, S>(i) * tangent.w[i];
+  return scaled;
+}
 
-// 1 / (T (1 - alpha)); not finite where the splat is no part of the pixel, which has no entry.
-template <class V>
-VESTA_HD inline V InverseBehind(const Blend<V>& blend) {
-  return blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha));
+// The entry of a splat of colour c, scaled. behind: what lies behind the splat, weighted (passes.h), brought behind
+// this one. Not finite where the splat is no part of the pixel, which has no entry.
+template <class E, class V>
+VESTA_HD inline Entry<V> MakeEntry(const Blend<V>& blend, const V c[3], V behind[3]) {
+  using S = typename Lanes<V>::Scalar;
+  constexpr S kWeight = static_cast<S>(EntryScale<E>::kWeight), kContrast = static_cast<S>(EntryScale<E>::kContrast);
+  Entry<V> entry;
+  entry.weight = V(kWeight) * blend.weight;
+  const V inverse = blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha));  // 1 / (T (1 - alpha))
+  for (int k = 0; k < 3; ++k) {
+    behind[k] = Fnma(blend.weight, c[k], behind[k]);
+    entry.contrast[k] = V(kContrast) * MovingAlpha(blend.alpha, Fnma(behind[k], inverse, c[k]));
+  }
+  return entry;
 }
-// c - B of one colour. inverse: of InverseBehind; behind: what lies behind the splat, weighted (passes.h), brought
-// behind this one.
+
+// Adds to d_color what the entry does.
 template <class V>
-VESTA_HD inline V EntryContrast(const Blend<V>& blend, const V& inverse, const V& c, V& behind) {
-  behind = Fnma(blend.weight, c, behind);
-  return MovingAlpha(blend.alpha, Fnma(behind, inverse, c));
+VESTA_HD inline void AddEntry(const Entry<V>& entry, const V& psi, const V dc[3], V d_color[3]) {
+  for (int k = 0; k < 3; ++k) d_color[k] = Fma(entry.weight, Fma(entry.contrast[k], psi, dc[k]), d_color[k]);
 }
-// d_color and what the entry adds to it.
+// The derivative of u . colour by log alpha.
 template <class V>
-VESTA_HD inline V AddEntry(const V& weight, const V& contrast, const V& psi, const V& dc, const V& d_color) {
-  return Fma(weight, Fma(contrast, psi, dc), d_color);
+VESTA_HD inline V ByLogAlpha(const Entry<V>& entry, const V u[3]) {
+  V sum(0);
+  for (int k = 0; k < 3; ++k) sum = Fma(entry.contrast[k], u[k], sum);
+  return entry.weight * sum;
 }
 
 }  // namespace VESTA_ISA

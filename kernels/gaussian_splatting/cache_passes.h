@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "kernels/gaussian_splatting/cache_entry.h"
+#include "kernels/gaussian_splatting/cotangent_sums.h"
 #include "kernels/gaussian_splatting/traverse_splats.h"
 #include "kernels/math/packed_lanes.h"
 
@@ -65,14 +66,12 @@ struct EntryPass {
   };
   State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}}; }
   void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
-    constexpr S kWeight = static_cast<S>(EntryScale<E>::kWeight), kContrast = static_cast<S>(EntryScale<E>::kContrast);
-    L::Store(values[0] + offset, V(kWeight) * blend.weight);
-    const V inverse = InverseBehind(blend);
+    V rest[3] = {L::Load(behind[0] + offset), L::Load(behind[1] + offset), L::Load(behind[2] + offset)};
+    const Entry<V> entry = MakeEntry<E>(blend, state.c, rest);
+    L::Store(values[0] + offset, entry.weight);
     for (int k = 0; k < 3; ++k) {
-      V rest = L::Load(behind[k] + offset);
-      const V contrast = EntryContrast(blend, inverse, state.c[k], rest);
-      L::Store(behind[k] + offset, rest);
-      L::Store(values[1 + k] + offset, V(kContrast) * contrast);
+      L::Store(behind[k] + offset, rest[k]);
+      L::Store(values[1 + k] + offset, entry.contrast[k]);
     }
   }
   void End(State&, std::int64_t pair) {
@@ -92,18 +91,36 @@ struct EntryPass {
 // (p0[y] + r x, q[y]), as the traversal has it.
 template <class V, class S>
 struct RowPlaces {
+  using L = Lanes<V>;
+  V r;
   alignas(64) S p0[kTileSize], q[kTileSize];
 
-  RowPlaces(const Splat<S>& splat, const TileWindow& window) {
-    using L = Lanes<V>;
-    const V u(splat.u - (static_cast<S>(window.x0) + S(0.5))), v(splat.v - (static_cast<S>(window.y0) + S(0.5)));
+  // splat: of InTile.
+  explicit RowPlaces(const Splat<S>& splat) : r(splat.r) {
+    const RowSplat<V> all = InAllLanes<V>(splat);
     for (int row = 0; row < kTileSize; row += L::kWidth) {
-      const RowPlace<V> place(u, v, V(splat.r), V(splat.s), V(splat.beta), L::Iota() + V(static_cast<S>(row)));
+      const RowPlace<V> place(all, L::Iota() + V(static_cast<S>(row)));
       L::Store(q + row, place.q);
       L::Store(p0 + row, place.p0);
     }
   }
 };
+
+// Calls visit(row, offset, p, entry) for each vector of pixels with entries of a pair, which lie from `at` on; offset
+// into the tile. Returns where those of the next pair may lie.
+template <class V, class S, class E, class Visit>
+[[gnu::always_inline]] inline const E* ForEachEntry(const TileMask& mask, const RowPlaces<V, S>& places, const E* at,
+                                                    const Visit& visit) {
+  using L = Lanes<V>;
+  ForEachVector<V>(mask, [&](int row, int k, std::uint32_t bits) {
+    const int n = std::popcount(bits);
+    const auto values = [&](int i) { return PackedLanes<E, V>::Load(at + i * n, bits); };
+    const V p = OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), places.r, V(places.p0[row]));
+    visit(row, row * kTileSize + k * L::kWidth, p, Entry<V>{values(0), {values(1), values(2), values(3)}});
+    at += kEntryValues * n;
+  });
+  return at;
+}
 
 template <class V, class S>
 void MasksOfTile(const TileLists<S>& lists, int tile, TileMask* masks) {
@@ -125,9 +142,7 @@ template <class V, class S, class E>
 void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const void* entries, int tile,
                        const SplatTangent<S>* tangents, S* d_image) {
   using L = Lanes<V>;
-  constexpr S kWeight = static_cast<S>(1 / EntryScale<E>::kWeight);
-  constexpr S kContrast = static_cast<S>(1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast));
-  const TileWindow window = WindowOf(lists, tile);
+  const TileOrigin<S> origin(lists, tile);
   alignas(64) S d_color[3][kTilePixels] = {};
   const std::int64_t end = lists.tile_begin[tile + 1];
   for (std::int64_t pair = lists.tile_begin[tile]; pair < end; ++pair) {
@@ -136,33 +151,28 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
       const E* next = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair + kAhead];
       for (int line = 0; line < kLinesAhead; ++line) Prefetch(reinterpret_cast<const char*>(next) + 64 * line);
     }
-    const Splat<S>& splat = lists.splats[lists.ranks[pair]];
-    const S* w = tangents[lists.ranks[pair]].w;
-    const RowPlaces<V, S> place(splat, window);
-    // psi = constant[y] - p (linear[y] + rho p), in units of the entries.
-    alignas(64) S linear[kTileSize], constant[kTileSize];
+    const std::uint32_t rank = lists.ranks[pair];
+    const SplatTangent<S> tangent = InEntryUnits<E>(tangents[rank]);
+    const S* w = tangent.w;
+    const RowPlaces<V, S> places(InTile(lists.splats[rank], origin));
+    alignas(64) S linear[kTileSize], constant[kTileSize];  // psi = constant[y] - p (linear[y] + rho p)
     for (int row = 0; row < kTileSize; row += L::kWidth) {
-      const V q = L::Load(place.q + row), unit(kContrast);
-      L::Store(linear + row, unit * Fma(V(w[kKappa]), q, V(w[kXi])));
-      L::Store(constant + row, unit * Fnma(q, Fma(V(w[kSigma]), q, V(w[kZeta])), V(w[kLambda])));
+      const V q = L::Load(places.q + row);
+      L::Store(linear + row, PsiLinear(V(w[kXi]), V(w[kKappa]), q));
+      L::Store(constant + row, PsiConstant(V(w[kZeta]), V(w[kSigma]), V(w[kLambda]), q));
     }
-    const V rho(kContrast * w[kRho]), r(splat.r);
-    const V dc[3] = {V(kWeight * w[kColor]), V(kWeight * w[kColor + 1]), V(kWeight * w[kColor + 2])};
-    const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair];
-    ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
-      const int n = std::popcount(bits), offset = row * kTileSize + k * L::kWidth;
-      const V p = Fma(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(place.p0[row]));
-      const V psi = Fnma(p, Fma(rho, p, V(linear[row])), V(constant[row]));
-      const V weight = PackedLanes<E, V>::Load(at, bits);
-      for (int c = 0; c < 3; ++c) {
-        const V contrast = PackedLanes<E, V>::Load(at + (c + 1) * n, bits);
-        L::Store(d_color[c] + offset, AddEntry(weight, contrast, psi, dc[c], L::Load(d_color[c] + offset)));
-      }
-      at += kEntryValues * n;
-    });
+    const V rho(w[kRho]), dc[3] = {V(w[kColor]), V(w[kColor + 1]), V(w[kColor + 2])};
+    ForEachEntry(
+        cache.masks[pair], places, static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair],
+        [&](int row, int offset, const V& p, const Entry<V>& entry) {
+          const V psi = Psi(V(linear[row]), V(constant[row]), rho, p);
+          V sum[3] = {L::Load(d_color[0] + offset), L::Load(d_color[1] + offset), L::Load(d_color[2] + offset)};
+          AddEntry(entry, psi, dc, sum);
+          for (int c = 0; c < 3; ++c) L::Store(d_color[c] + offset, sum[c]);
+        });
   }
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
-  for (int c = 0; c < 3; ++c) StorePlane<V>(lists, window, d_color[c], d_image + c * plane);
+  for (int c = 0; c < 3; ++c) StorePlane<V>(lists, WindowOf(lists, tile), d_color[c], d_image + c * plane);
 }
 
 template <class V, class S>
@@ -184,40 +194,23 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
   const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[cache.pairs_of_splat[first]];
   for (std::int64_t rank = begin; rank < end; ++rank) {
     const Splat<S>& splat = lists.splats[rank];
-    const V r(splat.r);
-    V total[kSplatTangent];
-    for (V& sum : total) sum = V(0);
+    CotangentSums<V> total;
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
       const std::uint32_t pair = cache.pairs_of_splat[e];
       // The entries follow each other, the masks do not.
       if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
       const int tile = static_cast<int>(cache.tiles_of_splat[e]);
-      const RowPlaces<V, S> place(splat, WindowOf(lists, tile));
+      const RowPlaces<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));
       const S* u = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
-      ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
-        const int n = std::popcount(bits), offset = row * kTileSize + k * L::kWidth;
-        const V p = Fma(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(place.p0[row])), q(place.q[row]);
-        const V weight = PackedLanes<E, V>::Load(at, bits);
-        V sum(0);
-        for (int c = 0; c < 3; ++c) {
-          const V u_c = L::Load(u + c * kTilePixels + offset);
-          total[kColor + c] = Fma(weight, u_c, total[kColor + c]);
-          sum = Fma(PackedLanes<E, V>::Load(at + (c + 1) * n, bits), u_c, sum);
-        }
-        const V g = weight * sum, gp = g * p, gq = g * q;
-        total[kLambda] = total[kLambda] + g;
-        total[kXi] = total[kXi] - gp;
-        total[kZeta] = total[kZeta] - gq;
-        total[kRho] = Fnma(gp, p, total[kRho]);
-        total[kKappa] = Fnma(gq, p, total[kKappa]);
-        total[kSigma] = Fnma(gq, q, total[kSigma]);
-        at += kEntryValues * n;
+      at = ForEachEntry(cache.masks[pair], places, at, [&](int row, int offset, const V& p, const Entry<V>& entry) {
+        const V u_here[3] = {L::Load(u + offset), L::Load(u + kTilePixels + offset),
+                             L::Load(u + 2 * kTilePixels + offset)};
+        total.Add(ByLogAlpha(entry, u_here), entry.weight, u_here, p, V(places.q[row]));
       });
     }
-    L::template SumEach<kSplatTangent>(total, sums[rank].w);
-    constexpr S kWeight = static_cast<S>(1 / EntryScale<E>::kWeight);
-    constexpr S kContrast = static_cast<S>(1 / (EntryScale<E>::kWeight * EntryScale<E>::kContrast));
-    for (int k = 0; k < kSplatTangent; ++k) sums[rank].w[k] *= k < kColor ? kContrast : kWeight;
+    SplatTangent<S> scaled;
+    L::template SumEach<kSplatTangent>(total.sum, scaled.w);
+    sums[rank] = InEntryUnits<E>(scaled);
   }
 }
 

@@ -1,8 +1,11 @@
 // The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit. The formulas are those of
-// pixel_steps.h. What lies behind a splat is the final colour minus what has been accumulated up to and including it,
-// so adjoint and Gram go front to back too and no per-pixel state is stored between passes.
+// pixel_steps.h, cotangent_sums.h and gram_sums.h. What lies behind a splat is the final colour minus what has been
+// accumulated up to and including it, so adjoint and Gram go front to back too and no per-pixel state is stored between
+// passes.
 #pragma once
 
+#include "kernels/gaussian_splatting/cotangent_sums.h"
+#include "kernels/gaussian_splatting/gram_sums.h"
 #include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/traverse_rows.h"
 #include "kernels/gaussian_splatting/traverse_splats.h"
@@ -156,33 +159,18 @@ struct AdjointPass {
   alignas(64) S behind[kTilePixels];  // u . S
 
   struct State {
-    V c[3], total[kSplatTangent];
+    V c[3];
+    CotangentSums<V> total;
   };
-  State Begin(const Splat<S>& splat) const {
-    State state;
-    for (int k = 0; k < 3; ++k) state.c[k] = V(splat.color[k]);
-    for (V& sum : state.total) sum = V(0);
-    return state;
-  }
-  void Pixels(State& state, S row_q, int offset, const V& p, const Blend<V>& blend) {
-    const V u0 = L::Load(u[0] + offset), u1 = L::Load(u[1] + offset), u2 = L::Load(u[2] + offset), q(row_q);
-    V* total = state.total;
-    const V share = blend.weight * Fma(state.c[0], u0, Fma(state.c[1], u1, state.c[2] * u2));
+  State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}, {}}; }
+  void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
+    const V u_here[3] = {L::Load(u[0] + offset), L::Load(u[1] + offset), L::Load(u[2] + offset)};
     V rest = L::Load(behind + offset);
-    const V g = ByLogAlpha(blend, Odds(blend.alpha), share, rest);
+    const V g = ByLogAlpha(blend, Odds(blend.alpha), ShareOf(blend, state.c, u_here), rest);
     L::Store(behind + offset, rest);
-    total[kColor] = Fma(blend.weight, u0, total[kColor]);
-    total[kColor + 1] = Fma(blend.weight, u1, total[kColor + 1]);
-    total[kColor + 2] = Fma(blend.weight, u2, total[kColor + 2]);
-    const V gp = g * p, gq = g * q;
-    total[kLambda] = total[kLambda] + g;
-    total[kXi] = total[kXi] - gp;
-    total[kZeta] = total[kZeta] - gq;
-    total[kRho] = Fnma(gp, p, total[kRho]);
-    total[kKappa] = Fnma(gq, p, total[kKappa]);
-    total[kSigma] = Fnma(gq, q, total[kSigma]);
+    state.total.Add(g, blend.weight, u_here, p, V(q));
   }
-  void End(State& state, std::int64_t pair) { L::template SumEach<kSplatTangent>(state.total, sums[pair].w); }
+  void End(State& state, std::int64_t pair) { L::template SumEach<kSplatTangent>(state.total.sum, sums[pair].w); }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
 };
 
@@ -194,54 +182,28 @@ struct GramPass {
   alignas(64) S behind[3][kTilePixels];  // S
 
   struct State {
-    V c[3], shape[kMoments4], cross[3][kMoments2], color[3];
+    V c[3];
+    GramSums<V> total;
   };
-  State Begin(const Splat<S>& splat) const {
-    State state;
-    for (V& m : state.shape) m = V(0);
-    for (int k = 0; k < 3; ++k) {
-      state.c[k] = V(splat.color[k]);
-      state.color[k] = V(0);
-      for (V& m : state.cross[k]) m = V(0);
-    }
-    return state;
-  }
-  void Pixels(State& state, S row_q, int offset, const V& p, const Blend<V>& blend) {
+  State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}, {}}; }
+  void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
     const V odds = Odds(blend.alpha);
-    const S q2 = row_q * row_q;
-    const V q_power[5] = {V(1), V(row_q), V(q2), V(q2 * row_q), V(q2 * q2)};
-    V m(0);
+    V omega_here[3], d[3];
     for (int k = 0; k < 3; ++k) {
-      const V share = blend.weight * state.c[k];
       V rest = L::Load(behind[k] + offset);
-      const V d = ByLogAlpha(blend, odds, share, rest);
+      d[k] = ByLogAlpha(blend, odds, blend.weight * state.c[k], rest);
       L::Store(behind[k] + offset, rest);
-      const V curvature = L::Load(omega[k] + offset);
-      const V curvature_w = curvature * blend.weight;
-      m = Fma(curvature * d, d, m);
-      state.color[k] = Fma(curvature_w, blend.weight, state.color[k]);
-      AddMonomials<2>(curvature_w * d, p, q_power, state.cross[k]);
+      omega_here[k] = L::Load(omega[k] + offset);
     }
-    AddMonomials<4>(m, p, q_power, state.shape);
+    state.total.Add(omega_here, blend.weight, d, p, q);
   }
   void End(State& state, std::int64_t pair) {
     S* out = sums[pair].m;
-    L::template SumEach<kMoments4>(state.shape, out);
-    L::template SumEach<3 * kMoments2>(state.cross[0], out + kMoments4);
-    L::template SumEach<3>(state.color, out + kMoments4 + 3 * kMoments2);
+    L::template SumEach<kMoments4>(state.total.shape, out);
+    L::template SumEach<3 * kMoments2>(state.total.cross[0], out + kMoments4);
+    L::template SumEach<3>(state.total.color, out + kMoments4 + 3 * kMoments2);
   }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
-
- private:
-  // sums[MonomialIndex(a, b)] += m p^a q^b for a + b <= kDegree. q_power[b] = q^b.
-  template <int kDegree>
-  static void AddMonomials(V m, const V& p, const V* q_power, V* sums) {
-    for (int a = 0; a <= kDegree; ++a) {
-      sums[MonomialIndex(a, 0)] = sums[MonomialIndex(a, 0)] + m;
-      for (int b = 1; a + b <= kDegree; ++b) sums[MonomialIndex(a, b)] = Fma(m, q_power[b], sums[MonomialIndex(a, b)]);
-      if (a < kDegree) m = m * p;
-    }
-  }
 };
 
 }  // namespace VESTA_ISA

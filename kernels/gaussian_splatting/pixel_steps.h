@@ -36,6 +36,11 @@ template <class V>
 VESTA_HD inline V Psi(const V& linear, const V& constant, const V& rho, const V& p) {
   return Fnma(p, Fma(rho, p, linear), constant);
 }
+template <class S>
+VESTA_HD inline S Psi(const SplatTangent<S>& tangent, const S& p, const S& q) {
+  const S* w = tangent.w;
+  return Psi(PsiLinear(w[kXi], w[kKappa], q), PsiConstant(w[kZeta], w[kSigma], w[kLambda], q), w[kRho], p);
+}
 
 // The change of w for that of log alpha, psi. minus_dT: of the transmittance in front, brought behind the splat.
 template <class V>
@@ -51,6 +56,11 @@ VESTA_HD inline V TangentColor(const Blend<V>& blend, const V& d_weight, const V
   return Fma(blend.weight, dc, Fma(d_weight, c, d_color));
 }
 
+// What the splat, of colour c, adds to u . colour of the pixel.
+template <class V>
+VESTA_HD inline V ShareOf(const Blend<V>& blend, const V c[3], const V u[3]) {
+  return blend.weight * Fma(c[0], u[0], Fma(c[1], u[1], c[2] * u[2]));
+}
 // alpha / (1 - alpha).
 template <class V>
 VESTA_HD inline V Odds(const V& alpha) {

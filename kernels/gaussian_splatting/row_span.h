@@ -1,6 +1,6 @@
 // Where splats reach in rows of a tile, and what stays the same along a row. One template for both orders of work: the
 // lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row (traverse_rows.h), with the same bits; on
-// a device one row of one splat (raster_blocks.h).
+// a device one row of one splat (tile_block.h).
 #pragma once
 
 #include <cmath>
@@ -10,12 +10,36 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A splat's members that the rows need, one splat in all lanes or one in each; u, v relative to the centre of the
-// tile's first pixel.
+// The centre of a tile's first pixel.
+template <class S>
+struct TileOrigin {
+  S left, top;
+
+  template <class Tile>
+  VESTA_HD TileOrigin(const TileLists<S>& lists, Tile tile)
+      : left(static_cast<S>(tile % lists.tiles_x * kTileSize) + S(0.5)),
+        top(static_cast<S>(tile / lists.tiles_x * kTileSize) + S(0.5)) {}
+};
+
+// A splat with its mean relative to the tile's origin.
+template <class S>
+VESTA_HD inline Splat<S> InTile(const Splat<S>& splat, const TileOrigin<S>& origin) {
+  Splat<S> moved = splat;
+  moved.u = splat.u - origin.left;
+  moved.v = splat.v - origin.top;
+  return moved;
+}
+
+// The members of a splat of InTile that the rows need, one splat in all lanes or one in each.
 template <class V>
 struct RowSplat {
   V u, v, r, s, beta, log2_opacity, support, inv_r;
 };
+template <class V, class S>
+VESTA_HD inline RowSplat<V> InAllLanes(const Splat<S>& splat) {
+  return {V(splat.u),       V(splat.v),    V(splat.r), V(splat.s), V(splat.beta), V(splat.log2_opacity),
+          V(splat.support), V(splat.inv_r)};
+}
 
 // The place of a row in a splat's whitened coordinates: pixel x is at (p0 + r x, q).
 template <class V>
@@ -25,11 +49,11 @@ struct RowPlace {
   V middle;  // x where p is 0
 
   // y: rows of the tile.
-  VESTA_HD RowPlace(const V& u, const V& v, const V& r, const V& s, const V& beta, const V& y) {
-    const V dy = y - v;
-    q = s * dy;
-    middle = Fnma(beta, dy, u);
-    p0 = Fnma(middle, r, V(0));
+  VESTA_HD RowPlace(const RowSplat<V>& splat, const V& y) {
+    const V dy = y - splat.v;
+    q = splat.s * dy;
+    middle = Fnma(splat.beta, dy, splat.u);
+    p0 = Fnma(middle, splat.r, V(0));
   }
 };
 
@@ -42,8 +66,7 @@ struct RowSpan : RowPlace<V> {
   typename L::Mask reaches;
 
   VESTA_HD RowSpan(const RowSplat<V>& splat, const V& y)
-      : RowPlace<V>(splat.u, splat.v, splat.r, splat.s, splat.beta, y),
-        peak(Fnma(this->q, this->q, splat.log2_opacity)) {
+      : RowPlace<V>(splat, y), peak(Fnma(this->q, this->q, splat.log2_opacity)) {
     using std::ceil;
     const V rest = Fnma(this->q, this->q, splat.support);
     reaches = rest > V(0);
@@ -59,6 +82,12 @@ struct RowSpan : RowPlace<V> {
     return L::Bits(reaches & (Max(begin, from) <= Min(end, to)));
   }
 };
+
+// A splat of InTile on row y of the tile. What is not used of it costs nothing.
+template <class S>
+VESTA_HD inline RowSpan<S> RowInTile(const Splat<S>& splat, int y) {
+  return RowSpan<S>(InAllLanes<S>(splat), static_cast<S>(y));
+}
 
 }  // namespace VESTA_ISA
 }  // namespace vesta::splat

@@ -25,8 +25,9 @@ class RowBatch {
 
   int size = 0;
 
-  void Add(const Splat<S>& splat, S left, S top) {
-    u_[size] = splat.u - left, v_[size] = splat.v - top;
+  // A splat of InTile.
+  void Add(const Splat<S>& splat) {
+    u_[size] = splat.u, v_[size] = splat.v;
     r_[size] = splat.r, s_[size] = splat.s, beta_[size] = splat.beta;
     log2_opacity_[size] = splat.log2_opacity, support_[size] = splat.support, inv_r_[size] = splat.inv_r;
     ++size;
@@ -79,9 +80,8 @@ template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseRows(const TileLists<S>& lists, int tile, TilePixels<V, S>& pixels,
                                                 Pass& pass) {
   using L = Lanes<V>;
-  const TileWindow window = WindowOf(lists, tile);
   const V iota = L::Iota();
-  const S left = static_cast<S>(window.x0) + S(0.5), top = static_cast<S>(window.y0) + S(0.5);
+  const TileOrigin<S> origin(lists, tile);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
   RowBatch<V, S> batch;
@@ -90,7 +90,7 @@ template <class V, class S, class Pass>
       const std::uint32_t rank = lists.ranks[pair];
       __builtin_prefetch(&lists.splats[lists.ranks[pair + 8 < end ? pair + 8 : pair]]);
       pass.Prepare(batch.size, lists.splats[rank], rank);
-      batch.Add(lists.splats[rank], left, top);
+      batch.Add(InTile(lists.splats[rank], origin));
     }
     batch.Pad();
     for (std::uint32_t rows = pixels.open_rows(); rows != 0; rows &= rows - 1) {

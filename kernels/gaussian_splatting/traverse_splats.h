@@ -23,9 +23,9 @@ struct SplatRows {
   alignas(64) S p0[kTileSize + 1] = {};    // likewise
   std::uint32_t meets[kVectors];           // bit y of meets[k]: row y, pixels k * width and on
 
-  void Set(const Splat<S>& splat, S left, S top) {
-    const RowSplat<V> all{V(splat.u - left), V(splat.v - top),      V(splat.r),       V(splat.s),
-                          V(splat.beta),     V(splat.log2_opacity), V(splat.support), V(splat.inv_r)};
+  // splat: of InTile.
+  void Set(const Splat<S>& splat) {
+    const RowSplat<V> all = InAllLanes<V>(splat);
     for (std::uint32_t& rows : meets) rows = 0;
     for (int row = 0; row < kTileSize; row += L::kWidth) {
       const RowSpan<V> span(all, L::Iota() + V(static_cast<S>(row)));
@@ -44,17 +44,15 @@ struct SplatRows {
 template <class V, class S, class Pass>
 [[gnu::always_inline]] inline void TraverseSplats(const TileLists<S>& lists, int tile, Pass& pass) {
   using L = Lanes<V>;
-  const TileWindow window = WindowOf(lists, tile);
   TilePixels<V, S> pixels(lists, tile);
   const V iota = L::Iota();
-  const S left = static_cast<S>(window.x0) + S(0.5), top = static_cast<S>(window.y0) + S(0.5);
+  const TileOrigin<S> origin(lists, tile);
   std::int64_t pair = lists.tile_begin[tile];
   const std::int64_t end = lists.tile_begin[tile + 1];
   // One splat ahead, so that the rows to visit are known when the loop over them begins.
   SplatRows<V, S> prepared[2];
   const auto prepare = [&](std::int64_t next) {
-    const Splat<S>& splat = lists.splats[lists.ranks[next]];
-    prepared[next & 1].Set(splat, left, top);
+    prepared[next & 1].Set(InTile(lists.splats[lists.ranks[next]], origin));
   };
   if (pair < end) prepare(pair);
   for (; pair < end && pixels.open_rows() != 0; ++pair) {

@@ -1,0 +1,108 @@
+// The Gram sums of a splat from its pixels. For each colour of a pixel there is its curvature omega in the loss and d,
+// its derivative by log alpha; w, that by the splat's colour, is the same for all. What is summed:
+//   shape x shape   sum_c omega_c d_c^2, times the monomials p^a q^b of degree <= 4,
+//   shape x colour  omega_c w d_c, times those of degree <= 2, and colour x colour  omega_c w^2.
+// Pixel by pixel or row by row, as cotangent_sums.h has it.
+#pragma once
+
+#include "kernels/gaussian_splatting/pixel_steps.h"
+#include "kernels/gaussian_splatting/row_span.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// Adds what one colour of a pixel gives to shape and color; returns its cross term.
+template <class V>
+VESTA_HD inline V AddGramColor(const V& omega, const V& w, const V& d, V& shape, V& color) {
+  const V omega_w = omega * w;
+  shape = Fma(omega * d, d, shape);
+  color = Fma(omega_w, w, color);
+  return omega_w * d;
+}
+
+// add(a, m p^a) for a <= kDegree.
+template <int kDegree, class V, class Add>
+VESTA_HD inline void ForEachPower(V m, const V& p, const Add& add) {
+  for (int a = 0; a <= kDegree; ++a) {
+    add(a, m);
+    if (a < kDegree) m = m * p;
+  }
+}
+
+// Pixel by pixel; V: a vector of them in one row.
+template <class V>
+struct GramSums {
+  V shape[kMoments4], cross[3][kMoments2], color[3];
+
+  GramSums() {
+    for (V& moment : shape) moment = V(0);
+    for (int c = 0; c < 3; ++c) {
+      color[c] = V(0);
+      for (V& moment : cross[c]) moment = V(0);
+    }
+  }
+  template <class S>
+  [[gnu::always_inline]] void Add(const V omega[3], const V& w, const V d[3], const V& p, const S& q) {
+    const S q2 = q * q;
+    const V q_power[5] = {V(1), V(q), V(q2), V(q2 * q), V(q2 * q2)};
+    V m(0);
+    for (int c = 0; c < 3; ++c) AddMonomials<2>(AddGramColor(omega[c], w, d[c], m, color[c]), p, q_power, cross[c]);
+    AddMonomials<4>(m, p, q_power, shape);
+  }
+
+ private:
+  // sums[MonomialIndex(a, b)] += m p^a q^b for a + b <= kDegree. q_power[b] = q^b.
+  template <int kDegree>
+  static void AddMonomials(const V& m, const V& p, const V* q_power, V* sums) {
+    ForEachPower<kDegree>(m, p, [&](int a, const V& m_pa) {
+      sums[MonomialIndex(a, 0)] = sums[MonomialIndex(a, 0)] + m_pa;
+      for (int b = 1; a + b <= kDegree; ++b)
+        sums[MonomialIndex(a, b)] = Fma(m_pa, q_power[b], sums[MonomialIndex(a, b)]);
+    });
+  }
+};
+
+// Part of a row: m p^a for a <= 4, then for each colour the cross terms for a <= 2, then the colours.
+template <class S>
+struct GramRow {
+  static constexpr int kCross = 5, kColors = kCross + 9, kSums = kColors + 3;
+  S sum[kSums];
+
+  VESTA_HD GramRow() {
+    for (S& part : sum) part = S(0);
+  }
+  VESTA_HD void Add(const S omega[3], const S& w, const S d[3], const S& p) {
+    S m(0);
+    for (int c = 0; c < 3; ++c) {
+      const S cross = AddGramColor(omega[c], w, d[c], m, sum[kColors + c]);
+      ForEachPower<2>(cross, p, [&](int a, const S& m_pa) { sum[kCross + 3 * c + a] += m_pa; });
+    }
+    ForEachPower<4>(m, p, [&](int a, const S& m_pa) { sum[a] += m_pa; });
+  }
+};
+// Sum i of SplatGram from the rows of a tile, each in as many parts as follow each other. splat: of InTile.
+template <int kParts, class S>
+VESTA_HD inline S WeighGramRows(const Splat<S>& splat, const S (&parts)[kParts][GramRow<S>::kSums], int i) {
+  constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors;
+  // The monomial p^a q^b that it belongs to, and where the sums of its p^0 lie.
+  int monomial = i, base = 0;
+  if (i >= kMoments4 + 3 * kMoments2) {
+    monomial = 0, base = kColors + i - kMoments4 - 3 * kMoments2;
+  } else if (i >= kMoments4) {
+    monomial = (i - kMoments4) % kMoments2, base = kCross + 3 * ((i - kMoments4) / kMoments2);
+  }
+  int degree = 0;
+  while (MonomialIndex(degree + 1, 0) <= monomial) ++degree;
+  const int b = monomial - MonomialIndex(degree, 0), a = degree - b;
+  S sum(0);
+  for (int part = 0; part < kParts; ++part) {
+    const S q = RowInTile(splat, part / (kParts / kTileSize)).q;
+    S weight(1);
+    for (int power = 0; power < b; ++power) weight = weight * q;
+    sum = Fma(weight, parts[part][base + a], sum);
+  }
+  return sum;
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

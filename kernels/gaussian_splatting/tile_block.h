@@ -1,0 +1,163 @@
+// What the block kernels over a tile have in common (kernels/core/block_kernel.h): one block a tile, one thread a
+// pixel, and the walk through the tile's splats in batches that lie in shared memory. The counterpart of the host's
+// traverse_rows.h and traverse_splats.h.
+#pragma once
+
+#include "kernels/core/block_kernel.h"
+#include "kernels/gaussian_splatting/pixel_steps.h"
+#include "kernels/gaussian_splatting/row_span.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+inline constexpr int kRasterThreads = kTileSize * kTileSize;
+
+// The rows of a tile in the order in which threads take them: those that are looked at come first, so that where few
+// are, whole warps have nothing to do.
+VESTA_HD inline int RowInOrder(std::uint32_t looked_at, int place) {
+  int kept = 0;
+  for (int y = 0; y < kTileSize; ++y) kept += static_cast<int>(looked_at >> y & 1U);
+  const bool among_kept = place < kept;
+  int left = among_kept ? place : place - kept;
+  for (int y = 0; y < kTileSize; ++y) {
+    if (((looked_at >> y & 1U) != 0) == among_kept && left-- == 0) return y;
+  }
+  return place;  // never: there are sixteen
+}
+
+// The pixel of a thread. A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
+struct BlockPixel {
+  int x, y;            // in the tile
+  bool inside;         // the image
+  bool looked_at;      // inside, and its row is (TileLists::rows); others count as closed
+  std::int64_t place;  // in a plane of the image
+  std::int64_t plane;  // pixels in a plane
+
+  template <class S>
+  VESTA_HD BlockPixel(const TileLists<S>& lists, std::int64_t tile, int thread) {
+    const int warp = thread / 32, lane = thread % 32;
+    x = warp % 2 * 8 + lane % 8;
+    y = warp / 2 * 4 + lane / 8;
+    const std::uint32_t rows = lists.rows == nullptr ? 0xffffU : lists.rows[tile];
+    if (rows != 0xffffU) y = RowInOrder(rows, y);
+    const std::int64_t column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
+    inside = column < lists.width && row < lists.height;
+    looked_at = inside && (rows >> y & 1U) != 0;
+    place = row * lists.width + column;
+    plane = std::int64_t{lists.width} * lists.height;
+  }
+  VESTA_HD int in_tile() const { return y * kTileSize + x; }
+  // Channel c of an image, 0 outside it; a pixel outside is not written.
+  template <class S>
+  VESTA_HD S Load(const S* image, int c) const {
+    return inside ? image[c * plane + place] : S(0);
+  }
+  template <class S>
+  VESTA_HD void Store(S* image, int c, const S& value) const {
+    if (inside) image[c * plane + place] = value;
+  }
+};
+
+// What passes to a pixel.
+template <class S>
+struct Passing {
+  S transmittance = S(1);  // behind the last splat that is part of the pixel
+  bool open;
+
+  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.looked_at) {}
+  // The next splat, of InTile: hit(p, q, blend) if it reaches the pixel.
+  template <class Hit>
+  VESTA_HD void Meet(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
+    const RowSpan<S> row = RowInTile(splat, pixel.y);
+    const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), alpha = AlphaAt(p, row.peak);
+    if (!(alpha > S(0))) return;
+    const Blend<S> blend = BlendSplat(transmittance, alpha);
+    open = blend.open;
+    if (open) transmittance = blend.transmittance;
+    hit(p, row.q, blend);
+  }
+};
+
+// Brings the splats of the pairs [first, first + count) into shared memory. Barriers lie on both sides: the one before
+// is the caller's.
+template <class S, class Block>
+VESTA_HD inline void StageSplats(Block& block, const TileLists<S>& lists, std::int64_t first, int count,
+                                 Splat<S>* staged) {
+  if (block.thread() < count) {
+    const TileOrigin<S> origin(lists, block.id());
+    staged[block.thread()] = InTile(lists.splats[lists.ranks[first + block.thread()]], origin);
+  }
+  block.Sync();
+}
+
+// Pairs left to do, at most `most`.
+VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
+  return end - first < most ? static_cast<int>(end - first) : most;
+}
+
+// visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on(), which has a barrier,
+// so that shared memory is free again. Returns the first pair not visited.
+template <int kBatch, class S, class Block, class GoOn, class Visit>
+VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
+                                          const Visit& visit) {
+  const std::int64_t end = lists.tile_begin[block.id() + 1];
+  std::int64_t first = lists.tile_begin[block.id()];
+  for (; first < end; first += kBatch) {
+    if (!go_on()) break;
+    visit(first, BatchSize(first, end, kBatch));
+  }
+  return first;
+}
+
+// For passes that add up over splats: hit(k, p, q, blend) for each splat that reaches the thread's pixel, splats[k] of
+// its batch, front to back until the pixel is closed. stage(first, count) brings more of a batch into shared memory.
+template <int kBatch, class S, class Block, class Stage, class Hit>
+VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel, Passing<S>& passing,
+                                Splat<S> (&splats)[kBatch], const Stage& stage, const Hit& hit) {
+  ForEachBatch<kBatch>(
+      block, lists, [&] { return block.Count(passing.open) != 0; },
+      [&](std::int64_t first, int count) {
+        stage(first, count);
+        StageSplats(block, lists, first, count, splats);
+        for (int k = 0; k < count && passing.open; ++k) {
+          passing.Meet(pixel, splats[k], [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
+        }
+      });
+}
+
+// For passes that sum over the pixels of each splat. As pixels the threads give put(k, share) what each splat means to
+// theirs: Share{} where it does not reach it, else share_of(k, blend). Then sum(first, count), as splats and parts of
+// the tile. Returns the first pair not summed, all pixels being closed.
+template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
+VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
+                                           Splat<S> (&splats)[kBatch], const ShareOf& share_of, const Put& put,
+                                           const Sum& sum) {
+  Passing<S> passing(pixel);
+  return ForEachBatch<kBatch>(
+      block, lists, [&] { return block.Count(passing.open) != 0; },
+      [&](std::int64_t first, int count) {
+        StageSplats(block, lists, first, count, splats);
+        for (int k = 0; k < count; ++k) {
+          Share share{};
+          if (passing.open) {
+            passing.Meet(pixel, splats[k],
+                         [&](const S&, const S&, const Blend<S>& blend) { share = share_of(k, blend); });
+          }
+          put(k, share);
+        }
+        block.Sync();
+        sum(first, count);
+      });
+}
+
+// visit(pair, i) for i < kN and the pairs from `first` to the last of the block's tile, by all threads.
+template <int kN, class S, class Block, class Visit>
+VESTA_HD inline void ForEachLeft(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
+  const std::int64_t end = lists.tile_begin[block.id() + 1];
+  for (std::int64_t i = first * kN + block.thread(); i < end * kN; i += kRasterThreads) {
+    visit(i / kN, static_cast<int>(i % kN));
+  }
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat
