@@ -199,7 +199,10 @@ struct CachedTangentBlock {
     };
     ForEachBatch<kBatch>(block, lists, go_on, [&](std::int64_t first, int count) {
       const int thread = block.thread();
-      if (thread < count) shared.tangents[thread] = InEntryUnits<E>(tangents[lists.ranks[first + thread]]);
+      if (thread < count) {
+        shared.tangents[thread] = tangents[lists.ranks[first + thread]];
+        ToEntryUnits<E>(shared.tangents[thread]);
+      }
       shared.masks.Stage(block, cache, places, first, count);
       StageSplats(block, lists, first, count, shared.splats);
       for (int k = 0; k < count; ++k) {
@@ -209,7 +212,10 @@ struct CachedTangentBlock {
         const RowSpan<S> row = RowInTile(splat, pixel.y);
         const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0);
         const SplatTangent<S>& tangent = shared.tangents[k];
-        AddEntry(entry, Psi(tangent, p, row.q), tangent.w + kColor, d_color);
+        const S psi = Psi(tangent, p, row.q);
+        for (int c = 0; c < 3; ++c) {
+          d_color[c] = AddEntry(entry.weight, entry.contrast[c], psi, tangent.w[kColor + c], d_color[c]);
+        }
       }
     });
     for (int c = 0; c < 3; ++c) pixel.Store(d_image, c, d_color[c]);
@@ -263,8 +269,9 @@ struct CachedAdjointBlock {
     for (std::uint32_t bits = pair.mask.rows[y]; bits != 0; bits &= bits - 1) {
       const int x = PopCount(~bits & (bits - 1));  // of the lowest bit
       const Entry<S> entry = (at++)->template Read<S>();
-      const S u_here[3] = {u[line + x], u[plane + line + x], u[2 * plane + line + x]};
-      total.Add(ByLogAlpha(entry, u_here), entry.weight, u_here, OffsetAt(static_cast<S>(x), splat.r, row.p0));
+      const S g = AddColors(
+          entry, [&](int c) { return u[c * plane + line + x]; }, total);
+      total.AddShape(g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
     for (int i = 0; i < kCotangentRowSums; ++i) sum[i] = total.sum[i];
   }

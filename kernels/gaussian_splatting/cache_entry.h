@@ -7,6 +7,8 @@
 // again, and psi follows from the place of the pixel alone.
 #pragma once
 
+#include <type_traits>
+
 #include "kernels/gaussian_splatting/blend.h"
 #include "kernels/gaussian_splatting/cache_kernels.h"
 #include "kernels/math/half.h"
@@ -19,6 +21,9 @@ inline namespace VESTA_ISA {
 template <class V>
 struct Entry {
   V weight, contrast[3];
+
+  VESTA_HD V Weight() const { return weight; }
+  VESTA_HD V Contrast(int c) const { return contrast[c]; }
 };
 
 // Powers of two that bring an entry's numbers into the range of their format.
@@ -38,10 +43,8 @@ VESTA_HD constexpr S EntryUnit(int i) {
                                    : 1 / EntryScale<E>::kWeight);
 }
 template <class E, class S>
-VESTA_HD inline SplatTangent<S> InEntryUnits(const SplatTangent<S>& tangent) {
-  SplatTangent<S> scaled;
-  for (int i = 0; i < kSplatTangent; ++i) scaled.w[i] = EntryUnit<E, S>(i) * tangent.w[i];
-  return scaled;
+VESTA_HD inline void ToEntryUnits(SplatTangent<S>& tangent) {
+  for (int i = 0; i < kSplatTangent; ++i) tangent.w[i] *= EntryUnit<E, S>(i);
 }
 
 // The entry of a splat of colour c, scaled. behind: what lies behind the splat, weighted (passes.h), brought behind
@@ -60,17 +63,23 @@ VESTA_HD inline Entry<V> MakeEntry(const Blend<V>& blend, const V c[3], V behind
   return entry;
 }
 
-// Adds to d_color what the entry does.
+// d_color and what the entry adds to it.
 template <class V>
-VESTA_HD inline void AddEntry(const Entry<V>& entry, const V& psi, const V dc[3], V d_color[3]) {
-  for (int k = 0; k < 3; ++k) d_color[k] = Fma(entry.weight, Fma(entry.contrast[k], psi, dc[k]), d_color[k]);
+VESTA_HD inline V AddEntry(const V& weight, const V& contrast, const V& psi, const V& dc, const V& d_color) {
+  return Fma(weight, Fma(contrast, psi, dc), d_color);
 }
-// The derivative of u . colour by log alpha.
-template <class V>
-VESTA_HD inline V ByLogAlpha(const Entry<V>& entry, const V u[3]) {
-  V sum(0);
-  for (int k = 0; k < 3; ++k) sum = Fma(entry.contrast[k], u[k], sum);
-  return entry.weight * sum;
+// Adds the entry to the sums of its splat's colour (cotangent_sums.h), u_of(c) being u at the pixel; returns the
+// derivative of u . colour by log alpha, for those of its shape.
+template <class Entry, class UOf, class Sums>
+VESTA_HD inline auto AddColors(const Entry& entry, const UOf& u_of, Sums& sums) {
+  const auto weight = entry.Weight();
+  std::remove_const_t<decltype(weight)> sum(0);
+  for (int c = 0; c < 3; ++c) {
+    const auto u = u_of(c);
+    sums.AddColor(c, weight, u);
+    sum = Fma(entry.Contrast(c), u, sum);
+  }
+  return weight * sum;
 }
 
 }  // namespace VESTA_ISA

@@ -104,23 +104,21 @@ struct RowPlaces {
       L::Store(p0 + row, place.p0);
     }
   }
+  // Of vector k of a row.
+  V P(int row, int k) const { return OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), r, V(p0[row])); }
 };
 
-// Calls visit(row, offset, p, entry) for each vector of pixels with entries of a pair, which lie from `at` on; offset
-// into the tile. Returns where those of the next pair may lie.
-template <class V, class S, class E, class Visit>
-[[gnu::always_inline]] inline const E* ForEachEntry(const TileMask& mask, const RowPlaces<V, S>& places, const E* at,
-                                                    const Visit& visit) {
-  using L = Lanes<V>;
-  ForEachVector<V>(mask, [&](int row, int k, std::uint32_t bits) {
-    const int n = std::popcount(bits);
-    const auto values = [&](int i) { return PackedLanes<E, V>::Load(at + i * n, bits); };
-    const V p = OffsetAt(L::Iota() + V(static_cast<S>(k * L::kWidth)), places.r, V(places.p0[row]));
-    visit(row, row * kTileSize + k * L::kWidth, p, Entry<V>{values(0), {values(1), values(2), values(3)}});
-    at += kEntryValues * n;
-  });
-  return at;
-}
+// The entries of one vector of pixels, which lie at `at`; as Entry, but read when asked for: registers are few.
+template <class V, class E>
+struct PackedEntries {
+  const E* at;
+  std::uint32_t bits;
+
+  int Size() const { return std::popcount(bits); }
+  V Weight() const { return PackedLanes<E, V>::Load(at, bits); }
+  V Contrast(int c) const { return PackedLanes<E, V>::Load(at + (c + 1) * Size(), bits); }
+  const E* End() const { return at + kEntryValues * Size(); }
+};
 
 template <class V, class S>
 void MasksOfTile(const TileLists<S>& lists, int tile, TileMask* masks) {
@@ -152,7 +150,8 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
       for (int line = 0; line < kLinesAhead; ++line) Prefetch(reinterpret_cast<const char*>(next) + 64 * line);
     }
     const std::uint32_t rank = lists.ranks[pair];
-    const SplatTangent<S> tangent = InEntryUnits<E>(tangents[rank]);
+    SplatTangent<S> tangent = tangents[rank];
+    ToEntryUnits<E>(tangent);
     const S* w = tangent.w;
     const RowPlaces<V, S> places(InTile(lists.splats[rank], origin));
     alignas(64) S linear[kTileSize], constant[kTileSize];  // psi = constant[y] - p (linear[y] + rho p)
@@ -162,14 +161,17 @@ void CachedTangentTile(const TileLists<S>& lists, const CacheLists& cache, const
       L::Store(constant + row, PsiConstant(V(w[kZeta]), V(w[kSigma]), V(w[kLambda]), q));
     }
     const V rho(w[kRho]), dc[3] = {V(w[kColor]), V(w[kColor + 1]), V(w[kColor + 2])};
-    ForEachEntry(
-        cache.masks[pair], places, static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair],
-        [&](int row, int offset, const V& p, const Entry<V>& entry) {
-          const V psi = Psi(V(linear[row]), V(constant[row]), rho, p);
-          V sum[3] = {L::Load(d_color[0] + offset), L::Load(d_color[1] + offset), L::Load(d_color[2] + offset)};
-          AddEntry(entry, psi, dc, sum);
-          for (int c = 0; c < 3; ++c) L::Store(d_color[c] + offset, sum[c]);
-        });
+    const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[pair];
+    ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
+      const V psi = Psi(V(linear[row]), V(constant[row]), rho, places.P(row, k));
+      const PackedEntries<V, E> entry{at, bits};
+      const V weight = entry.Weight();
+      for (int c = 0; c < 3; ++c) {
+        S* sum = d_color[c] + row * kTileSize + k * L::kWidth;
+        L::Store(sum, AddEntry(weight, entry.Contrast(c), psi, dc[c], L::Load(sum)));
+      }
+      at = entry.End();
+    });
   }
   const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
   for (int c = 0; c < 3; ++c) StorePlane<V>(lists, WindowOf(lists, tile), d_color[c], d_image + c * plane);
@@ -202,15 +204,17 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
       const int tile = static_cast<int>(cache.tiles_of_splat[e]);
       const RowPlaces<V, S> places(InTile(splat, TileOrigin<S>(lists, tile)));
       const S* u = u_tiles + static_cast<std::int64_t>(tile) * 3 * kTilePixels;
-      at = ForEachEntry(cache.masks[pair], places, at, [&](int row, int offset, const V& p, const Entry<V>& entry) {
-        const V u_here[3] = {L::Load(u + offset), L::Load(u + kTilePixels + offset),
-                             L::Load(u + 2 * kTilePixels + offset)};
-        total.Add(ByLogAlpha(entry, u_here), entry.weight, u_here, p, V(places.q[row]));
+      ForEachVector<V>(cache.masks[pair], [&](int row, int k, std::uint32_t bits) {
+        const S* here = u + row * kTileSize + k * L::kWidth;
+        const PackedEntries<V, E> entry{at, bits};
+        const V g = AddColors(
+            entry, [&](int c) { return L::Load(here + c * kTilePixels); }, total);
+        total.AddShape(g, places.P(row, k), V(places.q[row]));
+        at = entry.End();
       });
     }
-    SplatTangent<S> scaled;
-    L::template SumEach<kSplatTangent>(total.sum, scaled.w);
-    sums[rank] = InEntryUnits<E>(scaled);
+    L::template SumEach<kSplatTangent>(total.sum, sums[rank].w);
+    ToEntryUnits<E>(sums[rank]);
   }
 }
 

@@ -19,8 +19,8 @@ struct CotangentSums {
   CotangentSums() {
     for (V& component : sum) component = V(0);
   }
-  [[gnu::always_inline]] void Add(const V& g, const V& w, const V u[3], const V& p, const V& q) {
-    for (int c = 0; c < 3; ++c) sum[kColor + c] = Fma(w, u[c], sum[kColor + c]);
+  void AddColor(int c, const V& w, const V& u) { sum[kColor + c] = Fma(w, u, sum[kColor + c]); }
+  void AddShape(const V& g, const V& p, const V& q) {
     const V gp = g * p, gq = g * q;
     sum[kLambda] = sum[kLambda] + g;
     sum[kXi] = sum[kXi] - gp;
@@ -37,12 +37,12 @@ template <class S>
 struct CotangentRow {
   S sum[kCotangentRowSums] = {S(0), S(0), S(0), S(0), S(0), S(0)};
 
-  VESTA_HD void Add(const S& g, const S& w, const S u[3], const S& p) {
+  VESTA_HD void AddColor(int c, const S& w, const S& u) { sum[3 + c] = Fma(w, u, sum[3 + c]); }
+  VESTA_HD void AddShape(const S& g, const S& p) {
     const S gp = g * p;
     sum[0] += g;
     sum[1] += gp;
     sum[2] = Fma(gp, p, sum[2]);
-    for (int c = 0; c < 3; ++c) sum[3 + c] = Fma(w, u[c], sum[3 + c]);
   }
 };
 // Component i from the rows of a tile. splat: of InTile.

@@ -11,20 +11,25 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
+template <class V>
+struct GramColor {
+  V omega, d;
+};
+
 // Adds what one colour of a pixel gives to shape and color; returns its cross term.
 template <class V>
-VESTA_HD inline V AddGramColor(const V& omega, const V& w, const V& d, V& shape, V& color) {
-  const V omega_w = omega * w;
-  shape = Fma(omega * d, d, shape);
+VESTA_HD inline V AddGramColor(const GramColor<V>& of, const V& w, V& shape, V& color) {
+  const V omega_w = of.omega * w;
+  shape = Fma(of.omega * of.d, of.d, shape);
   color = Fma(omega_w, w, color);
-  return omega_w * d;
+  return omega_w * of.d;
 }
 
-// add(a, m p^a) for a <= kDegree.
-template <int kDegree, class V, class Add>
-VESTA_HD inline void ForEachPower(V m, const V& p, const Add& add) {
+// sums[a] += m p^a for a <= kDegree.
+template <int kDegree, class V>
+VESTA_HD inline void AddPowers(V m, const V& p, V* sums) {
   for (int a = 0; a <= kDegree; ++a) {
-    add(a, m);
+    sums[a] = sums[a] + m;
     if (a < kDegree) m = m * p;
   }
 }
@@ -41,24 +46,25 @@ struct GramSums {
       for (V& moment : cross[c]) moment = V(0);
     }
   }
-  template <class S>
-  [[gnu::always_inline]] void Add(const V omega[3], const V& w, const V d[3], const V& p, const S& q) {
+  // color_of(c) gives the GramColor of colour c, when its turn comes: registers are few.
+  template <class S, class ColorOf>
+  [[gnu::always_inline]] void Add(const V& w, const V& p, const S& q, const ColorOf& color_of) {
     const S q2 = q * q;
     const V q_power[5] = {V(1), V(q), V(q2), V(q2 * q), V(q2 * q2)};
     V m(0);
-    for (int c = 0; c < 3; ++c) AddMonomials<2>(AddGramColor(omega[c], w, d[c], m, color[c]), p, q_power, cross[c]);
+    for (int c = 0; c < 3; ++c) AddMonomials<2>(AddGramColor<V>(color_of(c), w, m, color[c]), p, q_power, cross[c]);
     AddMonomials<4>(m, p, q_power, shape);
   }
 
  private:
   // sums[MonomialIndex(a, b)] += m p^a q^b for a + b <= kDegree. q_power[b] = q^b.
   template <int kDegree>
-  static void AddMonomials(const V& m, const V& p, const V* q_power, V* sums) {
-    ForEachPower<kDegree>(m, p, [&](int a, const V& m_pa) {
-      sums[MonomialIndex(a, 0)] = sums[MonomialIndex(a, 0)] + m_pa;
-      for (int b = 1; a + b <= kDegree; ++b)
-        sums[MonomialIndex(a, b)] = Fma(m_pa, q_power[b], sums[MonomialIndex(a, b)]);
-    });
+  static void AddMonomials(V m, const V& p, const V* q_power, V* sums) {
+    for (int a = 0; a <= kDegree; ++a) {
+      sums[MonomialIndex(a, 0)] = sums[MonomialIndex(a, 0)] + m;
+      for (int b = 1; a + b <= kDegree; ++b) sums[MonomialIndex(a, b)] = Fma(m, q_power[b], sums[MonomialIndex(a, b)]);
+      if (a < kDegree) m = m * p;
+    }
   }
 };
 
@@ -71,13 +77,13 @@ struct GramRow {
   VESTA_HD GramRow() {
     for (S& part : sum) part = S(0);
   }
-  VESTA_HD void Add(const S omega[3], const S& w, const S d[3], const S& p) {
+  template <class ColorOf>
+  VESTA_HD void Add(const S& w, const S& p, const ColorOf& color_of) {
     S m(0);
     for (int c = 0; c < 3; ++c) {
-      const S cross = AddGramColor(omega[c], w, d[c], m, sum[kColors + c]);
-      ForEachPower<2>(cross, p, [&](int a, const S& m_pa) { sum[kCross + 3 * c + a] += m_pa; });
+      AddPowers<2>(AddGramColor<S>(color_of(c), w, m, sum[kColors + c]), p, sum + kCross + 3 * c);
     }
-    ForEachPower<4>(m, p, [&](int a, const S& m_pa) { sum[a] += m_pa; });
+    AddPowers<4>(m, p, sum);
   }
 };
 // Sum i of SplatGram from the rows of a tile, each in as many parts as follow each other. splat: of InTile.

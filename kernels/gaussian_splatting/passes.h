@@ -168,7 +168,8 @@ struct AdjointPass {
     V rest = L::Load(behind + offset);
     const V g = ByLogAlpha(blend, Odds(blend.alpha), ShareOf(blend, state.c, u_here), rest);
     L::Store(behind + offset, rest);
-    state.total.Add(g, blend.weight, u_here, p, V(q));
+    for (int k = 0; k < 3; ++k) state.total.AddColor(k, blend.weight, u_here[k]);
+    state.total.AddShape(g, p, V(q));
   }
   void End(State& state, std::int64_t pair) { L::template SumEach<kSplatTangent>(state.total.sum, sums[pair].w); }
   void Skip(std::int64_t pair) { sums[pair] = {}; }
@@ -188,14 +189,12 @@ struct GramPass {
   State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}, {}}; }
   void Pixels(State& state, S q, int offset, const V& p, const Blend<V>& blend) {
     const V odds = Odds(blend.alpha);
-    V omega_here[3], d[3];
-    for (int k = 0; k < 3; ++k) {
+    state.total.Add(blend.weight, p, q, [&](int k) {
       V rest = L::Load(behind[k] + offset);
-      d[k] = ByLogAlpha(blend, odds, blend.weight * state.c[k], rest);
+      const V d = ByLogAlpha(blend, odds, blend.weight * state.c[k], rest);
       L::Store(behind[k] + offset, rest);
-      omega_here[k] = L::Load(omega[k] + offset);
-    }
-    state.total.Add(omega_here, blend.weight, d, p, q);
+      return GramColor<V>{L::Load(omega[k] + offset), d};
+    });
   }
   void End(State& state, std::int64_t pair) {
     S* out = sums[pair].m;

@@ -133,8 +133,8 @@ struct AdjointBlock {
     for (int i = 0; i < kTileSize; ++i) {
       const int x = (i + y) % kTileSize, at = y * kTileSize + x;
       const Share& share = shared.shares[k][Column(x, y)];
-      const S u_here[3] = {shared.u[0][at], shared.u[1][at], shared.u[2][at]};
-      total.Add(share.g, share.w, u_here, OffsetAt(static_cast<S>(x), splat.r, row.p0));
+      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][at]);
+      total.AddShape(share.g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
     for (int i = 0; i < kCotangentRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
   }
@@ -207,8 +207,9 @@ struct GramBlock {
       // Each of eight neighbouring threads on a bank of its own.
       const int x = index % 2 * kHalf + (i + index) % kHalf, at = y * kTileSize + x;
       const Share& share = shared.shares[k][at];
-      const S omega_here[3] = {shared.omega[0][at], shared.omega[1][at], shared.omega[2][at]};
-      part.Add(omega_here, share.w, share.d, OffsetAt(static_cast<S>(x), splat.r, row.p0));
+      part.Add(share.w, OffsetAt(static_cast<S>(x), splat.r, row.p0), [&](int c) {
+        return GramColor<S>{shared.omega[c][at], share.d[c]};
+      });
     }
   }
 };
