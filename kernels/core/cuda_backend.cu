@@ -75,6 +75,13 @@ struct NotPositiveTerm {
   VESTA_HD double operator()(Index i) const { return x[i] > S(0) ? 0.0 : 1.0; }
 };
 
+// Comparisons treat NaN as those of the host's std::min and std::max do.
+template <class S>
+VESTA_HD S Clamped(S x, S lo, S hi) {
+  const S raised = x < lo ? lo : x;
+  return hi < raised ? hi : raised;
+}
+
 }  // namespace
 
 template <class S, class Space>
@@ -132,18 +139,12 @@ void VectorBackend<S, Space>::DivideOrZero(ConstView x, ConstView d, View y) {
       y.size(), [=] __device__(Index i) { y[i] = d[i] != S(0) ? x[i] / d[i] : S(0); }, "DivideOrZero");
 }
 
-// The comparisons below treat NaN as those of the host's std::min and std::max do.
 template <class S, class Space>
 void VectorBackend<S, Space>::Clamp(ConstView x, double lo, double hi, View y) {
   CheckSizes(x, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
   device::ForEach(
-      y.size(),
-      [=] __device__(Index i) {
-        const S raised = x[i] < slo ? slo : x[i];
-        y[i] = shi < raised ? shi : raised;
-      },
-      "Clamp");
+      y.size(), [=] __device__(Index i) { y[i] = Clamped(x[i], slo, shi); }, "Clamp");
 }
 
 template <class S, class Space>
@@ -152,12 +153,7 @@ void VectorBackend<S, Space>::ClampRelative(ConstView x, ConstView d, double lo,
   CheckSizes(d, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
   device::ForEach(
-      y.size(),
-      [=] __device__(Index i) {
-        const S low = slo * d[i], high = shi * d[i], raised = x[i] < low ? low : x[i];
-        y[i] = high < raised ? high : raised;
-      },
-      "ClampRelative");
+      y.size(), [=] __device__(Index i) { y[i] = Clamped(x[i], slo * d[i], shi * d[i]); }, "ClampRelative");
 }
 
 template <class S, class Space>
@@ -172,12 +168,7 @@ void VectorBackend<S, Space>::ClampedInverse(ConstView d, double lo, double hi, 
   CheckSizes(d, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
   device::ForEach(
-      y.size(),
-      [=] __device__(Index i) {
-        const S raised = d[i] < slo ? slo : d[i];
-        y[i] = S(1) / (shi < raised ? shi : raised);
-      },
-      "ClampedInverse");
+      y.size(), [=] __device__(Index i) { y[i] = S(1) / Clamped(d[i], slo, shi); }, "ClampedInverse");
 }
 
 template <class S, class Space>

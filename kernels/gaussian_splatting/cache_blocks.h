@@ -50,12 +50,6 @@ template <class E>
 struct alignas(kEntryValues * sizeof(E)) CacheEntry {
   E weight, contrast[3];
 
-  CacheEntry() = default;
-  template <class S>
-  VESTA_HD explicit CacheEntry(const Entry<S>& entry) {
-    Keep(entry.weight, &weight);
-    for (int c = 0; c < 3; ++c) Keep(entry.contrast[c], &contrast[c]);
-  }
   template <class S>
   VESTA_HD Entry<S> Read() const {
     const CacheEntry kept = *this;
@@ -167,8 +161,13 @@ struct FillBlock {
         [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
         [&](int k, const S&, const S&, const Blend<S>& blend) {
           if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // it closed the pixel
-          const Entry<S> entry = MakeEntry<E>(blend, shared.splats[k].color, behind);
-          entries[shared.masks.Position(k, pixel.x, pixel.y)] = CacheEntry<E>(entry);
+          const EntryMaker<E, S> entry(blend);
+          CacheEntry<E> kept;
+          Keep(entry.Weight(), &kept.weight);
+          for (int c = 0; c < 3; ++c) {
+            Keep(entry.Contrast(shared.splats[k].color[c], behind[c]), &kept.contrast[c]);
+          }
+          entries[shared.masks.Position(k, pixel.x, pixel.y)] = kept;
         });
   }
 };

@@ -47,21 +47,24 @@ VESTA_HD inline void ToEntryUnits(SplatTangent<S>& tangent) {
   for (int i = 0; i < kSplatTangent; ++i) tangent.w[i] *= EntryUnit<E, S>(i);
 }
 
-// The entry of a splat of colour c, scaled. behind: what lies behind the splat, weighted (passes.h), brought behind
-// this one. Not finite where the splat is no part of the pixel, which has no entry.
+// Makes the entry of a splat, scaled: contrast(k) takes that of colour k.
 template <class E, class V>
-VESTA_HD inline Entry<V> MakeEntry(const Blend<V>& blend, const V c[3], V behind[3]) {
-  using S = typename Lanes<V>::Scalar;
-  constexpr S kWeight = static_cast<S>(EntryScale<E>::kWeight), kContrast = static_cast<S>(EntryScale<E>::kContrast);
-  Entry<V> entry;
-  entry.weight = V(kWeight) * blend.weight;
-  const V inverse = blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha));  // 1 / (T (1 - alpha))
-  for (int k = 0; k < 3; ++k) {
-    behind[k] = Fnma(blend.weight, c[k], behind[k]);
-    entry.contrast[k] = V(kContrast) * MovingAlpha(blend.alpha, Fnma(behind[k], inverse, c[k]));
+class EntryMaker {
+ public:
+  VESTA_HD explicit EntryMaker(const Blend<V>& blend)
+      : blend_(blend), inverse_(blend.alpha * Reciprocal(blend.weight * (V(1) - blend.alpha))) {}
+  VESTA_HD V Weight() const { return V(static_cast<S>(EntryScale<E>::kWeight)) * blend_.weight; }
+  // c: the splat's colour; behind: what lies behind the splat, weighted (passes.h), brought behind this one.
+  VESTA_HD V Contrast(const V& c, V& behind) const {
+    behind = Fnma(blend_.weight, c, behind);
+    return V(static_cast<S>(EntryScale<E>::kContrast)) * MovingAlpha(blend_.alpha, Fnma(behind, inverse_, c));
   }
-  return entry;
-}
+
+ private:
+  using S = typename Lanes<V>::Scalar;
+  const Blend<V>& blend_;
+  V inverse_;  // 1 / (T (1 - alpha)); not finite where the splat is no part of the pixel, which has no entry
+};
 
 // d_color and what the entry adds to it.
 template <class V>

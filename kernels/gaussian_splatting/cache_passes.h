@@ -66,12 +66,12 @@ struct EntryPass {
   };
   State Begin(const Splat<S>& splat) const { return {{V(splat.color[0]), V(splat.color[1]), V(splat.color[2])}}; }
   void Pixels(State& state, S, int offset, const V&, const Blend<V>& blend) {
-    V rest[3] = {L::Load(behind[0] + offset), L::Load(behind[1] + offset), L::Load(behind[2] + offset)};
-    const Entry<V> entry = MakeEntry<E>(blend, state.c, rest);
-    L::Store(values[0] + offset, entry.weight);
+    const EntryMaker<E, V> entry(blend);
+    L::Store(values[0] + offset, entry.Weight());
     for (int k = 0; k < 3; ++k) {
-      L::Store(behind[k] + offset, rest[k]);
-      L::Store(values[1 + k] + offset, entry.contrast[k]);
+      V rest = L::Load(behind[k] + offset);
+      L::Store(values[1 + k] + offset, entry.Contrast(state.c[k], rest));
+      L::Store(behind[k] + offset, rest);
     }
   }
   void End(State&, std::int64_t pair) {

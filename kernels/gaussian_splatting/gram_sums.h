@@ -11,19 +11,15 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
+// What one colour of a pixel adds.
 template <class V>
 struct GramColor {
   V omega, d;
-};
 
-// Adds what one colour of a pixel gives to shape and color; returns its cross term.
-template <class V>
-VESTA_HD inline V AddGramColor(const GramColor<V>& of, const V& w, V& shape, V& color) {
-  const V omega_w = of.omega * w;
-  shape = Fma(of.omega * of.d, of.d, shape);
-  color = Fma(omega_w, w, color);
-  return omega_w * of.d;
-}
+  VESTA_HD V AddToShape(const V& m) const { return Fma(omega * d, d, m); }
+  VESTA_HD V Cross(const V& w) const { return omega * w * d; }
+  VESTA_HD V AddToColor(const V& w, const V& color) const { return Fma(omega * w, w, color); }
+};
 
 // sums[a] += m p^a for a <= kDegree.
 template <int kDegree, class V>
@@ -52,7 +48,12 @@ struct GramSums {
     const S q2 = q * q;
     const V q_power[5] = {V(1), V(q), V(q2), V(q2 * q), V(q2 * q2)};
     V m(0);
-    for (int c = 0; c < 3; ++c) AddMonomials<2>(AddGramColor<V>(color_of(c), w, m, color[c]), p, q_power, cross[c]);
+    for (int c = 0; c < 3; ++c) {
+      const GramColor<V> of = color_of(c);
+      m = of.AddToShape(m);
+      color[c] = of.AddToColor(w, color[c]);
+      AddMonomials<2>(of.Cross(w), p, q_power, cross[c]);
+    }
     AddMonomials<4>(m, p, q_power, shape);
   }
 
@@ -81,7 +82,10 @@ struct GramRow {
   VESTA_HD void Add(const S& w, const S& p, const ColorOf& color_of) {
     S m(0);
     for (int c = 0; c < 3; ++c) {
-      AddPowers<2>(AddGramColor<S>(color_of(c), w, m, sum[kColors + c]), p, sum + kCross + 3 * c);
+      const GramColor<S> of = color_of(c);
+      m = of.AddToShape(m);
+      sum[kColors + c] = of.AddToColor(w, sum[kColors + c]);
+      AddPowers<2>(of.Cross(w), p, sum + kCross + 3 * c);
     }
     AddPowers<4>(m, p, sum);
   }
