@@ -1,0 +1,54 @@
+#!/usr/bin/env python3
+"""Runs the benchmarks that bench/baselines holds figures of, each as it was run there.
+
+  bench/baselines.py BUILD_DIR OUT_DIR [--only NAME ...]
+
+Writes OUT_DIR/NAME.json for each: what the benchmark's --json writes, and the command. To compare:
+
+  bench/compare.py bench/baselines OUT_DIR
+
+Each takes under three minutes on two cores. Leave the machine alone meanwhile. To renew the baselines, for a release or
+after a change that is meant to move a figure, run it from a clean checkout with OUT_DIR bench/baselines.
+"""
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+# The name of the baseline: the program in BUILD_DIR/bench and its flags.
+RUNS = {
+    "toy_vs_ceres": ["toy_vs_ceres"],
+    "image_loss": ["image_loss"],
+    "kernels": ["kernels", "--threads", "1,2"],
+    "matrix_free_at_scale": ["matrix_free_at_scale"],
+    "solver_vs_ceres": ["solver_vs_ceres", "--generated", "100x20000x8", "--threads", "1", "--repeats", "3", "--seconds",
+                        "30"],
+}
+
+
+def run(build, name, out):
+    program, *flags = RUNS[name]
+    path = out / f"{name}.json"
+    subprocess.run([build / "bench" / program, *flags, "--json", path], check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+    report = json.loads(path.read_text())
+    # The command stands before the rows, where a reader sees it.
+    report = {"bench": report.pop("bench"), "command": " ".join([f"bench/{program}", *flags]), **report}
+    path.write_text(json.dumps(report, indent=1) + "\n")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build", type=Path, help="such as build/release")
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--only", nargs="*", choices=list(RUNS), default=list(RUNS))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    for name in options.only:
+        print(f"{name} ...", flush=True)
+        run(options.build.resolve(), name, options.out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
