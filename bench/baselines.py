@@ -22,7 +22,7 @@ RUNS = {
     "image_loss": ["image_loss"],
     "kernels": ["kernels", "--threads", "1,2"],
     "matrix_free_at_scale": ["matrix_free_at_scale"],
-    "solver_vs_ceres": ["solver_vs_ceres", "--generated", "100x20000x8", "--threads", "1", "--repeats", "3", "--seconds",
+    "solver_vs_ceres": ["solver_vs_ceres", "--generated", "50x5000x8", "--threads", "1", "--repeats", "3", "--seconds",
                         "30"],
 }
 

@@ -1,4 +1,4 @@
-// What stands where. Only this file knows the arrangement.
+// The arrangement of the objects. No other file knows it.
 #include "apps/demo_scene/scene.h"
 
 #include <numbers>
@@ -70,7 +70,7 @@ Scene MakeScene() {
                            .size = {0.30, 0.30, 0.30},
                            .rounding = 0.04,
                            .material = Satin(Texture::kPatchwork)});
-  // A ring leaning on nothing: tipped upright, it stands on the rug.
+  // A ring, tipped upright, that stands free on the rug.
   scene.objects.push_back({.shape = Shape::kTorus,
                            .centre = {0.92, -(kStripesRingRadius + 0.125), 0.42},
                            .frame = Turned(-50, 90),

@@ -21,8 +21,8 @@ struct View {
 Vec3 RayDirection(const View& view, double u, double v);
 
 // The picture that the view takes. Each pixel averages 16 rays, one in each cell of a 4 x 4 grid, and each ray sees one
-// point of the lamp, one in each cell of another such grid. Views with different `seed` have different noise; the same
-// picture for any number of threads.
+// point of the lamp, one in each cell of another such grid. The noise depends on `seed`, the picture not on the number
+// of threads.
 gs::Image Render(const Scene& scene, const View& view, std::uint64_t seed);
 
 }  // namespace vesta::demo

@@ -1,5 +1,5 @@
 // Block-diagonal matrices on the host. Sixteen blocks are worked on side by side, one SIMD lane each: every inner loop
-// below runs over the lanes, so a group of 11 x 11 blocks costs what its memory traffic costs.
+// below runs over the lanes, so the time of a group of 11 x 11 blocks is that of its memory traffic.
 #include "kernels/core/block_diagonal.inl"
 
 #include "kernels/core/block_lanes.h"

@@ -13,8 +13,8 @@ namespace vesta {
 // so both structure-of-arrays (component_stride = count, block_stride = 1) and array-of-structures
 // (component_stride = 1, block_stride = size) parameter vectors are covered without a permutation.
 //
-// With copies > 1 each block stands on the diagonal so many times, for sets of parameters copy_stride apart: one matrix
-// for what is alike (the three colour channels), kept and factored once.
+// With copies > 1 each block stands on the diagonal that many times, for sets of parameters copy_stride apart. Sets of
+// parameters that share a matrix (the three colour channels) then share its memory and its factor.
 struct BlockGroup {
   int size = 1;
   Index count = 0;
@@ -52,7 +52,7 @@ class BlockDiagonal {
 
   // this += scale * other; same groups.
   void Add(double scale, const BlockDiagonal& other);
-  // this(k, k) += scale * d[k]; of a block with copies the mean of what d has for them.
+  // this(k, k) += scale * d[k]. A block with copies gets the mean of d over its copies.
   void AddToDiagonal(double scale, typename B::ConstView d);
   // out[k] = this(k, k).
   void Diagonal(typename B::View out) const;
@@ -60,10 +60,10 @@ class BlockDiagonal {
   void Apply(typename B::ConstView x, typename B::View y) const;
 
   // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal (0 for rows taken as zero);
-  // afterwards Solve may be called. Where a diagonal entry is
-  // not positive its row and column are taken as zero (and Solve gives 0 there); a pivot that cancels to below
-  // 1e-6 (float; 1e-13 double) of its diagonal is raised to that: a preconditioner must be positive definite, it need
-  // not be exact. Returns the number of pivots so treated. Never produces a non-finite value from finite ones.
+  // afterwards Solve may be called. Where a diagonal entry is not positive, its row and column are taken as zero, and
+  // Solve gives 0 there. A pivot that cancels to below 1e-6 of its diagonal (1e-13 in double) is raised to that: a
+  // preconditioner must be positive definite, but need not be exact. Returns the number of pivots that were replaced or
+  // raised. Finite input never gives a value that is not finite.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
   void Solve(typename B::ConstView x, typename B::View y) const;

@@ -1,5 +1,5 @@
-// Block-diagonal matrices in the memory of a GPU: the loop over the groups; what happens to their blocks is in
-// block_kernels.cu.
+// Block-diagonal matrices in the memory of a GPU: the loop over the groups. block_kernels.cu has the work on their
+// blocks.
 #include "kernels/core/block_diagonal.inl"
 #include "kernels/core/block_kernels.h"
 #include "kernels/core/cuda_backend.h"

@@ -72,7 +72,8 @@ struct ReduceChunks {
   }
 };
 
-// How a reduction of `size` terms is cut: at most so many chunks, none so short that launching it costs more.
+// How a reduction of `size` terms is cut into chunks: no more than a limit, and none so short that its launch would
+// cost more than its sum.
 inline constexpr Index kMaxChunks = 2048;
 constexpr Index ChunkSize(Index size) {
   constexpr Index kShortest = 4096, kStep = 256;

@@ -9,8 +9,8 @@ namespace {
 template <class S>
 using Lane = BlockLanes<S, 1>;
 
-// The order of the blocks as a constant where it is a usual one (scalars, points, cameras, Gaussians), so that a block
-// stays in registers; 0 stands for any other.
+// Usual orders of blocks (scalars, points, cameras, Gaussians) are compile-time constants, so that a block stays in
+// registers. 0 stands for any other order.
 template <int kOrder>
 constexpr int kCapacity = kOrder > 0 ? kOrder : kMaxBlockOrder;
 

@@ -1,5 +1,5 @@
-// What a device does for block-diagonal matrices (block_diagonal.h), one block a thread; neighbouring threads read
-// neighbouring values. Declared for host code, defined in block_kernels.cu.
+// The device code of block-diagonal matrices (block_diagonal.h). Each thread works on one block; neighbouring threads
+// read neighbouring values. Declared for host code, defined in block_kernels.cu.
 #pragma once
 
 #include "kernels/core/block_diagonal.h"

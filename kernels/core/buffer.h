@@ -13,8 +13,8 @@ namespace vesta {
 template <class T, class Space>
 class Buffer;
 
-// Host array of trivially copyable elements, aligned to 64 bytes, move-only (copies are named: CopyFrom).
-// Elements are zero after construction and Resize.
+// Host array of trivially copyable elements, aligned to 64 bytes, move-only (copies are explicit: CopyFrom). Elements
+// are zero after construction and Resize.
 template <class T>
 class Buffer<T, Host> {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -33,7 +33,8 @@ class Buffer<T, Host> {
     return *this;
   }
 
-  // Discards the contents; all elements become T{}. Keeps its memory where that suffices, as do the functions below.
+  // Discards the contents; all elements become T{}. Keeps its memory where it is large enough, as the functions below
+  // do.
   void Resize(Index size) {
     ResizeForOverwrite(size);
     std::fill_n(data_.get(), size_, T{});

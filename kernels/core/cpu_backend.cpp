@@ -172,7 +172,7 @@ double VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView 
 
 template <class S, class Space>
 double VectorBackend<S, Space>::MaxAbs(ConstView x) {
-  // Adding up maxima: a type whose sum is the maximum that NaN wins.
+  // A type whose sum is the maximum, so that maxima go through the same reduction; NaN wins.
   struct Max {
     double value = 0;
     Max& operator+=(const Max& other) {

@@ -1,4 +1,5 @@
-// Device bodies of the vector algebra. All are bound by memory: a thread an element, neighbours next to each other.
+// Device bodies of the vector algebra. All are bound by memory. Each thread works on one element, and neighbouring
+// threads on neighbouring elements.
 #include <limits>
 
 #include "kernels/core/cuda_backend.h"
@@ -14,7 +15,8 @@ void CheckSizes(const X& x, const Y& y) {
   }
 }
 
-// Partial results of reductions, one user after the other in the stream; and the result of those that are read at once.
+// Partial results of reductions, which use this memory one after the other in the stream, and the result of those that
+// the host reads at once.
 double* Partials() {
   static auto* buffer = new DeviceBuffer<double>(kMaxChunks + 1);
   return buffer->data();

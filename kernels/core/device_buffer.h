@@ -10,8 +10,8 @@
 
 namespace vesta {
 
-// As the buffer of the host: move-only, zero after construction and Resize, keeping its memory where that suffices.
-// Elements are out of the host's reach; copies are named.
+// Like the buffer of the host: move-only, zero after construction and Resize, keeps its memory where it is large
+// enough. The host cannot access the elements; copies are explicit.
 template <class T>
 class Buffer<T, Device> {
   static_assert(std::is_trivially_copyable_v<T>);

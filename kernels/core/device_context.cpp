@@ -50,7 +50,7 @@ struct Context {
   }
 };
 
-// Never destroyed: buffers of static life may be freed after it, and the driver takes all back at the end.
+// Never destroyed: buffers with static storage may be freed after it, and the driver frees everything at the end.
 Context& TheContext() {
   static Context* context = new Context;
   return *context;
@@ -72,7 +72,8 @@ void* Allocate(std::size_t bytes) {
   void* memory = nullptr;
   cudaError_t status = cudaMallocAsync(&memory, bytes, context.stream);
   if (status == cudaErrorMemoryAllocation) {
-    // What the pool keeps in pieces that are too small goes back to the driver, which can put them together.
+    // The pool may hold enough memory in pieces that are each too small. They go back to the driver, which can join
+    // them.
     cudaGetLastError();
     Synchronize();
     CheckCuda(cudaMemPoolTrimTo(context.pool, 0), "cudaMemPoolTrimTo");
@@ -100,7 +101,7 @@ void Free(void* memory) noexcept {
     context.in_use -= found->second;
     context.sizes.erase(found);
   }
-  // An error here is one that an earlier call left behind, and the next call that may throw reports it.
+  // An error here was left by an earlier call. The next call that may throw reports it.
   static_cast<void>(cudaFreeAsync(memory, context.stream));
 }
 

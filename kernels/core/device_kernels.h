@@ -10,12 +10,12 @@ namespace vesta::device {
 struct KernelFacts {
   std::string name;  // as errors name it
   int registers = 0;
-  std::size_t local_bytes = 0, shared_bytes = 0;  // of a thread: arrays and spills; of a block
+  std::size_t local_bytes = 0, shared_bytes = 0;  // of a thread (arrays and spills); of a block
 };
-// By order of first launch; kernels that share a name follow each other.
+// In the order of the first launch; kernels that share a name follow each other.
 std::vector<KernelFacts> KernelTable();
 
-// Adds a kernel; launch.cuh does, once for each.
+// Adds a kernel. launch.cuh calls it once for each.
 void NoteKernel(const char* name, const void* kernel);
 
 }  // namespace vesta::device

@@ -1,5 +1,5 @@
-// Memory of the GPU and its one stream of work, for host code that need not see CUDA's headers. Only programs that link
-// vesta::core_cuda have the bodies.
+// Memory of the GPU and its one stream of work, for host code that does not include CUDA's headers. The bodies are in
+// vesta::core_cuda.
 //
 // All work of the library goes through one stream, in the order of the calls, so that nothing here needs events; calls
 // come from one thread of the host at a time.
@@ -42,8 +42,8 @@ void CopyToHost(void* to, const void* from, std::size_t bytes);
 // Waits for all work, and throws Error where any of it failed.
 void Synchronize();
 
-// The value at `scalar`, or what it was at the previous call for it: never older, 0 if there was none. Waits at most
-// for the copy that the previous call began.
+// The value at `scalar`, or the value it had at the previous call for this scalar, but never an older one; 0 at the
+// first call. Waits at most for the copy that the previous call began.
 double ReadLagged(const double* scalar);
 // Forgets what earlier calls saw of these.
 void ForgetLagged(const double* first, std::size_t count);

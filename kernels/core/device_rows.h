@@ -1,4 +1,4 @@
-// The launches of row_blocks.h on a GPU. All pointers are to its memory; nothing waits.
+// The launches of row_blocks.h on a GPU. All pointers are to the GPU's memory. No function waits.
 #pragma once
 
 #include "kernels/core/row_blocks.h"

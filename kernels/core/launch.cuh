@@ -32,10 +32,10 @@ __global__ void __launch_bounds__(Kernel::kThreads) RunBlockKernel(const Kernel 
   kernel(block, shared);
 }
 
-// Small blocks: functions of many registers then still fill a multiprocessor by halves and thirds.
+// Blocks are small, so that functions that need many registers still fill a good part of a multiprocessor.
 inline constexpr int kForEachThreads = 128;
-// F::kMinBlocks, where a function says how many blocks a multiprocessor must hold at least: with 1 the compiler may use
-// all registers, where left to itself it spills some for the sake of one more block. 0: left to itself.
+// F::kMinBlocks, where a function states it: how many blocks a multiprocessor must hold at least. With 1 the compiler
+// may use all registers; by default it spills some to fit one more block. 0 leaves the choice to the compiler.
 template <class F>
 constexpr int MinBlocks() {
   if constexpr (requires { F::kMinBlocks; }) {

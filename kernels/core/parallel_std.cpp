@@ -1,5 +1,5 @@
-// Parallel loops on plain std::thread: the driver under which the thread sanitizer sees every access.
-// (Debian's oneTBB is not instrumented and would report races that are none.)
+// Parallel loops on plain std::thread: the driver under which the thread sanitizer sees every access. (Debian's oneTBB
+// is not instrumented, and the sanitizer would report false races.)
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -33,7 +33,7 @@ void ParallelForChunks(Index count, Index grain, const std::function<void(Index,
   const auto work = [&] {
     const bool outer = std::exchange(t_inside, true);
     try {
-      // Relaxed: a claim that ordered the chunks would hide races between them from the sanitizer.
+      // Relaxed: stronger ordering would hide races between chunks from the sanitizer.
       const auto claim = [&] { return next.fetch_add(1, std::memory_order_relaxed); };
       for (Index c = claim(); c < chunks; c = claim()) body(c * grain, std::min(count, (c + 1) * grain));
     } catch (...) {

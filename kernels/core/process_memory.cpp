@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
 
-// The number a file begins with; `otherwise` where there is none ("max", say).
+// The number a file begins with; `otherwise` where it begins with something else, such as "max".
 double NumberIn(const char* path, double otherwise) {
   std::ifstream file(path);
   double number = otherwise;
@@ -37,7 +37,7 @@ double NumberNamed(const std::string& name, const char* path, double otherwise) 
 
 void ReturnFreedMemory() {
 #ifdef __GLIBC__
-  // Setting it also ends its growth.
+  // Once set, the threshold no longer grows by itself.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif
 }
@@ -56,7 +56,7 @@ double MemoryMib() {
 }
 
 double AvailableMemoryMib() {
-  // Pages of files that nobody reads make room when it is needed.
+  // Cached pages of files are dropped when memory is needed.
   const double used =
       NumberIn("/sys/fs/cgroup/memory.current", 0) - NumberNamed("inactive_file", "/sys/fs/cgroup/memory.stat", 0);
   const double in_group = std::max(0.0, NumberIn("/sys/fs/cgroup/memory.max", kUnknown) - used);

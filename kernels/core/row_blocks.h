@@ -1,5 +1,5 @@
-// Products with a Jacobian of many small dense rows, one set of rows for each of many like residual blocks: what a GPU
-// does for problems that keep it. Each step is one function of an index, run for all indices in any order.
+// Products with a Jacobian that is stored as small dense rows, for many residual blocks of one shape. A GPU uses them
+// for problems whose Jacobian is stored. Each step is a function of an index; the indices may run in any order.
 #pragma once
 
 #include "kernels/core/block_diagonal.h"
@@ -20,7 +20,7 @@ struct RowBlocks {
 };
 
 // The blocks' columns by parameter: entries[first_entry[p]..first_entry[p + 1]) are parameter p's, as c * blocks + b,
-// ascending in b. Long lists are cut into segments, so that a parameter of many blocks is many threads' work:
+// ascending in b. Long lists are cut into segments, so that a parameter of many blocks is shared among threads:
 // segments[s] is the first entry of segment s, parameter p has those from first_segment[p] on, and every segment ends
 // where the next one or its parameter does.
 struct RowBlocksTranspose {

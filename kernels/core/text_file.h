@@ -15,14 +15,14 @@ bool FolderExists(const std::string& path);
 // The whole file. Throws Error when it is missing, not a regular file, or cannot be read.
 std::string ReadFile(const std::string& path);
 
-// Parses a whole word as a number (nan and inf included); false where it is none or does not fit.
+// Parses a whole word as a number (nan and inf included); false where it is not a number or out of range.
 bool ParseNumber(std::string_view word, double* value);
 bool ParseNumber(std::string_view word, Index* value);
 
 // The next word of `text`, which is cut off at its front together with the white space before it; empty at the end.
 std::string_view NextWord(std::string_view* text);
 
-// A piece of a file made fit for a message: at most 60 characters, others than printable ASCII replaced by '?'.
+// A piece of a file for a message: at most 60 characters, and '?' in place of all that is not printable ASCII.
 std::string Printable(std::string_view text);
 
 }  // namespace vesta

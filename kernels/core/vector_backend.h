@@ -10,8 +10,8 @@
 
 namespace vesta {
 
-// One double in memory space Space: where reductions leave their result and from where vector updates take their
-// factor, so that an inner loop need not wait for the host. On the host it points to a plain double.
+// One double in memory space Space. Reductions write their result there and vector updates read their factor there, so
+// that an inner loop need not wait for the host. On the host it points to a plain double.
 template <class Space>
 struct Slot {
   double* value = nullptr;
@@ -81,8 +81,8 @@ class VectorBackend {
   // Waits, and returns the values.
   double Read(Slot slot);
   std::vector<double> Read(const Slots& slots);
-  // The value of the slot, or what it was at the previous call with this slot: never older, 0 if there was none. Does
-  // not wait for work in flight.
+  // The value of the slot, or the value it had at the previous call with this slot, but never an older one; 0 at the
+  // first call. Does not wait for work in flight.
   double ReadLagged(Slot slot);
   Slot SlotOf(Slots& slots, int i) { return {slots.data() + i}; }
 
@@ -91,7 +91,7 @@ class VectorBackend {
   void ToHost(ConstView x, HostSpan<S> y);
 };
 
-// What the engine is written against: a VectorBackend of some scalar and memory space.
+// The requirement of the engine: a VectorBackend of some scalar and memory space.
 template <class B>
 concept Backend = std::default_initializable<B> &&
     std::same_as<B, VectorBackend<typename B::Scalar, typename B::Space>> && std::floating_point<typename B::Scalar>;

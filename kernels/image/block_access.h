@@ -63,7 +63,8 @@ class PartialVector<float> {
 };
 #endif
 
-// Rows of a block: as many as make a whole number of columns of a vector (Transposed), 4 where it has so many lanes.
+// Rows of a block: 4 where a vector has at least 4 lanes, so that a vector holds a whole number of columns
+// (Transposed).
 template <class S>
 inline constexpr int kBlockRows = xsimd::batch<S>::size < 4 ? static_cast<int>(xsimd::batch<S>::size) : 4;
 
@@ -91,8 +92,8 @@ class WholeBlock {
   Index stride_;
 };
 
-// The same of a block at the image's right or lower edge: only its first `rows` rows and `pixels` pixels of each are
-// there. Others are zero when loaded and in Used, and not stored.
+// The same of a block at the image's right or lower edge: only its first `rows` rows, and of each the first `pixels`
+// pixels, exist. All others are zero when loaded and in Used, and are not stored.
 template <class S, int kRows>
 class EdgeBlock {
  public:
@@ -127,7 +128,7 @@ class EdgeBlock {
   PartialVector<S> part_;
 };
 
-// Calls f(column, access) for blocks of kRows rows of an image of that width, the first `rows` of which are there.
+// Calls f(column, access) for the blocks of kRows rows of an image of that width. Only the first `rows` rows exist.
 template <class S, int kRows, class F>
 inline void ForBlocks(int width, int rows, const F& f) {
   constexpr int kLanes = static_cast<int>(xsimd::batch<S>::size);

@@ -38,7 +38,7 @@ struct Elementary<DoubleLanes> {
 inline DoubleLanes Reciprocal(const DoubleLanes& x) { return DoubleLanes(1) / x; }
 
 // kCount vectors as one scalar. The formula of a window is a chain of some thirty dependent operations: several chains
-// side by side keep the processor busy where one after the other would fill its queues with waiting instructions.
+// side by side keep the processor busy, while a single chain would fill its queues with waiting instructions.
 template <class V, int kCount>
 struct Several {
   V v[kCount];

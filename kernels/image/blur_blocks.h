@@ -1,5 +1,5 @@
 // The operators of the photometric loss for a GPU as block kernels (kernels/core/block_kernel.h): a block blurs N
-// fields over a piece of one plane, 32 x 16 pixels with a border of five, and says what becomes of the result. The
+// fields over a piece of one plane, 32 x 16 pixels with a border of five, and hands the result to the operator. The
 // formulas are those of photometric_formula.h.
 #pragma once
 
@@ -51,7 +51,7 @@ struct BlurBlock {
   struct Shared {
     union {
       S field[kFields][kHigh][kWide];
-      double lanes[kThreads];  // of the reductions, when the fields are done with
+      double lanes[kThreads];  // for the reductions, once the fields are no longer needed
     };
     S column[kFields][kHeight][kWide];  // blurred down the columns
   };
@@ -144,7 +144,7 @@ struct WindowsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
-  S *p, *q, *s, *curvature;  // p, q, s null: not wanted; curvature and weight likewise
+  S *p, *q, *s, *curvature;  // null: not wanted (p, q, s together, curvature, weight)
   S* weight = nullptr;
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {

@@ -1,4 +1,5 @@
-// The launches behind DevicePhotometricLoss: what nvcc compiles. All pointers are to memory of the GPU; nothing waits.
+// The launches behind DevicePhotometricLoss, compiled by nvcc. All pointers are to memory of the GPU. No function
+// waits.
 #pragma once
 
 #include "kernels/image/blur_blocks.h"
@@ -10,7 +11,7 @@ Index NumPartialSums(const ImageShape& shape);
 // sums: three.
 void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* partial_sums, double* sums);
 void Gradient(const ImageShape& shape, const GradientOperator<float>& op);
-// partial_sums, sums: as of Windows.
+// partial_sums, sums: as for Windows.
 void Center(const ImageShape& shape, const CenterOperator<float>& op, double* partial_sums, double* sums);
 void SsimTangents(const ImageShape& shape, const SsimTangentOperator<float>& op);
 void SsimAdjoints(const ImageShape& shape, const SsimAdjointOperator<float>& op);

@@ -6,13 +6,13 @@
 
 namespace vesta {
 
-// As ImageQualityMeter, but both images are quantised where they are. Waits for the device.
+// Like ImageQualityMeter, but quantises both images in place. Waits for the device.
 class DeviceImageQualityMeter {
  public:
   ImageQuality Measure(Span<float, Device> rendered, Span<float, Device> truth, const ImageShape& shape);
 
  private:
-  // Its penalty of a pixel is half the square of the error.
+  // The penalty of a pixel is half the squared error.
   DevicePhotometricLoss loss_{{.pixel = PixelLinearization::kL2}};
 };
 

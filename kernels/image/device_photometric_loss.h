@@ -17,7 +17,7 @@ struct DevicePhotometricLinearization {
   Span<const float, Device> rendered, truth;
 };
 
-// As PhotometricLoss; what gives a value waits for the device, the rest does not.
+// Like PhotometricLoss. Functions that return a value wait for the device, the others do not.
 class DevicePhotometricLoss {
  public:
   using View = Span<float, Device>;
@@ -30,7 +30,8 @@ class DevicePhotometricLoss {
   const PhotometricWeights& weights() const { return weights_; }
 
   PhotometricValue Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape);
-  // gradient = d cost / d rendered (of kRootCenter not quite: loss_options.h). The value can be asked for afterwards.
+  // gradient = d cost / d rendered (for kRootCenter an approximation: loss_options.h). The value is available
+  // afterwards.
   void Gradient(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient);
   void Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
                  Linearization& linearization);

@@ -1,4 +1,4 @@
-// The gradient of the loss, and what its curvature is made of, row by row. Included by image_kernels.simd.cpp.
+// The gradient of the loss, and the parts of its curvature, row by row. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/image/window_loops.h"
@@ -14,7 +14,8 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
   WindowBlur<3, 3, S> slopes(rows, scratch);
   const int begin = slopes.InputBegin(rows.begin), end = slopes.InputEnd(rows.end);
 
-  // Slopes of all windows that the range's pixels are in; what is summed or kept, of the range's own windows.
+  // Slopes of all windows that contain a pixel of the range. Sums and stored fields are of the range's own windows
+  // only.
   RowSums<S> dissimilarity;
   const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;

@@ -43,8 +43,8 @@ struct ValueArgs {
   LossTerms<S> loss;
 };
 
-// Also the gradient, ssim * J^T 1 + l1 * derivative of the penalty, J the Jacobian of 1 - SSIM. What is null is not
-// wanted; the quadratic and the root want two images and four.
+// Also the gradient, ssim * J^T 1 + l1 * derivative of the penalty, J the Jacobian of 1 - SSIM. Outputs that are null
+// are not computed. The quadratic takes two images, the root four.
 template <class S>
 struct GradientArgs {
   LossTerms<S> loss;
@@ -96,11 +96,11 @@ struct BlurAddArgs {
   S* out;
 };
 
-// out = ssim * J^T (weight o (J v)) + l1 * curvature of the penalty * v. Diagonal: the diagonal of that operator; v is
-// not looked at, and G2 must take the place of G (squared taps).
+// out = ssim * J^T (weight o (J v)) + l1 * curvature of the penalty * v. Diagonal: the diagonal of that operator. It
+// ignores v, and needs G2 (squared taps) in place of G.
 template <class S>
 struct RootArgs {
-  LossTerms<S> loss;  // row_sums is not looked at
+  LossTerms<S> loss;  // row_sums is not used
   const S *p, *q, *s, *weight;
   const S* v;
   S* out;

@@ -1,15 +1,16 @@
-// Which loss, and how it is made a quadratic.
+// The choice of loss, and of the quadratic that stands for it.
 #pragma once
 
 namespace vesta {
 
-// The loss of one pixel and channel by itself, as a function of e = rendered - truth, and its curvature. All costs are
-// exact with their derivative; what differs is the cost and how much the quadratic bends.
+// The loss of one pixel and channel by itself, as a function of e = rendered - truth, and its curvature. For each
+// choice the derivative is exactly that of its cost; the choices differ in cost and in the curvature of the quadratic.
 enum class PixelLinearization {
   // |e|; the reweighted quadratic with the weight 1 / max(|e|, l1_floor).
   kIrls,
   // |e| as the square of r = sqrt|e| (Hoellein et al. 2025, 3DGS-LM, eq. 3): Gauss-Newton's curvature of r^2 is half of
-  // the reweighted one, 1 / (2 max(|e|, l1_floor)), and its step twice as long: past the zero by as much as before it.
+  // the reweighted one, 1 / (2 max(|e|, l1_floor)), so its step is twice as long and overshoots the zero by as much as
+  // it started before it.
   kSqrt,
   // Huber's e^2/2 up to the threshold t and t |e| - t^2/2 beyond, as the square of its root (3DGS-LM's released code,
   // t = 0.1): curvature 1 up to t, and t / (2 |e| - t) beyond.
@@ -25,8 +26,8 @@ enum class SsimLinearization {
   // Gauss-Newton on sqrt(1 - SSIM): rank one for each window, J^T diag(1 / (2 (1 - SSIM))) J, six blurs.
   kRoot,
   // The same with each score differentiated by its own pixel alone (3DGS-LM): W is pointwise, and the gradient is the
-  // sum of those derivatives, not the derivative of the cost. For comparison with that paper; progress by it is a
-  // matter of luck, and the cost need not fall along it.
+  // sum of those derivatives, not the derivative of the cost. It is there for comparison with that paper only: the cost
+  // need not fall along it.
   kRootCenter,
 };
 

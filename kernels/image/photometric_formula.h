@@ -1,7 +1,7 @@
 // The formulas of the photometric loss for one pixel and channel, templates on the scalar.
 //
 // Notation: x rendered, y truth, e = x - y, u = x + y; G the Gaussian window, G f the weighted sum of f under it.
-// Written by sums and differences, because then nothing that is small with e is ever a difference of large numbers:
+// Written in sums and differences, so that no quantity that is small when e is small is a difference of large numbers:
 //   mx = (Gu + Ge)/2, my = (Gu - Ge)/2,  Var f = G f^2 - (G f)^2
 //   D1 = mx^2 + my^2 + C1,  D2 = sx^2 + sy^2 + C2 = (Var u + Var e)/2 + C2,  l = (2 mx my + C1) / D1
 //   1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2      exactly, C1 = 0.01^2, C2 = 0.03^2 for colours in 0..1.
@@ -86,7 +86,7 @@ VESTA_HD inline T SsimWindowCurvature(const SsimWindow<T>& w, const SsimSlopes<T
 }
 
 // Gauss-Newton on r = sqrt(d), d = 1 - SSIM, makes J^T diag(w) J of J = d(d)/dx: r^2 has the curvature 2 (J/2r)^T
-// (J/2r). This is w = 1 / (2 d), with a floor under d at what a float resolves of it.
+// (J/2r). This is w = 1 / (2 d), where d is at least what a float can resolve of it.
 template <class T>
 VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
   const T floored = Max(dissimilarity, T(1e-6));
@@ -99,13 +99,13 @@ template <class T>
 VESTA_HD inline T SsimCenterSlope(const T& centre, const T& x, const T& e, const SsimSlopes<T>& slopes) {
   return centre * SsimAdjoint(x, e, slopes.p, slopes.q, slopes.s);
 }
-// What the root makes of that: ssim times its square and the weight.
+// The contribution of that to the curvature of the root: ssim times its square times the weight.
 template <class T>
 VESTA_HD inline T SsimCenterCurvature(const T& ssim, const T& by_center, const T& dissimilarity) {
   return ssim * (by_center * by_center) * SsimRootWeight(dissimilarity);
 }
 
-// What the diagonal of J^T diag(w) J is made of in one window.
+// The terms of the diagonal of J^T diag(w) J in one window.
 template <class T>
 struct SsimRootProducts {
   T pp, qq, ss, pq, ps, qs;  // times w

@@ -1,4 +1,4 @@
-// The curvature operator W of the photometric loss at one rendered image, and who makes and applies it.
+// The curvature operator W of the photometric loss at one rendered image, and the interface that makes and applies it.
 #pragma once
 
 #include <memory>
@@ -35,9 +35,9 @@ class SsimStrategy {
   using Linearization = PhotometricLinearization<S>;
   virtual ~SsimStrategy() = default;
 
-  // The sums of the loss and its gradient; its linearization unless null.
+  // Computes the sums of the loss, its gradient, and unless null its linearization.
   virtual void Gradient(RowBands<S>& bands, const LossTerms<S>& loss, S* gradient, Linearization* linearization) = 0;
-  // out = W v. loss: its weights and penalty, and the images of the linearization where it keeps them.
+  // out = W v. loss: the weights and the penalty, and the images of the linearization where it keeps them.
   virtual void ApplyW(RowBands<S>& bands, const LossTerms<S>& loss, const Linearization& linearization, const S* v,
                       S* out) = 0;
   // out = the exact diagonal of W.

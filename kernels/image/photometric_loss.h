@@ -1,7 +1,7 @@
 // The photometric loss of one view: absolute differences and structural similarity of a rendered image and the truth.
 //
 //   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth
-// as in Kerbl et al. 2023 (3D Gaussian Splatting), but a sum, not a mean. What least squares needs of it:
+// as in Kerbl et al. 2023 (3D Gaussian Splatting), but a sum, not a mean. What least squares needs from it:
 //   * the exact gradient by the rendered image;
 //   * a curvature operator W, symmetric positive semidefinite, that makes the loss a quadratic. By default it is a
 //     reweighted one: |e| by the weight 1 / max(|e|, l1_floor), SSIM by 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1,
@@ -22,7 +22,7 @@ namespace vesta {
 // Sums over all pixels and channels of one view.
 struct PhotometricValue {
   double absolute = 0.0;       // |e|
-  double pixelwise = 0.0;      // the cost that stands for |e|: with its floor, or Huber's, or e^2 / 2
+  double pixelwise = 0.0;      // the cost in place of |e|: |e| with its floor, Huber's, or e^2 / 2
   double dissimilarity = 0.0;  // 1 - SSIM
   double cost = 0.0;           // l1 * pixelwise + ssim * dissimilarity: what Gradient is the gradient of
   double objective = 0.0;      // l1 * absolute + ssim * dissimilarity
@@ -46,7 +46,7 @@ class PhotometricLoss {
   const PhotometricWeights& weights() const { return weights_; }
 
   PhotometricValue Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape);
-  // gradient = d cost / d rendered (of kRootCenter not quite: loss_options.h).
+  // gradient = d cost / d rendered (for kRootCenter an approximation: loss_options.h).
   PhotometricValue Gradient(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient);
   // The same, and W at this point.
   PhotometricValue Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
@@ -54,7 +54,7 @@ class PhotometricLoss {
 
   // out = W v.
   void ApplyW(const Linearization& linearization, ConstView v, View out);
-  // out = the exact diagonal of W. (linearization.diagonal, which stands in for it, is there at no cost.)
+  // out = the exact diagonal of W. (linearization.diagonal approximates it and costs nothing.)
   void ExactDiagonal(const Linearization& linearization, View out);
 
  private:

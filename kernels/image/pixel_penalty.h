@@ -1,6 +1,6 @@
 // The loss of one pixel and channel by itself (loss_options.h), its derivative and the curvature of its quadratic.
 //
-// All choices are Huber's function in one dress or another: with s = clamp(gain e, -limit, limit)
+// All choices are special cases of one form of Huber's function: with s = clamp(gain e, -limit, limit)
 //   value = s (e - half_step s) + offset,   derivative = s,
 //   curvature = numerator / (slope max(|e|, least) + intercept).
 // So one vector code serves them all, without a branch.
@@ -17,8 +17,8 @@ struct PenaltyCoefficients {
   S numerator, least, slope, intercept;
 };
 
-// Those of the choice made. Where the absolute value has no floor, the smallest normal number stands for it in the
-// value, and 1e-30 in the curvature. S is float or double.
+// The coefficients of the chosen penalty. Where the absolute value has no floor, the value uses the smallest normal
+// number as the floor, and the curvature 1e-30. S is float or double.
 template <class S>
 PenaltyCoefficients<S> PenaltyCoefficientsOf(const PhotometricWeights& weights);
 

@@ -36,8 +36,8 @@ class RowBands {
  private:
   using Taps = std::array<S, kWindowTaps>;
 
-  // Rows in one task, about: so many that the ten rows around them, which two tasks make, are few beside them; a
-  // multiple of the rows that kernels make at once.
+  // About the number of rows in one task. Two tasks both compute the ten rows around their border, so a task has many
+  // more rows than that, in a multiple of the rows that kernels compute at once.
   static constexpr int kBandRows = 96, kBandUnit = 4;
 
   // Scratch memory of the calling thread, for images of the current width.

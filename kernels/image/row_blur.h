@@ -1,13 +1,12 @@
-// The separable Gaussian window over a few rows at a time, as a skeleton: a caller says which fields are blurred and
-// what becomes of the result, so every operator of the loss is two or three small lambdas. Included by
-// image_kernels.simd.cpp.
+// The separable Gaussian window over a few rows at a time, as a skeleton. The caller supplies the fields to blur and
+// takes the result, so every operator of the loss is two or three small lambdas. Included by image_kernels.simd.cpp.
 //
 // Rows stream through a ring that stays in cache: unblurred fields come in row by row, zero padded; four rows are
-// blurred down the columns together, so that one load serves several sums; the sums are turned to lie by columns, so
-// that the blur along the rows needs no shifts within vectors; what comes of that is turned back and handed on,
-// possibly into the ring of a second blur. Each blurred value is one sum in the order of the taps, whichever rows are
-// made together, so results do not depend on where a range of rows begins or ends. Rows outside the image are a row of
-// zeros: there is no branch at borders.
+// blurred down the columns together, so that one load serves several sums; the sums are transposed, so that the blur
+// along the rows needs no shifts within vectors. The result is transposed back and handed on, possibly into the ring of
+// a second blur. Each blurred value is one sum in the order of the taps, whichever rows are made together, so results
+// do not depend on where a range of rows begins or ends. Rows outside the image are a row of zeros: there is no branch
+// at borders.
 #pragma once
 
 #include "kernels/image/block_access.h"
@@ -15,7 +14,7 @@
 #include "kernels/image/image_kernels.h"
 
 // Inlines all that the function calls. The compiler's own measure of what is too large to inline would leave sums in
-// memory. Under the sanitizers, whose checks make such functions more than a compiler finishes in minutes, it is off.
+// memory. It is off under the sanitizers, whose checks make such functions take minutes to compile.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define VESTA_FLATTEN
 #else
@@ -75,7 +74,7 @@ class WindowBlur {
   }
 
   // Where row `row` of stored field n is to be written, in whole vectors, zero behind the width. The ring keeps the
-  // last 24 rows: those that a block needs (14), and those that a blur before this one makes too early (3).
+  // last 24 rows: those that a block needs (14), and those that a preceding blur makes ahead of time (3).
   S* Row(int row, int n) { return ring_ + Index{row % kRing * kStored + n} * stride_; }
   // Writes stored field n of a block.
   template <class Access>
@@ -113,7 +112,7 @@ class WindowBlur {
   using Rows = Several<V, kRows>;
 
   // First half, down the columns. The sums are stored by columns (Transposed): lane kRows g + r of stream j is row r of
-  // column kRows g + j, so that what lies beside a column is another stream, or the same some whole columns on.
+  // column kRows g + j. The neighbour of a column is then another stream, or the same stream some whole columns on.
   template <class Derive>
   VESTA_FLATTEN void Down(const S* const (&source)[kInputRows][kStored], const Derive& derive) {
     Unrolled<(N + kTogether - 1) / kTogether>([&](auto part) {
@@ -157,7 +156,7 @@ class WindowBlur {
 
   S* Stream(int n, int j) const { return down_ + Index{n * kRows + j} * stride_; }
 
-  // sum (+)= the window's weight k * value; no such weight: nothing.
+  // sum (+)= the window's weight k * value; does nothing where there is no weight k.
   template <int k>
   void Add(V& sum, const V& value) const {
     if constexpr (k >= 0 && k < kWindowTaps) {

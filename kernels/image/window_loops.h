@@ -1,4 +1,4 @@
-// Values of the loss and of the windows of SSIM, row by row, and what the other loops share with that. Included by
+// Values of the loss and of the windows of SSIM, row by row, and the parts that the other loops share. Included by
 // image_kernels.simd.cpp.
 #pragma once
 
@@ -9,7 +9,7 @@
 namespace vesta {
 inline namespace VESTA_ISA {
 
-// A sum of each row of a block: vectors in S, the lanes in double.
+// One sum for each row of a block: accumulated as vectors in S, then over the lanes in double.
 template <class S>
 struct RowSums {
   using V = xsimd::batch<S>;
@@ -17,7 +17,7 @@ struct RowSums {
   T lanes = T(S(0));
 
   void Add(const T& values) { lanes = lanes + values; }
-  // The totals of the first `count` rows, to every third value from `sums` on; begins the next block.
+  // Writes the totals of the first `count` rows to every third value from `sums` on, and starts the next block.
   void Take(int count, double* sums) {
     for (int r = 0; r < count; ++r) {
       alignas(64) S lane[V::size];
@@ -33,7 +33,7 @@ struct RowSums {
 constexpr auto kAsTheyAre = [](const auto& fields) { return fields; };
 constexpr auto kNothing = [](int, int) {};
 
-// u = x + y and e = x - y of two images, of which the four fields of a window are made.
+// u = x + y and e = x - y of two images; the four fields of a window are made from them.
 template <class S>
 auto SumAndDifference(const S* rendered, const S* truth) {
   return [=](Index i, const auto& access) {

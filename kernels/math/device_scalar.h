@@ -1,5 +1,5 @@
-// Operations on scalars for which a GPU has instructions of its own. The one place below the macro VESTA_HD where host
-// and device code differ; what differs is rounding.
+// Operations on scalars for which a GPU has instructions of its own. Shared code differs between host and device here
+// only, and only in rounding.
 #pragma once
 
 #include <bit>

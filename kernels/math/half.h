@@ -16,8 +16,8 @@ struct Half {
 
 inline constexpr float kSmallestHalf = 0x1p-14f, kLargestHalf = 65504.0f;
 
-// The nearest number of 16 bits, even where two are as near: relative error at most 2^-11 for kSmallestHalf <= |x| <=
-// kLargestHalf. Below that 0, above it (and for NaN, of either sign) +-kLargestHalf. The same on every machine.
+// The nearest number of 16 bits, the even one of two equally near: relative error at most 2^-11 for kSmallestHalf <=
+// |x| <= kLargestHalf. Below that 0, above it (and for NaN, of either sign) +-kLargestHalf. The same on every machine.
 VESTA_HD inline Half ToHalf(float x) {
   const auto all = std::bit_cast<std::uint32_t>(x);
   const std::uint32_t sign = all >> 16 & 0x8000u, magnitude = all & 0x7fffffffu;

@@ -1,4 +1,5 @@
-// How a lane type is loaded, stored and summed: a plain scalar is a vector of one. SIMD batches: lanes.h.
+// How a lane type is loaded, stored and summed. A plain scalar counts as a vector of one lane; lanes.h has SIMD
+// batches.
 #pragma once
 
 #include <cstdint>

@@ -80,7 +80,7 @@ struct Elementary<FloatLanes> {
   // sqrt(x) where mask is set, for x in [2^-100, 2^100]; 0 where it is not. Relative error at most 7e-5.
   static FloatLanes MaskedSquareRoot(const FloatMask& mask, const FloatLanes& x) {
 #if defined(__AVX512F__)
-    // The square root of the hardware takes as long as twenty other instructions.
+    // The hardware's square root takes as long as twenty other instructions.
     return _mm512_mul_ps(x, _mm512_maskz_rsqrt14_ps(mask, x));
 #else
     return xsimd::sqrt(Select(mask, x, FloatLanes(0)));
@@ -111,8 +111,8 @@ inline int AppendSetBits(std::uint32_t bits, std::uint32_t first, std::uint32_t*
 }
 
 #if defined(__SSE2__)
-// The lanes of a and those of b, added up by pairs: each level halves what is left of each sum, and after the last one
-// lane i holds the sum of the i-th batch.
+// Adds the lanes of a and of b in pairs. Each level halves the number of lanes per sum; after the last one lane i holds
+// the sum of the i-th batch.
 template <int kLevel>
 inline FloatLanes FoldLanes(const FloatLanes& a, const FloatLanes& b) {
 #if defined(__AVX512F__)

@@ -94,7 +94,8 @@ BundleData ReadBal(const std::string& path) {
   data.num_points = ReadCount(in, "the number of points");
   const Index observations = ReadCount(in, "the number of observations");
   const Index parameters = kCameraSize * data.num_cameras + kPointSize * data.num_points;
-  // Every number takes at least one digit and one space. Nothing is allocated by a count that has not passed here.
+  // Every number takes at least one digit and one space. No memory is allocated for a count before it has passed this
+  // check.
   if (4 * observations + parameters > (in.bytes() + 1) / 2) {
     Fail(
         "{}: line {}: {} cameras, {} points and {} observations do not fit into {} bytes; the file is cut short or no "

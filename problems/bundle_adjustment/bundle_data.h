@@ -1,4 +1,4 @@
-// A bundle adjustment as data: who sees what where, and the parameters.
+// A bundle adjustment as data: the observations and the parameters.
 #pragma once
 
 #include <cstdint>

@@ -10,8 +10,8 @@ namespace vesta::bundle {
 namespace internal {
 namespace {
 
-// Forming the reduced matrix takes about two implicit products' time for each pair of observations per observation;
-// the inner solves take some tens of products. So it pays where tracks are not too long.
+// Let p be the pairs of observations per observation. Forming the reduced matrix takes the time of about 2 p implicit
+// products; the inner solves take some tens of products. So it pays where tracks are not too long.
 constexpr Index kPairsPerObservation = 12;
 
 bool FormReducedMatrix(ReducedForm form, const Structure& structure) {
@@ -38,10 +38,11 @@ HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVie
 LmOptions BundleLmOptions() {
   LmOptions options;
   options.normal_system.linear_solver = LinearSolverKind::kReducedPcg;
-  // Measured on the BAL problems and generated ones. Products with the reduced matrix cost little beside what comes
-  // before them, so each system is solved rather well. Steps that fail are shortened before anything is solved again.
+  // Chosen by measurements on the BAL problems and generated ones. Products with the reduced matrix are cheap beside
+  // the linearization, so each system is solved rather well. A step that fails is shortened before the system is solved
+  // again.
   options.normal_system.pcg.model_tolerance = 0.01;
-  // Met at once where the reduced matrix is factorised.
+  // With a factorised reduced matrix this is met after one iteration.
   options.normal_system.pcg.relative_tolerance = 1e-8;
   options.SetStepRule(StepRule::kSoft);
   options.step_control.initial_lambda = 1e-4;

@@ -12,10 +12,10 @@
 
 namespace vesta::bundle {
 
-// In which precision the Jacobian is stored. Arithmetic, residuals and gradient are in double all the same.
+// The precision in which the Jacobian is stored. Arithmetic, residuals and gradient are in double with either.
 enum class JacobianStorage { kDouble, kFloat };
 
-// How the reduced system (cameras alone, points eliminated) is multiplied by.
+// How products with the reduced system (cameras alone, points eliminated) are made.
 enum class ReducedForm {
   kAuto,      // explicit where forming the matrix costs no more than some twenty implicit products
   kImplicit,  // through the Jacobian, one pass over the observations a product
@@ -23,7 +23,7 @@ enum class ReducedForm {
 };
 
 struct BundleProblemOptions {
-  // Of each observation's squared reprojection error; none: plain least squares.
+  // The loss on each observation's squared reprojection error; null: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
   JacobianStorage storage = JacobianStorage::kDouble;
   ReducedForm reduced_form = ReducedForm::kAuto;
@@ -58,7 +58,7 @@ class BundleProblem final : public Problem<CpuBackend<double>> {
   double SquaredError(ConstView x);
 
  private:
-  // Sum over the observations, in a fixed order, of what term(count, squared norms) gives for some of them.
+  // The sum over all observations, in a fixed order, of term(count, squared norms), called with some of them at a time.
   template <class Term>
   double SumOverSlices(ConstView x, const Term& term);
 

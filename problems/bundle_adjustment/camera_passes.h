@@ -51,7 +51,7 @@ inline void SquaredNorms(const Camera<double>& camera, const double* points, con
   }
 }
 
-// To the 24 bits of a float, as a double (Veltkamp's splitting).
+// Rounds to the 24 bits of a float, but stays a double (Veltkamp's splitting).
 inline Quad RoundToFloat(const Quad& x) {
   const Quad c = Quad(536870913.0) * x;
   return c - (c - x);

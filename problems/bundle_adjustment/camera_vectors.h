@@ -1,4 +1,4 @@
-// Cameras' parts of vectors: padded for the passes, and sums of theirs over chunks of points.
+// The cameras' parts of vectors: padded for the passes, and summed over chunks of points.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,7 @@ inline void PadCameras(Index num_cameras, const double* x, double* padded) {
               [&](Index i) { std::copy_n(x + kCameraSize * i, kCameraSize, padded + kRowSize * i + kPointSize); });
 }
 
-// Padded sums by camera of something over all points: a partial sum for each of a fixed number of chunks, added in
-// order.
+// Padded sums by camera over all points: one partial sum for each of a fixed number of chunks, added in order.
 class CameraSums {
  public:
   CameraSums(Index num_cameras, Index num_chunks)

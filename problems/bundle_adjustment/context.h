@@ -12,7 +12,7 @@ namespace vesta::bundle::internal {
 
 using Cpu = CpuBackend<double>;
 
-// Arrays of one linearization. They are large, so they are used again by the next one.
+// Arrays of one linearization. They are large, so the next linearization reuses them.
 template <class S>
 struct LinearizationArrays {
   HostBuffer<S> records;

@@ -1,5 +1,5 @@
-// Bundle adjustment on a GPU: all observations through the one formula of the projection, the Jacobian in the memory of
-// the device, conjugate gradients on cameras and points together with their diagonal blocks as the preconditioner.
+// Bundle adjustment on a GPU: the Jacobian of all observations is in the memory of the device; conjugate gradients run
+// on cameras and points together, with their diagonal blocks as the preconditioner.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace vesta::bundle {
 // x as in BundleProblem: the cameras, nine parameters each, then the points. Plain least squares.
 std::unique_ptr<DeviceBlockProblem<double>> MakeDeviceBundleProblem(const BundleData& data);
 
-// BundleLmOptions for it: nothing is eliminated.
+// The options to solve it with: nothing is eliminated.
 LmOptions DeviceBundleLmOptions();
 
 }  // namespace vesta::bundle

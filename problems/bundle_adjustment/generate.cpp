@@ -46,7 +46,7 @@ class Way {
   double spacing() const { return spacing_; }
   double length() const { return street_ + ring_; }
   double ring() const { return ring_; }
-  // Too few cameras leave it an arc.
+  // With too few cameras the ring is an arc.
   bool ring_is_closed() const { return ring_ >= 2 * kPi * kSmallestRing; }
   // Where the street ends.
   double street() const { return street_; }
@@ -171,8 +171,8 @@ std::vector<std::vector<std::int32_t>> PlacePoints(const GenerateOptions& option
   return seeing;
 }
 
-// Lengths of the tracks: weight / sqrt(uniform), whose tail falls with the cube of the length, the weight such that
-// the mean comes out as asked for.
+// Lengths of the tracks: weight / sqrt(uniform), whose density falls with the cube of the length. The weight gives the
+// requested mean.
 std::vector<Index> TrackLengths(const GenerateOptions& options, const std::vector<std::vector<std::int32_t>>& seeing) {
   std::vector<double> tail(seeing.size());
   for (std::size_t p = 0; p < seeing.size(); ++p) {
@@ -216,7 +216,7 @@ void AddObservations(const GenerateOptions& options, const World& world,
   ParallelFor(options.num_points, kGrain, [&](Index p) {
     const auto k = static_cast<std::size_t>(p);
     CounterRandom random(options.seed, kTrack, static_cast<std::uint64_t>(p));
-    random.Bits();  // the one behind the length
+    random.Bits();  // the number after the length
     const Index begin = random.Below(static_cast<Index>(seeing[k].size()) - lengths[k] + 1);
     for (Index i = 0; i < lengths[k]; ++i) {
       data.observations[static_cast<std::size_t>(first[k] + i)] =
@@ -225,8 +225,9 @@ void AddObservations(const GenerateOptions& options, const World& world,
   });
 }
 
-// A slow bend of the whole survey, as an open chain of estimates has it: cameras and points move together, so that
-// reprojection errors stay small and only the far ends tell. The ring has the street's end as its start and its end.
+// A slow bend of the whole survey, such as an open chain of estimates accumulates. Cameras and points move together, so
+// reprojection errors stay small and the error shows at the far ends only. The ring starts and ends at the end of the
+// street.
 Vector3 Drifted(const GenerateOptions& options, const World& world, const Vector3& v) {
   const double length = world.way.length(), size = 0.01 * options.start_drift * length;
   const double phase = kPi * v.x / length;

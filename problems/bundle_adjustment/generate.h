@@ -8,10 +8,10 @@
 namespace vesta::bundle {
 
 // A vehicle drives down a street and then once around a block of houses, which closes the loop (with 210 cameras or
-// more; fewer go around a part of it). Cameras look to both
-// sides, square and oblique; points lie on the facades to the left and right. A point is seen within a distance, within
-// an angle to its facade, and inside the image; of the cameras that could see it, a stretch one after the other does,
-// of long-tailed length (most tracks are short, a few are very long).
+// more; fewer go around a part of it). Cameras look to both sides, square and oblique; points lie on the facades to the
+// left and right. A point is seen within a distance, within an angle to its facade, and inside the image; Of the
+// cameras that could see it, a run of consecutive ones does. The lengths of the runs have a long tail: most tracks are
+// short, a few are very long.
 struct GenerateOptions {
   Index num_cameras = 100;   // at least 8
   Index num_points = 10000;  // at least 1
@@ -23,7 +23,7 @@ struct GenerateOptions {
   std::uint64_t seed = 1;
 };
 
-// Throws Error for options out of range. A function of the options alone: not of the number of threads.
+// Throws Error for options out of range. The result depends on the options alone, not on the number of threads.
 BundleData Generate(const GenerateOptions& options);
 
 }  // namespace vesta::bundle

@@ -36,8 +36,8 @@ struct CameraSlice {
   const double* observed;        // two each, pixels
 };
 
-// Rewrites four observations for the loss: residual i of observation l at lanes[4 * i + l], and its Jacobian's entry
-// (i, c) at lanes[8 + 4 * (12 * i + c) + l].
+// Applies the loss to four observations: residual i of observation l at lanes[4 * i + l], and its Jacobian's entry (i,
+// c) at lanes[8 + 4 * (12 * i + c) + l].
 using CorrectLanes = void (*)(const Loss& loss, double* lanes);
 
 // Where a linearization goes. S: how the Jacobian is stored.

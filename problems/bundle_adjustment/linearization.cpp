@@ -19,7 +19,7 @@ void CorrectForLoss(const Loss& loss, double* lanes) {
   }
 }
 
-// Makes room, contents of no matter.
+// Makes room; the contents do not matter.
 template <class T>
 void Size(HostBuffer<T>& buffer, Index size) {
   if (buffer.size() != size) buffer.Resize(size);
@@ -40,7 +40,8 @@ class BundleLinearization final : public Linearization<Cpu> {
     Size(arrays_->gradient, num_parameters());
     Size(arrays_->camera_gram, kCameraGramSize * structure_.num_cameras());
     Size(arrays_->point_gram, kPointGramSize * structure_.num_points());
-    // A Jacobian in float would give a gradient in float, so the points' part of it is kept an observation.
+    // A Jacobian in float would give a gradient in float only, so the points' part of the gradient is kept for each
+    // observation.
     if (kRounded) Size(arrays_->point_products, kPointSize * structure_.num_observations());
     order_ = {structure_.track_first(), structure_.track_point(), structure_.camera(), arrays_->records.data()};
     LinearizeCameras(x);

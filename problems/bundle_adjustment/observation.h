@@ -1,4 +1,4 @@
-// One observation of a bundle adjustment as a functor of its twelve numbers, from the one formula of the projection.
+// One observation of a bundle adjustment as a functor of its twelve parameters.
 #pragma once
 
 #include "problems/bundle_adjustment/projection.h"

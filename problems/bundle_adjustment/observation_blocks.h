@@ -11,7 +11,7 @@ namespace vesta::bundle {
 
 struct ObservationBlocks {
   std::vector<BundleObservation> functors;
-  std::vector<Index> index;        // [12 * observations], as in RowBlocks: the point's parameters, then the camera's
+  std::vector<Index> index;        // [12 * observations], as in RowBlocks: the point's, then the camera's
   std::vector<BlockGroup> groups;  // cameras, points
   Index num_parameters;
 

@@ -15,8 +15,8 @@ inline BlockGroup CameraBlocks(const Structure& structure) {
   return {kCameraSize, structure.num_cameras(), 0, 1, kCameraSize};
 }
 
-// Borrows the context and the arrays. The matrix is formed where the context has a pattern for all of it, at the first
-// use after SetDamping; otherwise its diagonal blocks alone are, and a product is one pass over the observations.
+// Borrows the context and the arrays. Where the context has a pattern for the whole matrix, it is formed at the first
+// use after SetDamping. Otherwise only its diagonal blocks are formed, and a product is one pass over the observations.
 template <class S>
 class BundleReducedSystem final : public ReducedSystem<Cpu> {
  public:

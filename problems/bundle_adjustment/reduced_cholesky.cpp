@@ -11,8 +11,8 @@ namespace vesta::bundle::internal {
 namespace {
 
 constexpr double kMaxBytes = 0x1p32;
-// Multiplications to factorise for each entry of the matrix. A front does some ten a nanosecond, a product with the
-// matrix about one: 1000 take as long as a hundred products.
+// Multiplications to factorise for each entry of the matrix. A front does about ten in a nanosecond, a product with the
+// matrix about one, so 1000 take as long as a hundred products.
 constexpr double kMultiplicationsPerEntry = 1000;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The sparse Cholesky factor of the reduced matrix: with it conjugate gradients take an iteration or two, however long
-// the street.
+// The sparse Cholesky factor of the reduced matrix: with it conjugate gradients take one or two iterations, whatever
+// the size of the problem.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace vesta::bundle::internal {
 class ReducedCholeskyPlan {
  public:
   // Null where only the diagonal blocks are formed, and where factorising would take longer than some hundred products
-  // with the matrix, which is more than conjugate gradients with its diagonal blocks need as a rule.
+  // with the matrix: conjugate gradients with its diagonal blocks need fewer as a rule.
   static std::shared_ptr<ReducedCholeskyPlan> Make(const ReducedPattern& pattern);
 
   std::string description() const;

@@ -51,7 +51,7 @@ Structure::Structure(const BundleData& data) : num_cameras_(data.num_cameras), n
   camera_first_ = FirstPlaces(num_cameras_, count, [&](Index i) { return at(i).camera; });
   const auto by_camera = SortByKey(camera_first_, count, [&](Index i) { return at(i).camera; });
   const auto item = [&](Index i) -> const Observation& { return at(by_camera[static_cast<std::size_t>(i)]); };
-  // Tracks in the order of their first cameras; points that nobody sees last.
+  // Tracks in the order of their first cameras; points without an observation come last.
   std::vector<std::int32_t> track_of(static_cast<std::size_t>(num_points_), -1);
   track_point_.Resize(num_points_);
   std::int32_t tracks = 0;
@@ -84,7 +84,8 @@ Structure::Structure(const BundleData& data) : num_cameras_(data.num_cameras), n
     longest_track_ = std::max(longest_track_, length);
     num_pairs_ += length * (length + 1) / 2;
   }
-  // Each chunk has cameras' sums of its own to clear and to add, so a chunk has many more observations than cameras.
+  // Each chunk clears and adds sums of its own for all cameras, so a chunk has many more observations than there are
+  // cameras.
   const Index chunks = std::clamp<Index>(count / std::max<Index>(2048, 8 * num_cameras_), 1, 32);
   chunk_first_.push_back(0);
   for (Index chunk = 1; chunk <= chunks; ++chunk) {

@@ -1,4 +1,4 @@
-// Which camera sees which point, in the orders that the passes run in.
+// The observations in the two orders that the passes use: by camera and by track.
 #pragma once
 
 #include <cstdint>
@@ -38,8 +38,8 @@ class Structure {
   const Index* track_first() const { return track_first_.data(); }
   const std::int32_t* track_point() const { return track_point_.data(); }
   const std::int32_t* camera() const { return camera_.data(); }
-  // Chunks of tracks of about the same number of observations, as many whatever the number of threads: chunk k is
-  // tracks chunk_first(k)..chunk_first(k + 1) - 1.
+  // Chunks of tracks of about the same number of observations, their number does not depend on the number of threads:
+  // chunk k is tracks chunk_first(k)..chunk_first(k + 1) - 1.
   Index num_chunks() const { return static_cast<Index>(chunk_first_.size()) - 1; }
   Index chunk_first(Index chunk) const { return chunk_first_[static_cast<std::size_t>(chunk)]; }
 

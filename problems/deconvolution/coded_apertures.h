@@ -1,7 +1,7 @@
 // Separable coded apertures: point spread functions of 25 x 25 pixels that are the product of a column and a row of
 // transmissions, as in mask-based cameras (Asif et al., FlatCam: thin, lensless cameras using coded aperture and
-// computation, 2017). A pseudo-random code, unlike a lens out of focus, keeps every spatial frequency, and several
-// codes together keep it well.
+// computation, 2017). Unlike a lens out of focus, a pseudo-random code keeps every spatial frequency; several codes
+// together keep all of them well.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct Aperture {
   Code column, row;
 };
 
-// Codes chosen among random ones for three frames; any number of frames can be had, >= 1. Throws Error otherwise.
+// Codes chosen among random ones to suit three frames; any number of frames >= 1 is possible. Throws Error otherwise.
 std::vector<Aperture> CodedApertures(int frames);
 
 // Eigenvalues of sum_f A_f^T A_f lie within [least, greatest], A_f the blur by aperture f of images of any size: the

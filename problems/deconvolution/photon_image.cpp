@@ -63,7 +63,7 @@ class PhotonImage::AtX final : public Linearization<CpuBackend<double>> {
     }
     ParallelFor(d.size(), kGrain, [&](Index k) { d[k] *= light_[k] * light_[k]; });
   }
-  // Frame by frame: one plane in place of a vector of residuals.
+  // Frame by frame, so that one plane is enough instead of a vector of all residuals.
   void ApplyH(ConstView v, View Hv) override {
     blur_.SetImage([&](Index k) { return light_[k] * v[k]; });
     for (int f = 0; f < blur_.num_frames(); ++f) {

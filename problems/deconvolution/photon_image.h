@@ -28,7 +28,7 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
   // Bytes of J in compressed rows: a double and a 32-bit column an entry, a 32-bit offset a row, as in Ceres.
   double stored_jacobian_bytes() const;
 
-  // The x of every pixel of a uniform image that sends out as much light as was counted: a start.
+  // A start: x of the uniform image that emits as much light in all as was counted.
   double UniformStart() const;
 
   Index num_parameters() const override { return blur_.image_size(); }

@@ -1,4 +1,4 @@
-// A pose graph: places and orientations of which some pairs were measured relative to each other.
+// A pose graph: poses, and relative measurements between some pairs of them.
 #pragma once
 
 #include <vector>

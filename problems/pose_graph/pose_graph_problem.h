@@ -21,7 +21,7 @@ struct PoseGraphModel {
   Whitening whitening = Whitening::kUpper;
   // Applied to each edge's squared norm; none: plain least squares.
   std::shared_ptr<const Loss> loss = nullptr;
-  // Holds the first pose where the graph fixes none: otherwise the whole could be moved at no cost.
+  // Holds the first pose where the graph fixes none, since otherwise all poses together could move at no cost.
   bool hold_first = true;
   // Largest Cholesky factor that MakePreconditioner makes, in GiB; > 0.
   double max_factor_gib = 4;
@@ -60,8 +60,8 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>> {
 };
 
 // Options that suit pose graphs: the problem's own preconditioner, linear systems solved to rounding, and a first
-// damping of 1e-6 (a radius of 1e6 in Ceres's terms), since the residuals are close to linear: fewer iterations than
-// from 1e-4 on graphs that start near their minimum, the same minima.
+// damping of 1e-6 (a radius of 1e6 in Ceres's terms), since the residuals are close to linear. On graphs that start
+// near their minimum this takes fewer iterations than 1e-4, and ends in the same minima.
 LmOptions PoseGraphOptions();
 
 }  // namespace vesta::pose_graph

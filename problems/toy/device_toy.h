@@ -1,4 +1,4 @@
-// Curve fits on a GPU: an example of a problem of one's own there (solver/device_functors.cuh).
+// Curve fits on a GPU: an example of how to write a problem for it (solver/device_functors.cuh).
 #pragma once
 
 #include <memory>

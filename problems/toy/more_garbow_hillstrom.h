@@ -184,7 +184,8 @@ struct Meyer : NistRegression<nist::Mgh10Model, nist::kMGH10, 16> {
 };
 
 // 11. The paper prints |y_i m i x2|, where "mi" stands for the minus sign of |y_i - x2|: only with the latter is 0 the
-// minimum that it gives, at (50, 25, 1.5). Ceres's example has it as printed, and neither of its minima is reached.
+// minimum that it gives, at (50, 25, 1.5). Ceres's example uses the printed form, and neither library reaches the
+// minimum of the paper with it.
 template <bool kAsPrinted>
 struct Gulf {
   static constexpr int kResiduals = 100, kParameters = 3;
