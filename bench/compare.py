@@ -43,7 +43,7 @@ RULES = {
     },
     "solver_vs_ceres": {
         "key": ["problem", "threads", "solver"],
-        "counted": {"final cost": LESS, "iterations": LESS, "inner": LESS, "peak MiB": LESS},
+        "counted": {"final cost": LESS, "iterations": LESS, "inner": LESS},
         "rows": ("solver", "vesta"),
         # A target's value is a time of Ceres's over one of ours.
         "targets": MORE,
