@@ -1,4 +1,4 @@
-// Work in a process of its own: no contender finds what another left behind, and each has a peak of memory of its own.
+// Work in a process of its own: no contender is affected by an earlier one, and each has its own peak of memory.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// What the GPU at hand can do at most, measured.
+// The limits of this GPU, measured.
 #pragma once
 
 #include <functional>

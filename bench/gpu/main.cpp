@@ -1,4 +1,4 @@
-// Each pass of the GPU beside what the device can do at most, and a step of LM at scale.
+// The time of each pass on the GPU beside the limits of the device, and of a step of LM at scale.
 //
 //   gpu_kernels [--gaussians 1000000] [--pixels 1000000] [--views 100] [--overlap 40] [--repeats 20] [--json FILE]
 //
@@ -85,7 +85,7 @@ class GpuBench {
                                         .units = units.data(),
                                         .rate = {},
                                         .root_correction2 = 1};
-    // A step leaves its gradient zero, and one by zero has nothing to do: it is filled anew each time.
+    // A step leaves its gradient zero, and a step by zero has nothing to do, so it is filled again each time.
     Add("Adam's step", "step of Adam", 0, 9 * parameters, [&] {
       Gpu().Fill(1, g);
       gs::device_updates::StepAdam(adam);

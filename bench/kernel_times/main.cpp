@@ -117,7 +117,8 @@ class Bench {
       view_.AddJT(x, image.data(), u.data(), gradient.data(), workspace_);
       adam.Step(trained, gradient.data(), attributes, 1e-3);
     });
-    // A step leaves its gradient zero, and one by zero has nothing to do: the last view's is copied there each time.
+    // A step leaves its gradient zero, and a step by zero has nothing to do, so the last view's gradient is copied
+    // there each time.
     const std::size_t k = next % workload_.views.size();
     view_.Build(gs::ToKernelModel(trained), workload_.views[k], background_, workspace_);
     HostBuffer<float> last(gradient.size());

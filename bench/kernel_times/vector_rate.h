@@ -1,4 +1,4 @@
-// How fast this CPU multiplies and adds vectors: what the floors of docs/performance.md are counted in.
+// The rate at which this CPU multiplies and adds vectors: the unit of the floors of docs/performance.md.
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"

@@ -25,7 +25,7 @@ struct Workload {
 Workload RealWorkload(const std::string& scene, const std::string& ply);
 
 // Round Gaussians of one size before one camera, all in the image and of opacity 0.5, such that `overlap` of them count
-// at a pixel were none hidden; 4:3 images of noise. SH degree 3. The camera moves a little from view to view.
+// at a pixel if none is hidden; 4:3 images of noise. SH degree 3. The camera moves a little from view to view.
 Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views = 1);
 
 }  // namespace vesta::bench

@@ -1,4 +1,4 @@
-// Everybody who solves a problem: vesta natively, vesta through the bridge, and Ceres's solvers.
+// The contenders on a problem: vesta natively, vesta through the bridge, and Ceres's solvers.
 #pragma once
 
 #include <functional>

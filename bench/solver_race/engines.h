@@ -22,11 +22,11 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// The limits both engines run under: until nothing moves in seven digits, or time is up.
+// The limits of both engines: they stop when nothing changes in seven digits, or when the time is up.
 inline constexpr double kFunctionTolerance = 1e-9;
 inline constexpr int kMaxIterations = 500;
 
-// Records what LM says after each iteration.
+// Records the moment after each iteration of LM.
 class Recorder {
  public:
   // cost: of the newest trial, which need not be the best.

@@ -105,7 +105,7 @@ void Tell(const Race& race, const std::vector<Outcome>& outcomes, bool poses, do
           std::ostream* curves) {
   double best = std::numeric_limits<double>::infinity();
   for (const Outcome& outcome : outcomes) best = std::min(best, outcome.BestCost());
-  // Where the best cost is 0 but for rounding, what of the start's cost that leaves is the measure.
+  // Where the best cost is 0 up to rounding, costs are measured relative to that of the start.
   double start = 0;
   for (const Outcome& outcome : outcomes) {
     if (!outcome.runs.front().failed) start = std::max(start, outcome.runs.front().moments.front().cost);
@@ -141,7 +141,7 @@ void Tell(const Race& race, const std::vector<Outcome>& outcomes, bool poses, do
   };
   const double ours = Fastest(outcomes, goal, [](const std::string& name) { return name == "vesta"; });
   const auto target = [&](const std::string& what, double theirs, double time, double times) {
-    // Who did not get there took the whole time at least; where neither did, nothing is known.
+    // A solver that did not get there took at least the whole time. If neither did, the ratio is unknown.
     if (std::isinf(time) && std::isinf(theirs)) return;
     const double ratio = std::min(theirs, limit) / std::min(time, limit);
     report.AddTarget(

@@ -7,7 +7,7 @@
 namespace vesta::bench {
 
 namespace {
-// As Ceres's own pose-graph example has it, so that costs are those known for these graphs.
+// As in Ceres's own pose-graph example, so that costs are the published ones for these graphs.
 constexpr pose_graph::Whitening kWhitening = pose_graph::Whitening::kLower;
 }  // namespace
 

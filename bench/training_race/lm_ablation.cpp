@@ -3,11 +3,11 @@
 //   lm_ablation SCENE [--budget X] [--knobs PART_OF_KNOB,...] [--repeats N] [--evaluations N] [--json FILE]
 //               [--curves FILE] [-- flags of vesta train]
 //
-// The flags after "--" make the reference; variants.cpp lists what is changed. LM goes on for --budget times as long
-// as the reference's Adam stage took (default 1), whatever --lm_iterations and --lm_min_gain say; what trains from the
+// The flags after "--" make the reference; variants.cpp lists what is changed. LM goes on for --budget times as long as
+// the reference's Adam stage took (default 1), whatever --lm_iterations and --lm_min_gain say; what trains from the
 // points ("when to switch", "no LM") has the time of both. Figures are those at that very time, on the straight line
 // between the evaluations before and after it; medians of the repeats, which go round all variants. --evaluations: rows
-// of an Adam stage. The rows "noise" change next to nothing: what differs by less than they do does not differ.
+// of an Adam stage. The rows "noise" change next to nothing: a difference smaller than theirs is no difference.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@
 namespace vesta::bench {
 namespace {
 
-// Differences under these are never told.
+// Differences below these are never reported.
 constexpr double kLeastPsnr = 0.02, kLeastCost = 0.3;  // dB, percent
 
 struct Outcome {

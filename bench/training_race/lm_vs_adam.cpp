@@ -5,12 +5,12 @@
 //              [-- flags of vesta train]
 //
 // Each training runs in a process of its own, on --threads of the flags after "--", which are those of `ours`; the
-// others share its start (methods.h). Repeats go round the methods, so that the machine's moods hit all alike; a run is
-// the same each time but for its seconds, whose medians count. After the first round a schedule of Adam that took twice
-// as long to the target as the fastest, or does not reach it, is left out. Seconds are those of training: loading and
-// evaluation are left out. --evaluations: rows of each Adam stage, evenly spaced; an LM stage has one an iteration.
-// --curves writes all of them as CSV for bench/training_race/plot.py; its method "target" is the quality to reach.
-// The flag --time_limit of `vesta train` holds for each method.
+// others share its start (methods.h). Repeats alternate between the methods, so that the noise of the machine affects
+// all alike. Runs of one method differ in their seconds only, of which the medians count. After the first round a
+// schedule of Adam that took twice as long to the target as the fastest, or does not reach it, is left out. Seconds are
+// those of training: loading and evaluation are left out. --evaluations: rows of each Adam stage, evenly spaced; an LM
+// stage has one an iteration. --curves writes all of them as CSV for bench/training_race/plot.py; its method "target"
+// is the quality to reach. The flag --time_limit of `vesta train` holds for each method.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -96,7 +96,7 @@ double FastestTo(const QualityTarget& target, const std::vector<const Curve*>& c
   return seconds;
 }
 
-// Leaves the schedules of Adam that no mood of the machine makes the fastest.
+// Drops the schedules of Adam that are too slow to become the fastest by noise.
 void SettleSlowAdam(std::vector<Outcome>* outcomes) {
   const std::vector<const Curve*> curves = AdamCurves(*outcomes);
   if (curves.empty()) return;

@@ -53,8 +53,8 @@ Method CoarseMethod(const gs::TrainOptions& ours, double factor) {
   return method;
 }
 
-// Raced to a cost, to its end, by what lowers it fastest near a minimum, and without what gives up some of it for views
-// that are not trained on: docs/results/2026-11-23-harmonics-blocks.md.
+// This stage is raced to a cost. So it runs to its last iteration, has the options that lower the cost fastest near a
+// minimum, and omits those that give up cost for better test views: docs/results/2026-11-23-harmonics-blocks.md.
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   method.options.lm.min_gain = 0;

@@ -1,4 +1,4 @@
-// Who takes part in lm_vs_adam.
+// The methods that lm_vs_adam compares.
 #pragma once
 
 #include <string>
@@ -29,7 +29,7 @@ struct Method {
   gs::TrainOptions options;
 };
 
-// Those whose group (ours, paper, adam, adam_batch, adam_coarse) is among --methods; ours comes first. All share
+// The methods whose group (ours, paper, adam, adam_batch, adam_coarse) is in --methods; ours comes first. All share
 // initialisation, densification, cap, background and seed with `ours`.
 //
 // paper: the LM stages of the paper and of its released code, and ours.

@@ -16,7 +16,7 @@ struct QualityTarget {
 
 // The best test PSNR and the best test SSIM on any of the curves, at any time, not at the end (on few views training
 // over-fits), less 0.02 dB and 0.001. The two may come from different curves, and then perhaps no row holds both: both
-// tolerances grow by one factor, the least with which some row does. Curves must not be empty.
+// tolerances then grow by the smallest common factor with which some row does. Curves must not be empty.
 QualityTarget BestQuality(const std::vector<const Curve*>& curves);
 
 // Seconds at the first row that holds the target; infinity if there is none.

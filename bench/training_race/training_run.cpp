@@ -12,8 +12,8 @@
 namespace vesta::bench {
 namespace {
 
-// What the child sends: messages, each a head, a row of the history, and the model's values where the head says so. At
-// once, so that nothing which waits to be sent counts as memory of the training.
+// What the child sends: messages, each a head, a row of the history, and the model's values where the head says so.
+// They are sent at once, so that no waiting message counts as memory of the training.
 struct Head {
   gs::HistoryRow row;
   double peak_mib = 0;  // of the process so far

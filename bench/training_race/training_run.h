@@ -11,7 +11,7 @@ namespace vesta::bench {
 struct TrainingJob {
   std::string name;
   gs::TrainOptions options;
-  // LM alone from this model, at whose end so many seconds of training had passed; null: all of it, from the points.
+  // LM alone from this model, which took that many seconds of training; null: the whole training, from the points.
   const gs::SplatModel* start = nullptr;
   double seconds_before = 0;
 };

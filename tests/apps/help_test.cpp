@@ -31,7 +31,7 @@ TEST(Help, OverviewNamesTheCommands) {
 
 TEST(Help, SaysWhichVersion) { EXPECT_THAT(Help({"--version"}), testing::MatchesRegex("vesta [0-9.]+\n")); }
 
-// The preset's value is in brackets, of refine its own.
+// The preset's value is in brackets; refine shows its own.
 TEST(Help, SaysWhatFlagsAreWithoutBeingGiven) {
   EXPECT_THAT(Help({"help", "train"}), HasSubstr("a smaller part; 0: never [0.006]"));
   EXPECT_THAT(Help({"help", "refine"}), HasSubstr("a smaller part; 0: never [0.001]"));

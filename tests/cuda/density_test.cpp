@@ -79,7 +79,7 @@ class Both {
     DensityControl::ResetOpacity(host_, host_adam_);
     on_device_->ResetOpacity();
   }
-  // A step on both by the same gradient: by the rates of a new model, and by its units.
+  // One step on both by the same gradient, with the rates and the units of a new model.
   void Step() {
     host_adam_.SetUnits(LengthUnits(host_, views_, kNear, kExtent));
     std::vector<float> gradient = random_.NormalVector<float>(host_.data.size());
@@ -95,7 +95,7 @@ class Both {
     ASSERT_EQ(device_.count, host_.count);
     on_device_->DownloadParameters();
     ASSERT_EQ(device_.data.size(), host_.data.size());
-    // What is copied is the same to the bit; what exp, log and cos have a part in may differ by their rounding.
+    // Copied values are the same to the bit; values from exp, log and cos may differ by their rounding.
     if (tolerance == 0) {
       for (int a = splat::kQuaternion; a < host_.num_attributes(); ++a) {
         if (a == splat::kOpacity) continue;

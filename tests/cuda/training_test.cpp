@@ -27,7 +27,7 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   const gs::TrainResult device = gs::Train(scene, options, 0, {}, gs::DeviceStages());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
   EXPECT_EQ(device.history.size(), host.history.size());
-  // Without densification rounding has less to choose; but Adam steps as far for a gradient that is all rounding, so
+  // Without densification rounding has less influence. But Adam steps as far for a gradient that is only rounding, so
   // its steps are small here: at full rates the instruction sets of the host differ by 0.2 dB.
   gs::TrainOptions fixed = options;
   fixed.density.enabled = false;

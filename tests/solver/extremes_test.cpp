@@ -1,5 +1,5 @@
-// Solves at the edge of what numbers can do. Whatever happens, a solve ends in a documented status, throws nothing, and
-// leaves no worse x than it was given.
+// Solves at the limits of floating-point numbers. Whatever happens, a solve ends in a documented status, throws
+// nothing, and leaves no worse x than it was given.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -119,7 +119,7 @@ TEST_P(Extremes, ResidualsOf1e150) {
   EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
   EXPECT_NEAR(x_[0], -1.0 / 3, 1e-7);
   EXPECT_NEAR(x_[1], 2.0 / 3, 1e-7);
-  // Where the squares overflow the cost is infinite, which is said.
+  // Where the squares overflow, the cost is infinite, and the status reports it.
   const LmSummary overflow = Solve(1, Vector({1}), [](const auto&, auto& r, auto& j) { r[0] = j(0, 0) = 1e160; });
   EXPECT_EQ(overflow.status, LmStatus::kNonFinite);
 }

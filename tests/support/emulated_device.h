@@ -9,10 +9,10 @@ namespace vesta::test {
 
 // The memory of the device, bytes; what is allocated stays.
 void SetDeviceMemory(std::size_t bytes);
-// As much as a test could want.
+// More than any test needs.
 inline constexpr std::size_t kAmpleDeviceMemory = std::size_t{1} << 40;
 
-// While it lives the device has so much memory, ample memory before and after.
+// During its lifetime the device has that much memory, and ample memory before and after.
 class LimitedDeviceMemory {
  public:
   explicit LimitedDeviceMemory(std::size_t bytes) { SetDeviceMemory(bytes); }

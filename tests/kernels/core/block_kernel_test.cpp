@@ -53,7 +53,7 @@ TEST(BlockKernel, ReductionsAreCutIntoFewChunksOfAFixedSize) {
   }
 }
 
-// The emulator finds what it is there to find.
+// The emulator finds the faults that it is made for.
 struct ForgetsABarrier {
   static constexpr int kThreads = 64;
   struct Shared {

@@ -119,7 +119,7 @@ TEST_P(CacheBlocks, KeptRowsAreThoseOfTheHost) {
   }
 }
 
-// A missing barrier shows as a result that depends on who runs first. The products are adjoint, with 16 bits too.
+// A missing barrier makes the result depend on which thread runs first. The products are adjoint, with 16 bits too.
 TEST_P(CacheBlocks, ResultsDoNotDependOnTheOrderOfThreadsAndAreAdjoint) {
   const Scene scene = test::RandomScene(GetParam(), 17);
   const RenderedView<float> rendered(scene);

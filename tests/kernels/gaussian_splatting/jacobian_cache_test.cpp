@@ -67,7 +67,7 @@ void ExpectAdjoint(const Scene& scene, CacheFormat format, double tolerance) {
   EXPECT_LE(test::AdjointGap(u, rendered.ApplyJ(v), jtu, v), tolerance) << "all";
   const std::vector<S> jv = rendered.ApplyJ(v);
   EXPECT_LE(test::AdjointGap(jv, jv, rendered.ApplyJT(jv), v), tolerance) << "u = J v";
-  // Nothing is ever a difference of what lies in front and the whole, so that single Gaussians need no allowance.
+  // The cached form takes no difference of the whole image and its front part, so single Gaussians need no allowance.
   for (int i = 0; i < scene.count; i += std::max(1, scene.count / 12)) {
     std::vector<S> one(v.size());
     for (int a = 0; a < NumAttributes(scene.sh_degree); ++a) {

@@ -168,7 +168,7 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
   }
 }
 
-// Rows that are not kept are 0 in J v and do not count in J^T u; the others are as ever.
+// Rows that are not kept are 0 in J v and do not count in J^T u; the others do not change.
 TEST(JacobianOfRows, SeesTheRowsThatAreKept) {
   for (const CacheFormat* format : {static_cast<const CacheFormat*>(nullptr), &kFullFormat}) {
     const Scene scene = test::RandomScene(SceneOptions(), 34);

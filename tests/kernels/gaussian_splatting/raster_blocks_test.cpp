@@ -109,7 +109,7 @@ TEST_P(RasterBlocks, DoubleAgreesWithTheHost) {
   EXPECT_LT(Error(found.grams, expected.grams), 1e-11);
 }
 
-// A missing barrier shows as a result that depends on who runs first.
+// A missing barrier makes the result depend on which thread runs first.
 TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
   const Scene scene = test::RandomScene(GetParam(), 6);
   const RenderedView<float> rendered(scene);

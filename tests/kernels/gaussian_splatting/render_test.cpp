@@ -151,7 +151,7 @@ Scene OneGaussianOnTheAxis() {
 // its ellipse, linear about the mean, still covers the image.
 TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
   Scene scene = OneGaussianOnTheAxis();
-  // Flat along the axis: what is deep besides is not seen anyway.
+  // Flat along the axis, since a deep Gaussian there is not seen for another reason.
   for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 2 ? 0.01 : 20.0);
   for (int k = 0; k < 4; ++k) scene.At(kQuaternion + k, 0) = k == 0 ? 1 : 0;
   scene.At(kOpacity, 0) = 3;

@@ -209,7 +209,7 @@ TEST(LossChoices, DiagonalIsThatOfUnitVectors) {
       const double want = point.Apply(unit)[i];
       unit[i] = 0.0;
       EXPECT_NEAR(diagonal[i], want, 1e-10 * want);
-      // What weighs Gram matrices is the same but for the quadratic, where it is near it.
+      // The weight of Gram matrices is the same, except for the quadratic, where it is close.
       const double ratio = point.w.diagonal[i] / want;
       if (weights.structure != SsimLinearization::kQuadratic) {
         EXPECT_NEAR(ratio, 1.0, 1e-10);

@@ -115,7 +115,7 @@ TEST(ViewBatches, ClustersAreTheGroups) {
   EXPECT_EQ(ClusterViews(std::vector<splat::PinholeView>(5), 3, 0), std::vector<Index>(5, 0));
 }
 
-// Four groups of five: each batch of four gets one of each group, which batches by chance do not.
+// Four groups of five: each batch of four gets one view of each group. Random batches do not.
 TEST(ViewBatches, ClusteredBatchesSeeEveryGroup) {
   const auto views = Groups(4, 5);
   const auto groups_seen = [&](BatchChoice choice) {

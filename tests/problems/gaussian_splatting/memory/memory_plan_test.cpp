@@ -116,7 +116,7 @@ TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
   EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
   EXPECT_THAT(message_of([&] { PlanGaussians(MadeUp(), options, HostMemory(options.memory)); }),
               testing::StartsWith("--memory_budget=0.05: "));
-  // And it would.
+  // The budget that the message asks for is enough.
   const auto at = message.find("needs ");
   ASSERT_NE(at, std::string::npos);
   options.memory.budget_gib = std::stod(message.substr(at + 6));

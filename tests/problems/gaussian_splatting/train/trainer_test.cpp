@@ -169,7 +169,7 @@ TEST(Trainer, EveryLmVariantDescends) {
   check("more batches than views", [](LmOptions& lm) { lm.batches = 1000; });
 }
 
-// Test images are looked at and never learnt from.
+// Test images are evaluated and not used for training.
 TEST(Trainer, TestImagesDoNotChangeTheModel) {
   const TrainOptions options = ShortTraining(40, 2);
   Scene scene = TrainingScene();
@@ -291,7 +291,8 @@ TEST(Trainer, FixedModelKeepsItsGaussians) {
   for (const HistoryRow& row : result.history) EXPECT_EQ(row.gaussians, 60);
 }
 
-// Where LM has to gain more than anything can, Adam is left as soon as may be, and the last part of it cools down.
+// Where the gain demanded of an iteration is impossible, the Adam stage ends as soon as it may, and its last part cools
+// down.
 TEST(Trainer, LeavesAdamForLmThatGainsMore) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(200, 1);
