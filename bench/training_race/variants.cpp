@@ -33,7 +33,7 @@ const std::vector<Change>& LmChanges() {
       {"step control", "v2", [](Options& o) { o.lm.step_control = "v2"; }},
       {"step control", "code", [](Options& o) { o.lm.step_control = "code"; }},
 
-      // diag(JtJ) has another scale, so several starts are tried.
+      // diag(JtJ) is another scale: several starts.
       {"damping", "diag", [](Options& o) { o.lm.damping = "diag"; }},
       {"damping", "diag, from 0.1", [](Options& o) { o.lm.damping = "diag", o.lm.initial_lambda = 0.1; }},
       {"damping", "diag, from 1", [](Options& o) { o.lm.damping = "diag", o.lm.initial_lambda = 1; }},
