@@ -18,7 +18,7 @@ SPLAT_ROOMS = {
         "model": [],
         "io": ["model"],
         "adam": ["model"],
-        "density": ["model", "adam"],
+        "density": ["model"],
         "lm": ["model"],
         "evaluate": ["model", "lm"],
         "memory": ["model", "adam", "density", "lm", "evaluate"],
@@ -65,6 +65,7 @@ EXTERNAL = {
     "jpeglib.h": [SPLATS + "io"],
     "png.h": [SPLATS + "io"],
     "nanoflann": [SPLATS + "model"],
+    "zlib.h": [SPLATS + "train"],
 }
 SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')

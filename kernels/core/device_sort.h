@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "kernels/core/device_buffer.h"
+#include "kernels/core/sort.h"
 
 namespace vesta::device {
 
@@ -17,3 +18,27 @@ void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& v
 void RunningSum(const Index* counts, Index* sums, Index size, DeviceBuffer<unsigned char>& temporary);
 
 }  // namespace vesta::device
+
+namespace vesta {
+
+// As those of the host. Both wait.
+template <>
+struct Sorting<Device> {
+  static void ByKey(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values) {
+    DeviceBuffer<std::uint32_t> other_keys, other_values;
+    other_keys.ResizeForOverwrite(keys.size());
+    other_values.ResizeForOverwrite(keys.size());
+    DeviceBuffer<unsigned char> temporary;
+    constexpr int kKeyBits = 32;
+    device::SortPairs(keys, values, other_keys, other_values, keys.size(), kKeyBits, temporary);
+  }
+  static Index RunningSum(const DeviceBuffer<Index>& counts, DeviceBuffer<Index>& sums) {
+    DeviceBuffer<unsigned char> temporary;
+    device::RunningSum(counts.data(), sums.data(), counts.size(), temporary);
+    Index last = 0;
+    device::CopyToHost(&last, sums.data() + counts.size() - 1, sizeof(last));
+    return last;
+  }
+};
+
+}  // namespace vesta

@@ -59,7 +59,8 @@ PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, co
   } else {
     ssim_->Gradient(bands_, loss, gradient, linearization);
   }
-  PhotometricValue value;
+  PhotometricValue& value = value_;
+  value = {};
   for (Index i = 0; i < row_sums_.size(); i += 3) {
     value.absolute += row_sums_[i];
     value.pixelwise += row_sums_[i + 1];

@@ -52,6 +52,9 @@ class PhotometricLoss {
   PhotometricValue Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
                              Linearization& linearization);
 
+  // Of the last of these calls: asked for as of a loss on a device, where it waits.
+  PhotometricValue Value() const { return value_; }
+
   // out = W v.
   void ApplyW(const Linearization& linearization, ConstView v, View out);
   // out = the exact diagonal of W. (linearization.diagonal approximates it and costs nothing.)
@@ -69,6 +72,7 @@ class PhotometricLoss {
   std::unique_ptr<SsimStrategy<S>> ssim_;
   RowBands<S> bands_;
   HostBuffer<double> row_sums_;
+  PhotometricValue value_;
 };
 
 }  // namespace vesta

@@ -1,77 +1,105 @@
 // Adam (Kingma and Ba 2015) on a model, a rate for each class of parameter, each parameter by itself or the geometric
-// ones of a Gaussian together.
+// ones of a Gaussian together. For every memory space.
 #pragma once
 
 #include <utility>
-#include <vector>
 
-#include "problems/gaussian_splatting/adam/block_bases.h"
-#include "problems/gaussian_splatting/adam/options.h"
-#include "problems/gaussian_splatting/model/learning_rates.h"
-#include "problems/gaussian_splatting/model/splat_model.h"
+#include "kernels/core/check.h"
+#include "kernels/core/vector_backend.h"
+#include "problems/gaussian_splatting/adam/adam_rule.h"
+#include "problems/gaussian_splatting/adam/adam_steps.h"
+#include "problems/gaussian_splatting/model/gather_rows.h"
 
 namespace vesta::gs {
 
-enum class AdamMetric {
-  kDiagonal,  // each parameter has its own second moment
-  // Mean, log-scales, quaternion and opacity of a Gaussian are stepped in the eigenbasis of their gradients
-  // (block_adam_formula.h), for which 187 numbers more are kept of each Gaussian.
-  kBlock,
-};
-
-AdamMetric MetricOf(const AdamOptions& options);
-
-// What Adam remembers of the gradients.
-struct AdamMoments {
-  std::vector<float> first, second;  // laid out as the model; of blocks `second` in the basis
-  BlockBases bases;                  // empty unless stepped in blocks
-};
-
+template <class B>
 class Adam {
  public:
-  explicit Adam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal)
-      : rates_(rates), blocks_(metric == AdamMetric::kBlock) {}
+  using Space = typename B::Space;
+  using Vector = typename B::Vector;
 
-  // The unit of length of each Gaussian of the model (length_units.h), to be set anew when those change; without it 1.
-  void SetUnits(std::vector<float> units) { units_ = std::move(units); }
-  const std::vector<float>& units() const { return units_; }
+  explicit Adam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal) : rule_(rates, metric) {}
 
-  // model -= step, for attributes [0, num_attributes), all rates times `factor`; gradient laid out as the model,
-  // zero afterwards. Moments are made on first use. Parallel.
-  void Step(SplatModel& model, float* gradient, int num_attributes, double factor);
+  // The unit of length of each Gaussian of the model (model/length_units.h), to be set anew when those change; without
+  // it 1.
+  void SetUnits(Vector units) { units_ = std::move(units); }
+  const Vector& units() const { return units_; }
 
-  // Follow a change of the model: Gaussian i of the new model is source[i] of the old one, with its moments where
-  // keep[i], else with none.
-  void Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep, int num_attributes);
-  // Forget the moments of one attribute.
-  void Reset(int attribute);
+  // x -= step, for attributes [0, attributes) of `count` Gaussians, all rates times `factor`; gradient laid out as the
+  // model, zero afterwards. Moments are made on first use. On a device it does not wait.
+  void Step(Index count, typename B::View x, float* gradient, int attributes, double factor) {
+    if (first_.empty()) Start(count, x.size());
+    VESTA_CHECK(units_.empty() || units_.size() == count, "{} units of length for {} Gaussians", units_.size(), count);
+    ++steps_;
+    AdamStepArrays arrays{.blocks = rule_.BlockRates(factor, steps_),
+                          .first_diagonal = rule_.first_diagonal(),
+                          .attributes = attributes,
+                          .steps = steps_,
+                          .rate = {}};
+    arrays.blocks.count = count;
+    arrays.blocks.gradient = gradient;
+    arrays.blocks.parameters = x.data();
+    arrays.blocks.first = first_.data();
+    arrays.blocks.second = second_.data();
+    arrays.blocks.units = units_.empty() ? nullptr : units_.data();
+    for (int a = 0; a < attributes; ++a) arrays.rate[a] = rule_.StepRate(a, factor, steps_);
+    AdamSteps<Space>::Run(arrays, bases_);
+  }
 
-  // Attributes below this one are stepped in blocks, those from it on each parameter by itself.
-  int first_diagonal() const;
+  // Follow a change of the model: Gaussian i of the new model is source[i] of the `count` of the old one, with its
+  // moments where kept[i], else with none. On a device throws OutOfDeviceMemory.
+  void Rearrange(Index count, Span<const std::uint32_t, Space> source, Span<const std::uint8_t, Space> kept) {
+    if (first_.empty()) return;
+    // The bases, being the most, first: if they fit, so do the moments of a model that does not grow.
+    if (rule_.has_blocks()) bases_.Rearrange(source, kept);
+    for (Vector* moments : {&first_, &second_}) {
+      const Index attributes = moments->size() / count;
+      Vector gathered;
+      gathered.ResizeForOverwrite(attributes * source.size());
+      GatherRows<Space>(RowGathering<std::uint32_t>{attributes, count, source.size(), source.data(), kept.data(),
+                                                    moments->data(), gathered.data()});
+      *moments = std::move(gathered);
+    }
+  }
 
-  // What a step multiplies, after so many steps: the factor over the first moment's bias correction, that times the
-  // rate of an attribute, and the second moment's correction.
-  static float StepFactor(double factor, int steps);
-  float StepRate(int attribute, double factor, int steps) const;
-  static float RootCorrection2(int steps);
-  // The same for blocks; all pointers null, count 0.
-  BlockAdamArrays BlockRates(double factor, int steps) const;
+  // Forgets the moments of one attribute of `count` Gaussians.
+  void Reset(Index count, int attribute) {
+    if (first_.empty()) return;
+    const auto clear = [&](Vector& moments) { B().Fill(0, moments.view().subspan(attribute * count, count)); };
+    clear(first_);
+    // Of a block the second moments are those of directions, not of attributes: they stay.
+    if (attribute >= rule_.first_diagonal()) clear(second_);
+  }
 
-  // Moments, and bases where there are blocks, of a model that has made no step.
-  void Start(const SplatModel& model);
-  // Those; empty before Start or the first step.
-  const AdamMoments& moments() const { return moments_; }
-  // For a device, which keeps them elsewhere: takes them away, and gives them back, of so many Gaussians.
-  AdamMoments TakeMoments();
-  void SetMoments(Index count, AdamMoments moments);
+  // Frees the moments, bases and units.
+  void Free() {
+    units_ = Vector(), first_ = Vector(), second_ = Vector();
+    bases_ = BlockBases<Space>();
+  }
+
+  // Moments laid out as the model, of blocks the second ones in the basis; empty before the first step. Bases are empty
+  // unless stepped in blocks.
+  const Vector& first() const { return first_; }
+  const Vector& second() const { return second_; }
+  const BlockBases<Space>& bases() const { return bases_; }
+
+  // All but rates and metric, which are options.
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(steps_, units_, first_, second_, bases_);
+  }
 
  private:
-  LearningRates rates_;
-  bool blocks_;
+  void Start(Index count, Index parameters) {
+    first_.Resize(parameters);
+    second_.Resize(parameters);
+    if (rule_.has_blocks()) bases_ = BlockBases<Space>(count);
+  }
+
+  AdamRule rule_;
   int steps_ = 0;
-  Index count_ = 0;
-  std::vector<float> units_;
-  AdamMoments moments_;
+  Vector units_, first_, second_;
+  BlockBases<Space> bases_;
 };
 
 }  // namespace vesta::gs

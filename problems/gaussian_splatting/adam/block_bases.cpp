@@ -14,11 +14,11 @@ std::size_t NumPieces(Index count) { return static_cast<std::size_t>((count + kT
 
 static_assert(kTurnChunk % kBlockLanes == 0);
 
-std::vector<float> BlockBases::NewPiece(Index begin, Index count) {
+std::vector<float> BlockBases<Host>::NewPiece(Index begin, Index count) {
   return std::vector<float>(static_cast<std::size_t>(BlockArraySize(std::min(kTurnChunk, count - begin))));
 }
 
-BlockBases::BlockBases(Index count) {
+BlockBases<Host>::BlockBases(Index count) {
   for (Index begin = 0; begin < count; begin += kTurnChunk) {
     std::vector<float>& piece = pieces_.emplace_back(NewPiece(begin, count));
     for (Index i = 0; i < std::min(kTurnChunk, count - begin); ++i) {
@@ -27,28 +27,30 @@ BlockBases::BlockBases(Index count) {
   }
 }
 
-BlockBases::BlockBases(Index count, const std::vector<float>& flat) {
-  auto next = flat.begin();
+BlockBases<Host>::BlockBases(Index count, HostSpan<const float> flat) {
+  const float* next = flat.data();
   for (Index begin = 0; begin < count; begin += kTurnChunk) {
-    const auto end = next + static_cast<std::ptrdiff_t>(BlockArraySize(std::min(kTurnChunk, count - begin)));
+    const float* const end = next + BlockArraySize(std::min(kTurnChunk, count - begin));
     pieces_.emplace_back(next, end);
     next = end;
   }
 }
 
-std::vector<float> BlockBases::Flat() const {
-  std::vector<float> flat;
-  for (const std::vector<float>& piece : pieces_) flat.insert(flat.end(), piece.begin(), piece.end());
+HostBuffer<float> BlockBases<Host>::Flat() const {
+  Index size = 0;
+  for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
+  HostBuffer<float> flat;
+  flat.ResizeForOverwrite(size);
+  float* next = flat.data();
+  for (const std::vector<float>& piece : pieces_) next = std::copy(piece.begin(), piece.end(), next);
   return flat;
 }
 
-void BlockBases::Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep) {
+void BlockBases<Host>::Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept) {
   constexpr Index kPiecesAtOnce = 16;
   std::vector<std::vector<float>> old = std::exchange(pieces_, {});
-  const auto count = static_cast<Index>(source.size());
-  const auto old_piece = [&](Index i) {
-    return static_cast<std::size_t>(source[static_cast<std::size_t>(i)] / kTurnChunk);
-  };
+  const Index count = source.size();
+  const auto old_piece = [&](Index i) { return static_cast<std::size_t>(source[i] / kTurnChunk); };
   // The last new Gaussian that comes from each old piece.
   std::vector<Index> last(old.size(), -1);
   for (Index i = 0; i < count; ++i) last[old_piece(i)] = i;
@@ -60,9 +62,9 @@ void BlockBases::Rearrange(const std::vector<Index>& source, const std::vector<b
       std::vector<float> piece = NewPiece(first, count);
       for (Index i = first; i < std::min(first + kTurnChunk, count); ++i) {
         const std::vector<float>& from = old[old_piece(i)];
-        const Index from_i = source[static_cast<std::size_t>(i)] % kTurnChunk;
+        const Index from_i = source[i] % kTurnChunk;
         // New Gaussians keep the directions of those that they come from.
-        const int numbers = keep[static_cast<std::size_t>(i)] ? kBlockNumbers : kBasisSize;
+        const int numbers = kept[i] != 0 ? kBlockNumbers : kBasisSize;
         for (int number = 0; number < numbers; ++number) {
           piece[static_cast<std::size_t>(BlockEntry(number, i - first))] =
               from[static_cast<std::size_t>(BlockEntry(number, from_i))];

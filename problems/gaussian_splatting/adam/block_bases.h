@@ -1,21 +1,28 @@
-// The bases and covariances of Adam's blocks on the host, in pieces.
+// The bases and covariances of Adam's blocks.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
+#include "kernels/core/buffer.h"
 #include "problems/gaussian_splatting/adam/block_adam_formula.h"
 
 namespace vesta::gs {
 
-// Numbers of each Gaussian as BlockEntry has them, kTurnChunk Gaussians a piece. They are three times as much as a
-// vector of parameters, and lie in pieces so that not all of them are there twice while Gaussians are rearranged.
-class BlockBases {
+// Numbers of each Gaussian as BlockEntry has them.
+template <class Space>
+class BlockBases;
+
+// In pieces of kTurnChunk Gaussians: the numbers are three times as much as a vector of parameters, and not all of them
+// are to be there twice while Gaussians are rearranged.
+template <>
+class BlockBases<Host> {
  public:
   BlockBases() = default;
   // Of Gaussians that have made no step: Q = I, C = 0.
   explicit BlockBases(Index count);
   // From Flat() of so many.
-  BlockBases(Index count, const std::vector<float>& flat);
+  BlockBases(Index count, HostSpan<const float> flat);
 
   bool empty() const { return pieces_.empty(); }
   // BlockAdamArrays::bases for the Gaussians from piece * kTurnChunk on.
@@ -24,11 +31,16 @@ class BlockBases {
     return pieces_[static_cast<std::size_t>(i / kTurnChunk)]
                   [static_cast<std::size_t>(BlockEntry(number, i % kTurnChunk))];
   }
-  // Gaussian i becomes what source[i] was; where not keep[i] with C = 0. A piece goes as soon as nothing more comes
+  // Gaussian i becomes what source[i] was; where not kept[i] with C = 0. A piece goes as soon as nothing more comes
   // from it.
-  void Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep);
+  void Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept);
   // One array of BlockArraySize.
-  std::vector<float> Flat() const;
+  HostBuffer<float> Flat() const;
+
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(pieces_);
+  }
 
  private:
   // Zeros for the Gaussians [begin, begin + kTurnChunk) of `count`.

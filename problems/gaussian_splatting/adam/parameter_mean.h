@@ -32,6 +32,11 @@ class ParameterMean {
     mean_ = typename B::Vector();
   }
 
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(terms_, mean_);
+  }
+
  private:
   B backend_;
   typename B::Vector mean_;

@@ -17,21 +17,33 @@ class ViewOrder {
   ViewOrder(std::size_t views, std::uint64_t seed) : order_(views), seed_(seed) {}
 
   std::size_t Next() {
-    if (at_ == 0) {
-      std::iota(order_.begin(), order_.end(), std::size_t{0});
-      CounterRandom random(seed_, epoch_++);
-      for (std::size_t i = order_.size(); i > 1; --i) {
-        std::swap(order_[i - 1], order_[static_cast<std::size_t>(random.Below(static_cast<Index>(i)))]);
-      }
-      at_ = order_.size();
-    }
-    return order_[--at_];
+    const std::size_t views = order_.size(), at = drawn_ % views;
+    if (at == 0 || epoch_ != drawn_ / views) Shuffle(drawn_ / views);
+    ++drawn_;
+    return order_[views - 1 - at];
+  }
+
+  // How many were drawn: the order itself follows from the seed.
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(drawn_);
+    epoch_ = kNone;
   }
 
  private:
+  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+
+  void Shuffle(std::uint64_t epoch) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    CounterRandom random(seed_, epoch);
+    for (std::size_t i = order_.size(); i > 1; --i) {
+      std::swap(order_[i - 1], order_[static_cast<std::size_t>(random.Below(static_cast<Index>(i)))]);
+    }
+    epoch_ = epoch;
+  }
+
   std::vector<std::size_t> order_;
-  std::uint64_t seed_, epoch_ = 0;
-  std::size_t at_ = 0;
+  std::uint64_t seed_, drawn_ = 0, epoch_ = kNone;  // epoch_: that of order_
 };
 
 // Whether iteration `it` sees the views at half their size.

@@ -5,7 +5,7 @@
 
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
-#include "problems/gaussian_splatting/adam/adam.h"
+#include "problems/gaussian_splatting/adam/adam_rule.h"
 #include "problems/gaussian_splatting/adam/block_adam_formula.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"

@@ -1,14 +1,32 @@
 // Rows of what is laid out as a model (kernels/gaussian_splatting/layout.h), for when Gaussians change places.
 #pragma once
 
-#include <vector>
+#include <cstdint>
 
-#include "kernels/core/span.h"
+#include "kernels/core/for_each.h"
+#include "kernels/core/hd.h"
 
 namespace vesta::gs {
 
-// The rows `source` of a structure of arrays with `count` rows and `attributes` columns.
-std::vector<float> GatherRows(const std::vector<float>& data, Index count, int attributes,
-                              const std::vector<Index>& source);
+// to = the rows `source` of `from`: structures of arrays with `attributes` columns of so many rows, all pointers to one
+// memory space. Zero where a row is not kept; kept null: all are.
+template <class Row>
+struct RowGathering {
+  Index attributes, from_rows, to_rows;
+  const Row* source;
+  const std::uint8_t* kept;
+  const float* from;
+  float* to;
+
+  VESTA_HD void operator()(Index entry) const {
+    const Index attribute = entry / to_rows, row = entry - attribute * to_rows;
+    to[entry] = !kept || kept[row] != 0 ? from[attribute * from_rows + source[row]] : 0.0f;
+  }
+};
+
+template <class Space, class Row>
+void GatherRows(const RowGathering<Row>& gathering) {
+  ForEach<Space>(gathering.attributes * gathering.to_rows, 65536, gathering);
+}
 
 }  // namespace vesta::gs

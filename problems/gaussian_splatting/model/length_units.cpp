@@ -2,9 +2,6 @@
 
 #include <algorithm>
 
-#include "kernels/core/parallel.h"
-#include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/model/length_unit_formula.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::gs {
@@ -21,11 +18,9 @@ std::vector<float> LengthUnits(const SplatModel& model, const std::vector<const 
                                double otherwise) {
   const std::vector<splat::PinholeView> chosen = UnitViews(views, near);
   std::vector<float> units(static_cast<std::size_t>(model.count));
-  ParallelFor(model.count, 256, [&](Index i) {
-    float mean[3];
-    for (int k = 0; k < 3; ++k) mean[k] = model.attribute(splat::kMean + k)[i];
-    units[static_cast<std::size_t>(i)] = LengthUnit(chosen.data(), static_cast<Index>(chosen.size()), otherwise, mean);
-  });
+  ForEach<Host>(model.count, 256,
+                MeasureUnit{model.count, model.data.data(), chosen.data(), static_cast<Index>(chosen.size()), otherwise,
+                            units.data()});
   return units;
 }
 

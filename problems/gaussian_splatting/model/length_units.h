@@ -3,7 +3,11 @@
 
 #include <vector>
 
+#include "kernels/core/buffer.h"
+#include "kernels/core/for_each.h"
+#include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/types.h"
+#include "problems/gaussian_splatting/model/length_unit_formula.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
@@ -12,9 +16,35 @@ namespace vesta::gs {
 // The views that are looked at for it: of many only 64, evenly spread. near: distance of the near plane.
 std::vector<splat::PinholeView> UnitViews(const std::vector<const View*>& views, double near);
 
-// For each Gaussian half its depth in the nearest of the views that hold its mean beyond the depth `near`, or
+// LengthUnit of Gaussian i by its mean; all pointers to one memory space.
+struct MeasureUnit {
+  Index count;
+  const float* x;  // of `count` Gaussians (kernels/gaussian_splatting/layout.h)
+  const splat::PinholeView* views;
+  Index num_views;
+  double otherwise;
+  float* units;
+
+  VESTA_HD void operator()(Index i) const {
+    float mean[3];
+    for (int k = 0; k < 3; ++k) mean[k] = x[(splat::kMean + k) * count + i];
+    units[i] = LengthUnit(views, num_views, otherwise, mean);
+  }
+};
+
+// For each Gaussian half its depth in the nearest of the views that hold its mean beyond their near plane, or
 // `otherwise` where none does: a learning rate for positions is then one in pixels, at most so many in any view, near
-// and far alike. (Kerbl et al. 2023 have one unit for the scene.) Parallel.
+// and far alike. (Kerbl et al. 2023 have one unit for the scene.) views: UnitViews; x: of `count` Gaussians.
+template <class Space>
+Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<splat::PinholeView, Space>& views,
+                                  double otherwise) {
+  Buffer<float, Space> units;
+  units.ResizeForOverwrite(count);
+  ForEach<Space>(count, 256, MeasureUnit{count, x, views.data(), views.size(), otherwise, units.data()});
+  return units;
+}
+
+// The same of a model on the host, by the views themselves.
 std::vector<float> LengthUnits(const SplatModel& model, const std::vector<const View*>& views, double near,
                                double otherwise);
 

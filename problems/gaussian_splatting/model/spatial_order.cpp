@@ -51,7 +51,12 @@ std::vector<Index> SpatialOrder(const SplatModel& model) {
 }
 
 SplatModel InOrder(SplatModel model, const std::vector<Index>& order) {
-  model.data = GatherRows(model.data, model.count, model.num_attributes(), order);
+  const auto count = static_cast<Index>(order.size());
+  std::vector<float> data(static_cast<std::size_t>(model.num_attributes() * count));
+  GatherRows<Host>(RowGathering<Index>{model.num_attributes(), model.count, count, order.data(), nullptr,
+                                       model.data.data(), data.data()});
+  model.data = std::move(data);
+  model.count = count;
   return model;
 }
 

@@ -6,11 +6,14 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
-#include "problems/gaussian_splatting/train/device_adam_stage.h"
+#include "problems/gaussian_splatting/train/adam_stage.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 
 namespace vesta::gs {
+
+extern template void RunAdamStage<CudaBackend<float>>(TrainingSession& session, SplatModel& model);
+
 namespace {
 
 // Adds what a stepper has done to a total, also where it ends by an exception.
@@ -79,7 +82,7 @@ StageRunners DeviceStages() {
   const DeviceInfo& device = QueryDevice();
   if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
   device::ResetPeak();
-  return {"cuda", RunDeviceAdamStage, RunDeviceLmStage, [] {
+  return {"cuda", RunAdamStage<CudaBackend<float>>, RunDeviceLmStage, [] {
             return DeviceMemoryUse{static_cast<double>(device::FreeBytes()), static_cast<double>(device::PeakBytes())};
           }};
 }

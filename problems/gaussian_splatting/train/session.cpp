@@ -1,8 +1,61 @@
 #include "problems/gaussian_splatting/train/session.h"
 
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 
 namespace vesta::gs {
+
+bool TrainingSession::Timer::IsDue(const Interval& interval, Stage stage, int iteration, double seconds) {
+  const bool by_iterations = interval.iterations > 0 && (stage == Stage::kLm || iteration % interval.iterations == 0);
+  const bool by_time = interval.minutes > 0 && seconds - last_seconds_ >= 60 * interval.minutes;
+  if (by_iterations || by_time) last_seconds_ = seconds;
+  return by_iterations || by_time;
+}
+
+void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state) {
+  if (!saves()) return;
+  const CheckpointOptions& options = callbacks_.checkpoint;
+  if (!checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds()) && !stopped_) return;
+  RunState run{.origin = options.origin,
+               .stage = stage,
+               .scene = FingerprintOf(scene_),
+               .seconds = clock_.Seconds(),
+               .eval_seconds = clock_.Paused(),
+               .history = history_,
+               .notes = notes_};
+  try {
+    WriteCheckpoint(options.path, run, state);
+  } catch (const Error& error) {
+    // What has been trained so far is not lost for want of a file.
+    const std::string line = fmt::format("no checkpoint: {}", error.what());
+    if (notes_.empty() || notes_.back() != line) Note(line);
+  }
+}
+
+void TrainingSession::SnapshotWhereDue(Stage stage, int iteration,
+                                       const std::function<splat::Model<float>()>& on_host) {
+  if (!callbacks_.snapshot) return;
+  if (!snapshot_timer_.IsDue(callbacks_.snapshot_every, stage, iteration, clock_.Seconds())) return;
+  callbacks_.snapshot(stage, iteration, on_host());
+}
+
+std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {
+  return stage == first_stage() ? std::exchange(saved_stage_, std::nullopt) : std::nullopt;
+}
+
+void TrainingSession::Resume(const Checkpoint& checkpoint) {
+  if (checkpoint.run.scene != FingerprintOf(scene_)) {
+    Fail("{}: of other photographs or cameras than this scene's; give the scene that it was trained on",
+         checkpoint.path);
+  }
+  history_ = checkpoint.run.history;
+  notes_ = checkpoint.run.notes;
+  saved_stage_ = checkpoint.stage_state;
+}
 
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model) {
   const Scene& scene = session.scene();

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,11 +55,12 @@ class TrainingSession {
       : scene_(scene),
         options_(options),
         callbacks_(callbacks),
-        clock_(seconds_before),
+        clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0)),
         renderer_(options.background, NearPlane(scene)) {
     for (const View& view : scene.views) {
       if (!view.is_test) training_views_.push_back(&view);
     }
+    if (callbacks.resume) Resume(*callbacks.resume);
   }
 
   const Scene& scene() const { return scene_; }
@@ -90,6 +92,18 @@ class TrainingSession {
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);
   }
+  // Whether the state is saved at times, and when the training is stopped.
+  bool saves() const { return !callbacks_.checkpoint.path.empty() && !callbacks_.checkpoint.every.never(); }
+  // After each iteration: saves the state of the stage where that is due, or the training stops; state: writes it. An
+  // older checkpoint stays until the new one is complete, and where that cannot be written.
+  void SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state);
+  // Hands out the model on the way, where that is due. on_host: gives it.
+  void SnapshotWhereDue(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host);
+  // The stage that a resumed training was in; Adam's where nothing is resumed.
+  Stage first_stage() const { return callbacks_.resume ? callbacks_.resume->run.stage : Stage::kAdam; }
+  // The state of this stage that was saved, once; none where the stage begins anew.
+  std::optional<std::string> TakeSavedStage(Stage stage);
+
   // A line for the user on what is done otherwise than asked for.
   void Note(std::string line) { notes_.push_back(std::move(line)); }
   std::vector<std::string> TakeNotes() { return std::move(notes_); }
@@ -103,6 +117,17 @@ class TrainingSession {
   std::vector<HistoryRow> TakeHistory() { return std::move(history_); }
 
  private:
+  // When something is due that is done at intervals.
+  class Timer {
+   public:
+    bool IsDue(const Interval& interval, Stage stage, int iteration, double seconds);
+
+   private:
+    double last_seconds_ = 0;
+  };
+  // Throws Error where the checkpoint is of another scene.
+  void Resume(const Checkpoint& checkpoint);
+
   const Scene& scene_;
   const TrainOptions& options_;
   const TrainCallbacks& callbacks_;
@@ -111,6 +136,8 @@ class TrainingSession {
   std::vector<const View*> training_views_;
   std::vector<HistoryRow> history_;
   std::vector<std::string> notes_;
+  Timer checkpoint_timer_, snapshot_timer_;
+  std::optional<std::string> saved_stage_;
   bool stopped_ = false;
 };
 
@@ -120,9 +147,8 @@ std::vector<float> TrainingUnits(const TrainingSession& session, const SplatMode
 // The views to fit, for the operators; they must outlive what is returned.
 std::vector<TargetView<CpuBackend<float>>> TargetsOf(const std::vector<const View*>& views, double near);
 
-// The two stages; both leave the model at its best and record their last state.
-void RunAdamStage(TrainingSession& session, SplatModel& model);
-// Returns the engine's full report. hold_batches: as vesta::LmOptions has it.
+// Stage two (stage one: adam_stage.h); leaves the model at its best and records its last state. Returns the engine's
+// full report. hold_batches: as vesta::LmOptions has it.
 std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches);
 
 }  // namespace vesta::gs

@@ -24,6 +24,12 @@ class StageSwitch {
   // After iteration `it`, whose views had this mean cost.
   void Observe(int it, double cost);
 
+  // What was observed; the rest follows from the options.
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(end_, last_, sum_, previous_, counted_);
+  }
+
  private:
   void Restart() { sum_ = 0, previous_ = 0, counted_ = 0; }
 

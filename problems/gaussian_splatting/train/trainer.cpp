@@ -9,6 +9,7 @@
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/train/adam_stage.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
@@ -93,7 +94,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
     }
     options.density.max_gaussians = fit;
   }
-  if (options.adam.iterations > 0) stages.adam(session, model);
+  if (options.adam.iterations > 0 && session.first_stage() == Stage::kAdam) stages.adam(session, model);
   const double between = session.Seconds();
   PlanAndRunLm(session, options, model, stages, result);
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
@@ -118,7 +119,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
-StageRunners HostStages() { return {"cpu", RunAdamStage, RunLmStage, {}}; }
+StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage, {}}; }
 
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {

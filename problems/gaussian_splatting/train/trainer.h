@@ -4,24 +4,12 @@
 #include <functional>
 #include <vector>
 
-#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/train/checkpoint.h"
+#include "problems/gaussian_splatting/train/history.h"
 #include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::gs {
-
-enum class Stage { kAdam, kLm };
-const char* StageName(Stage stage);
-
-// One evaluation of the model during training.
-struct HistoryRow {
-  Stage stage = Stage::kAdam;
-  int iteration = 0;
-  double seconds = 0;  // since the start of the process, evaluation left out
-  double cost = 0;     // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
-  Quality train, test;
-  Index gaussians = 0;
-};
 
 // After every iteration of either stage.
 struct TrainProgress {
@@ -34,12 +22,33 @@ struct TrainProgress {
   std::string note;  // LM: damping, gain ratio, whether the step was accepted
 };
 
+// Every so many iterations, or minutes of the training's clock; both 0: never. An iteration of LM, which takes as long
+// as hundreds of Adam's, is due whenever this is not never.
+struct Interval {
+  int iterations = 0;
+  double minutes = 0;
+  bool never() const { return iterations == 0 && minutes == 0; }
+};
+
+// Where the state of the training is saved, so that a later run goes on from there.
+struct CheckpointOptions {
+  std::string path;  // a file; written whole or not at all
+  Interval every;
+  std::string origin;  // RunState::origin
+};
+
 struct TrainCallbacks {
   std::function<void(const TrainProgress&)> progress;
   // With every row of the history, and the model that it is of. The clock stands still.
   std::function<void(const HistoryRow&, const splat::Model<float>&)> evaluated;
   // Asked after every iteration; true ends training there, with the result as it stands.
   std::function<bool()> stop;
+  // With the model on the way, as it is shown in the history.
+  Interval snapshot_every;
+  std::function<void(Stage, int iteration, const splat::Model<float>&)> snapshot;
+  CheckpointOptions checkpoint;
+  // To go on from; null: from the start. Must outlive the training.
+  const Checkpoint* resume = nullptr;
 };
 
 class TrainingSession;
@@ -80,7 +89,9 @@ struct TrainResult {
   std::vector<std::string> notes;                             // what was done otherwise than asked for, a line each
 };
 
-// seconds_before: since the start of the process (loading). The scene's images must be loaded.
+// seconds_before: since the start of the process (loading). The scene's images must be loaded. With callbacks.resume
+// the training goes on with these options, to the same bits as without the break where they are those of before; throws
+// Error where the checkpoint is of another scene.
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 // LM only, from `model`; its SH degree is kept.

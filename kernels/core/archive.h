@@ -1,0 +1,136 @@
+// What an object consists of, written out byte by byte and read back: one list of members for both directions.
+//
+//   template <class Archive>
+//   void Visit(Archive& archive) { archive(count_, values_, name_); }
+//
+// An ArchiveWriter passes the bytes on as they come, so that no copy of the whole is made; an ArchiveReader takes them
+// from memory and throws Error where they end too early. The bytes are those of the machine (little-endian floats):
+// what surrounds them has to say which version of which object they are, and to protect them by a checksum.
+#pragma once
+
+#include <cstring>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/buffer.h"
+#include "kernels/core/error.h"
+
+namespace vesta {
+
+class ArchiveWriter {
+ public:
+  static constexpr bool kReads = false;
+  explicit ArchiveWriter(std::function<void(std::string_view)> sink) : sink_(std::move(sink)) {}
+
+  template <class... Ts>
+  void operator()(Ts&... values) {
+    (Write(values), ...);
+  }
+
+ private:
+  void WriteBytes(const void* data, std::size_t size) { sink_({static_cast<const char*>(data), size}); }
+
+  template <class T>
+  void WriteArray(const T* data, Index size) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    WriteBytes(&size, sizeof(size));
+    WriteBytes(data, static_cast<std::size_t>(size) * sizeof(T));
+  }
+  void Write(std::string& value) { WriteArray(value.data(), static_cast<Index>(value.size())); }
+  template <class T>
+  void Write(std::vector<T>& values) {
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      WriteArray(values.data(), static_cast<Index>(values.size()));
+    } else {
+      auto size = static_cast<Index>(values.size());
+      WriteBytes(&size, sizeof(size));
+      for (T& value : values) Write(value);
+    }
+  }
+  template <class T, class Space>
+  void Write(Buffer<T, Space>& buffer) {
+    if constexpr (std::is_same_v<Space, Host>) {
+      WriteArray(buffer.data(), buffer.size());
+    } else {
+      std::vector<T> copy(static_cast<std::size_t>(buffer.size()));
+      buffer.CopyTo({copy.data(), buffer.size()});
+      WriteArray(copy.data(), buffer.size());
+    }
+  }
+  template <class T>
+  void Write(T& value) {
+    if constexpr (requires { value.Visit(*this); }) {
+      value.Visit(*this);
+    } else {
+      static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+      WriteBytes(&value, sizeof(value));
+    }
+  }
+
+  std::function<void(std::string_view)> sink_;
+};
+
+class ArchiveReader {
+ public:
+  static constexpr bool kReads = true;
+  // bytes must outlive the reader.
+  explicit ArchiveReader(std::string_view bytes) : rest_(bytes) {}
+
+  template <class... Ts>
+  void operator()(Ts&... values) {
+    (Read(values), ...);
+  }
+  // What has not been read yet.
+  std::string_view rest() const { return rest_; }
+
+ private:
+  void ReadBytes(void* data, std::size_t size) {
+    if (rest_.size() < size) throw Error("cut short");
+    if (size > 0) std::memcpy(data, rest_.data(), size);
+    rest_.remove_prefix(size);
+  }
+  // Number of elements of so many bytes that follow.
+  Index ReadSize(std::size_t element) {
+    Index size = 0;
+    ReadBytes(&size, sizeof(size));
+    if (size < 0 || static_cast<std::size_t>(size) > rest_.size() / element) throw Error("cut short");
+    return size;
+  }
+  void Read(std::string& value) {
+    value.resize(static_cast<std::size_t>(ReadSize(1)));
+    ReadBytes(value.data(), value.size());
+  }
+  template <class T>
+  void Read(std::vector<T>& values) {
+    constexpr bool kFlat = std::is_trivially_copyable_v<T>;
+    values.resize(static_cast<std::size_t>(ReadSize(kFlat ? sizeof(T) : 1)));
+    if constexpr (kFlat) {
+      ReadBytes(values.data(), values.size() * sizeof(T));
+    } else {
+      for (T& value : values) Read(value);
+    }
+  }
+  template <class T, class Space>
+  void Read(Buffer<T, Space>& buffer) {
+    std::vector<T> copy;
+    Read(copy);
+    buffer.CopyFrom({copy.data(), static_cast<Index>(copy.size())});
+  }
+  template <class T>
+  void Read(T& value) {
+    if constexpr (requires { value.Visit(*this); }) {
+      value.Visit(*this);
+    } else {
+      static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+      ReadBytes(&value, sizeof(value));
+    }
+  }
+
+  std::string_view rest_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,36 @@
+#include "problems/gaussian_splatting/adam/adam_steps.h"
+
+#include <algorithm>
+
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/adam/adam_kernel.h"
+
+namespace vesta::gs {
+
+void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases) {
+  const BlockAdamArrays& all = arrays.blocks;
+  const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
+  ParallelFor((all.count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
+    const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, all.count);
+    if (arrays.first_diagonal > 0) {
+      BlockAdamArrays piece = all;
+      piece.bases = bases.piece(chunk);
+      piece.bases_begin = begin;
+      kernels.step_blocks(piece, begin, end);
+      if (chunk % kTurnEvery == FirstTurned(arrays.steps)) kernels.turn_bases(piece, begin, end);
+    }
+    for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {
+      const Index offset = a * all.count + begin;
+      kernels.step({.size = end - begin,
+                    .gradient = all.gradient + offset,
+                    .parameters = all.parameters + offset,
+                    .first = all.first + offset,
+                    .second = all.second + offset,
+                    .units = a < splat::kLogScale && all.units ? all.units + begin : nullptr,
+                    .rate = arrays.rate[a],
+                    .root_correction2 = all.root_correction2});
+    }
+  });
+}
+
+}  // namespace vesta::gs

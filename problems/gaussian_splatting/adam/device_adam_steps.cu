@@ -1,0 +1,87 @@
+#include <utility>
+
+#include "kernels/core/launch.cuh"
+#include "problems/gaussian_splatting/adam/device_adam_steps.h"
+
+namespace vesta::gs {
+namespace {
+
+// Memory bound: reads and writes 16 bytes a parameter that moves, reads 4 of others.
+struct StepOne {
+  AdamStepArrays a;
+  VESTA_HD void operator()(Index parameter) const {
+    const BlockAdamArrays& all = a.blocks;
+    const Index i = a.first_diagonal * all.count + parameter, attribute = i / all.count;
+    if (all.gradient[i] == 0) return;
+    const float unit = attribute < splat::kLogScale && all.units ? all.units[i - attribute * all.count] : 1.0f;
+    const float step =
+        AdamStep(all.gradient[i], unit * a.rate[attribute], all.root_correction2, all.first[i], all.second[i]);
+    all.gradient[i] = 0;
+    all.parameters[i] -= step;
+  }
+};
+
+struct StepBlock {
+  BlockAdamArrays a;
+  VESTA_HD void operator()(Index i) const { BlockAdamStep<float>(a, i); }
+};
+
+// Three matrices, which registers do not hold: they are in local memory, for one Gaussian in 25.
+struct TurnOne {
+  BlockAdamArrays a;
+  Index first_chunk;
+  VESTA_HD void operator()(Index turned) const {
+    const Index chunk = first_chunk + turned / kTurnChunk * kTurnEvery;
+    const Index i = chunk * kTurnChunk + turned % kTurnChunk;
+    if (i < a.count) TurnBasis<float>(a, i);
+  }
+};
+
+struct GatherBasisNumber {
+  Index to_rows;
+  const std::uint32_t* source;
+  const std::uint8_t* kept;
+  const float* from;
+  float* to;
+  // entry: as BlockEntry gives them.
+  VESTA_HD void operator()(Index entry) const {
+    const Index block = entry / (kBlockNumbers * kBlockLanes), in_block = entry - block * kBlockNumbers * kBlockLanes;
+    const int number = static_cast<int>(in_block / kBlockLanes);
+    const Index i = block * kBlockLanes + in_block % kBlockLanes;
+    const bool is_kept = i < to_rows && (kept[i] != 0 || number < kBasisSize);
+    to[entry] = is_kept ? from[BlockEntry(number, source[i])] : 0.0f;
+  }
+};
+
+}  // namespace
+
+void BlockBases<Device>::Rearrange(Span<const std::uint32_t, Device> source, Span<const std::uint8_t, Device> kept) {
+  DeviceBuffer<float> gathered;
+  gathered.ResizeForOverwrite(BlockArraySize(source.size()));
+  device::ForEach(gathered.size(),
+                  GatherBasisNumber{source.size(), source.data(), kept.data(), numbers_.data(), gathered.data()},
+                  "gathering of Adam's bases");
+  numbers_ = std::move(gathered);
+}
+
+BlockBases<Host> BlockBases<Device>::OnHost(Index count) const {
+  HostBuffer<float> flat;
+  flat.ResizeForOverwrite(numbers_.size());
+  numbers_.CopyTo(flat);
+  return {numbers_.empty() ? 0 : count, flat};
+}
+
+void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& bases) {
+  const BlockAdamArrays& all = arrays.blocks;
+  if (arrays.first_diagonal > 0) {
+    BlockAdamArrays blocks = all;
+    blocks.bases = bases.data();
+    device::ForEach(blocks.count, StepBlock{blocks}, "step of Adam's blocks");
+    const Index chunks = (blocks.count + kTurnChunk - 1) / kTurnChunk, first = FirstTurned(arrays.steps);
+    const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
+    device::ForEach(turned * kTurnChunk, TurnOne{blocks, first}, "turn of Adam's bases");
+  }
+  device::ForEach((arrays.attributes - arrays.first_diagonal) * all.count, StepOne{arrays}, "step of Adam");
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,11 @@
+// What of the model's passes nvcc compiles.
+#include "kernels/core/for_each.cuh"
+#include "problems/gaussian_splatting/model/gather_rows.h"
+#include "problems/gaussian_splatting/model/length_units.h"
+
+namespace vesta {
+
+VESTA_DEVICE_FOR_EACH(gs::RowGathering<std::uint32_t>, "gathering of rows")
+VESTA_DEVICE_FOR_EACH(gs::MeasureUnit, "units of length")
+
+}  // namespace vesta

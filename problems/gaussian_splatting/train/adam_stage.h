@@ -1,0 +1,306 @@
+// Stage one: Adam on one view an iteration, or a few, with adaptive density. For every memory space: parameters,
+// gradient and moments stay in it throughout.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/archive.h"
+#include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/adam/schedule.h"
+#include "problems/gaussian_splatting/density/schedule.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/train/coarse_views.h"
+#include "problems/gaussian_splatting/train/session.h"
+#include "problems/gaussian_splatting/train/stage_switch.h"
+#include "problems/gaussian_splatting/train/trained_model.h"
+
+namespace vesta::gs {
+
+// All that the stage's further course depends on, beside options and photographs.
+template <class B>
+struct AdamStageState {
+  TrainedModel<B> model;
+  ViewOrder order;
+  StageSwitch stage_switch;
+  int iteration = 0;  // done
+  double mean_cost = 0;
+  bool averages = true;  // false once the mean of the parameters has found no room
+
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(model, order, stage_switch, iteration, mean_cost, averages);
+  }
+};
+
+// Views to fit at one size, with what their truths lie in.
+template <class B>
+class StageTargets {
+ public:
+  bool empty() const { return targets_.empty(); }
+  const TargetView<B>& operator[](std::size_t i) const { return targets_[i]; }
+  const std::vector<TargetView<B>>& all() const { return targets_; }
+
+  // Of photographs that outlive this.
+  void Show(const std::vector<const View*>& views, double near) { targets_ = MakeTargets<B>(views, near); }
+  // Of photographs made for the purpose.
+  void Hold(std::vector<View> views, double near) {
+    views_ = std::move(views);
+    std::vector<const View*> pointers;
+    for (const View& view : views_) pointers.push_back(&view);
+    Show(pointers, near);
+    if constexpr (!std::is_same_v<typename B::Space, Host>) views_ = {};
+  }
+  void Clear() { targets_ = {}, views_ = {}; }
+
+ private:
+  std::vector<View> views_;
+  std::vector<TargetView<B>> targets_;
+};
+
+template <class B>
+class AdamStage {
+ public:
+  // model: to start from, and where the result goes.
+  AdamStage(TrainingSession& session, SplatModel& model)
+      : session_(session),
+        options_(session.options()),
+        result_(model),
+        near_(NearPlane(session.scene())),
+        state_(StartState(session, model)) {
+    if constexpr (kOnHost) model.data = std::vector<float>();  // until the stage is done state_ has it
+    if (const std::optional<std::string> saved = session.TakeSavedStage(Stage::kAdam)) Restore(*saved);
+  }
+
+  // All that is left to do. On a device throws OutOfDeviceMemory; then what follows may be called.
+  void Run() {
+    if (targets_.empty()) targets_.Show(session_.training_views(), near_);
+    while (state_.iteration < state_.stage_switch.end() && !session_.stopped()) Iterate();
+    if (!finished_) Finish();
+  }
+
+  int iteration() const { return state_.iteration; }
+  Index gaussians() const { return state_.model.count(); }
+  // Back to before the Gaussians last became more, to go on without. False where there is no such state.
+  bool GoBackBeforeGrowth() {
+    if (before_growth_.empty()) return false;
+    passes_.emplace();
+    state_.model.Free();
+    Restore(std::exchange(before_growth_, {}));
+    state_.model.StayAsMany();
+    // What that iteration did besides.
+    if (ResetsOpacityAt(options_.density, state_.iteration, options_.adam.iterations)) state_.model.ResetOpacity();
+    return true;
+  }
+  // Leaves the model after the last iteration, recorded.
+  void Finish() {
+    if (recorded_ != state_.iteration) Record();
+    passes_.reset();
+    state_.model.Finish(result_);
+    finished_ = true;
+  }
+
+ private:
+  using Vector = typename B::Vector;
+  static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+
+  // What the passes over one view work in.
+  struct Passes {
+    // |e| itself, as in 3DGS: Adam needs no floor.
+    typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
+    typename SplatBackend<B>::View view;
+    typename SplatBackend<B>::Workspace workspace;
+    Vector image, image_gradient;
+  };
+
+  static AdamStageState<B> StartState(const TrainingSession& session, const SplatModel& model) {
+    const TrainOptions& options = session.options();
+    const std::vector<const View*>& views = session.training_views();
+    const Scene& scene = session.scene();
+    return {TrainedModel<B>(model, Adam<B>(options.rates, MetricOf(options.adam)),
+                            DensityControl<typename B::Space>(options.density, scene.extent, options.seed),
+                            UnitViews(views, NearPlane(scene)), scene.extent),
+            ViewOrder(views.size(), options.seed), StageSwitch(options, static_cast<Index>(views.size()))};
+  }
+  void Restore(const std::string& bytes) {
+    ArchiveReader reader(bytes);
+    reader(state_);
+  }
+
+  int ActiveDegreeAt(int it) const { return ActiveShDegree(options_.adam, state_.model.sh_degree(), it); }
+
+  void Record() {
+    const int degree = ActiveDegreeAt(state_.iteration);
+    const splat::Model<float> result = state_.model.result(degree);
+    const auto on_host = [&] { return OnHost(result); };
+    const auto evaluate = [&] {
+      if constexpr (!kOnHost) {
+        return EvaluateOrDownload(session_, targets_.all(), result, passes_->workspace, on_host);
+      } else {
+        return session_.Evaluate(result);
+      }
+    };
+    session_.Record(Stage::kAdam, state_.iteration, ModelToRecord{state_.model.count(), evaluate, on_host});
+    recorded_ = state_.iteration;
+  }
+  // Where it is not there already it is downloaded, for as long as nothing else is.
+  splat::Model<float> OnHost(const splat::Model<float>& result) {
+    if constexpr (!kOnHost) {
+      state_.model.DownloadResult(result_);
+      return {result_.data.data(), result.count, result.sh_degree, result.active_sh_degree};
+    } else {
+      return result;
+    }
+  }
+
+  // What iteration `it` trains on.
+  const StageTargets<B>& TargetsAt(int it) {
+    const bool is_coarse = IsCoarseAt(options_.adam, it);
+    if (!is_coarse) coarse_targets_.Clear();
+    if (is_coarse && coarse_targets_.empty() && !lacks_halves_) {
+      std::vector<View> views = CoarseViews(session_.training_views());
+      lacks_halves_ = views.empty();
+      coarse_targets_.Hold(std::move(views), near_);
+    }
+    return coarse_targets_.empty() ? targets_ : coarse_targets_;
+  }
+
+  // The mean cost of some views a value; their gradients are added up.
+  double AddGradients(const splat::Model<float>& x, const StageTargets<B>& targets, float* gradient, bool observes) {
+    double cost = 0, values = 0;
+    for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
+      const std::size_t next = state_.order.Next();
+      const TargetView<B>& target = targets[next];
+      const ImageShape shape = target.shape();
+      passes_->image.ResizeForOverwrite(shape.NumValues());
+      passes_->image_gradient.ResizeForOverwrite(shape.NumValues());
+      passes_->view.Build(x, target.pinhole, options_.background.data(), passes_->workspace);
+      passes_->view.Render(passes_->image.data());
+      passes_->loss.Gradient(passes_->image, target.truth, shape, passes_->image_gradient);
+      passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
+      if (observes) {
+        const double share = PullShare(shape.width, targets_[next].pinhole.width);
+        state_.model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
+                                       share * static_cast<double>(shape.NumValues()));
+      }
+      // Read last, so that on a device all of the iteration's work is under way.
+      cost += passes_->loss.Value().objective;
+      values += static_cast<double>(shape.NumValues());
+    }
+    return cost / values;
+  }
+
+  void Iterate() {
+    const int n = options_.adam.iterations, it = state_.iteration + 1;
+    StageSwitch& stage_switch = state_.stage_switch;
+    const int degree = ActiveDegreeAt(it), attributes = splat::NumAttributes(degree);
+    const bool observes = options_.density.enabled && it <= options_.density.end * n;
+    // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
+    const double cost =
+        AddGradients(state_.model.kernel_model(degree), TargetsAt(it), state_.model.gradient(attributes), observes);
+    state_.model.Step(attributes, RateFactor(options_.adam, it, stage_switch.end()));
+    stage_switch.Observe(it, cost);
+    state_.iteration = it;
+    state_.mean_cost = it == 1 ? cost : 0.95 * state_.mean_cost + 0.05 * cost;
+    ForgetGrowthThatHolds();
+    if (state_.averages && AveragesAt(options_.adam, it, stage_switch.end())) Average();
+    const bool is_end = it == stage_switch.end(), is_last = is_end || session_.ShouldStop();
+    if (is_last || it % std::max(1, n / options_.adam.evaluations) == 0) Record();
+    session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_.model.result(degree)); });
+    if (is_last && !is_end) {
+      state_.model.DownloadResult(result_);
+      finished_ = true;
+    }
+    // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
+    // stopped it is done for the sake of the state that is saved, and at the end not at all.
+    if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it, n);
+    session_.Report({Stage::kAdam, it, stage_switch.end(), session_.Seconds(), state_.mean_cost, session_.latest_psnr(),
+                     state_.model.count(), ""});
+    if (!is_end) {
+      session_.SaveWhereDue(Stage::kAdam, it, [&](ArchiveWriter& archive) { archive(state_); });
+    }
+    if (is_end) Finish();
+  }
+
+  void ChangeGaussians(int it, int n) {
+    if (DensifiesAt(options_.density, it, n)) {
+      passes_.emplace();  // the new bases need room while the old ones are there
+      state_.model.Densify(it, [&] {
+        if constexpr (!kOnHost) KeepStateBeforeGrowth();
+      });
+    }
+    if (ResetsOpacityAt(options_.density, it, n)) state_.model.ResetOpacity();
+  }
+
+  // The mean is an improvement; for want of its room training does not end.
+  void Average() {
+    try {
+      state_.model.Average();
+    } catch (const OutOfDeviceMemory& error) {
+      state_.averages = false;
+      session_.Note(fmt::format("Adam leaves its last parameters, not their mean: {}", error.what()));
+    }
+  }
+
+  void KeepStateBeforeGrowth() {
+    before_growth_ = std::string();
+    std::size_t size = 0;
+    ArchiveWriter([&](std::string_view bytes) { size += bytes.size(); })(state_);
+    before_growth_.reserve(size);
+    ArchiveWriter([&](std::string_view bytes) { before_growth_.append(bytes); })(state_);
+    growth_at_ = state_.iteration;
+  }
+  // Once every view has been through with the Gaussians there are, there is room for them.
+  void ForgetGrowthThatHolds() {
+    const auto seen = static_cast<std::size_t>(state_.iteration - growth_at_) *
+                      static_cast<std::size_t>(options_.adam.views_per_iteration);
+    if (!before_growth_.empty() && seen >= 2 * session_.training_views().size()) before_growth_ = {};
+  }
+
+  TrainingSession& session_;
+  const TrainOptions& options_;
+  SplatModel& result_;
+  double near_;
+  AdamStageState<B> state_;
+  StageTargets<B> targets_, coarse_targets_;
+  bool lacks_halves_ = false, finished_ = false;
+  std::optional<Passes> passes_{std::in_place};
+  std::string before_growth_;  // of AdamStageState
+  int growth_at_ = 0, recorded_ = 0;
+};
+
+// The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not
+// suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note.
+template <class B>
+void RunAdamStage(TrainingSession& session, SplatModel& model) {
+  for (auto stage = std::make_unique<AdamStage<B>>(session, model);;) {
+    try {
+      return stage->Run();
+    } catch (const OutOfDeviceMemory& error) {
+      const int failed = stage->iteration();
+      if (stage->GoBackBeforeGrowth()) {
+        session.Note(fmt::format("Adam goes on from iteration {} with {} Gaussians and no more: {}", stage->iteration(),
+                                 stage->gaussians(), error.what()));
+      } else if (failed > 0) {
+        session.Note(fmt::format("Adam ends after {} iterations: {}", failed, error.what()));
+        return stage->Finish();
+      } else {
+        session.Note(fmt::format("Adam runs on the CPU: {}", error.what()));
+        stage.reset();
+        return RunAdamStage<CpuBackend<float>>(session, model);
+      }
+    }
+  }
+}
+
+extern template void RunAdamStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model);
+
+}  // namespace vesta::gs
