@@ -1,4 +1,4 @@
-// The time of each pass on the GPU beside the limits of the device, and of a step of LM at scale.
+// Each pass of the GPU beside what the device can do at most, and a step of LM at scale.
 //
 //   gpu_kernels [--gaussians 1000000] [--pixels 1000000] [--views 100] [--overlap 40] [--repeats 20] [--json FILE]
 //
@@ -15,7 +15,7 @@
 #include "kernels/core/device_kernels.h"
 #include "kernels/gaussian_splatting/device_passes.h"
 #include "kernels/gaussian_splatting/device_view.h"
-#include "problems/gaussian_splatting/adam/device_updates.h"
+#include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/lm/device_splat_problem.h"
 #include "solver/levenberg_marquardt.h"
@@ -73,24 +73,7 @@ class GpuBench {
         lists + 288 * pairs + 2 * image_bytes + 2 * parameters + 2 * 4 * 66 * n,
         [&] { view_.AddGram(model, image.data(), w.diagonal.data(), blocks.data(), sh.data(), workspace_); });
     CachedProducts(lists, visits, image.data(), dx.data(), d_image.data(), g.data());
-    DeviceBuffer<float> units(workload_.model.count);
-    Gpu().Fill(1, units);
-    gs::device_updates::AdamArrays adam{.count = workload_.model.count,
-                                        .first_attribute = 0,
-                                        .attributes = workload_.model.num_attributes(),
-                                        .gradient = g.data(),
-                                        .parameters = dx.data(),
-                                        .first = first.data(),
-                                        .second = second.data(),
-                                        .units = units.data(),
-                                        .rate = {},
-                                        .root_correction2 = 1};
-    // A step leaves its gradient zero, and a step by zero has nothing to do, so it is filled again each time.
-    Add("Adam's step", "step of Adam", 0, 9 * parameters, [&] {
-      Gpu().Fill(1, g);
-      gs::device_updates::StepAdam(adam);
-    });
-    AdamBlocks(n, g, dx.data(), first.data(), second.data());
+    AdamSteps(n, g, dx, first, second);
     Gpu backend;
     Gpu::Slots slots(1);
     Add("dot product", "reduction", 0, 2 * parameters,
@@ -160,29 +143,32 @@ class GpuBench {
     Build();
   }
 
-  // Of each Gaussian's geometry; bases are turned for one Gaussian in 25.
-  void AdamBlocks(double n, DeviceBuffer<float>& gradient, float* parameters, float* first, float* second) {
+  // Adam's step on all parameters, each alone, and with the geometry in blocks.
+  void AdamSteps(double n, DeviceBuffer<float>& gradient, DeviceBuffer<float>& x, DeviceBuffer<float>& first,
+                 DeviceBuffer<float>& second) {
     const Index count = workload_.model.count;
-    DeviceBuffer<float> bases(gs::BlockArraySize(count));
-    const gs::BlockAdamArrays blocks{.count = count,
-                                     .gradient = gradient.data(),
-                                     .parameters = parameters,
-                                     .first = first,
-                                     .second = second,
-                                     .bases = bases.data(),
-                                     .bases_begin = 0,
-                                     .units = nullptr,
-                                     .rates = {},
-                                     .step = 1,
-                                     .root_correction2 = 1};
-    Add("Adam's blocks", "step of Adam's blocks", 0,
-        4 * (9 * gs::kBlockSize + gs::kBlockNumbers + gs::kCovarianceSize) * n, [&] {
-          Gpu().Fill(1, gradient);
-          gs::device_updates::StepBlocks(blocks);
-        });
-    Add("turning bases", "turn of Adam's bases", 0,
-        4 * (gs::kBlockNumbers + gs::kBasisSize + gs::kBlockSize) * n / gs::kTurnEvery,
-        [&] { gs::device_updates::TurnBases(blocks, 0); });
+    gs::AdamStepArrays arrays{
+        .blocks = {}, .first_diagonal = 0, .attributes = workload_.model.num_attributes(), .steps = 0, .rate = {}};
+    arrays.blocks.count = count;
+    arrays.blocks.gradient = gradient.data();
+    arrays.blocks.parameters = x.data();
+    arrays.blocks.first = first.data();
+    arrays.blocks.second = second.data();
+    arrays.blocks.step = arrays.blocks.root_correction2 = 1;
+    gs::BlockBases<Device> bases;
+    // A step leaves its gradient zero, and one by zero has nothing to do: it is filled anew each time.
+    const auto step = [&] {
+      Gpu().Fill(1, gradient);
+      gs::AdamSteps<Device>::Run(arrays, bases);
+    };
+    const double parameters = 4 * static_cast<double>(x.size());
+    Add("Adam's step", "step of Adam", 0, 9 * parameters, step);
+    bases = gs::BlockBases<Device>(count);
+    arrays.first_diagonal = gs::kBlockSize;
+    const double turned = (gs::kBlockNumbers + gs::kBasisSize + gs::kBlockSize) / double{gs::kTurnEvery};
+    const double rest = 9.0 * (workload_.model.num_attributes() - gs::kBlockSize);
+    Add("Adam's step in blocks", "step of Adam's blocks", 0,
+        4 * (9 * gs::kBlockSize + gs::kBlockNumbers + gs::kCovarianceSize + turned + rest) * n, step);
   }
 
   splat::Model<float> Model() const {

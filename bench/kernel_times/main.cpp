@@ -103,8 +103,11 @@ class Bench {
     HostBuffer<float> image(shape.NumValues()), u(shape.NumValues());
     gs::SplatModel trained = workload_.model;
     HostBuffer<float> gradient(static_cast<Index>(trained.data.size()));
-    gs::Adam adam{gs::LearningRates()};
-    adam.SetUnits(std::vector<float>(static_cast<std::size_t>(trained.count), static_cast<float>(workload_.extent)));
+    gs::Adam<CpuBackend<float>> adam{gs::LearningRates()};
+    HostBuffer<float> units(trained.count);
+    std::fill(units.begin(), units.end(), static_cast<float>(workload_.extent));
+    adam.SetUnits(std::move(units));
+    const HostSpan<float> parameters(trained.data.data(), static_cast<Index>(trained.data.size()));
     PhotometricLoss<float> loss({.l1_floor = 0});
     std::size_t next = 0;
     const int attributes = splat::NumAttributes(trained.sh_degree);
@@ -115,7 +118,7 @@ class Bench {
       view_.Render(image.data());
       loss.Gradient(image, HostSpan<const float>(workload_.photographs[k].data(), shape.NumValues()), shape, u);
       view_.AddJT(x, image.data(), u.data(), gradient.data(), workspace_);
-      adam.Step(trained, gradient.data(), attributes, 1e-3);
+      adam.Step(trained.count, parameters, gradient.data(), attributes, 1e-3);
     });
     // A step leaves its gradient zero, and a step by zero has nothing to do, so the last view's gradient is copied
     // there each time.
@@ -125,7 +128,7 @@ class Bench {
     view_.AddJT(gs::ToKernelModel(trained), image.data(), u.data(), last.data(), workspace_);
     Add("of that, Adam's step", 0, [&] {
       std::copy(last.begin(), last.end(), gradient.begin());
-      adam.Step(trained, gradient.data(), attributes, 1e-3);
+      adam.Step(trained.count, parameters, gradient.data(), attributes, 1e-3);
     });
     return ms;
   }

@@ -118,7 +118,7 @@ class ArchiveReader {
   void Read(Buffer<T, Space>& buffer) {
     std::vector<T> copy;
     Read(copy);
-    buffer.CopyFrom({copy.data(), static_cast<Index>(copy.size())});
+    buffer.CopyFrom(HostSpan<const T>(copy.data(), static_cast<Index>(copy.size())));
   }
   template <class T>
   void Read(T& value) {

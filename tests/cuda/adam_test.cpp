@@ -1,10 +1,11 @@
 // Adam on the GPU against Adam on the host.
 #include "problems/gaussian_splatting/adam/adam.h"
 
+#include "kernels/core/cuda_backend.h"
 #include "problems/gaussian_splatting/adam/block_adam_formula.h"
-#include "problems/gaussian_splatting/adam/device_adam.h"
-#include "problems/gaussian_splatting/model/gather_rows.h"
+#include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "tests/cuda/on_device.h"
+#include "tests/problems/gaussian_splatting/adam/model_adam.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"
 
@@ -15,81 +16,71 @@ namespace {
 class Both {
  public:
   Both(AdamMetric metric, Index gaussians)
-      : host_model_(test::RandomModel(gaussians, 1, 5)),
-        device_model_(host_model_),
-        host_({}, metric),
-        moments_({}, metric),
-        device_(moments_, 0) {
-    x_ = vesta::test::ToDevice(device_model_.data);
-    device_.Upload(device_model_);
+      : model_(test::RandomModel(gaussians, 1, 5)), host_({}, metric), device_({}, metric) {
+    x_ = vesta::test::ToDevice(model_.data);
     SetUnits();
   }
 
   void Step(int attributes) {
-    std::vector<float> gradient = random_.NormalVector<float>(host_model_.data.size());
+    std::vector<float> gradient = random_.NormalVector<float>(model_.data.size());
     // So that the attributes of a Gaussian go together.
-    const auto n = static_cast<std::size_t>(host_model_.count);
+    const auto n = static_cast<std::size_t>(model_.count);
     for (std::size_t i = n; i < gradient.size(); ++i) gradient[i] = 0.1f * gradient[i] + gradient[i - n];
     // Some are not seen.
     for (std::size_t k = 0; k < gradient.size(); ++k) {
       if (k % n % 5 == 2) gradient[k] = 0;
     }
-    std::fill(gradient.begin() + attributes * host_model_.count, gradient.end(), 0.0f);
+    std::fill(gradient.begin() + attributes * model_.count, gradient.end(), 0.0f);
     gradient_.CopyFrom(vesta::test::ViewOf(gradient));
-    host_.Step(host_model_, gradient.data(), attributes, 1);
-    device_.Step(device_model_.count, x_.data(), gradient_.data(), attributes, 1);
+    host_.Step(model_, gradient.data(), attributes, 1);
+    device_.Step(model_.count, x_, gradient_.data(), attributes, 1);
   }
   void Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep) {
-    host_.Rearrange(source, keep, host_model_.num_attributes());
-    const std::vector<std::uint32_t> device_source(source.begin(), source.end());
-    device_.Rearrange(device_model_.count, vesta::test::ToDevice(device_source),
+    host_.Rearrange(source, keep);
+    device_.Rearrange(model_.count, vesta::test::ToDevice(std::vector<std::uint32_t>(source.begin(), source.end())),
                       vesta::test::ToDevice(std::vector<std::uint8_t>(keep.begin(), keep.end())));
-    device_model_.data = vesta::test::ToHost(x_);
-    for (SplatModel* model : {&host_model_, &device_model_}) {
-      model->data = GatherRows(model->data, model->count, model->num_attributes(), source);
-      model->count = static_cast<Index>(source.size());
-    }
-    x_ = vesta::test::ToDevice(device_model_.data);
+    SplatModel on_device = model_;
+    on_device.data = vesta::test::ToHost(x_);
+    x_ = vesta::test::ToDevice(InOrder(std::move(on_device), source).data);
+    model_ = InOrder(std::move(model_), source);
     SetUnits();
   }
   void Reset(int attribute) {
     host_.Reset(attribute);
-    device_.Reset(device_model_.count, attribute);
+    device_.Reset(model_.count, attribute);
   }
   void ExpectTheSame() {
-    device_model_.data = vesta::test::ToHost(x_);
-    moments_ = device_.Download(device_model_.count);
-    EXPECT_LT(vesta::test::RelativeError(device_model_.data, host_model_.data), 1e-5);
-    EXPECT_LT(vesta::test::RelativeError(moments_.moments().first, host_.moments().first), 1e-5);
-    EXPECT_LT(vesta::test::RelativeError(moments_.moments().second, host_.moments().second), 1e-4);
-    EXPECT_LT(vesta::test::RelativeError(Covariances(moments_), Covariances(host_)), 1e-5);
-    const std::vector<float> gradient = vesta::test::ToHost(gradient_);
+    using vesta::test::RelativeError, vesta::test::ToHost;
+    EXPECT_LT(RelativeError(ToHost(x_), model_.data), 1e-5);
+    EXPECT_LT(RelativeError(ToHost(device_.first()), host_.adam().first()), 1e-5);
+    EXPECT_LT(RelativeError(ToHost(device_.second()), host_.adam().second()), 1e-4);
+    EXPECT_LT(RelativeError(Covariances(device_.bases().OnHost(model_.count)), Covariances(host_.adam().bases())),
+              1e-5);
+    const std::vector<float> gradient = ToHost(gradient_);
     EXPECT_EQ(gradient, std::vector<float>(gradient.size()));
   }
 
  private:
   // C of each block. Bases are not compared: rounding turns eigenvectors whose eigenvalues lie close together, and what
   // they are for, the second moments and the steps, shows whether they are right.
-  std::vector<float> Covariances(const Adam& adam) const {
+  std::vector<float> Covariances(const BlockBases<Host>& bases) const {
     std::vector<float> values;
-    for (Index i = 0; i < host_model_.count && !adam.moments().bases.empty(); ++i) {
-      for (int k = kBasisSize; k < kBlockNumbers; ++k) {
-        values.push_back(adam.moments().bases.At(k, i));
-      }
+    for (Index i = 0; i < model_.count && !bases.empty(); ++i) {
+      for (int k = kBasisSize; k < kBlockNumbers; ++k) values.push_back(bases.At(k, i));
     }
     return values;
   }
   void SetUnits() {
     std::vector<float> units;
-    for (Index i = 0; i < host_model_.count; ++i) units.push_back(1 + 0.001f * static_cast<float>(i));
+    for (Index i = 0; i < model_.count; ++i) units.push_back(1 + 0.001f * static_cast<float>(i));
     device_.SetUnits(vesta::test::ToDevice(units));
-    host_.SetUnits(std::move(units));
+    host_.SetUnits(units);
   }
 
   vesta::test::Random random_{6};
-  SplatModel host_model_, device_model_;
-  Adam host_, moments_;
-  DeviceAdam device_;
+  SplatModel model_;
+  test::ModelAdam host_;
+  Adam<CudaBackend<float>> device_;
   DeviceBuffer<float> x_, gradient_;
 };
 

@@ -1,10 +1,17 @@
 // Density control on the GPU against that of the host.
 #include "problems/gaussian_splatting/density/density.h"
 
-#include "problems/gaussian_splatting/adam/block_adam_formula.h"
+#include <optional>
+#include <string>
+
+#include "kernels/core/archive.h"
+#include "kernels/core/cuda_backend.h"
+#include "kernels/core/device_sort.h"
+#include "kernels/gaussian_splatting/device_view.h"
+#include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/length_units.h"
-#include "problems/gaussian_splatting/train/device_model.h"
+#include "problems/gaussian_splatting/train/trained_model.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/density/density_scene.h"
 #include "tests/support/random.h"
@@ -43,98 +50,129 @@ const Case kCases[] = {
 // A model in training on the host, and the same on the GPU.
 class Both {
  public:
-  Both(const Case& c, AdamMetric metric)
-      : host_(test::RandomModel(c.gaussians, 1, 5)),
-        host_adam_({}, metric),
-        host_density_(Options(c), kExtent, kSeed, c.gaussians),
-        density_(Options(c), kExtent, kSeed) {
+  Both(const Case& c, AdamMetric metric) {
     for (const View& view : scene_.views) views_.push_back(&view);
-    for (int step = 0; step < kSteps; ++step) {
-      std::vector<float> gradient = random_.NormalVector<float>(host_.data.size());
-      host_adam_.Step(host_, gradient.data(), host_.num_attributes(), 1);
-    }
-    c.change(host_);
-    device_ = host_;
-    device_adam_ = host_adam_;
-    on_device_.emplace(device_, device_adam_, kSteps, density_, UnitViews(views_, kNear), kExtent);
+    SplatModel model = test::RandomModel(c.gaussians, 1, 5);
+    c.change(model);
+    host_.emplace(Start<CpuBackend<float>>(c, metric, model));
+    for (int step = 0; step < kSteps; ++step) StepHost();
+    // The state of the one is that of the other.
+    std::string bytes;
+    ArchiveWriter([&](std::string_view piece) { bytes.append(piece); })(host_->adam());
+    host_->DownloadResult(model);
+    device_.emplace(Start<CudaBackend<float>>(c, metric, model));
+    ReadOnDevice(bytes, metric, model);
+    host_.emplace(Start<CpuBackend<float>>(c, metric, model));
+    ArchiveReader reader(bytes);
+    reader(host_->adam());
     // Of few values, so that many are alike; of some Gaussians none.
+    std::vector<float> pull;
+    std::vector<int> seen;
     for (Index i = 0; i < c.gaussians; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      const Index seen = (i + 1) % 4, strength = 15 + (7 * i + 3) % 31 / 8;
-      host_density_.seen()[at] = static_cast<int>(seen);
-      host_density_.pull()[at] = 1e-4f * static_cast<float>(seen * strength);
+      const Index times = (i + 1) % 4, strength = 15 + (7 * i + 3) % 31 / 8;
+      seen.push_back(static_cast<int>(times));
+      pull.push_back(1e-4f * static_cast<float>(times * strength));
     }
-    density_.pull() = vesta::test::ToDevice(host_density_.pull());
-    density_.seen() = vesta::test::ToDevice(host_density_.seen());
+    host_->density().pull().CopyFrom(vesta::test::ViewOf(pull));
+    host_->density().seen().CopyFrom(vesta::test::ViewOf(seen));
+    device_->density().pull().CopyFrom(vesta::test::ViewOf(pull));
+    device_->density().seen().CopyFrom(vesta::test::ViewOf(seen));
   }
 
   void Densify() {
-    const Index before = host_.count;
-    Index called_with = -1;
-    host_density_.Densify(host_, host_adam_, kIteration);
-    on_device_->Densify(kIteration, [&] { called_with = device_.count; });
-    EXPECT_EQ(called_with, host_.count > before ? before : -1);
+    const Index before = host_->count();
+    for (const bool on_device : {false, true}) {
+      Index called_with = -1;
+      if (on_device) {
+        device_->Densify(kIteration, [&] { called_with = device_->count(); });
+      } else {
+        host_->Densify(kIteration, [&] { called_with = host_->count(); });
+      }
+      EXPECT_EQ(called_with, host_->count() > before ? before : -1);
+    }
   }
   void ResetOpacity() {
-    DensityControl::ResetOpacity(host_, host_adam_);
-    on_device_->ResetOpacity();
+    host_->ResetOpacity();
+    device_->ResetOpacity();
   }
-  // One step on both by the same gradient, with the rates and the units of a new model.
+  // A step on both by the same gradient: by the rates of a new model, and by its units.
   void Step() {
-    host_adam_.SetUnits(LengthUnits(host_, views_, kNear, kExtent));
-    std::vector<float> gradient = random_.NormalVector<float>(host_.data.size());
+    const std::vector<float> gradient = StepHost();
+    const int attributes = splat::NumAttributes(device_->sh_degree());
     DeviceBuffer<float> on_device = vesta::test::ToDevice(gradient);
-    ASSERT_EQ(vesta::test::ToHost(on_device).size(), gradient.size());
-    device::Copy(on_device_->gradient(), on_device.data(), gradient.size() * sizeof(float));
-    host_adam_.Step(host_, gradient.data(), host_.num_attributes(), 1);
-    on_device_->Step(host_.num_attributes(), 1);
+    device::Copy(device_->gradient(attributes), on_device.data(), gradient.size() * sizeof(float));
+    device_->Step(attributes, 1);
   }
 
-  Index gaussians() const { return host_.count; }
+  Index gaussians() const { return host_->count(); }
   void ExpectTheSame(double tolerance) {
-    ASSERT_EQ(device_.count, host_.count);
-    on_device_->DownloadParameters();
-    ASSERT_EQ(device_.data.size(), host_.data.size());
-    // Copied values are the same to the bit; values from exp, log and cos may differ by their rounding.
+    SplatModel host, device;
+    host_->DownloadResult(host);
+    device_->DownloadResult(device);
+    ASSERT_EQ(device.count, host.count);
+    ASSERT_EQ(device.data.size(), host.data.size());
+    // What is copied is the same to the bit; what exp, log and cos have a part in may differ by their rounding.
     if (tolerance == 0) {
-      for (int a = splat::kQuaternion; a < host_.num_attributes(); ++a) {
+      for (int a = splat::kQuaternion; a < host.num_attributes(); ++a) {
         if (a == splat::kOpacity) continue;
-        for (Index i = 0; i < host_.count; ++i) ASSERT_EQ(device_.attribute(a)[i], host_.attribute(a)[i]) << a << i;
+        for (Index i = 0; i < host.count; ++i) ASSERT_EQ(device.attribute(a)[i], host.attribute(a)[i]) << a << i;
       }
     }
-    EXPECT_LT(vesta::test::RelativeError(device_.data, host_.data), std::max(tolerance, 1e-6));
-    const Adam adam = on_device_->DownloadAdam();
-    const auto expect_same = [&](const std::vector<float>& found, const std::vector<float>& expected) {
-      ASSERT_EQ(found.size(), expected.size());
+    EXPECT_LT(vesta::test::RelativeError(device.data, host.data), std::max(tolerance, 1e-6));
+    const auto expect_same = [&](const std::vector<float>& found, const HostBuffer<float>& expected) {
+      ASSERT_EQ(static_cast<Index>(found.size()), expected.size());
       if (tolerance == 0) {
-        EXPECT_EQ(found, expected);
+        EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin()));
       } else if (!expected.empty()) {
         EXPECT_LT(vesta::test::RelativeError(found, expected), tolerance);
       }
     };
-    expect_same(adam.moments().first, host_adam_.moments().first);
-    expect_same(adam.moments().second, host_adam_.moments().second);
-    expect_same(adam.moments().bases.Flat(), host_adam_.moments().bases.Flat());
+    expect_same(vesta::test::ToHost(device_->adam().first()), host_->adam().first());
+    expect_same(vesta::test::ToHost(device_->adam().second()), host_->adam().second());
+    const HostBuffer<float> bases = device_->adam().bases().OnHost(device.count).Flat();
+    expect_same({bases.begin(), bases.end()}, host_->adam().bases().Flat());
   }
 
  private:
-  static DensityOptions Options(const Case& c) {
+  template <class B>
+  TrainedModel<B> Start(const Case& c, AdamMetric metric, const SplatModel& model) const {
     DensityOptions options;
     options.split_above = 0.05;    // of Gaussians of 0.05 to 0.2
     options.prune_opacity = 0.45;  // of 0.3 to 0.9
     options.gradient_threshold = 1.65e-3;
     c.apply(options);
-    return options;
+    return {model, Adam<B>({}, metric), DensityControl<typename B::Space>(options, kExtent, kSeed),
+            UnitViews(views_, kNear), kExtent};
+  }
+  // A step of the host; returns its gradient.
+  std::vector<float> StepHost() {
+    const int attributes = splat::NumAttributes(host_->sh_degree());
+    std::vector<float> gradient = random_.NormalVector<float>(static_cast<std::size_t>(attributes * host_->count()));
+    std::copy(gradient.begin(), gradient.end(), host_->gradient(attributes));
+    host_->Step(attributes, 1);
+    return gradient;
+  }
+  // The host's Adam, of which the bases are laid out in another way.
+  void ReadOnDevice(const std::string& bytes, AdamMetric metric, const SplatModel& model) {
+    Adam<CpuBackend<float>> adam({}, metric);
+    ArchiveReader reader(bytes);
+    reader(adam);
+    std::string flat;
+    ArchiveWriter writer([&](std::string_view piece) { flat.append(piece); });
+    int steps = kSteps;
+    HostBuffer<float> units, first, second, bases = adam.bases().Flat();
+    units.CopyFrom(adam.units()), first.CopyFrom(adam.first()), second.CopyFrom(adam.second());
+    writer(steps, units, first, second, bases);
+    ArchiveReader flat_reader(flat);
+    flat_reader(device_->adam());
+    ASSERT_EQ(device_->adam().first().size(), static_cast<Index>(model.data.size()));
   }
 
   vesta::test::Random random_{8};
   Scene scene_ = test::RingOfCameras(3, 40, 30, false);
   std::vector<const View*> views_;
-  SplatModel host_, device_;
-  Adam host_adam_, device_adam_{LearningRates()};
-  DensityControl host_density_;
-  DeviceDensityControl density_;
-  std::optional<DeviceModel> on_device_;
+  std::optional<TrainedModel<CpuBackend<float>>> host_;
+  std::optional<TrainedModel<CudaBackend<float>>> device_;
 };
 
 class CudaDensity : public vesta::test::OnDevice {};
@@ -174,7 +212,8 @@ TEST_F(CudaDensity, WhatWasObservedIsForgotten) {
 
 TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   test::DensityScene host(60);
-  DensityControl host_control({}, kExtent, kSeed, 60);
+  DensityControl<Host> host_control({}, kExtent, kSeed);
+  host_control.Forget(60);
   std::vector<float> pull(60);
   for (std::size_t i = 0; i < pull.size(); ++i) pull[i] = 1e-4f * static_cast<float>(1 + i);
   host.Observe(host_control, pull);
@@ -186,9 +225,9 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   view.Build(model, ToPinhole(host.scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
   ASSERT_EQ(view.num_splats(), host.view.num_splats());
   workspace.splat_sums = vesta::test::ToDevice(host.cotangents);
-  DeviceDensityControl control({}, kExtent, kSeed);
+  DensityControl<Device> control({}, kExtent, kSeed);
   control.Forget(60);
-  for (int k = 0; k < 2; ++k) control.Observe(view, workspace, test::DensityScene::kLossScale);
+  for (int k = 0; k < 2; ++k) control.Observe(view, workspace.splat_sums.data(), test::DensityScene::kLossScale);
   const std::vector<float> found = vesta::test::ToHost(control.pull());
   for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / 2, host_control.pull()[i], 1e-3 * pull[i]);
   EXPECT_EQ(vesta::test::ToHost(control.seen()), std::vector<int>(60, 2));

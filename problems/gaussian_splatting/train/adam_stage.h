@@ -57,9 +57,12 @@ class StageTargets {
     std::vector<const View*> pointers;
     for (const View& view : views_) pointers.push_back(&view);
     Show(pointers, near);
-    if constexpr (!std::is_same_v<typename B::Space, Host>) views_ = {};
+    if constexpr (!std::is_same_v<typename B::Space, Host>) views_ = std::vector<View>();
   }
-  void Clear() { targets_ = {}, views_ = {}; }
+  void Clear() {
+    targets_.clear(), targets_.shrink_to_fit();
+    views_ = std::vector<View>();
+  }
 
  private:
   std::vector<View> views_;

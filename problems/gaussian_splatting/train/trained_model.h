@@ -26,8 +26,8 @@ class TrainedModel {
         adam_(std::move(adam)),
         density_(std::move(density)),
         unit_(unit) {
-    x_.CopyFrom({model.data.data(), static_cast<Index>(model.data.size())});
-    unit_views_.CopyFrom({unit_views.data(), static_cast<Index>(unit_views.size())});
+    x_.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
+    unit_views_.CopyFrom(HostSpan<const splat::PinholeView>(unit_views.data(), static_cast<Index>(unit_views.size())));
     StartAnew();
   }
 

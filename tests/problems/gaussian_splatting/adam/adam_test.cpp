@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/model/gather_rows.h"
+#include "tests/problems/gaussian_splatting/adam/model_adam.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"
 
@@ -30,7 +30,7 @@ TEST(Adam, FirstStepIsTheRate) {
   std::vector<float> gradient(model.data.size());
   const float values[] = {1e-6f, -1e5f, 0.0f};
   for (std::size_t k = 0; k < gradient.size(); ++k) gradient[k] = values[k % 3];
-  Adam adam{LearningRates()};
+  test::ModelAdam adam{LearningRates()};
   adam.Step(model, gradient.data(), model.num_attributes(), 2.0);
   for (int a = 0; a < model.num_attributes(); ++a) {
     const double step = 2 * RateOf({}, a);
@@ -63,7 +63,7 @@ TEST(Adam, FollowsThePlainAlgorithm) {
   vesta::test::Random random(1);
   std::vector<PlainAdam> plain(model.data.size());
   std::vector<double> expected(model.data.size());
-  Adam adam{LearningRates()};
+  test::ModelAdam adam{LearningRates()};
   std::vector<float> units(5003);
   for (std::size_t i = 0; i < units.size(); ++i) units[i] = 0.5f + 1e-3f * static_cast<float>(i);
   adam.SetUnits(units);
@@ -98,7 +98,7 @@ TEST(Adam, MovesActiveAttributesOnly) {
   SplatModel model = test::RandomModel(4, 2, 2);
   const SplatModel before = model;
   std::vector<float> gradient(model.data.size(), 1.0f);
-  Adam adam{LearningRates()};
+  test::ModelAdam adam{LearningRates()};
   adam.Step(model, gradient.data(), splat::NumAttributes(1), 1);
   for (int a = 0; a < model.num_attributes(); ++a) {
     for (Index i = 0; i < model.count; ++i) {
@@ -108,7 +108,7 @@ TEST(Adam, MovesActiveAttributesOnly) {
 }
 
 // By how much the opacity of Gaussian i moves in a step with this gradient everywhere.
-float MoveOfOpacity(Adam& adam, SplatModel& model, float gradient, Index i) {
+float MoveOfOpacity(test::ModelAdam& adam, SplatModel& model, float gradient, Index i) {
   const float before = model.attribute(splat::kOpacity)[i];
   std::vector<float> all(model.data.size(), gradient);
   adam.Step(model, all.data(), model.num_attributes(), 1);
@@ -118,7 +118,7 @@ float MoveOfOpacity(Adam& adam, SplatModel& model, float gradient, Index i) {
 TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
   SplatModel model;
   model.Resize(0, 2);
-  Adam adam({}), reference({});
+  test::ModelAdam adam{LearningRates()}, reference{LearningRates()};
   SplatModel same = model;
   // Gaussian 0 is pushed one way, Gaussian 1 the other.
   std::vector<float> gradient(model.data.size());
@@ -129,8 +129,8 @@ TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
     reference.Step(same, another.data(), same.num_attributes(), 1);
   }
   // 1 keeps its moments twice, 0 comes without.
-  adam.Rearrange({1, 0, 1}, {true, false, true}, model.num_attributes());
-  model.data = GatherRows(model.data, model.count, model.num_attributes(), {1, 0, 1});
+  adam.Rearrange({1, 0, 1}, {true, false, true});
+  model = InOrder(std::move(model), {1, 0, 1});
   model.count = 3;
   EXPECT_EQ(model.attribute(splat::kOpacity)[0], same.attribute(splat::kOpacity)[1]);
   EXPECT_EQ(model.attribute(splat::kOpacity)[1], same.attribute(splat::kOpacity)[0]);
@@ -149,7 +149,7 @@ TEST(Adam, RearrangeKeepsMomentsAndClearsThem) {
 TEST(Adam, ResetForgetsOneAttribute) {
   SplatModel model;
   model.Resize(0, 2);
-  Adam adam{LearningRates()};
+  test::ModelAdam adam{LearningRates()};
   MoveOfOpacity(adam, model, 1.0f, 0);
   adam.Reset(splat::kOpacity);
   const SplatModel before = model;
@@ -163,8 +163,8 @@ TEST(Adam, ResetForgetsOneAttribute) {
 TEST(Adam, RearrangeAndResetBeforeTheFirstStepDoNothing) {
   SplatModel model;
   model.Resize(0, 2);
-  Adam adam{LearningRates()};
-  adam.Rearrange({0, 1}, {true, false}, model.num_attributes());
+  test::ModelAdam adam{LearningRates()};
+  adam.Rearrange({0, 1}, {true, false});
   adam.Reset(splat::kOpacity);
   EXPECT_NEAR(MoveOfOpacity(adam, model, 1.0f, 1), -LearningRates().opacity, 1e-7);
 }
@@ -173,7 +173,7 @@ TEST(Adam, UnseenParametersStayForever) {
   SplatModel model = test::RandomModel(3, 0, 3);
   SplatModel before = model;
   std::vector<float> none(model.data.size(), 0.0f);
-  Adam adam{LearningRates()};
+  test::ModelAdam adam{LearningRates()};
   for (int step = 0; step < 5000; ++step) adam.Step(model, none.data(), model.num_attributes(), 1);
   EXPECT_EQ(model.data, before.data);
   // And those that are no longer seen rest.

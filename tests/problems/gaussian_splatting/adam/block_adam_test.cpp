@@ -7,7 +7,7 @@
 #include "problems/gaussian_splatting/adam/adam.h"
 #include "problems/gaussian_splatting/adam/adam_kernel.h"
 #include "problems/gaussian_splatting/adam/block_adam_formula.h"
-#include "problems/gaussian_splatting/model/gather_rows.h"
+#include "tests/problems/gaussian_splatting/adam/model_adam.h"
 #include "tests/support/cpu_isas.h"
 #include "tests/support/dense_reference.h"
 #include "tests/support/random.h"
@@ -21,13 +21,13 @@ using Vector = Eigen::VectorXd;
 
 Matrix Identity() { return Matrix::Identity(kBlockSize, kBlockSize); }
 
-Matrix RandomMatrix(test::Random& random) {
+Matrix RandomMatrix(vesta::test::Random& random) {
   Matrix a(kBlockSize, kBlockSize);
   for (double& value : a.reshaped()) value = random.Normal();
   return a;
 }
 
-Matrix RandomRotation(test::Random& random) { return test::Orthonormal(RandomMatrix(random)); }
+Matrix RandomRotation(vesta::test::Random& random) { return vesta::test::Orthonormal(RandomMatrix(random)); }
 
 // The arrays of some Gaussians, at first without moments.
 struct Blocks {
@@ -100,7 +100,7 @@ bool IsUnseen(Index i) { return i == 3 || i / 16 == 1; }
 
 TEST_P(BlockAdam, AStepIsTheFormulaInTheBasis) {
   constexpr Index kCount = 37;  // no whole number of vectors
-  test::Random random(3);
+  vesta::test::Random random(3);
   Blocks blocks(kCount);
   std::vector<float> units(kCount);
   for (Index i = 0; i < kCount; ++i) {
@@ -158,7 +158,7 @@ TEST_P(BlockAdam, AStepIsTheFormulaInTheBasis) {
 // of the scale of C and six of its condition.
 TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
   constexpr Index kCount = 35;
-  test::Random random(4);
+  vesta::test::Random random(4);
   Blocks blocks(kCount);
   for (Index i = 0; i < kCount; ++i) {
     const Matrix r = RandomRotation(random);
@@ -177,7 +177,7 @@ TEST_P(BlockAdam, TurnsOfTheBasisFindTheEigenvectors) {
     turned.diagonal().setZero();
     EXPECT_LT(turned.norm(), 1e-5 * c.trace()) << i;
     std::sort(second.begin(), second.end());
-    const Vector expected = test::SymmetricEigenvalues(c);
+    const Vector expected = vesta::test::SymmetricEigenvalues(c);
     EXPECT_LT((second - expected).norm(), 1e-5 * expected.norm()) << i;
   }
 }
@@ -195,7 +195,7 @@ TEST_P(BlockAdam, TurnsSurviveSingularCovariances) {
   for (const float value : blocks.second) EXPECT_GE(value, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Isas, BlockAdam, testing::ValuesIn(test::CpuIsas()),
+INSTANTIATE_TEST_SUITE_P(Isas, BlockAdam, testing::ValuesIn(vesta::test::CpuIsas()),
                          [](const auto& isa) { return "Isa" + std::to_string(static_cast<int>(isa.param)); });
 
 // Adam on one Gaussian, its geometry's rates all 1, with gradients R A z for random z, whose covariance is far from
@@ -205,8 +205,8 @@ Vector WayUnder(AdamMetric metric, const Matrix& r) {
   rates.position = rates.log_scale = rates.quaternion = rates.opacity = 1;
   SplatModel model;
   model.Resize(0, 1);
-  Adam adam(rates, metric);
-  test::Random random(5);
+  test::ModelAdam adam(rates, metric);
+  vesta::test::Random random(5);
   const Matrix shape = RandomMatrix(random);
   std::vector<float> gradient(model.data.size());
   Vector way = Vector::Zero(kBlockSize);
@@ -226,7 +226,7 @@ Vector WayUnder(AdamMetric metric, const Matrix& r) {
 
 // The metric knows no axes: if the gradients are turned, so are the steps.
 TEST(BlockAdamSteps, TurnWithTheGradients) {
-  test::Random random(6);
+  vesta::test::Random random(6);
   const Matrix turn = RandomRotation(random);
   const Vector way = WayUnder(AdamMetric::kBlock, Identity());
   EXPECT_LT((WayUnder(AdamMetric::kBlock, turn) - way).norm(), 0.02 * way.norm());
@@ -237,19 +237,18 @@ TEST(BlockAdamSteps, TurnWithTheGradients) {
 TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {
   SplatModel model;
   model.Resize(0, 40);
-  Adam adam({}, AdamMetric::kBlock), reference({}, AdamMetric::kBlock);
+  test::ModelAdam adam({}, AdamMetric::kBlock), reference({}, AdamMetric::kBlock);
   SplatModel same = model;
-  test::Random random(7);
+  vesta::test::Random random(7);
   for (int step = 0; step < 100; ++step) {
     std::vector<float> gradient = random.NormalVector<float>(model.data.size()), copy = gradient;
     adam.Step(model, gradient.data(), model.num_attributes(), 1);
     reference.Step(same, copy.data(), same.num_attributes(), 1);
   }
   const std::vector<Index> source = {39, 3, 3};
-  adam.Rearrange(source, {true, true, false}, model.num_attributes());
-  model.data = GatherRows(model.data, model.count, model.num_attributes(), source);
-  model.count = 3;
-  const BlockBases &bases = adam.moments().bases, &origin = reference.moments().bases;
+  adam.Rearrange(source, {true, true, false});
+  model = InOrder(std::move(model), source);
+  const BlockBases<Host>&bases = adam.adam().bases(), &origin = reference.adam().bases();
   for (int k = 0; k < kBlockNumbers; ++k) {
     const float old = origin.At(k, 3);
     EXPECT_EQ(bases.At(k, 1), old);
@@ -273,22 +272,24 @@ TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
   constexpr Index kOld = 5000, kNew = 6100;
   std::vector<float> flat(static_cast<std::size_t>(BlockArraySize(kOld)));
   std::iota(flat.begin(), flat.end(), 1.0f);
-  BlockBases bases(kOld, flat);
-  EXPECT_EQ(bases.Flat(), flat);
+  BlockBases<Host> bases(kOld, {flat.data(), static_cast<Index>(flat.size())});
+  const HostBuffer<float> given_back = bases.Flat();
+  EXPECT_EQ(std::vector<float>(given_back.begin(), given_back.end()), flat);
   const auto old_number = [&](int number, Index i) { return flat[static_cast<std::size_t>(BlockEntry(number, i))]; };
   // Mostly in order, as clones beside their origin are, with some from far.
-  test::Random random(9);
-  std::vector<Index> source;
-  std::vector<bool> keep;
+  vesta::test::Random random(9);
+  std::vector<std::uint32_t> source;
+  std::vector<std::uint8_t> keep;
   for (Index i = 0; i < kNew; ++i) {
-    source.push_back(i % 97 == 0 ? static_cast<Index>(random.Uniform(0, kOld)) : i * kOld / kNew);
-    keep.push_back(i % 3 != 0);
+    source.push_back(
+        static_cast<std::uint32_t>(i % 97 == 0 ? static_cast<Index>(random.Uniform(0, kOld)) : i * kOld / kNew));
+    keep.push_back(i % 3 != 0 ? 1 : 0);
   }
-  bases.Rearrange(source, keep);
+  bases.Rearrange({source.data(), kNew}, {keep.data(), kNew});
   Index wrong = 0;
   for (Index i = 0; i < kNew; ++i) {
     for (const int number : {0, kBasisSize - 1, kBasisSize, kBlockNumbers - 1}) {
-      const bool known = number < kBasisSize || keep[static_cast<std::size_t>(i)];
+      const bool known = number < kBasisSize || keep[static_cast<std::size_t>(i)] != 0;
       wrong += bases.At(number, i) != (known ? old_number(number, source[static_cast<std::size_t>(i)]) : 0.0f);
     }
   }
@@ -299,7 +300,7 @@ TEST(BlockAdamSteps, BasesFollowTheirGaussians) {
 TEST(BlockAdamSteps, UnseenParametersStayForeverAndFinite) {
   SplatModel model;
   model.Resize(0, 3);
-  Adam adam({}, AdamMetric::kBlock);
+  test::ModelAdam adam({}, AdamMetric::kBlock);
   std::vector<float> gradient(model.data.size());
   gradient[1] = 1e-3f;
   adam.Step(model, gradient.data(), model.num_attributes(), 1);

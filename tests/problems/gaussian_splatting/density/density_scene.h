@@ -8,6 +8,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/density/density.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "tests/problems/gaussian_splatting/adam/model_adam.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs::test {
@@ -24,7 +25,7 @@ struct DensityScene {
 
   // Shows `control` a view of the model in which Gaussian i is pulled by pull[i], normalised device coordinates, along
   // the image's rows.
-  void Observe(DensityControl& control, const std::vector<float>& pull) {
+  void Observe(DensityControl<Host>& control, const std::vector<float>& pull) {
     view.Build(ToKernelModel(model), ToPinhole(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
     cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});
     for (Index i = 0; i < model.count; ++i) {

@@ -45,29 +45,34 @@ std::array<float, 3> MeanOf(const SplatModel& model, Index i) {
 
 TEST(Density, LeavesWhatIsPulledLittle) {
   DensityScene scene(8);
-  DensityControl control(OptionsThatClone(), 1, kSeed, 8);
+  DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
+  control.Forget(8);
   scene.Observe(control, Pulls(8, kWeak));
   const SplatModel before = scene.model;
-  Adam adam{LearningRates()};
-  control.Densify(scene.model, adam, 1);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
   EXPECT_EQ(scene.model.data, before.data);
 }
 
 TEST(Density, ThresholdIsOnTheMeanOverObservations) {
   DensityScene scene(4);
-  DensityControl control(OptionsThatClone(), 1, kSeed, 4);
-  Adam adam{LearningRates()};
+  DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
+  control.Forget(4);
+  test::ModelAdam adam{LearningRates()};
+  DensityControl<Host> more(OptionsThatClone(), 1, kSeed);
+  more.Forget(4);
   // Mean 1.75e-4, then, with another observation, 2.5e-4: over the threshold of 2e-4.
-  scene.Observe(control, Pulls(4, 1.5e-4f));
-  scene.Observe(control, Pulls(4, 2.0e-4f));
-  DensityControl more = control;
-  control.Densify(scene.model, adam, 1);
+  for (DensityControl<Host>* each : {&control, &more}) {
+    scene.Observe(*each, Pulls(4, 1.5e-4f));
+    scene.Observe(*each, Pulls(4, 2.0e-4f));
+  }
+  test::Densify(control, scene.model, adam, 1);
   EXPECT_EQ(scene.model.count, 4);
   scene.Observe(more, Pulls(4, 4.0e-4f));
-  more.Densify(scene.model, adam, 1);
+  test::Densify(more, scene.model, adam, 1);
   EXPECT_EQ(scene.model.count, 8);
   // What was observed is forgotten.
-  more.Densify(scene.model, adam, 2);
+  test::Densify(more, scene.model, adam, 2);
   EXPECT_EQ(scene.model.count, 8);
 }
 
@@ -92,11 +97,12 @@ TEST(Density, PullIsTheGradientByTheScreenMean) {
   for (const double factor : {0.999, 1.001}) {
     DensityOptions options = OptionsThatClone();
     options.gradient_threshold = factor * pull;
-    DensityControl control(options, 1, kSeed, 1);
+    DensityControl<Host> control(options, 1, kSeed);
+    control.Forget(1);
     control.Observe(scene.view, scene.workspace.splat_sums.data(), 5);
     SplatModel changed = model;
-    Adam adam{LearningRates()};
-    control.Densify(changed, adam, 1);
+    test::ModelAdam adam{LearningRates()};
+    test::Densify(control, changed, adam, 1);
     EXPECT_EQ(changed.count, factor < 1 ? 2 : 1);
   }
 }
@@ -108,10 +114,11 @@ TEST(Density, ClonesKeepTheJointOpacityAndAllElse) {
   std::copy(std::begin(logits), std::end(logits), scene.model.attribute(splat::kOpacity));
   const SplatModel before = scene.model;
   DensityOptions options = OptionsThatClone();
-  DensityControl control(options, 1, kSeed, kCount);
+  DensityControl<Host> control(options, 1, kSeed);
+  control.Forget(kCount);
   scene.Observe(control, Pulls(kCount, kStrong));
-  Adam adam{LearningRates()};
-  control.Densify(scene.model, adam, 1);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 2 * kCount);
   for (Index i = 0; i < kCount; ++i) {
     for (int a = 0; a < before.num_attributes(); ++a) {
@@ -129,10 +136,11 @@ TEST(Density, ClonesOfOpaqueGaussiansStayFinite) {
   for (const float logit : {40.0f, 100.0f, 300.0f}) {
     scene.model = test::RandomModel(1, 1, 1);
     *scene.model.attribute(splat::kOpacity) = logit;
-    DensityControl control(OptionsThatClone(), 1, kSeed, 1);
+    DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
+    control.Forget(1);
     scene.Observe(control, Pulls(1, kStrong));
-    Adam adam{LearningRates()};
-    control.Densify(scene.model, adam, 1);
+    test::ModelAdam adam{LearningRates()};
+    test::Densify(control, scene.model, adam, 1);
     ASSERT_EQ(scene.model.count, 2);
     EXPECT_NEAR(*scene.model.attribute(splat::kOpacity), logit / 2, 1e-3);
   }
@@ -142,10 +150,11 @@ TEST(Density, SplitsShrinkAndScatter) {
   constexpr Index kCount = 40;
   DensityScene scene(kCount);
   const SplatModel before = scene.model;
-  DensityControl control(OptionsThatSplit(), 1, kSeed, kCount);
+  DensityControl<Host> control(OptionsThatSplit(), 1, kSeed);
+  control.Forget(kCount);
   scene.Observe(control, Pulls(kCount, kStrong));
-  Adam adam{LearningRates()};
-  control.Densify(scene.model, adam, 1);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 2 * kCount);
   double squares = 0;
   for (Index child = 0; child < 2 * kCount; ++child) {
@@ -181,10 +190,11 @@ TEST(Density, SplitsWhatIsLargeAndClonesWhatIsSmall) {
     scene.model.attribute(splat::kLogScale + k)[1] = std::log(k == 1 ? 0.021f : 0.001f);
   }
   const SplatModel before = scene.model;
-  DensityControl control({}, 2, kSeed, 2);  // at 1 % of an extent of 2
+  DensityControl<Host> control({}, 2, kSeed);
+  control.Forget(2);  // at 1 % of an extent of 2
   scene.Observe(control, Pulls(2, kStrong));
-  Adam adam{LearningRates()};
-  control.Densify(scene.model, adam, 1);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 4);
   EXPECT_EQ(MeanOf(scene.model, 0), MeanOf(before, 0));
   EXPECT_EQ(MeanOf(scene.model, 1), MeanOf(before, 0));
@@ -197,13 +207,14 @@ TEST(Density, CapIsHardAndGoesToTheStrongest) {
   DensityScene scene(kCount);
   DensityOptions options = OptionsThatClone();
   options.max_gaussians = kCount + kRoom;
-  DensityControl control(options, 1, kSeed, kCount);
+  DensityControl<Host> control(options, 1, kSeed);
+  control.Forget(kCount);
   std::vector<float> pull;
   for (Index i = 0; i < kCount; ++i) pull.push_back(kStrong * static_cast<float>(1 + (7 * i) % kCount));
   const SplatModel before = scene.model;
   scene.Observe(control, pull);
-  Adam adam{LearningRates()};
-  control.Densify(scene.model, adam, 1);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, kCount + kRoom);
   std::vector<Index> cloned;
   for (Index i = 0, at = 0; i < kCount; ++i) {
@@ -214,7 +225,7 @@ TEST(Density, CapIsHardAndGoesToTheStrongest) {
   EXPECT_EQ(cloned, (std::vector<Index>{1, 4, 7})) << "pulled by 8, 9 and 10";
   for (int round = 2; round < 5; ++round) {
     scene.Observe(control, Pulls(scene.model.count, kStrong));
-    control.Densify(scene.model, adam, round);
+    test::Densify(control, scene.model, adam, round);
     EXPECT_EQ(scene.model.count, kCount + kRoom);
   }
 }
@@ -229,15 +240,16 @@ TEST(Density, PrunesTheTransparentAndTheHuge) {
   options.prune_size = 0.4;
   options.max_gaussians = 5;
   const SplatModel before = scene.model;
-  DensityControl control(options, 2, kSeed, 5);
-  Adam adam{LearningRates()};
-  control.Densify(scene.model, adam, 1);
+  DensityControl<Host> control(options, 2, kSeed);
+  control.Forget(5);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 3);
   EXPECT_EQ(MeanOf(scene.model, 0), MeanOf(before, 0));
   EXPECT_EQ(MeanOf(scene.model, 1), MeanOf(before, 2));
   EXPECT_EQ(MeanOf(scene.model, 2), MeanOf(before, 4));
   scene.Observe(control, Pulls(3, kStrong));
-  control.Densify(scene.model, adam, 2);
+  test::Densify(control, scene.model, adam, 2);
   EXPECT_EQ(scene.model.count, 5);
 }
 
@@ -245,17 +257,18 @@ TEST(Density, NeverEmptiesAModel) {
   DensityScene scene(3);
   std::fill_n(scene.model.attribute(splat::kOpacity), 3, -9.0f);
   const SplatModel before = scene.model;
-  DensityControl control({}, 1, kSeed, 3);
-  Adam adam{LearningRates()};
-  control.Densify(scene.model, adam, 1);
+  DensityControl<Host> control({}, 1, kSeed);
+  control.Forget(3);
+  test::ModelAdam adam{LearningRates()};
+  test::Densify(control, scene.model, adam, 1);
   EXPECT_EQ(scene.model.data, before.data);
 }
 
 TEST(Density, ResetLowersOpacities) {
   SplatModel model = test::RandomModel(3, 0, 4);
   model.attribute(splat::kOpacity)[1] = -7;
-  Adam adam{LearningRates()};
-  DensityControl::ResetOpacity(model, adam);
+  test::ModelAdam adam{LearningRates()};
+  DensityControl<Host>::LowerOpacities(model.data.data(), model.count);
   EXPECT_NEAR(OpacityOf(model, 0), 0.01, 1e-8);
   EXPECT_EQ(model.attribute(splat::kOpacity)[1], -7);
   EXPECT_NEAR(OpacityOf(model, 2), 0.01, 1e-8);
@@ -264,12 +277,13 @@ TEST(Density, ResetLowersOpacities) {
 // Adam goes on with the model it is left with: the halves of a clone move alike.
 TEST(Density, MomentsFollowTheModel) {
   DensityScene scene(4);
-  Adam adam{LearningRates()};
+  test::ModelAdam adam{LearningRates()};
   std::vector<float> gradient(scene.model.data.size(), 1.0f);
   adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
-  DensityControl control(OptionsThatClone(), 1, kSeed, 4);
+  DensityControl<Host> control(OptionsThatClone(), 1, kSeed);
+  control.Forget(4);
   scene.Observe(control, {kStrong, 0, 0, kStrong});
-  control.Densify(scene.model, adam, 1);
+  test::Densify(control, scene.model, adam, 1);
   ASSERT_EQ(scene.model.count, 6);
   const SplatModel before = scene.model;
   gradient.assign(scene.model.data.size(), -1e-3f);

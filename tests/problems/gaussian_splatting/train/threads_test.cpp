@@ -69,12 +69,13 @@ TEST(GsThreads, Density) {
     options.gradient_threshold = 2e-4;  // low enough for some Gaussians to be cloned and split
     options.split_above = 0.1;
     options.max_gaussians = kCount + 3000;
-    DensityControl control(options, 1, 5, kCount);
+    DensityControl<Host> control(options, 1, 5);
+    control.Forget(kCount);
     scene.Observe(control, pull);
-    Adam adam{LearningRates()};
+    test::ModelAdam adam{LearningRates()};
     std::vector<float> gradient(scene.model.data.size(), 1.0f);
     adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
-    control.Densify(scene.model, adam, 1);
+    test::Densify(control, scene.model, adam, 1);
     EXPECT_EQ(scene.model.count, kCount + 3000);
     gradient.assign(scene.model.data.size(), -0.5f);
     adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
