@@ -30,15 +30,15 @@ class ArchiveWriter {
   void operator()(Ts&... values) {
     (Write(values), ...);
   }
+  // As they are.
+  void Bytes(const void* data, std::size_t size) { sink_({static_cast<const char*>(data), size}); }
 
  private:
-  void WriteBytes(const void* data, std::size_t size) { sink_({static_cast<const char*>(data), size}); }
-
   template <class T>
   void WriteArray(const T* data, Index size) {
     static_assert(std::is_trivially_copyable_v<T>);
-    WriteBytes(&size, sizeof(size));
-    WriteBytes(data, static_cast<std::size_t>(size) * sizeof(T));
+    Bytes(&size, sizeof(size));
+    Bytes(data, static_cast<std::size_t>(size) * sizeof(T));
   }
   void Write(std::string& value) { WriteArray(value.data(), static_cast<Index>(value.size())); }
   template <class T>
@@ -47,7 +47,7 @@ class ArchiveWriter {
       WriteArray(values.data(), static_cast<Index>(values.size()));
     } else {
       auto size = static_cast<Index>(values.size());
-      WriteBytes(&size, sizeof(size));
+      Bytes(&size, sizeof(size));
       for (T& value : values) Write(value);
     }
   }
@@ -67,7 +67,7 @@ class ArchiveWriter {
       value.Visit(*this);
     } else {
       static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
-      WriteBytes(&value, sizeof(value));
+      Bytes(&value, sizeof(value));
     }
   }
 
@@ -84,32 +84,32 @@ class ArchiveReader {
   void operator()(Ts&... values) {
     (Read(values), ...);
   }
-  // What has not been read yet.
-  std::string_view rest() const { return rest_; }
-
- private:
-  void ReadBytes(void* data, std::size_t size) {
+  void Bytes(void* data, std::size_t size) {
     if (rest_.size() < size) throw Error("cut short");
     if (size > 0) std::memcpy(data, rest_.data(), size);
     rest_.remove_prefix(size);
   }
+  // What has not been read yet.
+  std::string_view rest() const { return rest_; }
+
+ private:
   // Number of elements of so many bytes that follow.
   Index ReadSize(std::size_t element) {
     Index size = 0;
-    ReadBytes(&size, sizeof(size));
+    Bytes(&size, sizeof(size));
     if (size < 0 || static_cast<std::size_t>(size) > rest_.size() / element) throw Error("cut short");
     return size;
   }
   void Read(std::string& value) {
     value.resize(static_cast<std::size_t>(ReadSize(1)));
-    ReadBytes(value.data(), value.size());
+    Bytes(value.data(), value.size());
   }
   template <class T>
   void Read(std::vector<T>& values) {
     constexpr bool kFlat = std::is_trivially_copyable_v<T>;
     values.resize(static_cast<std::size_t>(ReadSize(kFlat ? sizeof(T) : 1)));
     if constexpr (kFlat) {
-      ReadBytes(values.data(), values.size() * sizeof(T));
+      Bytes(values.data(), values.size() * sizeof(T));
     } else {
       for (T& value : values) Read(value);
     }
@@ -126,7 +126,7 @@ class ArchiveReader {
       value.Visit(*this);
     } else {
       static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
-      ReadBytes(&value, sizeof(value));
+      Bytes(&value, sizeof(value));
     }
   }
 

@@ -61,7 +61,8 @@ class Both {
     ArchiveWriter([&](std::string_view piece) { bytes.append(piece); })(host_->adam());
     host_->DownloadResult(model);
     device_.emplace(Start<CudaBackend<float>>(c, metric, model));
-    ReadOnDevice(bytes, metric, model);
+    ArchiveReader device_reader(bytes);
+    device_reader(device_->adam());
     host_.emplace(Start<CpuBackend<float>>(c, metric, model));
     ArchiveReader reader(bytes);
     reader(host_->adam());
@@ -152,22 +153,6 @@ class Both {
     host_->Step(attributes, 1);
     return gradient;
   }
-  // The host's Adam, of which the bases are laid out in another way.
-  void ReadOnDevice(const std::string& bytes, AdamMetric metric, const SplatModel& model) {
-    Adam<CpuBackend<float>> adam({}, metric);
-    ArchiveReader reader(bytes);
-    reader(adam);
-    std::string flat;
-    ArchiveWriter writer([&](std::string_view piece) { flat.append(piece); });
-    int steps = kSteps;
-    HostBuffer<float> units, first, second, bases = adam.bases().Flat();
-    units.CopyFrom(adam.units()), first.CopyFrom(adam.first()), second.CopyFrom(adam.second());
-    writer(steps, units, first, second, bases);
-    ArchiveReader flat_reader(flat);
-    flat_reader(device_->adam());
-    ASSERT_EQ(device_->adam().first().size(), static_cast<Index>(model.data.size()));
-  }
-
   vesta::test::Random random_{8};
   Scene scene_ = test::RingOfCameras(3, 40, 30, false);
   std::vector<const View*> views_;

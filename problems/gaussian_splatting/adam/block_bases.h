@@ -1,6 +1,7 @@
 // The bases and covariances of Adam's blocks.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -37,9 +38,21 @@ class BlockBases<Host> {
   // One array of BlockArraySize.
   HostBuffer<float> Flat() const;
 
+  // The same bytes as of Flat(): those of every memory space.
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(pieces_);
+    Index size = 0;
+    for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
+    archive(size);
+    if constexpr (Archive::kReads) {
+      pieces_.clear();
+      for (Index rest = size; rest > 0; rest -= static_cast<Index>(pieces_.back().size())) {
+        pieces_.emplace_back(static_cast<std::size_t>(std::min(rest, BlockArraySize(kTurnChunk))));
+        archive.Bytes(pieces_.back().data(), pieces_.back().size() * sizeof(float));
+      }
+    } else {
+      for (std::vector<float>& piece : pieces_) archive.Bytes(piece.data(), piece.size() * sizeof(float));
+    }
   }
 
  private:

@@ -78,36 +78,34 @@ class AdamStage {
         options_(session.options()),
         result_(model),
         near_(NearPlane(session.scene())),
-        state_(StartState(session, model)) {
-    if constexpr (kOnHost) model.data = std::vector<float>();  // until the stage is done state_ has it
-    if (const std::optional<std::string> saved = session.TakeSavedStage(Stage::kAdam)) Restore(*saved);
-  }
+        saved_(session.TakeSavedStage(Stage::kAdam)) {}
 
   // All that is left to do. On a device throws OutOfDeviceMemory; then what follows may be called.
   void Run() {
+    if (!state_) Begin();
     if (targets_.empty()) targets_.Show(session_.training_views(), near_);
-    while (state_.iteration < state_.stage_switch.end() && !session_.stopped()) Iterate();
+    while (state_->iteration < state_->stage_switch.end() && !session_.stopped()) Iterate();
     if (!finished_) Finish();
   }
 
-  int iteration() const { return state_.iteration; }
-  Index gaussians() const { return state_.model.count(); }
+  int iteration() const { return state_ ? state_->iteration : 0; }
+  Index gaussians() const { return state_->model.count(); }
   // Back to before the Gaussians last became more, to go on without. False where there is no such state.
   bool GoBackBeforeGrowth() {
     if (before_growth_.empty()) return false;
     passes_.emplace();
-    state_.model.Free();
+    state_->model.Free();
     Restore(std::exchange(before_growth_, {}));
-    state_.model.StayAsMany();
+    state_->model.StayAsMany();
     // What that iteration did besides.
-    if (ResetsOpacityAt(options_.density, state_.iteration, options_.adam.iterations)) state_.model.ResetOpacity();
+    if (ResetsOpacityAt(options_.density, state_->iteration, options_.adam.iterations)) state_->model.ResetOpacity();
     return true;
   }
   // Leaves the model after the last iteration, recorded.
   void Finish() {
-    if (recorded_ != state_.iteration) Record();
+    if (recorded_ != state_->iteration) Record();
     passes_.reset();
-    state_.model.Finish(result_);
+    state_->model.Finish(result_);
     finished_ = true;
   }
 
@@ -133,16 +131,21 @@ class AdamStage {
                             UnitViews(views, NearPlane(scene)), scene.extent),
             ViewOrder(views.size(), options.seed), StageSwitch(options, static_cast<Index>(views.size()))};
   }
+  void Begin() {
+    state_.emplace(StartState(session_, result_));
+    if constexpr (kOnHost) result_.data = std::vector<float>();  // until the stage is done state_ has it
+    if (saved_) Restore(*std::exchange(saved_, std::nullopt));
+  }
   void Restore(const std::string& bytes) {
     ArchiveReader reader(bytes);
-    reader(state_);
+    reader(*state_);
   }
 
-  int ActiveDegreeAt(int it) const { return ActiveShDegree(options_.adam, state_.model.sh_degree(), it); }
+  int ActiveDegreeAt(int it) const { return ActiveShDegree(options_.adam, state_->model.sh_degree(), it); }
 
   void Record() {
-    const int degree = ActiveDegreeAt(state_.iteration);
-    const splat::Model<float> result = state_.model.result(degree);
+    const int degree = ActiveDegreeAt(state_->iteration);
+    const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
     const auto evaluate = [&] {
       if constexpr (!kOnHost) {
@@ -151,13 +154,13 @@ class AdamStage {
         return session_.Evaluate(result);
       }
     };
-    session_.Record(Stage::kAdam, state_.iteration, ModelToRecord{state_.model.count(), evaluate, on_host});
-    recorded_ = state_.iteration;
+    session_.Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
+    recorded_ = state_->iteration;
   }
   // Where it is not there already it is downloaded, for as long as nothing else is.
   splat::Model<float> OnHost(const splat::Model<float>& result) {
     if constexpr (!kOnHost) {
-      state_.model.DownloadResult(result_);
+      state_->model.DownloadResult(result_);
       return {result_.data.data(), result.count, result.sh_degree, result.active_sh_degree};
     } else {
       return result;
@@ -180,7 +183,7 @@ class AdamStage {
   double AddGradients(const splat::Model<float>& x, const StageTargets<B>& targets, float* gradient, bool observes) {
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
-      const std::size_t next = state_.order.Next();
+      const std::size_t next = state_->order.Next();
       const TargetView<B>& target = targets[next];
       const ImageShape shape = target.shape();
       passes_->image.ResizeForOverwrite(shape.NumValues());
@@ -191,8 +194,8 @@ class AdamStage {
       passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
       if (observes) {
         const double share = PullShare(shape.width, targets_[next].pinhole.width);
-        state_.model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
-                                       share * static_cast<double>(shape.NumValues()));
+        state_->model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
+                                        share * static_cast<double>(shape.NumValues()));
       }
       // Read last, so that on a device all of the iteration's work is under way.
       cost += passes_->loss.Value().objective;
@@ -202,33 +205,33 @@ class AdamStage {
   }
 
   void Iterate() {
-    const int n = options_.adam.iterations, it = state_.iteration + 1;
-    StageSwitch& stage_switch = state_.stage_switch;
+    const int n = options_.adam.iterations, it = state_->iteration + 1;
+    StageSwitch& stage_switch = state_->stage_switch;
     const int degree = ActiveDegreeAt(it), attributes = splat::NumAttributes(degree);
     const bool observes = options_.density.enabled && it <= options_.density.end * n;
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
     const double cost =
-        AddGradients(state_.model.kernel_model(degree), TargetsAt(it), state_.model.gradient(attributes), observes);
-    state_.model.Step(attributes, RateFactor(options_.adam, it, stage_switch.end()));
+        AddGradients(state_->model.kernel_model(degree), TargetsAt(it), state_->model.gradient(attributes), observes);
+    state_->model.Step(attributes, RateFactor(options_.adam, it, stage_switch.end()));
     stage_switch.Observe(it, cost);
-    state_.iteration = it;
-    state_.mean_cost = it == 1 ? cost : 0.95 * state_.mean_cost + 0.05 * cost;
+    state_->iteration = it;
+    state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     ForgetGrowthThatHolds();
-    if (state_.averages && AveragesAt(options_.adam, it, stage_switch.end())) Average();
+    if (state_->averages && AveragesAt(options_.adam, it, stage_switch.end())) Average();
     const bool is_end = it == stage_switch.end(), is_last = is_end || session_.ShouldStop();
     if (is_last || it % std::max(1, n / options_.adam.evaluations) == 0) Record();
-    session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_.model.result(degree)); });
+    session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); });
     if (is_last && !is_end) {
-      state_.model.DownloadResult(result_);
+      state_->model.DownloadResult(result_);
       finished_ = true;
     }
     // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
     // stopped it is done for the sake of the state that is saved, and at the end not at all.
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it, n);
-    session_.Report({Stage::kAdam, it, stage_switch.end(), session_.Seconds(), state_.mean_cost, session_.latest_psnr(),
-                     state_.model.count(), ""});
+    session_.Report({Stage::kAdam, it, stage_switch.end(), session_.Seconds(), state_->mean_cost,
+                     session_.latest_psnr(), state_->model.count(), ""});
     if (!is_end) {
-      session_.SaveWhereDue(Stage::kAdam, it, [&](ArchiveWriter& archive) { archive(state_); });
+      session_.SaveWhereDue(Stage::kAdam, it, [&](ArchiveWriter& archive) { archive(*state_); });
     }
     if (is_end) Finish();
   }
@@ -236,19 +239,19 @@ class AdamStage {
   void ChangeGaussians(int it, int n) {
     if (DensifiesAt(options_.density, it, n)) {
       passes_.emplace();  // the new bases need room while the old ones are there
-      state_.model.Densify(it, [&] {
+      state_->model.Densify(it, [&] {
         if constexpr (!kOnHost) KeepStateBeforeGrowth();
       });
     }
-    if (ResetsOpacityAt(options_.density, it, n)) state_.model.ResetOpacity();
+    if (ResetsOpacityAt(options_.density, it, n)) state_->model.ResetOpacity();
   }
 
   // The mean is an improvement; for want of its room training does not end.
   void Average() {
     try {
-      state_.model.Average();
+      state_->model.Average();
     } catch (const OutOfDeviceMemory& error) {
-      state_.averages = false;
+      state_->averages = false;
       session_.Note(fmt::format("Adam leaves its last parameters, not their mean: {}", error.what()));
     }
   }
@@ -256,14 +259,14 @@ class AdamStage {
   void KeepStateBeforeGrowth() {
     before_growth_ = std::string();
     std::size_t size = 0;
-    ArchiveWriter([&](std::string_view bytes) { size += bytes.size(); })(state_);
+    ArchiveWriter([&](std::string_view bytes) { size += bytes.size(); })(*state_);
     before_growth_.reserve(size);
-    ArchiveWriter([&](std::string_view bytes) { before_growth_.append(bytes); })(state_);
-    growth_at_ = state_.iteration;
+    ArchiveWriter([&](std::string_view bytes) { before_growth_.append(bytes); })(*state_);
+    growth_at_ = state_->iteration;
   }
   // Once every view has been through with the Gaussians there are, there is room for them.
   void ForgetGrowthThatHolds() {
-    const auto seen = static_cast<std::size_t>(state_.iteration - growth_at_) *
+    const auto seen = static_cast<std::size_t>(state_->iteration - growth_at_) *
                       static_cast<std::size_t>(options_.adam.views_per_iteration);
     if (!before_growth_.empty() && seen >= 2 * session_.training_views().size()) before_growth_ = {};
   }
@@ -272,7 +275,8 @@ class AdamStage {
   const TrainOptions& options_;
   SplatModel& result_;
   double near_;
-  AdamStageState<B> state_;
+  std::optional<std::string> saved_;  // to begin from
+  std::optional<AdamStageState<B>> state_;
   StageTargets<B> targets_, coarse_targets_;
   bool lacks_halves_ = false, finished_ = false;
   std::optional<Passes> passes_{std::in_place};
