@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "kernels/core/archive.h"
 #include "solver/batched_system.h"
 #include "solver/lm_options.h"
 #include "solver/problem.h"
@@ -21,6 +22,12 @@ class LmStepper {
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x);
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x)
       : LmStepper(options, backend, problem, CopyOf(backend, x)) {}
+
+  // Goes on from what Save wrote, of the same problem, by the same iterations to the bit as if there had been no break.
+  // Options may be others from here on. Throws Error where what was saved is of a problem of another size.
+  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, ArchiveReader& saved);
+  // To be called while not done().
+  void Save(ArchiveWriter& archive) { Visit(archive); }
 
   bool done() const { return summary_.status != LmStatus::kRunning; }
   // One iteration: a linear solve, its trial steps, the damping's answer, the stop tests. Appends to the summary.
@@ -54,6 +61,12 @@ class LmStepper {
     bool accepted = false;
     Zone zone = Zone::kCost;
   };
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(x_, *control_, consecutive_rejects_, turn_, scale_, summary_);
+  }
+  // Checks the options; x_ and the summary are still to be filled.
+  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
   static typename B::Vector CopyOf(B& backend, typename B::ConstView x) {
     typename B::Vector copy(x.size());
     backend.Copy(x, copy);

@@ -30,17 +30,36 @@ class Stopwatch {
 }  // namespace lm_internal
 
 template <Backend B>
-LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x)
-    : options_(options),
-      backend_(backend),
-      problem_(problem),
-      start_(std::chrono::steady_clock::now()),
-      x_(std::move(x)) {
+LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem)
+    : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
   options_.Validate();
-  VESTA_CHECK(x_.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x_.size(),
-              problem.num_parameters());
   VESTA_CHECK(problem.num_batches() >= 1, "a problem of {} batches", problem.num_batches());
   control_ = MakeStepControl(options_.step_rule, options_.step_control);
+}
+
+template <Backend B>
+LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, ArchiveReader& saved)
+    : LmStepper(options, backend, problem) {
+  Visit(saved);
+  VESTA_CHECK(x_.size() == problem.num_parameters() && !summary_.iterations.empty(),
+              "the saved solve has {} parameters, the problem {}", x_.size(), problem.num_parameters());
+  start_ -= std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(summary_.total_seconds));
+  cost_ = summary_.final_cost;
+  x_norm_ = std::sqrt(backend_.Dot(x_, x_));
+  // The linearization that was there is made again, at the turn that it was made at.
+  --turn_;
+  summary_.status = LmStatus::kRunning;
+  TestLimits();
+  if (!done()) Linearize();
+}
+
+template <Backend B>
+LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x)
+    : LmStepper(options, backend, problem) {
+  x_ = std::move(x);
+  VESTA_CHECK(x_.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x_.size(),
+              problem.num_parameters());
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));
   summary_.num_parameters = problem.num_parameters();
   summary_.num_tangent = problem.num_tangent();

@@ -70,6 +70,15 @@ struct LmSummary {
   std::string configuration;  // the chosen parts, for the full report
   std::vector<LmIteration> iterations;
 
+  // Every member, for a solve that is saved and goes on later (kernels/core/archive.h).
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(status, message, initial_cost, final_cost, num_parameters, num_tangent, num_residuals, num_batches,
+            num_frozen, num_accepted, num_rejected, num_linearizations, num_cost_evaluations, num_subset_evaluations,
+            num_pcg_iterations, num_products, linearize_seconds, linear_solve_seconds, cost_seconds, total_seconds,
+            linear_solver, configuration, iterations);
+  }
+
   // One line.
   std::string BriefReport() const;
   // Sizes, parts, counts, times and a table of the iterations.

@@ -23,6 +23,11 @@ template <Backend B>
 struct ColumnScale {
   typename B::Vector square;          // S^2, the weights of the residual norm in PCG
   typename B::Vector inverse_square;  // 1 / S^2, the unit of the clamps of D
+
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(square, inverse_square);
+  }
 };
 
 // diag_h: the diagonal of H at the start, summed over the batches, >= 0.

@@ -17,17 +17,14 @@ class GrowingRejects final : public StepControl {
 
  protected:
   double AfterAccept(double rho) override {
-    factor_ = 2.0;
+    growth_ = 2.0;
     return lambda() * CubicFactor(rho);
   }
   double AfterReject() override {
-    const double raised = lambda() * factor_;
-    factor_ *= 2.0;
+    const double raised = lambda() * growth_;
+    growth_ *= 2.0;
     return raised;
   }
-
- private:
-  double factor_ = 2.0;
 };
 
 class HalveOrDouble final : public StepControl {

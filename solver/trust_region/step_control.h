@@ -56,9 +56,18 @@ class StepControl {
   void OnShortenedAccept() { Set(2.0 * lambda_); }
   void OnReject() { Set(AfterReject()); }
 
+  // All that the next answers depend on, beside the options.
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(lambda_, growth_);
+    if constexpr (Archive::kReads) Set(lambda_);
+  }
+
  protected:
   virtual double AfterAccept(double rho) = 0;
   virtual double AfterReject() = 0;
+
+  double growth_ = 2;  // of lambda at the next reject, where it grows with each
 
  private:
   void Set(double lambda);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
+#include <utility>
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
@@ -192,6 +194,62 @@ TEST_F(LmTest, OneStepAtATimeIsTheSameSolve) {
   EXPECT_EQ(stepper.summary().iterations.size(), summary.iterations.size());
   EXPECT_EQ(stepper.cost(), summary.final_cost);
   EXPECT_EQ(stepper.x()[0], x_[0]);
+}
+
+TEST_F(LmTest, ASavedSolveGoesOnAsIfThereHadBeenNoBreak) {
+  int rejected = 0;
+  for (const StepRule rule :
+       {StepRule::kCeres, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1, StepRule::k3dgsLmV2, StepRule::kSoft}) {
+    for (const ColumnScaling scaling : {ColumnScaling::kNone, ColumnScaling::kInverseRoot}) {
+      LmOptions options = Tight();
+      options.SetStepRule(rule);
+      options.column_scaling = scaling;
+      options.step_control.initial_lambda = 1e-4;
+      LmStepper<Cpu> whole(options, backend_, tampered_, x_);
+      while (!whole.done()) whole.Step();
+      const std::vector<int> turns = std::exchange(tampered_.turns, {});
+      rejected += whole.summary().num_rejected;
+      // Broken off after every single iteration.
+      auto broken = std::make_unique<LmStepper<Cpu>>(options, backend_, tampered_, x_);
+      while (!broken->done()) {
+        broken->Step();
+        if (broken->done()) break;
+        std::string bytes;
+        ArchiveWriter writer([&](std::string_view piece) { bytes.append(piece); });
+        broken->Save(writer);
+        ArchiveReader reader(bytes);
+        broken = std::make_unique<LmStepper<Cpu>>(options, backend_, tampered_, reader);
+        EXPECT_TRUE(reader.rest().empty());
+      }
+      const std::vector<LmIteration>&expected = whole.summary().iterations, &found = broken->summary().iterations;
+      ASSERT_EQ(found.size(), expected.size()) << ToString(rule);
+      for (std::size_t k = 0; k < found.size(); ++k) {
+        EXPECT_EQ(found[k].cost, expected[k].cost) << k;
+        EXPECT_EQ(found[k].lambda, expected[k].lambda) << k;
+        EXPECT_EQ(found[k].rho, expected[k].rho) << k;
+      }
+      EXPECT_EQ(broken->x()[0], whole.x()[0]);
+      EXPECT_EQ(broken->x()[1], whole.x()[1]);
+      EXPECT_EQ(broken->summary().status, whole.summary().status);
+      // What was drawn for an x is drawn for it again.
+      EXPECT_EQ(*std::max_element(tampered_.turns.begin(), tampered_.turns.end()), turns.back());
+      tampered_.turns.clear();
+    }
+  }
+  EXPECT_GT(rejected, 5) << "so that the rules have something to remember";
+}
+
+TEST_F(LmTest, ASavedSolveOfAnotherSizeIsRefused) {
+  LmStepper<Cpu> stepper(Tight(), backend_, rosenbrock_, x_);
+  std::string bytes;
+  ArchiveWriter writer([&](std::string_view piece) { bytes.append(piece); });
+  stepper.Save(writer);
+  ResidualBlocks<Rosenbrock, Cpu> larger{3, std::vector<Rosenbrock>(1)};
+  ArchiveReader reader(bytes);
+  EXPECT_THROW(LmStepper<Cpu>(Tight(), backend_, larger, reader), Error);
+  const std::string half = bytes.substr(0, bytes.size() / 2);
+  ArchiveReader cut(half);
+  EXPECT_THROW(LmStepper<Cpu>(Tight(), backend_, rosenbrock_, cut), Error);
 }
 
 TEST_F(LmTest, NaNAtTheStartIsAStatus) {
