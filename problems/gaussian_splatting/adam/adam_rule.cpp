@@ -4,10 +4,6 @@
 
 namespace vesta::gs {
 
-AdamMetric MetricOf(const AdamOptions& options) {
-  return options.metric == "block" ? AdamMetric::kBlock : AdamMetric::kDiagonal;
-}
-
 float AdamRule::StepFactor(double factor, int steps) {
   return static_cast<float>(factor / (1 - std::pow(double{kAdamBeta1}, steps)));
 }

@@ -7,15 +7,6 @@
 
 namespace vesta::gs {
 
-enum class AdamMetric {
-  kDiagonal,  // each parameter has its own second moment
-  // Mean, log-scales, quaternion and opacity of a Gaussian are stepped in the eigenbasis of their gradients
-  // (block_adam_formula.h), for which 187 numbers more are kept of each Gaussian.
-  kBlock,
-};
-
-AdamMetric MetricOf(const AdamOptions& options);
-
 class AdamRule {
  public:
   AdamRule(const LearningRates& rates, AdamMetric metric) : rates_(rates), blocks_(metric == AdamMetric::kBlock) {}

@@ -1,19 +1,28 @@
 // Options of the Adam stage.
 #pragma once
 
-#include <string>
+#include "kernels/core/schema.h"
 
 namespace vesta::gs {
+
+enum class AdamMetric {
+  kDiagonal,  // each parameter has its own second moment
+  // Mean, log-scales, quaternion and opacity of a Gaussian are stepped in the eigenbasis of their gradients
+  // (block_adam_formula.h), for which 187 numbers more are kept of each Gaussian.
+  kBlock,
+};
+// When LM takes over: after the iterations of Adam that were asked for, or sooner where it gains more for its work
+// (stage_switch.h).
+enum class SwitchToLm { kFixed, kAuto };
 
 struct AdamOptions {
   int iterations = 4000;
   // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
-  // When LM takes over: after these iterations, or sooner where it gains more for its work (stage_switch.h).
-  std::string switch_to_lm = "fixed";  // fixed | auto
+  SwitchToLm switch_to_lm = SwitchToLm::kFixed;
   // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
   // together their eigenbasis (block_adam_formula.h).
-  std::string metric = "block";  // block | diagonal
+  AdamMetric metric = AdamMetric::kBlock;
   // The authors' rates are made for 30,000 iterations; short runs want several times as much.
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
   double rate_factor = 4.0;
@@ -33,5 +42,7 @@ struct AdamOptions {
   // Rows of the history, evenly spaced (more where the iterations do not divide).
   int evaluations = 20;
 };
+
+const schema::Table<AdamOptions>& AdamFields();
 
 }  // namespace vesta::gs

@@ -1,6 +1,7 @@
 // Options of density control.
 #pragma once
 
+#include "kernels/core/schema.h"
 #include "kernels/core/span.h"
 
 namespace vesta::gs {
@@ -19,5 +20,7 @@ struct DensityOptions {
   double opacity_reset_every = 0.0;  // 0: never
   Index max_gaussians = 500000;      // hard cap
 };
+
+const schema::Table<DensityOptions>& DensityFields();
 
 }  // namespace vesta::gs

@@ -1,61 +1,102 @@
 // Options of the LM stage.
 #pragma once
 
-#include <string>
+#include "kernels/core/schema.h"
+#include "kernels/image/loss_options.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
+#include "solver/pcg.h"
+#include "solver/step_control.h"
 
 namespace vesta::gs {
 
+// What products with J take their raster part from.
+enum class JacobianKind {
+  kRecompute,  // the splats, each time
+  kCache32,    // entries kept as floats (doubles in double) or as 16 bits: kernels/gaussian_splatting/jacobian_cache.h
+  kCache16,
+  // As kRecompute, and views are projected, sorted, rendered and linearised anew for each product: the same numbers,
+  // and the memory of one view instead of that of all. On a device as kRecompute.
+  kRebuild,
+};
+inline constexpr schema::Choice<JacobianKind> kJacobianKinds[] = {{JacobianKind::kRecompute, "recompute"},
+                                                                  {JacobianKind::kCache32, "cache32"},
+                                                                  {JacobianKind::kCache16, "cache16"},
+                                                                  {JacobianKind::kRebuild, "rebuild"}};
+// Whether entries of J are kept.
+inline bool IsCached(JacobianKind kind) { return kind == JacobianKind::kCache32 || kind == JacobianKind::kCache16; }
+
+// D, the metric in which lambda damps.
+enum class LmDamping {
+  kRates,     // that of Adam's learning rates (SplatMetricOptions)
+  kDiagonal,  // diag(JtJ)
+};
+
+enum class LmPreconditioner {
+  kBlock,    // the geometry of each Gaussian a block, its harmonics by their diagonal
+  kBlockSh,  // and the harmonics of each a block that its channels share
+  kJacobi,
+};
+
+// What damps the preconditioner: the damping of the system, none, or D itself (3DGS-LM's paper, and its code).
+enum class PreconditionerDamping { kLambda, kNone, kOne };
+
+// What the problem makes of the gradient and of the damping.
+struct SplatMetricOptions {
+  // Damping metric D_k = rates_damping * c / rate_k^2, c = the mean over Gaussians of diag(H) of the opacity times its
+  // rate squared: the metric of Adam's learning rates, in which parameters that no view sees well are held too.
+  // 0: the engine's own, diag(H).
+  double rates_damping = 1.2;
+  // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
+  // see: where the order has been fitted, that costs in proportion to the way (docs/results).
+  double position_damping = 5;
+  // Weight of what a splat's length adds to D of its quaternion (lm/length_metric.h).
+  double rotation_damping = 1;
+  // Factor on D of the bands of the harmonics above the constant. Adam's rate of theirs, a twentieth, holds them 400
+  // times as fast, and the steps of all others with them; free, they over-fit (docs/results).
+  double sh_damping = 0.02;
+  // How strongly each entry of the descent is shrunk by the disagreement of the batch's views about it
+  // (lm/view_agreement.h). 0: not at all.
+  double view_agreement = 0.3;
+};
+
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
-struct LmOptions {
+struct LmStageOptions : SplatMetricOptions {
   int iterations = 8;
   // The stage ends before where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
   // next to nothing to gain (docs/results).
   double min_gain = 0.006;
   int pcg_iterations = 4;
   int batches = 1;
-  int batch_size = 0;                    // views in each; 0: all are divided among the batches
-  std::string batch_choice = "strided";  // strided | random | clustered
+  int batch_size = 0;  // views in each; 0: all are divided among the batches
+  BatchChoice batch_choice = BatchChoice::kStrided;
   // Several batches: solved together in one PCG, or one by one and merged (3DGS-LM, eq. 7).
   bool merge_batches = false;
-  std::string damping = "rates";         // rates | diag
-  std::string preconditioner = "block";  // block | block_sh | jacobi
-  // What damps the preconditioner: the damping of the system, none, or D itself (3DGS-LM's paper, and its code).
-  std::string preconditioner_damping = "lambda";  // lambda | none | one
-  std::string pcg_start = "zero";                 // zero | preconditioned: M^-1 b, at one more product
+  LmDamping damping = LmDamping::kRates;
+  LmPreconditioner preconditioner = LmPreconditioner::kBlock;
+  PreconditionerDamping preconditioner_damping = PreconditionerDamping::kLambda;
+  PcgStart pcg_start = PcgStart::kZero;
   // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
   double pcg_tolerance = 0;
-  std::string step_control = "soft";  // soft | ceres | v1 | v2 | code
-  // recompute | cache32 | cache16 | rebuild: views that are held make iterations a quarter shorter and take several
-  // times the memory of all else (docs/results).
-  std::string jacobian = "rebuild";
-  double residual_sampling = 1;        // part of the pixels of each view that H is measured on
-  std::string sampling_unit = "rows";  // rows | tiles: how they are drawn
-  bool sample_gradient = false;        // the gradient too
-  std::string step_limit = "none";     // none | caps | hellinger
-  double step_limit_size = 1;          // factor on the caps, or the bound on the squared Hellinger distance
+  StepRule step_control = StepRule::kSoft;
+  // Views that are held make iterations a quarter shorter and take several times the memory of all else (docs/results).
+  JacobianKind jacobian = JacobianKind::kRebuild;
   bool line_search = false;
   double line_search_views = 0.3;
   double initial_lambda = 0.02;
   double min_lambda = 1e-5;
   double max_lambda = 1e4;
-  double rates_damping = 1.2;   // tau of the damping metric
-  double position_damping = 5;  // factor on it for the means
-  double rotation_damping = 1;  // weight in it of how far a splat's ends move when it turns
-  double sh_damping = 0.02;     // factor on it for the bands of the harmonics above the constant
-  double view_agreement = 0.3;  // how strongly gradients are shrunk where views disagree; 0: not
-  double l1_floor = 0.01;       // epsilon of the reweighted L1
-  // The cost and its quadratic: kernels/image/loss_options.h.
-  std::string loss_linearization = "irls";       // irls | sqrt | huber | l2
-  double huber_threshold = 0.1;                  // of huber
-  std::string ssim_linearization = "quadratic";  // quadratic | root
-  std::string ssim_jacobian = "exact";           // exact | center: with root
-  double l1_weight = 0.8, ssim_weight = 0.2;
-  // Range of diag(JtJ) in the damping metric "diag"; 0: at least 1e-6 of the median of the same parameter, no upper
-  // end.
+  // Range of diag(JtJ) in LmDamping::kDiagonal; 0: at least 1e-6 of the median of the same parameter, no upper end.
   double min_diagonal = 0, max_diagonal = 0;
+  // The cost and its quadratic: kernels/image/loss_options.h.
+  PixelLinearization loss_linearization = PhotometricWeights{}.pixel;
+  SsimLinearization ssim = PhotometricWeights{}.structure;
+  double l1_weight = PhotometricWeights{}.l1, ssim_weight = PhotometricWeights{}.ssim;
+  double l1_floor = PhotometricWeights{}.l1_floor;
+  double huber_threshold = PhotometricWeights{}.huber_threshold;
 };
 
-// Whether entries of J are kept.
-inline bool CachesJacobian(const LmOptions& lm) { return lm.jacobian == "cache32" || lm.jacobian == "cache16"; }
+const schema::Table<LmStageOptions>& LmStageFields();
+// Throws Error, one line, for options that are each in range and do not go together.
+void CheckTogether(const LmStageOptions& lm);
 
 }  // namespace vesta::gs

@@ -12,6 +12,7 @@
 
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/lm/options.h"
 #include "problems/gaussian_splatting/lm/pixel_sample.h"
 #include "problems/gaussian_splatting/lm/step_limit.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
@@ -21,18 +22,7 @@
 
 namespace vesta::gs {
 
-// What products with J take their raster part from.
-enum class JacobianKind {
-  kRecompute,  // the splats, each time
-  kCache32,    // entries kept as floats (doubles in double) or as 16 bits: kernels/gaussian_splatting/jacobian_cache.h
-  kCache16,
-  // As kRecompute, and views are projected, sorted, rendered and linearised anew for each product: the same numbers,
-  // and the memory of one view instead of that of all. On a device as kRecompute.
-  kRebuild,
-};
-inline bool IsCached(JacobianKind kind) { return kind == JacobianKind::kCache32 || kind == JacobianKind::kCache16; }
-
-struct SplatProblemOptions {
+struct SplatProblemOptions : SplatMetricOptions {
   int sh_degree = 3;
   Index count = 0;  // Gaussians
   std::array<double, 3> background{0, 0, 0};
@@ -52,21 +42,6 @@ struct SplatProblemOptions {
   bool sample_gradient = false;
   StepLimit step_limit;
   std::uint64_t seed = 0;  // of the sampling
-  // Damping metric D_k = rates_damping * c / rate_k^2, c = the mean over Gaussians of diag(H) of the opacity times its
-  // rate squared: the metric of Adam's learning rates, in which parameters that no view sees well are held too.
-  // 0: the engine's own, diag(H).
-  double rates_damping = 1.2;
-  // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
-  // see: where the order has been fitted, that costs in proportion to the way (docs/results).
-  double position_damping = 5;
-  // Weight of what a splat's length adds to D of its quaternion (lm/length_metric.h).
-  double rotation_damping = 1;
-  // Factor on D of the bands of the harmonics above the constant. Adam's rate of theirs, a twentieth, holds them 400
-  // times as fast, and the steps of all others with them; free, they over-fit (docs/results).
-  double sh_damping = 0.02;
-  // How strongly each entry of the descent is shrunk by the disagreement of the batch's views about it
-  // (lm/view_agreement.h). 0: not at all.
-  double view_agreement = 0;
   LearningRates rates;
   // Of length, for each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;

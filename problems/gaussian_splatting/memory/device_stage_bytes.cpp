@@ -27,9 +27,9 @@ double ViewBytes(const ViewCounts& view, const MemoryScene& scene) {
          2 * kWord * view.pairs;
 }
 
-double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
-  if (!CachesJacobian(lm)) return 0;
-  const auto format = lm.jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+double CacheBytes(const ViewCounts& view, const LmStageOptions& lm) {
+  if (!IsCached(lm.jacobian)) return 0;
+  const auto format = lm.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
   return static_cast<double>(
       splat::DeviceJacobianCache::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
 }
@@ -69,7 +69,7 @@ double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options) {
   return held + std::max(step + average, rearranging);
 }
 
-double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
+double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
   const ViewCounts most = scene.Largest();
   double views_bytes = 0;
   // Each with its image and those of its loss.
@@ -77,7 +77,7 @@ double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_ba
     views_bytes += ViewBytes(view, scene) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
   }
   // Of a cache entries are counted pair by pair, where else splats' tiles are.
-  const double counts = !CachesJacobian(lm) ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
+  const double counts = !IsCached(lm.jacobian) ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
   // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
   return TargetBytes(scene) +
          EngineBytes(scene, lm, hold_batches, views_bytes, {.gram = SumBytes(most, sizeof(splat::SplatGram<float>))}) +

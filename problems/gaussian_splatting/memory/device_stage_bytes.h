@@ -11,6 +11,6 @@ namespace vesta::gs {
 // passes.
 double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options);
 // As LmBytes.
-double DeviceLmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);
+double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
 
 }  // namespace vesta::gs

@@ -22,9 +22,9 @@ struct BlockBytes {
   double gram, blocks;
 };
 
-BlockBytes BlocksOf(const MemoryScene& scene, const LmOptions& lm) {
+BlockBytes BlocksOf(const MemoryScene& scene, const LmStageOptions& lm) {
   const int geometry = Packed(splat::kGeometry), coefficients = ShCoefficients(scene.sh_degree);
-  const bool with_colors = lm.preconditioner == "block_sh";
+  const bool with_colors = lm.preconditioner == LmPreconditioner::kBlockSh;
   const int color_blocks = with_colors ? Packed(coefficients) : 0;
   const int colors = with_colors ? color_blocks : 3 * coefficients;
   return {(geometry + 3 * coefficients + color_blocks) * PerGaussianBytes(scene),
@@ -38,16 +38,13 @@ double VectorBytes(const MemoryScene& scene) { return splat::NumAttributes(scene
 double PerGaussianBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.gaussians); }
 
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
-  return MetricOf(options) == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.gaussians))
-                                                 : 0;
+  return options.metric == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.gaussians))
+                                              : 0;
 }
 
-int LossImages(const LmOptions& lm) {
-  if (lm.ssim_linearization != "root") return 2;
-  return lm.ssim_jacobian == "center" ? 1 : 5;
-}
+int LossImages(const LmStageOptions& lm) { return lm.ssim == SsimLinearization::kRootCenter ? 1 : 2; }
 
-double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes,
+double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing) {
   vesta::LmOptions engine = LmEngineOptions(lm);
   engine.hold_batches = hold_batches;
@@ -69,8 +66,7 @@ double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batc
                               .cost_work = passing.cost,
                               .between = passing.evaluation,
                               .has_own_descent = lm.view_agreement > 0,
-                              .has_own_metric = lm.damping == "rates" && lm.rates_damping > 0,
-                              .limits_steps = lm.step_limit != "none"});
+                              .has_own_metric = lm.damping == LmDamping::kRates && lm.rates_damping > 0});
 }
 
 }  // namespace vesta::gs

@@ -20,7 +20,7 @@ double PerGaussianBytes(const MemoryScene& scene);
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
 // Images that the linearization of a view's loss holds.
-int LossImages(const LmOptions& lm);
+int LossImages(const LmStageOptions& lm);
 
 // What passes over views work in and give back.
 struct PassingBytes {
@@ -32,7 +32,7 @@ struct PassingBytes {
 // What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all
 // linearized views together. hold_batches: whether the linearizations of all batches are there at once. passing: what
 // is there for a while only.
-double EngineBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches, double views_bytes,
+double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing);
 
 }  // namespace vesta::gs

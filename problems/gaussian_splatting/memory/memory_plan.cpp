@@ -59,16 +59,16 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
 }
 
 LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
-  const LmOptions& lm = options.lm;
+  const LmStageOptions& lm = options.lm;
   LmPlan plan{lm, true, memory.lm_bytes(scene, lm, true)};
-  if (lm.jacobian == "rebuild" && !memory.rebuilds) plan.lm.jacobian = "recompute";
+  if (lm.jacobian == JacobianKind::kRebuild && !memory.rebuilds) plan.lm.jacobian = JacobianKind::kRecompute;
   const double fits = std::min(memory.bytes, memory.comfortable_bytes);
   if (lm.iterations == 0 || plan.bytes <= fits) return plan;
-  plan.lm.jacobian = "recompute";
+  plan.lm.jacobian = JacobianKind::kRecompute;
   plan.bytes = memory.lm_bytes(scene, plan.lm, true);
   if (plan.bytes <= fits) return plan;
   if (memory.rebuilds) {
-    plan.lm.jacobian = "rebuild";
+    plan.lm.jacobian = JacobianKind::kRebuild;
     plan.bytes = memory.lm_bytes(scene, plan.lm, true);
     if (plan.bytes <= memory.bytes) return plan;
     throw Error(memory.refusal("LM with one view at a time", plan.bytes));
@@ -89,8 +89,8 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
   const Index most = density ? std::max(options.density.max_gaussians, scene.gaussians) : scene.gaussians;
   const auto bytes_of = [&](Index gaussians) {
     const MemoryScene scaled = scene.Scaled(gaussians);
-    LmOptions lm = options.lm;
-    lm.jacobian = memory.rebuilds ? "rebuild" : "recompute";
+    LmStageOptions lm = options.lm;
+    lm.jacobian = memory.rebuilds ? JacobianKind::kRebuild : JacobianKind::kRecompute;
     // As PlanLm does at the least: batches not held, which only merged ones can be.
     if (!memory.rebuilds) lm.batches = static_cast<int>(scene.views.size()), lm.merge_batches = true;
     const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, options) : 0;

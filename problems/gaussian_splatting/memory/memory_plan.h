@@ -14,7 +14,7 @@ namespace vesta::gs {
 // The memory that the stages compute in: what each takes of it, and what there is.
 struct StageMemory {
   double (*adam_bytes)(const MemoryScene&, const StageOptions&) = AdamBytes;
-  double (*lm_bytes)(const MemoryScene&, const LmOptions&, bool hold_batches) = LmBytes;
+  double (*lm_bytes)(const MemoryScene&, const LmStageOptions&, bool hold_batches) = LmBytes;
   double bytes = std::numeric_limits<double>::infinity();  // that the stages may take
   // Above this LM takes less where that costs nothing but time.
   double comfortable_bytes = std::numeric_limits<double>::infinity();
@@ -30,7 +30,7 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 
 // How LM runs within the memory.
 struct LmPlan {
-  LmOptions lm;  // with jacobian, or batches and merge_batches, as chosen
+  LmStageOptions lm;  // with jacobian, or batches and merge_batches, as chosen
   bool hold_batches = true;
   double bytes = 0;  // lm_bytes of that
 };

@@ -9,14 +9,17 @@ namespace vesta::gs {
 
 struct MemoryOptions {
   double budget_gib = 0;  // of the process; 0: none
-  double before_mib = 0;  // what the process holds without the model: program, images
+  // Measured, not chosen: what the process holds without the model, program and images. So it is no field.
+  double before_mib = 0;
 };
+
+const schema::Table<MemoryOptions>& MemoryFields();
 
 struct StageOptions {
   MemoryOptions memory;
   AdamOptions adam;
   DensityOptions density;
-  LmOptions lm;
+  LmStageOptions lm;
 };
 
 }  // namespace vesta::gs

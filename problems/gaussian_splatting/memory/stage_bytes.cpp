@@ -45,14 +45,14 @@ double EvaluationBytes(const ViewCounts& view, Index gaussians) {
   return RendererBytes(view, gaussians) + MetersBytes(view);
 }
 
-double CacheBytes(const ViewCounts& view, const LmOptions& lm) {
-  if (!CachesJacobian(lm)) return 0;
-  const auto format = lm.jacobian == "cache32" ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+double CacheBytes(const ViewCounts& view, const LmStageOptions& lm) {
+  if (!IsCached(lm.jacobian)) return 0;
+  const auto format = lm.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
   return static_cast<double>(
       splat::JacobianCache<float>::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
 }
 
-double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const LmOptions& lm) {
+double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const LmStageOptions& lm) {
   // The image, and those of its loss.
   return ViewBytes(view, gaussians) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
 }
@@ -71,20 +71,20 @@ double AdamBytes(const MemoryScene& scene, const StageOptions& options) {
          SumBytes(most, sizeof(splat::SplatTangent<float>)) + 2 * kImageBytes * most.pixels + EvaluationBytes(most, n);
 }
 
-double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches) {
+double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
   const ViewCounts most = scene.Largest();
   const Index n = scene.gaussians;
   double views_bytes = 0;
   for (const ViewCounts& view : scene.views) views_bytes += LinearizedViewBytes(view, n, lm);
   double rebuilt = 0;
-  if (lm.jacobian == "rebuild") {
+  if (lm.jacobian == JacobianKind::kRebuild) {
     // One view for each linearization that is held.
     const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
     rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * LinearizedViewBytes(most, n, lm);
     views_bytes = 0;
   }
   double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>));
-  if (CachesJacobian(lm)) workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
+  if (IsCached(lm.jacobian)) workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
   const PassingBytes passing{.gram = SumBytes(most, sizeof(splat::SplatGram<float>)),
                              .cost = ViewBytes(most, n) + kImageBytes * most.pixels,
                              .evaluation = MetersBytes(most)};

@@ -10,7 +10,7 @@ namespace vesta::gs {
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 // lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
 // batches are there at once.
-double LmBytes(const MemoryScene& scene, const LmOptions& lm, bool hold_batches);
+double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
 // The model and what evaluating it needs: all there is between the stages.
 double ModelBytes(const MemoryScene& scene);
 

@@ -1,6 +1,7 @@
 // Learning rates by class of parameter.
 #pragma once
 
+#include "kernels/core/schema.h"
 #include "kernels/gaussian_splatting/layout.h"
 
 namespace vesta::gs {
@@ -16,6 +17,8 @@ struct LearningRates {
   double sh_dc = 2.5e-3;
   double sh_rest = 1.25e-4;
 };
+
+const schema::Table<LearningRates>& LearningRateFields();
 
 // The rate of attribute a (kernels/gaussian_splatting/layout.h); of positions in units of length.
 inline double RateOf(const LearningRates& rates, int attribute) {

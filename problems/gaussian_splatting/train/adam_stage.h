@@ -126,7 +126,7 @@ class AdamStage {
     const TrainOptions& options = session.options();
     const std::vector<const View*>& views = session.training_views();
     const Scene& scene = session.scene();
-    return {TrainedModel<B>(model, Adam<B>(options.rates, MetricOf(options.adam)),
+    return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric),
                             DensityControl<typename B::Space>(options.density, scene.extent, options.seed),
                             UnitViews(views, NearPlane(scene)), scene.extent),
             ViewOrder(views.size(), options.seed), StageSwitch(options, static_cast<Index>(views.size()))};

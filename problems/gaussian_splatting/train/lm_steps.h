@@ -14,7 +14,7 @@
 namespace vesta::gs {
 
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model);
-vesta::LmOptions LmEngineOptions(const LmOptions& lm);
+vesta::LmOptions LmEngineOptions(const LmStageOptions& lm);
 
 // The best x of a stepper of such a model, where it lies.
 template <Backend B>

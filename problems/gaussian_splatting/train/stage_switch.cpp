@@ -16,11 +16,11 @@ constexpr double kWindow = 0.05;  // of the stage, at least: costs of one epoch 
 
 }  // namespace
 
-double LmWork(const LmOptions& lm, Index training_views) {
+double LmWork(const LmStageOptions& lm, Index training_views) {
   const auto all = static_cast<double>(training_views);
   const double views = lm.batch_size > 0 ? std::min(all, double{1} * lm.batches * lm.batch_size) : all;
-  const double products = lm.pcg_iterations * (lm.jacobian == "rebuild" ? kRebuiltProduct : kProduct);
-  return views * (kGradientAndTrial + lm.residual_sampling * (kGram + products));
+  const double products = lm.pcg_iterations * (lm.jacobian == JacobianKind::kRebuild ? kRebuiltProduct : kProduct);
+  return views * (kGradientAndTrial + kGram + products);
 }
 
 StageSwitch::StageSwitch(const TrainOptions& options, Index training_views)
@@ -28,7 +28,7 @@ StageSwitch::StageSwitch(const TrainOptions& options, Index training_views)
   const double densification = options.density.enabled ? options.density.end : 0;
   begin_ = static_cast<int>(std::max(adam_.coarse_part, densification) * adam_.iterations) + 1;
   const double epoch = static_cast<double>(training_views) / adam_.views_per_iteration;
-  if (adam_.switch_to_lm == "auto" && options.lm.iterations > 0) {
+  if (adam_.switch_to_lm == SwitchToLm::kAuto && options.lm.iterations > 0) {
     window_ = static_cast<int>(std::ceil(std::max(1.0, std::ceil(kWindow * adam_.iterations / epoch)) * epoch));
   }
   const double work = static_cast<double>(window_) * adam_.views_per_iteration;

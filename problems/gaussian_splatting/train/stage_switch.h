@@ -8,11 +8,11 @@ namespace vesta::gs {
 // The work of one iteration of LM, in iterations of Adam on one view of full size. Counted, never timed, so that runs
 // are the same to the bit: both stages visit the same splats at the same pixels, and what each pass takes for a visit
 // is a fixed number (docs/results/2026-11-22-stage-switch.md).
-double LmWork(const LmOptions& lm, Index training_views);
+double LmWork(const LmStageOptions& lm, Index training_views);
 
 // Where the Adam stage ends. With --switch=fixed after the iterations that were asked for. With --switch=auto as soon
 // as Adam lowers the cost more slowly, for its work, than an iteration of LM has to for another one to follow
-// (LmOptions::min_gain), and at the latest after those iterations; the last part of what it then is cools down.
+// (LmStageOptions::min_gain), and at the latest after those iterations; the last part of what it then is cools down.
 //
 // Costs are compared over whole epochs, in which each view has its turn once, after densification and the coarse views.
 class StageSwitch {

@@ -40,7 +40,7 @@ void CheckViews(const Scene& scene) {
 void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
                   TrainResult& result) {
   const std::vector<const View*>& views = session.training_views();
-  const bool has_cache = CachesJacobian(options.lm);
+  const bool has_cache = IsCached(options.lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;
   const MemoryScene counts = CountMemory(model, views, NearPlane(session.scene()), counted, has_cache);
@@ -48,9 +48,12 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   try {
     plan = PlanLm(counts, options, MemoryOf(stages, options));
     // A device holds views in any case; that is nothing to tell of.
-    const bool as_ever = stages.device_memory && options.lm.jacobian == "rebuild" && plan.lm.jacobian == "recompute";
+    const bool as_ever = stages.device_memory && options.lm.jacobian == JacobianKind::kRebuild &&
+                         plan.lm.jacobian == JacobianKind::kRecompute;
     if (plan.lm.jacobian != options.lm.jacobian && !as_ever) {
-      session.Note(fmt::format("LM with --jacobian={} in place of {}", plan.lm.jacobian, options.lm.jacobian));
+      session.Note(fmt::format("LM with lm.jacobian={} in place of {}",
+                               schema::NameOf(plan.lm.jacobian, kJacobianKinds),
+                               schema::NameOf(options.lm.jacobian, kJacobianKinds)));
     }
   } catch (const Error& error) {
     // What Adam has made is not lost for want of memory.

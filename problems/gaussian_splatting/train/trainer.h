@@ -60,7 +60,7 @@ struct DeviceMemoryUse {
 };
 
 // What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
-// engine's full report; hold_batches: LmOptions::hold_batches.
+// engine's full report; hold_batches: vesta::LmOptions::hold_batches.
 struct StageRunners {
   std::string device;
   std::function<void(TrainingSession&, SplatModel&)> adam;
@@ -74,7 +74,7 @@ struct MemoryReport {
   double predicted_mib = 0;  // most that the process would hold, from the model that LM started from
   // The same of the GPU, what it had free before the run, and most that was in use; 0 without one.
   double device_predicted_mib = 0, device_free_mib = 0, device_peak_mib = 0;
-  std::string jacobian = "recompute";
+  JacobianKind jacobian = JacobianKind::kRecompute;
   int batches = 1;
 };
 

@@ -1,0 +1,112 @@
+#include "kernels/core/schema.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <numeric>
+#include <string_view>
+
+namespace vesta::schema {
+namespace {
+
+template <class T>
+bool ParseAll(const std::string& text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+// Insertions, deletions and exchanges that make one of the other (Levenshtein).
+std::size_t EditDistance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t exchanged = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, exchanged});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::string Print(double value) { return fmt::format("{}", value); }
+std::string Print(std::int64_t value) { return fmt::format("{}", value); }
+std::string Print(std::uint64_t value) { return fmt::format("{}", value); }
+
+bool Parse(const std::string& text, double& value) { return ParseAll(text, value); }
+bool Parse(const std::string& text, std::int64_t& value) { return ParseAll(text, value); }
+bool Parse(const std::string& text, std::uint64_t& value) { return ParseAll(text, value); }
+
+std::vector<std::string> SplitAt(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  for (std::size_t end = text.find(separator); end != std::string::npos; end = text.find(separator, begin)) {
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  parts.push_back(text.substr(begin));
+  return parts;
+}
+
+std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names, std::size_t most) {
+  std::vector<std::pair<std::size_t, std::string>> ranked;
+  for (const std::string& other : names) {
+    // A name without its part is as good.
+    const std::size_t dot = other.find('.');
+    const std::string_view last = std::string_view(other).substr(dot == std::string::npos ? 0 : dot + 1);
+    const std::size_t distance = std::min(EditDistance(name, other), EditDistance(name, last));
+    if (2 * distance <= name.size()) ranked.emplace_back(distance, other);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> nearest;
+  for (const auto& [distance, other] : ranked) {
+    if (nearest.size() < most) nearest.push_back(other);
+  }
+  return nearest;
+}
+
+std::string FieldInfo::Requirement() const {
+  const auto or_auto = [&](std::string text) { return text + (may_be_auto ? ", or auto" : ""); };
+  switch (kind) {
+    case Kind::kWhole:
+      return or_auto(fmt::format("it must be from {} to {}, a whole number", range.min, range.max));
+    case Kind::kNumber:
+      return or_auto(fmt::format("it must be from {} to {}", range.min, range.max));
+    case Kind::kSwitch:
+      return "it must be true or false";
+    case Kind::kChoice:
+      return fmt::format("it must be {}{}{}", fmt::join(choices.begin(), choices.end() - 1, ", "),
+                         choices.size() > 1 ? " or " : "", choices.back());
+    case Kind::kColor:
+      return or_auto(fmt::format("it must be three numbers from {} to {}, as in 0.5,0.5,0.5", range.min, range.max));
+    case Kind::kWords:
+      break;
+  }
+  return fmt::format("{} is missing", placeholder);
+}
+
+std::string FieldInfo::Placeholder() const {
+  switch (kind) {
+    case Kind::kWhole:
+      return "N";
+    case Kind::kNumber:
+      return "X";
+    case Kind::kSwitch:
+      return "true|false";
+    case Kind::kChoice:
+      return fmt::format("{}", fmt::join(choices, "|"));
+    case Kind::kColor:
+      return "R,G,B";
+    case Kind::kWords:
+      break;
+  }
+  return placeholder;
+}
+
+}  // namespace vesta::schema

@@ -1,0 +1,253 @@
+// Tables of options. A table says of each field of a struct what it is called, what it may be and what it is for;
+// flags, help, checks, files and benchmarks are made from that alone.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace vesta::schema {
+
+// What a number may be, ends included. NaN is in no range.
+struct Range {
+  double min, max;
+};
+
+// A value of an enum, and its name. An array of them is what such an option may be.
+template <class E>
+struct Choice {
+  E value;
+  const char* name;
+};
+
+// Any text but none at all; placeholder: what stands for it in the help.
+struct Words {
+  const char* placeholder;
+};
+
+enum class Kind { kWhole, kNumber, kSwitch, kChoice, kColor, kWords };
+
+// What is known of a field whatever struct it is of.
+struct FieldInfo {
+  std::string name;  // within its struct; of a part of a struct "part.name"
+  Kind kind;
+  const char* help;
+  const char* flag = nullptr;             // name of the command line's own flag for it, where it has one
+  Range range = {};                       // kWhole, kNumber, and each channel of kColor
+  std::vector<const char*> choices = {};  // kChoice
+  const char* placeholder = "";           // kWords
+  bool may_be_auto = false;               // "auto" is a value too: what suits the data
+
+  // What it has to be: "it must be from 0 to 1".
+  std::string Requirement() const;
+  // What stands for its value in the help: N, X, a|b, R,G,B.
+  std::string Placeholder() const;
+};
+
+// Values as text and back, without loss. Parse is false for what is not wholly a value of the type.
+std::string Print(double value);
+std::string Print(std::int64_t value);
+std::string Print(std::uint64_t value);
+bool Parse(const std::string& text, double& value);
+bool Parse(const std::string& text, std::int64_t& value);
+bool Parse(const std::string& text, std::uint64_t& value);
+std::vector<std::string> SplitAt(const std::string& text, char separator);
+
+// The names most alike, most alike first; at most `most`, none that have little in common.
+std::vector<std::string> Nearest(const std::string& name, const std::vector<std::string>& names, std::size_t most = 3);
+
+// Whether each value and each name is there once.
+template <class E, std::size_t N>
+constexpr bool EachOnce(const Choice<E> (&choices)[N]) {
+  for (std::size_t i = 0; i < N; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (choices[i].value == choices[j].value) return false;
+      if (std::string_view(choices[i].name) == choices[j].name) return false;
+    }
+  }
+  return true;
+}
+
+// "?" for a value that is not among them.
+template <class E, std::size_t N>
+constexpr const char* NameOf(E value, const Choice<E> (&choices)[N]) {
+  for (const Choice<E>& choice : choices) {
+    if (choice.value == value) return choice.name;
+  }
+  return "?";
+}
+
+// How a type of value is written and read, and what a rule leaves of it.
+template <class V>
+struct Numbers {
+  using Wide = std::conditional_t<std::is_floating_point_v<V>, double,
+                                  std::conditional_t<std::is_signed_v<V>, std::int64_t, std::uint64_t>>;
+  static constexpr Kind kKind = std::is_floating_point_v<V> ? Kind::kNumber : Kind::kWhole;
+  static std::string ToText(V value) { return Print(static_cast<Wide>(value)); }
+  static bool FromText(const std::string& text, Range range, V& value) {
+    Wide wide{};
+    if (!Parse(text, wide)) return false;
+    if (!(static_cast<double>(wide) >= range.min && static_cast<double>(wide) <= range.max)) return false;
+    value = static_cast<V>(wide);
+    return true;
+  }
+};
+
+template <class V>
+struct Numbers<std::optional<V>> {
+  static constexpr Kind kKind = Numbers<V>::kKind;
+  static std::string ToText(const std::optional<V>& value) { return value ? Numbers<V>::ToText(*value) : "auto"; }
+  static bool FromText(const std::string& text, Range range, std::optional<V>& value) {
+    if (text == "auto") {
+      value.reset();
+      return true;
+    }
+    V number{};
+    if (!Numbers<V>::FromText(text, range, number)) return false;
+    value = number;
+    return true;
+  }
+};
+
+template <std::size_t N>
+struct Numbers<std::array<double, N>> {
+  static constexpr Kind kKind = Kind::kColor;
+  static std::string ToText(const std::array<double, N>& value) {
+    std::string text;
+    for (const double channel : value) {
+      if (!text.empty()) text += ',';
+      text += Print(channel);
+    }
+    return text;
+  }
+  static bool FromText(const std::string& text, Range range, std::array<double, N>& value) {
+    const std::vector<std::string> parts = SplitAt(text, ',');
+    std::array<double, N> read{};
+    if (parts.size() != N) return false;
+    for (std::size_t i = 0; i < N; ++i) {
+      if (!Numbers<double>::FromText(parts[i], range, read[i])) return false;
+    }
+    value = read;
+    return true;
+  }
+};
+
+template <class V>
+constexpr bool kIsOptional = false;
+template <class V>
+constexpr bool kIsOptional<std::optional<V>> = true;
+
+// A row of the table of struct O.
+template <class O>
+class Field : public FieldInfo {
+ public:
+  // A number within a range, "auto" too for a std::optional; an array of them is a colour.
+  template <class C, class V>
+  Field(const char* called, V C::*member, Range within, const char* what_for, const char* own_flag = nullptr)
+      : FieldInfo{.name = called, .kind = Numbers<V>::kKind, .help = what_for, .flag = own_flag},
+        print_([member](const O& o) { return Numbers<V>::ToText(o.*member); }),
+        parse_(
+            [member, within](const std::string& text, O& o) { return Numbers<V>::FromText(text, within, o.*member); }) {
+    range = within;
+    may_be_auto = kIsOptional<V>;
+  }
+  // One of an enum's values.
+  template <class C, class E, std::size_t N>
+  Field(const char* called, E C::*member, const Choice<E> (&among)[N], const char* what_for,
+        const char* own_flag = nullptr)
+      : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag},
+        print_([member, &among](const O& o) { return NameOf(o.*member, among); }),
+        parse_([member, &among](const std::string& text, O& o) {
+          for (const Choice<E>& choice : among) {
+            if (text != choice.name) continue;
+            o.*member = choice.value;
+            return true;
+          }
+          return false;
+        }) {
+    for (const Choice<E>& choice : among) choices.push_back(choice.name);
+  }
+  // Yes or no.
+  template <class C>
+  Field(const char* called, bool C::*member, const char* what_for, const char* own_flag = nullptr)
+      : FieldInfo{.name = called, .kind = Kind::kSwitch, .help = what_for, .flag = own_flag},
+        print_([member](const O& o) { return o.*member ? "true" : "false"; }),
+        parse_([member](const std::string& text, O& o) {
+          if (text != "true" && text != "false") return false;
+          o.*member = text == "true";
+          return true;
+        }) {}
+  // One of some names.
+  template <class C>
+  Field(const char* called, std::string C::*member, const std::vector<const char*>& among, const char* what_for,
+        const char* own_flag = nullptr)
+      : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag, .choices = among},
+        print_([member](const O& o) { return o.*member; }),
+        parse_([member, among](const std::string& text, O& o) {
+          if (std::find(among.begin(), among.end(), text) == among.end()) return false;
+          o.*member = text;
+          return true;
+        }) {}
+  // Any text.
+  template <class C>
+  Field(const char* called, std::string C::*member, Words words, const char* what_for, const char* own_flag = nullptr)
+      : FieldInfo{.name = called, .kind = Kind::kWords, .help = what_for, .flag = own_flag},
+        print_([member](const O& o) { return o.*member; }),
+        parse_([member](const std::string& text, O& o) {
+          if (!text.empty()) o.*member = text;
+          return !text.empty();
+        }) {
+    placeholder = words.placeholder;
+  }
+  // The field of a part of the struct.
+  template <class C, class Part>
+  Field(const std::string& part_name, Part C::*part, const Field<Part>& field)
+      : FieldInfo(field),
+        print_([part, field](const O& o) { return field.Text(o.*part); }),
+        parse_([part, field](const std::string& text, O& o) { return field.Set(text, o.*part); }) {
+    name = part_name + "." + field.name;
+  }
+
+  std::string Text(const O& options) const { return print_(options); }
+  // False, and the options as they were, where the text is no value of the field.
+  bool Set(const std::string& text, O& options) const { return parse_(text, options); }
+  // Whether what the options hold is a value of the field.
+  bool IsValid(const O& options) const {
+    O copy = options;
+    return Set(Text(options), copy);
+  }
+
+ private:
+  std::function<std::string(const O&)> print_;
+  std::function<bool(const std::string&, O&)> parse_;
+};
+
+template <class O>
+using Table = std::vector<Field<O>>;
+
+// Null where there is none of that name.
+template <class O>
+const Field<O>* Find(const Table<O>& table, const std::string& name) {
+  for (const Field<O>& field : table) {
+    if (field.name == name) return &field;
+  }
+  return nullptr;
+}
+
+template <class O>
+std::vector<std::string> Names(const Table<O>& table) {
+  std::vector<std::string> names;
+  names.reserve(table.size());
+  for (const Field<O>& field : table) names.push_back(field.name);
+  return names;
+}
+
+}  // namespace vesta::schema

@@ -1,0 +1,34 @@
+#include "problems/gaussian_splatting/adam/options.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr schema::Choice<AdamMetric> kMetrics[] = {{AdamMetric::kBlock, "block"}, {AdamMetric::kDiagonal, "diagonal"}};
+constexpr schema::Choice<SwitchToLm> kSwitches[] = {{SwitchToLm::kFixed, "fixed"}, {SwitchToLm::kAuto, "auto"}};
+static_assert(schema::EachOnce(kMetrics) && schema::EachOnce(kSwitches));
+
+}  // namespace
+
+const schema::Table<AdamOptions>& AdamFields() {
+  using O = AdamOptions;
+  constexpr schema::Range kPart{0, 1};
+  static const schema::Table<O> fields = {
+      {"iterations", &O::iterations, {0, 1e7}, "iterations of Adam", "iterations"},
+      {"switch_to_lm", &O::switch_to_lm, kSwitches,
+       "LM takes over after these, or sooner where it gains more for its work", "switch"},
+      {"views_per_iteration", &O::views_per_iteration, {1, 1e6}, "views whose mean gradient makes one iteration"},
+      {"metric", &O::metric, kMetrics, "what scales the steps: all of a Gaussian's geometry, or each parameter alone"},
+      {"rate_factor", &O::rate_factor, {1e-6, 1e6}, "factor on the learning rates"},
+      {"rate_decay", &O::rate_decay, {1e-6, 1}, "part of them that is left at the end, but for the cooldown"},
+      {"cooldown", &O::cooldown, kPart, "part of the stage, at its end, in which they fall once more; 0: none"},
+      {"cooldown_to", &O::cooldown_to, {1e-6, 1}, "part of them that is left of that"},
+      {"average_part", &O::average_part, kPart,
+       "part, at its end, that shows and leaves mean parameters; 0: the last ones"},
+      {"coarse_part", &O::coarse_part, kPart, "part, at its start, that sees images of half the size"},
+      {"sh_band_every", &O::sh_band_every, kPart, "one more band of harmonics after each such part; 0: all at once"},
+      {"evaluations", &O::evaluations, {1, 1e7}, "rows of the history"},
+  };
+  return fields;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/train/options.h"
+
+namespace vesta::gs {
+namespace {
+
+TrainOptions Balanced() { return {}; }
+
+TrainOptions Fast() {
+  TrainOptions options;
+  options.adam.iterations = 1000;
+  options.lm.iterations = 4;
+  options.lm.view_agreement = 0;  // so early the views agree on more than LM gets done
+  // The whole gradient has much to say of the harmonics; their blocks let it (docs/results).
+  options.lm.preconditioner = LmPreconditioner::kBlockSh;
+  options.lm.sh_damping = 0.0025;
+  return options;
+}
+
+TrainOptions Best() {
+  TrainOptions options;
+  options.adam.iterations = 6000;
+  options.density.gradient_threshold = 5e-4;
+  options.lm.iterations = 40;
+  options.lm.min_gain = 0.001;
+  return options;
+}
+
+// 3DGS-LM (Höllein et al. 2025): 20,000 iterations as INRIA's, densification until 15,000, then 5 LM iterations of
+// 8 PCG iterations on up to 4 batches of 25 images, merged, with a line search on 30 % of the images. What differs, and
+// why: docs/results/2026-11-21-lm-options.md.
+TrainOptions Paper() {
+  TrainOptions options;
+  AdamOptions& adam = options.adam;
+  adam.iterations = 20000;
+  adam.metric = AdamMetric::kDiagonal;
+  adam.rate_factor = 1;
+  adam.rate_decay = 1;
+  adam.cooldown = 0;
+  adam.average_part = 0;
+  adam.coarse_part = 0;
+  adam.sh_band_every = 0.05;
+  options.rates.opacity = 0.05;
+  options.sh_degree = 3;
+  DensityOptions& density = options.density;
+  density.gradient_threshold = 2e-4;
+  density.begin = 0.025;
+  density.every = 0.005;
+  density.end = 0.75;
+  density.opacity_reset_every = 0.15;
+  density.prune_size = 0.1;
+  LmStageOptions& lm = options.lm;
+  lm.iterations = 5;
+  lm.min_gain = 0;
+  lm.pcg_iterations = 8;
+  lm.batches = 4;
+  lm.batch_size = 25;
+  lm.merge_batches = true;
+  lm.damping = LmDamping::kDiagonal;
+  lm.preconditioner = LmPreconditioner::kJacobi;
+  lm.preconditioner_damping = PreconditionerDamping::kOne;
+  lm.pcg_start = PcgStart::kPreconditioned;
+  lm.pcg_tolerance = 1e-2;
+  lm.step_control = StepRule::k3dgsLmV2;
+  lm.jacobian = JacobianKind::kRecompute;
+  lm.line_search = true;
+  lm.initial_lambda = 1;
+  lm.min_lambda = 1e-4;
+  lm.max_lambda = 1e4;
+  lm.view_agreement = 0;
+  lm.min_diagonal = 2;  // of JtJ as ours is: theirs is half of it, as our cost lacks the factor 1/2
+  lm.loss_linearization = PixelLinearization::kSqrt;
+  lm.ssim = SsimLinearization::kRootCenter;
+  return options;
+}
+
+// The released code damps with D = diag(JtJ) clamped to [1, 1e6] and preconditions by the inverse of diag(JtJ) + D.
+TrainOptions PaperCode() {
+  TrainOptions options = Paper();
+  LmStageOptions& lm = options.lm;
+  lm.pcg_tolerance = 5e-2;
+  lm.step_control = StepRule::k3dgsLmCode;
+  lm.max_diagonal = 2e6;
+  lm.loss_linearization = PixelLinearization::kHuber;
+  lm.l1_weight = 1;
+  lm.ssim_weight = 0.25;
+  return options;
+}
+
+}  // namespace
+
+const std::vector<Preset>& Presets() {
+  static const std::vector<Preset> presets = {
+      {"fast", Fast}, {"balanced", Balanced}, {"best", Best}, {"paper", Paper}, {"paper_code", PaperCode}};
+  return presets;
+}
+
+TrainOptions PresetOptions(const std::string& name) {
+  std::string names;
+  for (const Preset& preset : Presets()) {
+    if (name == preset.name) return preset.options();
+    names += (names.empty() ? "" : ", ") + std::string(preset.name);
+  }
+  Fail("--preset={}: it must be one of {}", name, names);
+}
+
+TrainOptions RefinePresetOptions(const std::string& name) {
+  TrainOptions options = PresetOptions(name);
+  if (name == "paper" || name == "paper_code") return options;
+  options.lm.iterations = std::max(options.lm.iterations, 12);
+  options.lm.min_gain = 0.001;
+  options.lm.preconditioner = LmPreconditioner::kBlockSh;
+  return options;
+}
+
+}  // namespace vesta::gs
