@@ -9,7 +9,6 @@
 #include "apps/bundle_on_gpu.h"
 #include "apps/commands.h"
 #include "apps/device.h"
-#include "apps/flags.h"
 #include "apps/interrupt.h"
 #include "apps/output_folder.h"
 #include "apps/process.h"
@@ -26,31 +25,31 @@ namespace {
 
 using Cpu = CpuBackend<double>;
 
-std::shared_ptr<const Loss> LossOfFlags() {
-  if (FLAGS_loss == "huber") return std::make_shared<HuberLoss>(FLAGS_loss_scale);
-  if (FLAGS_loss == "soft_l1") return std::make_shared<SoftLOneLoss>(FLAGS_loss_scale);
-  if (FLAGS_loss == "cauchy") return std::make_shared<CauchyLoss>(FLAGS_loss_scale);
-  if (FLAGS_loss == "arctan") return std::make_shared<ArctanLoss>(FLAGS_loss_scale);
-  if (FLAGS_loss == "tukey") return std::make_shared<TukeyLoss>(FLAGS_loss_scale);
+std::shared_ptr<const Loss> LossOf(const Flags& flags) {
+  if (flags.loss == "huber") return std::make_shared<HuberLoss>(flags.loss_scale);
+  if (flags.loss == "soft_l1") return std::make_shared<SoftLOneLoss>(flags.loss_scale);
+  if (flags.loss == "cauchy") return std::make_shared<CauchyLoss>(flags.loss_scale);
+  if (flags.loss == "arctan") return std::make_shared<ArctanLoss>(flags.loss_scale);
+  if (flags.loss == "tukey") return std::make_shared<TukeyLoss>(flags.loss_scale);
   return nullptr;
 }
 
-void SetOptionsOfFlags(LmOptions& options) {
-  if (IsSet("iterations")) options.max_iterations = FLAGS_iterations;
-  if (IsSet("pcg_iterations")) options.normal_system.pcg.max_iterations = FLAGS_pcg_iterations;
-  if (FLAGS_time_limit > 0) options.max_seconds = std::max(0.0, FLAGS_time_limit - SecondsSinceStart());
+void SetOptions(const Flags& flags, LmOptions& options) {
+  if (flags.iterations) options.max_iterations = *flags.iterations;
+  if (flags.pcg_iterations) options.normal_system.pcg.max_iterations = *flags.pcg_iterations;
+  if (flags.time_limit > 0) options.max_seconds = std::max(0.0, flags.time_limit - SecondsSinceStart());
 }
 
 // A GPU is for plain least squares, and for who asks for it: auto is the CPU here until somebody has timed both.
-bool SolvesOnGpu() {
-  CheckDeviceFlag();
-  if (FLAGS_device != "cuda") return false;
-  if (FLAGS_loss != "none") Fail("--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", FLAGS_loss);
+bool SolvesOnGpu(const Flags& flags) {
+  CheckDevice(flags.device);
+  if (flags.device != Device::kCuda) return false;
+  if (flags.loss != "none") Fail("--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", flags.loss);
   return true;
 }
 
-CallbackResult AfterIteration(const LmIteration& row) {
-  if (FLAGS_log_lm) {
+CallbackResult AfterIteration(const LmIteration& row, bool log) {
+  if (log) {
     fmt::print(stderr, "{:4} cost {:.6e} lambda {:.1e} pcg {:4}{}\n", row.iteration, row.cost, row.lambda,
                row.pcg_iterations, row.accepted || row.iteration == 0 ? "" : " rejected");
   }
@@ -68,8 +67,8 @@ nlohmann::ordered_json ToJson(const LmIteration& row) {
           {"pcg_iterations", row.pcg_iterations}, {"accepted", row.accepted}};
 }
 
-void WriteJson(const LmSummary& summary, const bundle::BundleData& data, double rms_before, double rms_after,
-               const char* device) {
+void WriteJson(const std::string& path, const LmSummary& summary, const bundle::BundleData& data, double rms_before,
+               double rms_after, const char* device) {
   nlohmann::ordered_json json = {{"cameras", data.num_cameras},
                                  {"points", data.num_points},
                                  {"observations", data.observations.size()},
@@ -84,37 +83,41 @@ void WriteJson(const LmSummary& summary, const bundle::BundleData& data, double 
                                  {"threads", NumThreads()},
                                  {"history", nlohmann::ordered_json::array()}};
   for (const LmIteration& row : summary.iterations) json["history"].push_back(ToJson(row));
-  WriteFileAtomically(FLAGS_json, json.dump(1) + "\n");
+  WriteFileAtomically(path, json.dump(1) + "\n");
 }
 
 }  // namespace
 
-int RunBundleAdjust(const Arguments& arguments) {
-  const bool on_gpu = SolvesOnGpu();
-  CheckWritable("out", FLAGS_out);
-  if (!FLAGS_json.empty()) CheckWritable("json", FLAGS_json);
-  bundle::BundleData data = bundle::ReadBal(arguments[0]);
-  bundle::BundleProblem problem(data, {.loss = LossOfFlags()});
+int RunBundleAdjust(const CommandLine& line) {
+  const Flags& flags = line.flags;
+  const std::string& file = line.arguments[0];
+  const bool on_gpu = SolvesOnGpu(flags);
+  CheckWritable("out", flags.out);
+  if (!flags.json.empty()) CheckWritable("json", flags.json);
+  bundle::BundleData data = bundle::ReadBal(file);
+  bundle::BundleProblem problem(data, {.loss = LossOf(flags)});
   const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
   const double rms_before = RmsError(problem, x);
 
   CatchInterrupts();
+  const auto set_options = [&](LmOptions& options) { SetOptions(flags, options); };
+  const auto after_iteration = [&](const LmIteration& row) { return AfterIteration(row, flags.log_lm); };
   LmOptions options = bundle::BundleLmOptions();
-  SetOptionsOfFlags(options);
+  set_options(options);
   Cpu backend;
-  const LmSummary summary = on_gpu ? SolveBundleOnGpu(data, SetOptionsOfFlags, AfterIteration)
-                                   : SolveLm<Cpu>(options, backend, problem, x, AfterIteration);
-  if (FLAGS_log_lm) fmt::print(stderr, "{}", summary.FullReport());
+  const LmSummary summary = on_gpu ? SolveBundleOnGpu(data, set_options, after_iteration)
+                                   : SolveLm<Cpu>(options, backend, problem, x, after_iteration);
+  if (flags.log_lm) fmt::print(stderr, "{}", summary.FullReport());
   if (summary.status == LmStatus::kNonFinite) {
-    Fail("{}: {}; a point may lie in the plane of a camera that sees it", arguments[0], summary.message);
+    Fail("{}: {}; a point may lie in the plane of a camera that sees it", file, summary.message);
   }
-  bundle::WriteBal(FLAGS_out, data);
+  bundle::WriteBal(flags.out, data);
   const double rms_after = RmsError(problem, x);
-  if (!FLAGS_json.empty()) WriteJson(summary, data, rms_before, rms_after, on_gpu ? "cuda" : "cpu");
+  if (!flags.json.empty()) WriteJson(flags.json, summary, data, rms_before, rms_after, on_gpu ? "cuda" : "cpu");
   fmt::print("{} cameras, {} points, {} observations\n{}\n", data.num_cameras, data.num_points,
              data.observations.size(), summary.BriefReport());
   fmt::print("reprojection error {:.4f} -> {:.4f} pixels (root mean square); wrote {}\n", rms_before, rms_after,
-             FLAGS_out);
+             flags.out);
   return Interrupted() ? kInterruptedStatus : 0;
 }
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "apps/commands.h"
-#include "apps/flags.h"
 #include "apps/metrics_json.h"
 #include "apps/output_folder.h"
 #include "apps/posed_model.h"
@@ -11,9 +10,10 @@
 
 namespace vesta::app {
 
-int RunEval(const Arguments& arguments) {
-  if (!FLAGS_json.empty()) CheckWritable("json", FLAGS_json);
-  const PosedModel posed = LoadPosedModel(arguments[0], arguments[1]);
+int RunEval(const CommandLine& line) {
+  const Flags& flags = line.flags;
+  if (!flags.json.empty()) CheckWritable("json", flags.json);
+  const PosedModel posed = LoadPosedModel(line);
   gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
   const gs::Evaluation evaluation = renderer.Evaluate(posed.model, posed.scene);
   fmt::print("{:<6}{:>6}{:>9}{:>9}\n", "views", "", "PSNR", "SSIM");
@@ -22,7 +22,7 @@ int RunEval(const Arguments& arguments) {
              evaluation.train.ssim);
   fmt::print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
   fmt::print("{}", DoubtOfScene(evaluation.train.psnr));
-  if (!FLAGS_json.empty()) WriteEvaluationJson(FLAGS_json, evaluation, posed.model, {.threads = NumThreads()});
+  if (!flags.json.empty()) WriteEvaluationJson(flags.json, evaluation, posed.model, {.threads = NumThreads()});
   return 0;
 }
 

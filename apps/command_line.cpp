@@ -2,14 +2,14 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <gflags/gflags.h>
 
+#include <algorithm>
 #include <optional>
-
-#include "apps/flag_values.h"
 
 namespace vesta::app {
 namespace {
+
+using Option = schema::Field<gs::TrainOptions>;
 
 struct GivenFlag {
   std::string name;
@@ -18,96 +18,174 @@ struct GivenFlag {
 
 bool IsFlag(const std::string& word) { return word.size() > 1 && word[0] == '-'; }
 
+bool IsHelp(const std::string& word) { return word == "--help" || word == "-help" || word == "-h"; }
+
 GivenFlag SplitFlag(const std::string& word) {
   const std::size_t begin = word.starts_with("--") ? 2 : 1, equals = word.find('=');
   if (equals == std::string::npos) return {word.substr(begin), std::nullopt};
   return {word.substr(begin, equals - begin), word.substr(equals + 1)};
 }
 
-bool IsHelp(const std::string& word) { return word == "--help" || word == "-help" || word == "-h"; }
+// Either a flag of the program's own or that of an option; neither where there is none of that name.
+struct FlagFound {
+  const schema::Field<Flags>* own = nullptr;
+  const Option* option = nullptr;
+  const schema::FieldInfo* info() const {
+    return own ? static_cast<const schema::FieldInfo*>(own) : static_cast<const schema::FieldInfo*>(option);
+  }
+};
 
-bool IsSwitch(const FlagRule& rule) { return std::holds_alternative<Switch>(rule.values); }
-
-// The rule of a flag; for a switch also by its negation, --noNAME.
-const FlagRule* RuleOf(const GivenFlag& flag) {
-  if (const FlagRule* rule = FindFlag(flag.name)) return rule;
-  if (!flag.name.starts_with("no") || flag.value) return nullptr;
-  const FlagRule* rule = FindFlag(flag.name.substr(2));
-  return rule && IsSwitch(*rule) ? rule : nullptr;
+FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
+  for (const auto* rows : {&ProgramFlags().before_options, &ProgramFlags().after_options}) {
+    for (const FlagRow& row : *rows) {
+      if ((row.commands & command.command) && row.field.name == name) return {.own = &row.field};
+    }
+  }
+  for (const Option& option : gs::TrainFields()) {
+    if (option.flag && option.flag == name && TakesOption(command, option)) return {.option = &option};
+  }
+  return {};
 }
 
-const FlagRule& CheckFlagName(const GivenFlag& flag, const CommandInfo& command) {
-  const FlagRule* rule = RuleOf(flag);
-  if (!rule) {
-    throw UsageError(fmt::format("--{}: no such flag; `vesta help {}` lists them", flag.name, command.name));
+// What the command does take that is called alike, for the end of a complaint.
+std::string MeantFlag(const std::string& name, const CommandInfo& command) {
+  std::vector<std::string> known;
+  for (const auto* rows : {&ProgramFlags().before_options, &ProgramFlags().after_options}) {
+    for (const FlagRow& row : *rows) {
+      if (row.commands & command.command) known.push_back("--" + row.field.name);
+    }
   }
-  if (rule->commands & command.command) return *rule;
+  for (const Option& option : gs::TrainFields()) {
+    if (!TakesOption(command, option)) continue;
+    known.push_back(option.flag ? "--" + std::string(option.flag) : "--set " + option.name);
+  }
+  const std::vector<std::string> nearest = schema::Nearest("--" + name, known, 1);
+  return nearest.empty() ? "" : fmt::format("did you mean {}? ", nearest[0]);
+}
+
+[[noreturn]] void RefuseFlag(const std::string& name, const CommandInfo& command) {
   std::vector<const char*> takers;
   for (const CommandInfo& other : Commands()) {
-    if (rule->commands & other.command) takers.push_back(other.name);
+    if (FindFlag(name, other).info()) takers.push_back(other.name);
   }
-  throw UsageError(fmt::format("--{}: not a flag of {}, but of {}; `vesta help {}` lists those it takes", flag.name,
+  if (takers.empty()) {
+    throw UsageError(
+        fmt::format("--{}: no such flag; {}`vesta help {}` lists them", name, MeantFlag(name, command), command.name));
+  }
+  throw UsageError(fmt::format("--{}: not a flag of {}, but of {}; `vesta help {}` lists those it takes", name,
                                command.name, fmt::join(takers, " and "), command.name));
 }
 
-// Checks the flags among the words and returns the others.
-std::vector<std::string> CheckWords(const std::vector<std::string>& words, const CommandInfo& command) {
-  std::vector<std::string> arguments;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == "--") {
-      arguments.insert(arguments.end(), words.begin() + static_cast<std::ptrdiff_t>(i) + 1, words.end());
-      break;
-    }
-    if (!IsFlag(words[i])) {
-      arguments.push_back(words[i]);
-      continue;
-    }
-    GivenFlag flag = SplitFlag(words[i]);
-    const FlagRule& rule = CheckFlagName(flag, command);
-    if (!flag.value && IsSwitch(rule)) continue;
-    if (!flag.value && i + 1 == words.size()) {
-      throw UsageError(
-          fmt::format("--{}: its value is missing; write --{}={}", rule.name, rule.name, ValuePlaceholder(rule)));
-    }
-    CheckFlagValue(rule, flag.value ? *flag.value : words[++i]);
+[[noreturn]] void RefuseKey(const std::string& key, const CommandInfo& command) {
+  std::vector<std::string> known;
+  for (const Option& option : gs::TrainFields()) {
+    if (TakesOption(command, option)) known.push_back(option.name);
   }
-  return arguments;
+  const std::vector<std::string> nearest = schema::Nearest(key, known);
+  throw UsageError(fmt::format(
+      "--set {}: {}; {}`vesta help {} --all` lists them", key,
+      schema::Find(gs::TrainFields(), key) ? fmt::format("not an option of {}", command.name) : "no such option",
+      nearest.empty() ? "" : fmt::format("nearest: {}; ", fmt::join(nearest, ", ")), command.name));
 }
 
-void CheckArguments(const CommandInfo& command, const std::vector<std::string>& arguments) {
+// An option with a value of its own, or a complaint that begins with what was given.
+GivenOption CheckedOption(const std::string& given, const Option& option, const std::string& value) {
+  gs::TrainOptions scratch;
+  if (!option.Set(value, scratch)) throw UsageError(fmt::format("{}={}: {}", given, value, option.Requirement()));
+  return {&option, value};
+}
+
+GivenOption OptionOfSet(const std::string& text, const CommandInfo& command) {
+  const std::size_t equals = text.find('=');
+  const std::string key = text.substr(0, equals);
+  const Option* option = schema::Find(gs::TrainFields(), key);
+  if (!option || !TakesOption(command, *option)) RefuseKey(key, command);
+  if (equals == std::string::npos) {
+    throw UsageError(fmt::format("--set {}: its value is missing; write --set {}={}", key, key, option->Placeholder()));
+  }
+  return CheckedOption("--set " + key, *option, text.substr(equals + 1));
+}
+
+// Takes in the flag at words[*at], and its value where that is a word of its own.
+void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLine* line) {
+  GivenFlag flag = SplitFlag(words[*at]);
+  FlagFound found = FindFlag(flag.name, *line->command);
+  if (!found.info() && !flag.value && flag.name.starts_with("no")) {
+    found = FindFlag(flag.name.substr(2), *line->command);
+    if (found.info() && found.info()->kind != schema::Kind::kSwitch) found = {};
+    flag.value = "false";
+  }
+  if (!found.info()) RefuseFlag(flag.name, *line->command);
+  if (!flag.value && found.info()->kind == schema::Kind::kSwitch) flag.value = "true";
+  const std::string given = "--" + flag.name;
+  if (!flag.value) {
+    if (*at + 1 == words.size()) {
+      throw UsageError(fmt::format("{}: its value is missing; write {}={}", given, given, found.info()->Placeholder()));
+    }
+    flag.value = words[++*at];
+  }
+  if (found.option) {
+    line->options.push_back(CheckedOption(given, *found.option, *flag.value));
+  } else if (found.own->name == "set") {
+    line->options.push_back(OptionOfSet(*flag.value, *line->command));
+  } else if (!found.own->Set(*flag.value, line->flags)) {
+    throw UsageError(fmt::format("{}={}: {}", given, *flag.value, found.own->Requirement()));
+  }
+}
+
+void CheckArguments(const CommandLine& line) {
+  const CommandInfo& command = *line.command;
   const std::string form = UsageForm(command);
-  if (arguments.size() > command.arguments.size()) {
-    throw UsageError(fmt::format("{}: too much; the form is `{}`", arguments[command.arguments.size()], form));
+  if (line.arguments.size() > command.arguments.size()) {
+    throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[command.arguments.size()], form));
   }
-  if (arguments.size() < command.arguments.size()) {
-    throw UsageError(fmt::format("{} is missing; the form is `{}`", command.arguments[arguments.size()], form));
+  if (line.arguments.size() < command.arguments.size()) {
+    throw UsageError(fmt::format("{} is missing; the form is `{}`", command.arguments[line.arguments.size()], form));
   }
-  if ((FindFlag("out")->commands & command.command) && FLAGS_out.empty()) {
+  if (command.output && line.flags.out.empty()) {
     throw UsageError(fmt::format("--out={} is missing; the form is `{}`", command.output, form));
   }
 }
 
 }  // namespace
 
-CommandLine ParseCommandLine(int argc, char** argv) {
-  const std::vector<std::string> words(argv + 1, argv + argc);
+bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option) {
+  if (command.command & (kTrain | kConfig)) return true;
+  if (command.command != kRefine) return false;
+  // These are the model's, or of the stage that it has behind it.
+  return !option.name.starts_with("adam.") && !option.name.starts_with("density.") &&
+         option.name != "train.sh_degree" && option.name != "train.background";
+}
+
+CommandLine ParseCommandLine(const std::vector<std::string>& words) {
   if (words.empty()) throw UsageError("no command; `vesta help` lists them");
   if (words[0] == "--version") return {nullptr, {"version"}};
   if (words[0] == "help" || IsHelp(words[0])) return {nullptr, {words.begin() + 1, words.end()}};
-  const CommandInfo* command = FindCommand(words[0]);
-  if (!command) {
-    throw UsageError(fmt::format(
-        "{}: no such command; the first word is train, refine, eval, render, bundle_adjust or help", words[0]));
+  CommandLine line{FindCommand(words[0]), {}};
+  if (!line.command) {
+    std::vector<const char*> names;
+    for (const CommandInfo& command : Commands()) names.push_back(command.name);
+    throw UsageError(
+        fmt::format("{}: no such command; the first word is {} or help", words[0], fmt::join(names, ", ")));
   }
-  const std::vector<std::string> rest(words.begin() + 1, words.end());
-  for (const std::string& word : rest) {
-    if (word == "--") break;
-    if (IsHelp(word)) return {nullptr, {command->name}};
+  const auto dashes = std::find(words.begin(), words.end(), "--");
+  if (std::find_if(words.begin(), dashes, IsHelp) != dashes) {
+    const bool all = std::find(words.begin(), dashes, "--all") != dashes;
+    return {nullptr, all ? std::vector<std::string>{words[0], "--all"} : std::vector<std::string>{words[0]}};
   }
-  const std::vector<std::string> arguments = CheckWords(rest, *command);
-  gflags::ParseCommandLineNonHelpFlags(&argc, &argv, /*remove_flags=*/false);
-  CheckArguments(*command, arguments);
-  return {command, arguments};
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    if (words[i] == "--") {
+      line.arguments.insert(line.arguments.end(), words.begin() + static_cast<std::ptrdiff_t>(i) + 1, words.end());
+      break;
+    }
+    if (IsFlag(words[i])) {
+      TakeFlag(words, &i, &line);
+    } else {
+      line.arguments.push_back(words[i]);
+    }
+  }
+  CheckArguments(line);
+  return line;
 }
 
 }  // namespace vesta::app

@@ -1,22 +1,33 @@
-// From argv to a command, its arguments and set flags.
+// From argv to a command, its arguments, flags and options.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "apps/flags.h"
+#include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::app {
 
-struct CommandLine {
-  const CommandInfo* command = nullptr;  // null: help
-  std::vector<std::string> arguments;    // of the command; the topic, if any, of help
+// An option of training that was given, by its own flag or by --set.
+struct GivenOption {
+  const schema::Field<gs::TrainOptions>* field;
+  std::string value;  // one of the field's
 };
 
-// Checks every word against the table of flags first, so that whatever is wrong is one line of ours (gflags would
-// print its own and exit), then lets gflags set the flags. `vesta`-wide help: help, --help, -h, also after a command.
-// Throws UsageError: no or unknown command, unknown flag, flag of another command, missing or impossible value, too
-// few or too many arguments, no --out where results are written.
-CommandLine ParseCommandLine(int argc, char** argv);
+struct CommandLine {
+  const CommandInfo* command = nullptr;  // null: help
+  std::vector<std::string> arguments;    // of the command; of help its topic, if any, and --all
+  Flags flags = {};
+  std::vector<GivenOption> options = {};  // in the order given: the last of one field counts
+};
+
+// Whether the command takes the option: config and train take all, refine those that a given model leaves open.
+bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option);
+
+// `vesta`-wide help: help, --help, -h, also after a command. Throws UsageError: no or unknown command, unknown flag or
+// key, one of another command, missing or impossible value, too few or too many arguments, no --out where results are
+// written.
+CommandLine ParseCommandLine(const std::vector<std::string>& words);
 
 }  // namespace vesta::app

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "apps/commands.h"
-#include "apps/flags.h"
 #include "apps/output_folder.h"
 #include "apps/posed_model.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
@@ -50,9 +49,10 @@ gs::Image SideBySide(const gs::Image& left, const gs::Image& right) {
 
 }  // namespace
 
-int RunRender(const Arguments& arguments) {
-  OutputFolder out(FLAGS_out);
-  const PosedModel posed = LoadPosedModel(arguments[0], arguments[1]);
+int RunRender(const CommandLine& line) {
+  const Flags& flags = line.flags;
+  OutputFolder out(flags.out);
+  const PosedModel posed = LoadPosedModel(line);
   std::vector<const gs::View*> views;
   for (const gs::View& view : posed.scene.views) {
     if (view.is_test) views.push_back(&view);
@@ -61,10 +61,10 @@ int RunRender(const Arguments& arguments) {
   gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
   for (std::size_t i = 0; i < views.size(); ++i) {
     const gs::Image image = renderer.Render(posed.model, *views[i]);
-    gs::SavePng(out.File(names[i]), FLAGS_truth ? SideBySide(image, views[i]->image) : image);
+    gs::SavePng(out.File(names[i]), flags.truth ? SideBySide(image, views[i]->image) : image);
     out.Keep();
   }
-  fmt::print("wrote {} images to {}\n", views.size(), FLAGS_out);
+  fmt::print("wrote {} images to {}\n", views.size(), flags.out);
   return 0;
 }
 

@@ -7,14 +7,13 @@
 
 #include "apps/commands.h"
 #include "apps/device.h"
-#include "apps/flags.h"
 #include "apps/interrupt.h"
 #include "apps/metrics_json.h"
 #include "apps/output_folder.h"
 #include "apps/posed_model.h"
 #include "apps/process.h"
 #include "apps/progress.h"
-#include "apps/train_flags.h"
+#include "apps/train_settings.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
@@ -40,15 +39,15 @@ void PrintScene(const gs::Scene& scene) {
 
 // --log_lm: each LM iteration goes to the log, whatever the progress line shows.
 void LogIteration(const gs::TrainProgress& p) {
-  if (p.stage != gs::Stage::kLm || !FLAGS_log_lm) return;
+  if (p.stage != gs::Stage::kLm) return;
   LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
                            p.note);
 }
 
-gs::TrainCallbacks Callbacks(ProgressLine* line) {
+gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm) {
   gs::TrainCallbacks callbacks;
-  callbacks.progress = [line](const gs::TrainProgress& progress) {
-    LogIteration(progress);
+  callbacks.progress = [line, log_lm](const gs::TrainProgress& progress) {
+    if (log_lm) LogIteration(progress);
     line->Update(progress);
   };
   callbacks.stop = Interrupted;
@@ -85,13 +84,13 @@ double ModelMib(const gs::SplatModel& model) {
 
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
-int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stages, double load_seconds,
-                  OutputFolder* out, const Run& run) {
+int TrainAndWrite(const Flags& flags, const TrainSettings& settings, const gs::StageRunners& stages,
+                  double load_seconds, OutputFolder* out, const Run& run) {
   CatchInterrupts();
   ProgressLine line(stdout);
-  gs::TrainResult result = run(Callbacks(&line));
+  gs::TrainResult result = run(Callbacks(&line, flags.log_lm));
   line.Finish();
-  if (FLAGS_log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
+  if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
   for (const std::string& note : result.notes) fmt::print("{}\n", note);
   if (!result.lm_left_out.empty()) fmt::print("LM is left out: {}\n", result.lm_left_out);
@@ -102,10 +101,9 @@ int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stage
                    {.load_seconds = load_seconds,
                     .total_seconds = SecondsSinceStart(),
                     .peak_memory_mib = PeakMemoryMib(),
-                    .memory_budget_gib = options.memory.budget_gib,
                     .device = stages.device.c_str(),
-                    .threads = NumThreads(),
-                    .seed = options.seed});
+                    .threads = NumThreads()},
+                   settings);
   out->Keep();
   PrintTable(result);
   if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
@@ -118,39 +116,40 @@ int TrainAndWrite(const gs::TrainOptions& options, const gs::StageRunners& stage
 
 }  // namespace
 
-int RunTrain(const Arguments& arguments) {
-  const std::string& path = arguments[0];
-  gs::TrainOptions options = WithTrainFlags(gs::PresetOptions(FLAGS_preset));
-  options.background = ToDouble(BackgroundFromFlag());
+int RunTrain(const CommandLine& line) {
+  const std::string& path = line.arguments[0];
+  TrainSettings settings = SettingsOf(line);
+  gs::TrainOptions& options = settings.options;
   CheckSceneFolder(path);
-  OutputFolder out(FLAGS_out);
-  const gs::Scene scene = LoadSceneOver(path, BackgroundFromFlag());
+  OutputFolder out(line.flags.out);
+  const gs::Scene scene = gs::LoadScene(path, SceneOptions(options));
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib();
-  const gs::StageRunners stages = StagesFromFlag();
-  return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+  const gs::StageRunners stages = StagesOf(line.flags.device);
+  return TrainAndWrite(line.flags, settings, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
     return gs::Train(scene, options, load_seconds, callbacks, stages);
   });
 }
 
-int RunRefine(const Arguments& arguments) {
-  const std::string& ply = arguments[0];
-  const std::string& path = arguments[1];
-  gs::TrainOptions options = WithTrainFlags(gs::RefinePresetOptions(FLAGS_preset));
+int RunRefine(const CommandLine& line) {
+  const std::string& ply = line.arguments[0];
+  const std::string& path = line.arguments[1];
+  TrainSettings settings = SettingsOf(line);
+  gs::TrainOptions& options = settings.options;
   CheckSceneFolder(path);
-  OutputFolder out(FLAGS_out);
-  PosedModel posed = LoadPosedModel(ply, path);
+  OutputFolder out(line.flags.out);
+  PosedModel posed = LoadPosedModel(ply, path, line.flags.background, SceneOptions(options));
   std::error_code none;
   if (std::filesystem::equivalent(ply, out.File("point_cloud.ply"), none)) {
-    Fail("--out={}: its point_cloud.ply is the splat that is to be refined; choose another folder", FLAGS_out);
+    Fail("--out={}: its point_cloud.ply is the splat that is to be refined; choose another folder", line.flags.out);
   }
   options.background = ToDouble(posed.model.background);
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
-  const gs::StageRunners stages = StagesFromFlag();
-  return TrainAndWrite(options, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+  const gs::StageRunners stages = StagesOf(line.flags.device);
+  return TrainAndWrite(line.flags, settings, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
     return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
   });
 }

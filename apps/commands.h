@@ -1,21 +1,19 @@
-// The commands. Each takes its arguments (as many as the table in flags.cpp says), reads its own flags, prints to
-// stdout, and returns the exit status. Throws Error for input that cannot be used.
+// The commands. Each reads its own arguments (as many as the table in flags.cpp says) and flags, prints to stdout, and
+// returns the exit status. Throws Error for input that cannot be used.
 #pragma once
 
-#include <string>
-#include <vector>
+#include "apps/command_line.h"
 
 namespace vesta::app {
-
-using Arguments = std::vector<std::string>;
 
 // Exit status after Ctrl-C: 128 + SIGINT, as shells have it. Results are written all the same.
 inline constexpr int kInterruptedStatus = 130;
 
-int RunTrain(const Arguments& arguments);
-int RunRefine(const Arguments& arguments);
-int RunEval(const Arguments& arguments);
-int RunRender(const Arguments& arguments);
-int RunBundleAdjust(const Arguments& arguments);
+int RunTrain(const CommandLine& line);
+int RunRefine(const CommandLine& line);
+int RunEval(const CommandLine& line);
+int RunRender(const CommandLine& line);
+int RunConfig(const CommandLine& line);
+int RunBundleAdjust(const CommandLine& line);
 
 }  // namespace vesta::app

@@ -1,13 +1,14 @@
 // --device: what a run computes on. device_cpu.cpp or device_cuda.cpp, as the build has CUDA or not.
 #pragma once
 
+#include "apps/flags.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
 
 // Throws Error, one line, for --device=cuda where that cannot be.
-void CheckDeviceFlag();
-// What trains: the GPU for --device=cuda, and for auto where there is one, else the CPU. Throws as CheckDeviceFlag.
-gs::StageRunners StagesFromFlag();
+void CheckDevice(Device device);
+// What trains: the GPU for cuda, and for auto where there is one, else the CPU. Throws as CheckDevice.
+gs::StageRunners StagesOf(Device device);
 
 }  // namespace vesta::app

@@ -1,16 +1,13 @@
 #include "apps/help.h"
 
 #include <fmt/format.h>
-#include <gflags/gflags.h>
 
-#include "apps/flag_values.h"
-#include "apps/flags.h"
-#include "apps/train_flags.h"
+#include "apps/command_line.h"
 
 namespace vesta::app {
 namespace {
 
-constexpr std::size_t kFlagWidth = 38;  // column of the descriptions
+constexpr std::size_t kWidth = 38;  // column of the descriptions
 
 std::string Overview() {
   std::string text =
@@ -26,30 +23,77 @@ std::string Overview() {
   return text;
 }
 
-// What the flag is without being given.
-std::string PresetText(const CommandInfo& command, const FlagRule& rule) {
-  if (std::holds_alternative<Switch>(rule.values)) return "";
-  if (command.command == kTrain) return OptionText(gs::PresetOptions("balanced"), rule.name);
-  if (command.command == kRefine) return OptionText(gs::RefinePresetOptions("balanced"), rule.name);
-  return "";
+// "  NAME=VALUE   what for [what it is without being given]". A name too long has a line of its own.
+std::string Line(const std::string& name, const schema::FieldInfo& field, const std::string& help,
+                 const std::string& value) {
+  const bool is_flag = name.starts_with("--") && field.kind == schema::Kind::kSwitch;
+  const std::string head = is_flag ? name : name + "=" + field.Placeholder();
+  const std::string brackets = is_flag || value.empty() ? "" : fmt::format(" [{}]", value);
+  if (head.size() > kWidth) return fmt::format("  {}\n  {:<{}} {}{}\n", head, "", kWidth, help, brackets);
+  return fmt::format("  {:<{}} {}{}\n", head, kWidth, help, brackets);
 }
 
-std::string Flags(const CommandInfo& command) {
-  std::string text = fmt::format("{} [flags]: {}\n\n", UsageForm(command), command.summary);
-  for (const FlagRule& rule : FlagRules()) {
-    if (!(rule.commands & command.command)) continue;
-    const std::string value = std::string("out") == rule.name ? command.output : ValuePlaceholder(rule);
-    const std::string flag = fmt::format("--{}{}{}", rule.name, value.empty() ? "" : "=", value);
-    if (flag.size() > kFlagWidth) text += fmt::format("  {}\n", flag);
-    const std::string preset = PresetText(command, rule);
-    text += fmt::format("  {:<{}} {}{}\n", flag.size() > kFlagWidth ? "" : flag, kFlagWidth,
-                        gflags::GetCommandLineFlagInfoOrDie(rule.name).description,
-                        preset.empty() ? "" : fmt::format(" [{}]", preset));
+// What options are without being given.
+gs::TrainOptions Defaults(const CommandInfo& command) {
+  return command.command == kRefine ? gs::RefinePresetOptions(kDefaultPreset) : gs::PresetOptions(kDefaultPreset);
+}
+
+std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& command) {
+  std::string text;
+  for (const FlagRow& row : rows) {
+    if (!(row.commands & command.command)) continue;
+    const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
+    text += Line("--" + row.field.name, row.field, row.field.help, value);
   }
-  if (command.command & (kTrain | kRefine)) {
+  return text;
+}
+
+std::string OptionFlags(const CommandInfo& command) {
+  const gs::TrainOptions defaults = Defaults(command);
+  std::string text;
+  for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
+    if (!field.flag || !TakesOption(command, field)) continue;
+    text += Line(fmt::format("--{}", field.flag), field, field.help, field.Text(defaults));
+  }
+  return text;
+}
+
+// Room by room, with the range of each.
+std::string AllOptions(const CommandInfo& command) {
+  const gs::TrainOptions defaults = Defaults(command);
+  std::string text = "\nAll options, to be set by --set KEY=VALUE; some have a flag too:\n", last_room;
+  for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
+    if (!TakesOption(command, field)) continue;
+    const std::string room = field.name.substr(0, field.name.find('.'));
+    if (room != last_room) text += "\n";
+    last_room = room;
+    const bool is_number = field.kind == schema::Kind::kWhole || field.kind == schema::Kind::kNumber;
+    text += Line(field.name, field,
+                 fmt::format("{}{}{}", field.help, is_number ? "; " + field.Allowed() : "",
+                             field.flag ? fmt::format(" (--{})", field.flag) : ""),
+                 field.Text(defaults));
+  }
+  return text;
+}
+
+std::string HelpOf(const CommandInfo& command, bool all) {
+  std::string text = fmt::format("{} [flags]: {}\n\n", UsageForm(command), command.summary);
+  text += OwnFlags(ProgramFlags().before_options, command);
+  text += OptionFlags(command);
+  text += OwnFlags(ProgramFlags().after_options, command);
+  const bool trains = command.command & (kTrain | kRefine);
+  if (trains || command.command == kConfig) {
+    if (all) {
+      text += AllOptions(command);
+    } else {
+      text += fmt::format("\n`vesta help {} --all` lists the keys of --set.\n", command.name);
+    }
+    text += "\nWhat is not given is the preset's, in brackets that of balanced.\n";
+  }
+  if (trains) {
     text +=
-        "\nWrites DIR/point_cloud.ply and DIR/metrics.json. Options not given are the preset's, in brackets those of\n"
-        "balanced. Ctrl-C ends training after the current iteration and writes what there is (exit status 130).\n";
+        "Writes DIR/point_cloud.ply and DIR/metrics.json. Ctrl-C ends training after the current iteration and writes\n"
+        "what there is (exit status 130).\n";
   }
   if (command.command == kRefine) {
     text +=
@@ -66,7 +110,10 @@ std::string HelpText(const std::vector<std::string>& topic) {
   if (topic[0] == "version") return "vesta " VESTA_VERSION "\n";
   const CommandInfo* command = FindCommand(topic[0]);
   if (!command) throw UsageError(fmt::format("{}: no such command; `vesta help` lists them", topic[0]));
-  return Flags(*command);
+  if (topic.size() > 1 && topic[1] != "--all") {
+    throw UsageError(fmt::format("{}: too much; the form is `vesta help COMMAND [--all]`", topic[1]));
+  }
+  return HelpOf(*command, topic.size() > 1);
 }
 
 }  // namespace vesta::app

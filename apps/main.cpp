@@ -1,4 +1,4 @@
-// The `vesta` program: train | refine | eval | render | bundle_adjust | help. `vesta help` says more.
+// The `vesta` program: train | refine | eval | render | config | bundle_adjust | help. `vesta help` says more.
 #include <fmt/format.h>
 #include <glog/logging.h>
 
@@ -9,7 +9,7 @@
 #include "apps/commands.h"
 #include "apps/help.h"
 #include "apps/process.h"
-#include "apps/train_flags.h"
+#include "apps/train_settings.h"
 #include "kernels/core/process_memory.h"
 
 namespace vesta::app {
@@ -18,23 +18,25 @@ namespace {
 constexpr int kFailed = 1, kUsage = 2;  // exit statuses
 
 int Run(int argc, char** argv) {
-  const CommandLine line = ParseCommandLine(argc, argv);
+  const CommandLine line = ParseCommandLine({argv + 1, argv + argc});
   if (!line.command) {
     fmt::print("{}", HelpText(line.arguments));
     return 0;
   }
-  UseComputeFlags();
+  UseComputeFlags(line.flags);
   switch (line.command->command) {
     case kTrain:
-      return RunTrain(line.arguments);
+      return RunTrain(line);
     case kRefine:
-      return RunRefine(line.arguments);
+      return RunRefine(line);
     case kEval:
-      return RunEval(line.arguments);
+      return RunEval(line);
     case kRender:
-      return RunRender(line.arguments);
+      return RunRender(line);
+    case kConfig:
+      return RunConfig(line);
     case kBundleAdjust:
-      return RunBundleAdjust(line.arguments);
+      return RunBundleAdjust(line);
   }
   return kUsage;
 }

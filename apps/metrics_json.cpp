@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/config_json.h"
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 
@@ -33,7 +34,8 @@ void WriteJson(const std::string& path, const Json& json) { WriteFileAtomically(
 
 }  // namespace
 
-void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts) {
+void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts,
+                      const TrainSettings& settings) {
   VESTA_CHECK(!result.history.empty(), "no evaluation to write");
   const double adam_end = facts.load_seconds + result.adam_seconds;
   Json json;
@@ -48,8 +50,8 @@ void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, co
   json["peak_memory_mib"] = facts.peak_memory_mib;
   json["memory"] = {{"predicted_mib", result.memory.predicted_mib},
                     {"peak_mib", facts.peak_memory_mib},
-                    {"budget_mib", 1024 * facts.memory_budget_gib},
-                    {"jacobian", result.memory.jacobian},
+                    {"budget_mib", 1024 * settings.options.memory.budget_gib},
+                    {"jacobian", schema::NameOf(result.memory.jacobian, gs::kJacobianKinds)},
                     {"batches", result.memory.batches}};
   if (result.memory.device_free_mib > 0) {
     json["memory"]["gpu"] = {{"predicted_mib", result.memory.device_predicted_mib},
@@ -58,7 +60,9 @@ void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, co
   }
   json["device"] = facts.device;
   json["threads"] = facts.threads;
-  json["seed"] = facts.seed;
+  json["seed"] = settings.options.seed;
+  json["preset"] = settings.preset;
+  json["options"] = OptionsJson(settings.options);
   if (!result.notes.empty()) json["notes"] = result.notes;
   json["history"] = Json::array();
   for (const gs::HistoryRow& row : result.history) json["history"].push_back(ToJson(row));

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "apps/train_settings.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
@@ -12,19 +13,19 @@ struct RunFacts {
   double load_seconds = 0;   // when the scene was loaded
   double total_seconds = 0;  // now, evaluation included
   double peak_memory_mib = 0;
-  double memory_budget_gib = 0;
   const char* device = "cpu";
   int threads = 0;
-  std::uint64_t seed = 0;
 };
 
 // {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
 // "eval", "total"}, "peak_memory_mib", "memory": {"predicted_mib", "peak_mib", "budget_mib", "jacobian", "batches",
-// "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "device", "threads", "seed", "notes": [...], "history": [...]}.
+// "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "device", "threads", "seed", "preset",
+// "options": {...}, "notes": [...], "history": [...]}.
 // test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
-// in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; notes: where
-// something was done otherwise than asked for. A figure that is not finite is null.
-void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts);
+// in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; options: as --config
+// reads them; notes: where something was done otherwise than asked for. A figure that is not finite is null.
+void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts,
+                      const TrainSettings& settings);
 
 // {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above.
 void WriteEvaluationJson(const std::string& path, const gs::Evaluation& evaluation, const gs::SplatModel& model,

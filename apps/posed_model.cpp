@@ -2,27 +2,22 @@
 
 #include <fmt/format.h>
 
-#include "apps/flags.h"
-#include "apps/train_flags.h"
-#include "problems/gaussian_splatting/io/load_scene.h"
-
 namespace vesta::app {
 
-gs::Scene LoadSceneOver(const std::string& path, const std::array<float, 3>& background) {
-  gs::LoadSceneOptions options;
-  options.downscale = FLAGS_downscale;
-  options.background = background;
-  options.memory_budget_gib = FLAGS_memory_budget;
-  options.random_points.seed = FLAGS_seed;
-  return gs::LoadScene(path, options);
-}
-
-PosedModel LoadPosedModel(const std::string& ply, const std::string& scene) {
+PosedModel LoadPosedModel(const std::string& ply, const std::string& scene,
+                          const std::optional<std::array<double, 3>>& background, gs::LoadSceneOptions options) {
   PosedModel posed;
   posed.model = gs::ReadSplatPly(ply);
-  if (IsSet("background")) posed.model.background = BackgroundFromFlag();
-  posed.scene = LoadSceneOver(scene, posed.model.background);
+  if (background) posed.model.background = ToFloat(*background);
+  options.background = posed.model.background;
+  posed.scene = gs::LoadScene(scene, options);
   return posed;
+}
+
+PosedModel LoadPosedModel(const CommandLine& line) {
+  gs::LoadSceneOptions options;
+  options.downscale = line.flags.downscale;
+  return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags.background, options);
 }
 
 std::string DoubtOfScene(double train_psnr) {
@@ -36,6 +31,10 @@ std::string DoubtOfScene(double train_psnr) {
 
 std::array<double, 3> ToDouble(const std::array<float, 3>& color) {
   return {static_cast<double>(color[0]), static_cast<double>(color[1]), static_cast<double>(color[2])};
+}
+
+std::array<float, 3> ToFloat(const std::array<double, 3>& color) {
+  return {static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])};
 }
 
 }  // namespace vesta::app

@@ -98,6 +98,7 @@ class GpuBench {
     const std::vector<gs::TargetView<CudaBackend<float>>> on_device = gs::UploadTargets(targets);
     gs::SplatProblemOptions options;
     options.count = workload_.model.count;
+    options.view_agreement = 0;
     device::ResetPeak();
     gs::DeviceSplatProblem problem(options, on_device);
     LmOptions engine;

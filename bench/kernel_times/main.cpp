@@ -142,6 +142,7 @@ class Bench {
     }
     gs::SplatProblemOptions options;
     options.count = workload_.model.count;
+    options.view_agreement = 0;
     gs::SplatProblem<float> problem(options, std::move(targets));
     const auto size = static_cast<Index>(workload_.model.data.size());
     const HostSpan<const float> x(workload_.model.data.data(), size);

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "bench/training_race/adam_schedules.h"
+#include "bench/training_race/changes.h"
 #include "kernels/core/check.h"
 
 namespace vesta::bench {
@@ -56,19 +57,14 @@ Method CoarseMethod(const gs::TrainOptions& ours, double factor) {
 // This stage is raced to a cost. So it runs to its last iteration, has the options that lower the cost fastest near a
 // minimum, and omits those that give up cost for better test views: docs/results/2026-11-23-harmonics-blocks.md.
 Method OurLm(const gs::TrainOptions& ours) {
-  Method method{"our LM", MethodKind::kOurLm, ours};
-  method.options.lm.min_gain = 0;
-  method.options.lm.view_agreement = 0;
-  method.options.lm.preconditioner = "block_sh";
-  method.options.lm.sh_damping = 0.0001;
-  method.options.lm.initial_lambda = 0.004;
-  return method;
+  return {"our LM", MethodKind::kOurLm,
+          Changed(ours,
+                  "lm.min_gain=0 lm.view_agreement=0 lm.preconditioner=block_sh lm.sh_damping=0.0001 "
+                  "lm.initial_lambda=0.004")};
 }
 
 Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {
-  Method method{preset, MethodKind::kPublishedLm, ours};
-  method.options.lm = gs::PresetOptions(preset).lm;
-  return method;
+  return {preset, MethodKind::kPublishedLm, Changed(ours, "lm=" + preset)};
 }
 
 }  // namespace

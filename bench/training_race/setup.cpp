@@ -7,9 +7,7 @@
 #include <filesystem>
 
 #include "apps/command_line.h"
-#include "apps/flags.h"
-#include "apps/posed_model.h"
-#include "apps/train_flags.h"
+#include "apps/train_settings.h"
 #include "bench/training_race/curve.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
@@ -18,18 +16,11 @@ namespace vesta::bench {
 namespace {
 
 // As `vesta train SCENE FLAGS` takes them.
-gs::TrainOptions OptionsOf(const std::string& scene, const std::vector<std::string>& flags) {
+app::CommandLine CommandLineOf(const std::string& scene, const std::vector<std::string>& flags) {
   // --out: train insists on one.
-  std::vector<std::string> words = {"vesta", "train", scene, "--out=."};
+  std::vector<std::string> words = {"train", scene, "--out=."};
   words.insert(words.end(), flags.begin(), flags.end());
-  std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  app::ParseCommandLine(static_cast<int>(words.size()), argv.data());
-  gs::TrainOptions options = app::WithTrainFlags(gs::PresetOptions(FLAGS_preset));
-  options.background = app::ToDouble(app::BackgroundFromFlag());
-  return options;
+  return app::ParseCommandLine(words);
 }
 
 std::string NameOf(const std::string& scene) {
@@ -45,13 +36,14 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   RaceSetup setup{Arguments(static_cast<int>(dashes - argv), argv, known), {}, {}, {}, 0};
   if (setup.arguments.positional.size() != 1) Fail("the form is: SCENE [flags] [-- flags of vesta train]");
   const std::string& path = setup.arguments.positional[0];
-  setup.options = OptionsOf(path, {dashes == end ? end : dashes + 1, end});
-  app::UseComputeFlags();
+  const app::CommandLine line = CommandLineOf(path, {dashes == end ? end : dashes + 1, end});
+  setup.options = app::SettingsOf(line).options;
+  app::UseComputeFlags(line.flags);
   setup.threads = NumThreads();
   SetNumThreads(1);
   setup.scene_name = NameOf(path);
-  if (FLAGS_downscale > 1) setup.scene_name += fmt::format("/{}", FLAGS_downscale);
-  setup.scene = app::LoadSceneOver(path, app::BackgroundFromFlag());
+  if (setup.options.downscale > 1) setup.scene_name += fmt::format("/{}", setup.options.downscale);
+  setup.scene = gs::LoadScene(path, app::SceneOptions(setup.options));
   return setup;
 }
 

@@ -4,18 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <numeric>
 #include <string_view>
 
 namespace vesta::schema {
 namespace {
-
-template <class T>
-bool ParseAll(const std::string& text, T& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
 
 // Insertions, deletions and exchanges that make one of the other (Levenshtein).
 std::size_t EditDistance(std::string_view a, std::string_view b) {
@@ -36,12 +29,7 @@ std::size_t EditDistance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string Print(double value) { return fmt::format("{}", value); }
-std::string Print(std::int64_t value) { return fmt::format("{}", value); }
-std::string Print(std::uint64_t value) { return fmt::format("{}", value); }
-
-bool Parse(const std::string& text, double& value) { return ParseAll(text, value); }
-bool Parse(const std::string& text, std::int64_t& value) { return ParseAll(text, value); }
-bool Parse(const std::string& text, std::uint64_t& value) { return ParseAll(text, value); }
+std::string Print(Index value) { return fmt::format("{}", value); }
 
 std::vector<std::string> SplitAt(const std::string& text, char separator) {
   std::vector<std::string> parts;
@@ -71,24 +59,28 @@ std::vector<std::string> Nearest(const std::string& name, const std::vector<std:
   return nearest;
 }
 
-std::string FieldInfo::Requirement() const {
-  const auto or_auto = [&](std::string text) { return text + (may_be_auto ? ", or auto" : ""); };
+std::string FieldInfo::Allowed() const {
+  const char* automatic = may_be_auto ? ", or auto" : "";
   switch (kind) {
     case Kind::kWhole:
-      return or_auto(fmt::format("it must be from {} to {}, a whole number", range.min, range.max));
+      return fmt::format("from {} to {}, a whole number{}", range.min, range.max, automatic);
     case Kind::kNumber:
-      return or_auto(fmt::format("it must be from {} to {}", range.min, range.max));
+      return fmt::format("from {} to {}{}", range.min, range.max, automatic);
     case Kind::kSwitch:
-      return "it must be true or false";
+      return "true or false";
     case Kind::kChoice:
-      return fmt::format("it must be {}{}{}", fmt::join(choices.begin(), choices.end() - 1, ", "),
+      return fmt::format("{}{}{}", fmt::join(choices.begin(), choices.end() - 1, ", "),
                          choices.size() > 1 ? " or " : "", choices.back());
     case Kind::kColor:
-      return or_auto(fmt::format("it must be three numbers from {} to {}, as in 0.5,0.5,0.5", range.min, range.max));
+      return fmt::format("three numbers from {} to {}, as in 0.5,0.5,0.5{}", range.min, range.max, automatic);
     case Kind::kWords:
       break;
   }
-  return fmt::format("{} is missing", placeholder);
+  return placeholder;
+}
+
+std::string FieldInfo::Requirement() const {
+  return kind == Kind::kWords ? fmt::format("{} is missing", placeholder) : "it must be " + Allowed();
 }
 
 std::string FieldInfo::Placeholder() const {

@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <utility>
 #include <vector>
+
+#include "kernels/core/span.h"
+#include "kernels/core/text_file.h"
 
 namespace vesta::schema {
 
@@ -46,19 +47,17 @@ struct FieldInfo {
   const char* placeholder = "";           // kWords
   bool may_be_auto = false;               // "auto" is a value too: what suits the data
 
-  // What it has to be: "it must be from 0 to 1".
+  // What it may be: "from 0 to 1".
+  std::string Allowed() const;
+  // The same as what is to be told of a text that is none of its values.
   std::string Requirement() const;
   // What stands for its value in the help: N, X, a|b, R,G,B.
   std::string Placeholder() const;
 };
 
-// Values as text and back, without loss. Parse is false for what is not wholly a value of the type.
+// As text that reads back as the same value.
 std::string Print(double value);
-std::string Print(std::int64_t value);
-std::string Print(std::uint64_t value);
-bool Parse(const std::string& text, double& value);
-bool Parse(const std::string& text, std::int64_t& value);
-bool Parse(const std::string& text, std::uint64_t& value);
+std::string Print(Index value);
 std::vector<std::string> SplitAt(const std::string& text, char separator);
 
 // The names most alike, most alike first; at most `most`, none that have little in common.
@@ -88,13 +87,12 @@ constexpr const char* NameOf(E value, const Choice<E> (&choices)[N]) {
 // How a type of value is written and read, and what a rule leaves of it.
 template <class V>
 struct Numbers {
-  using Wide = std::conditional_t<std::is_floating_point_v<V>, double,
-                                  std::conditional_t<std::is_signed_v<V>, std::int64_t, std::uint64_t>>;
+  using Wide = std::conditional_t<std::is_floating_point_v<V>, double, Index>;
   static constexpr Kind kKind = std::is_floating_point_v<V> ? Kind::kNumber : Kind::kWhole;
   static std::string ToText(V value) { return Print(static_cast<Wide>(value)); }
   static bool FromText(const std::string& text, Range range, V& value) {
     Wide wide{};
-    if (!Parse(text, wide)) return false;
+    if (!ParseNumber(text, &wide)) return false;
     if (!(static_cast<double>(wide) >= range.min && static_cast<double>(wide) <= range.max)) return false;
     value = static_cast<V>(wide);
     return true;

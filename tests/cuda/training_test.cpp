@@ -15,9 +15,11 @@ gs::TrainOptions ShortDeviceTraining(int adam_iterations, int lm_iterations) {
 }
 
 // With either metric of Adam.
-class CudaTrainingByMetric : public test::OnDevice, public testing::WithParamInterface<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Metrics, CudaTrainingByMetric, testing::Values("block", "diagonal"),
-                         [](const auto& param) { return param.param; });
+class CudaTrainingByMetric : public test::OnDevice, public testing::WithParamInterface<gs::AdamMetric> {};
+INSTANTIATE_TEST_SUITE_P(Metrics, CudaTrainingByMetric,
+                         testing::Values(gs::AdamMetric::kBlock, gs::AdamMetric::kDiagonal), [](const auto& param) {
+                           return param.param == gs::AdamMetric::kBlock ? "block" : "diagonal";
+                         });
 
 TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   const gs::Scene scene = gs::test::TrainingScene();

@@ -106,6 +106,7 @@ RingProblem<S>::RingProblem(int num_views, Index gaussians, int sh_degree, std::
   options.sh_degree = sh_degree;
   options.count = gaussians;
   options.background = {0.2, 0.5, 0.9};
+  options.view_agreement = 0;  // the descent is the gradient
   for (const View& view : scene.views) {
     HostBuffer<S>& image = truth.emplace_back(static_cast<Index>(view.image.rgb.size()));
     std::copy(view.image.rgb.begin(), view.image.rgb.end(), image.begin());

@@ -22,7 +22,7 @@ const test::MemoryCase kCases[] = {
     {"adam", 1500, 32, 24, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_by_parameters", 1500, 32, 24,
-     [](TrainOptions& o) { o.adam.iterations = 6, o.adam.metric = "diagonal", o.lm.iterations = 0; }},
+     [](TrainOptions& o) { o.adam.iterations = 6, o.adam.metric = AdamMetric::kDiagonal, o.lm.iterations = 0; }},
     // Pruned to half, whose places others take: the old bases and the new ones, and few pixels.
     {"adam_that_densifies", 1500, 16, 12,
      [](TrainOptions& o) {
@@ -32,11 +32,11 @@ const test::MemoryCase kCases[] = {
        o.density.prune_opacity = 0.1, o.density.gradient_threshold = 0, o.density.max_gaussians = 1500;
      }},
     {"lm", 1000, 32, 24, [](TrainOptions&) {}},
-    {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
-    {"root_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.lm.ssim_linearization = "root"; }},
+    {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},
+    {"root_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.lm.ssim = SsimLinearization::kRootCenter; }},
     {"lm_of_many_pixels", 60, 96, 72, [](TrainOptions&) {}},
-    {"sh_blocks", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = "block_sh"; }},
-    {"jacobi", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = "jacobi"; }},
+    {"sh_blocks", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kBlockSh; }},
+    {"jacobi", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"merged_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
     {"small_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
 };

@@ -22,16 +22,17 @@ const test::MemoryCase kCases[] = {
     {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
     {"whole_gradient", 4000, 64, 48, [](TrainOptions& o) { o.lm.view_agreement = 0; }},
     {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
-    {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache32"; }},
-    {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "cache16"; }},
-    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = "rebuild"; }},
-    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = "rebuild"; }},
-    {"rebuild_in_batches", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = "rebuild", o.lm.batches = 2; }},
-    {"sh_blocks", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = "block_sh"; }},
-    {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = "jacobi"; }},
+    {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache32; }},
+    {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},
+    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }},
+    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }},
+    {"rebuild_in_batches", 300, 320, 240,
+     [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild, o.lm.batches = 2; }},
+    {"sh_blocks", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kBlockSh; }},
+    {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
     {"merged_batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
-    {"root", 1000, 160, 120, [](TrainOptions& o) { o.lm.ssim_linearization = "root"; }},
+    {"root", 1000, 160, 120, [](TrainOptions& o) { o.lm.ssim = SsimLinearization::kRootCenter; }},
     {"small_batches", 1000, 160, 120, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
     {"budget", 2000, 160, 120, [](TrainOptions& o) { o.memory.budget_gib = 0.016; }},
 };
@@ -50,7 +51,7 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
       << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
   if (options.memory.budget_gib > 0) {
     EXPECT_LE(counted, 1024 * options.memory.budget_gib);
-    EXPECT_EQ(result.memory.jacobian, "rebuild") << "so that the budget has an effect";
+    EXPECT_EQ(result.memory.jacobian, JacobianKind::kRebuild) << "so that the budget has an effect";
   }
 }
 
@@ -63,11 +64,11 @@ double Gib(double bytes) { return bytes / (1 << 30); }
 
 TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
   TrainOptions options;
-  options.lm.jacobian = "cache16";
+  options.lm.jacobian = JacobianKind::kCache16;
   const MemoryScene scene = MadeUp();
-  LmOptions recompute = options.lm, rebuild = options.lm;
-  recompute.jacobian = "recompute";
-  rebuild.jacobian = "rebuild";
+  LmStageOptions recompute = options.lm, rebuild = options.lm;
+  recompute.jacobian = JacobianKind::kRecompute;
+  rebuild.jacobian = JacobianKind::kRebuild;
   const double with_cache = LmBytes(scene, options.lm, true), without = LmBytes(scene, recompute, true),
                least = LmBytes(scene, rebuild, true);
   EXPECT_GT(with_cache, without + 20 * 8e6 * 8);
@@ -76,25 +77,26 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
     options.memory.budget_gib = gib;
     return PlanLm(scene, options, HostMemory(options.memory));
   };
-  EXPECT_EQ(plan(0).lm.jacobian, "cache16");
+  EXPECT_EQ(plan(0).lm.jacobian, JacobianKind::kCache16);
   EXPECT_EQ(plan(0).bytes, with_cache);
-  EXPECT_EQ(plan(Gib(with_cache) * 1.001).lm.jacobian, "cache16");
-  EXPECT_EQ(plan(Gib(with_cache) * 0.999).lm.jacobian, "recompute");
-  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, "recompute");
+  EXPECT_EQ(plan(Gib(with_cache) * 1.001).lm.jacobian, JacobianKind::kCache16);
+  EXPECT_EQ(plan(Gib(with_cache) * 0.999).lm.jacobian, JacobianKind::kRecompute);
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, JacobianKind::kRecompute);
   for (const double budget : {0.999 * without, 1.001 * least}) {
     const LmPlan smaller = plan(Gib(budget));
-    EXPECT_EQ(smaller.lm.jacobian, "rebuild");
+    EXPECT_EQ(smaller.lm.jacobian, JacobianKind::kRebuild);
     EXPECT_EQ(smaller.lm.batches, 1);
     EXPECT_EQ(smaller.bytes, least);
   }
   EXPECT_THROW(plan(Gib(least) * 0.999), Error);
   // What the process holds already counts.
   options.memory.before_mib = 100;
-  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, "rebuild");
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, JacobianKind::kRebuild);
   // Without a budget too a machine that is nearly full gets the frugal way, and no refusal.
   StageMemory machine;
-  for (const auto& [share, expected] :
-       {std::pair(1.001 * with_cache, "cache16"), {1.001 * without, "recompute"}, {0.5 * least, "rebuild"}}) {
+  for (const auto& [share, expected] : {std::pair(1.001 * with_cache, JacobianKind::kCache16),
+                                        {1.001 * without, JacobianKind::kRecompute},
+                                        {0.5 * least, JacobianKind::kRebuild}}) {
     machine.comfortable_bytes = share;
     EXPECT_EQ(PlanLm(scene, options, machine).lm.jacobian, expected);
   }
@@ -131,7 +133,7 @@ TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
   const Index fit = PlanGaussians(MadeUp(), options, HostMemory(options.memory));
   EXPECT_GT(fit, 20000);
   EXPECT_LT(fit, 1000000);
-  options.lm.jacobian = "rebuild";
+  options.lm.jacobian = JacobianKind::kRebuild;
   EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, true), 0.5 * (1 << 30));
   options.density.enabled = false;
   EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 20000)

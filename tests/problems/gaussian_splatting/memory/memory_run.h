@@ -28,7 +28,7 @@ struct MemoryRun {
     options.density.enabled = false;
     options.lm.iterations = lm_iterations;
     options.lm.min_gain = 0;
-    options.lm.jacobian = "recompute";
+    options.lm.jacobian = JacobianKind::kRecompute;
     options.lm.pcg_iterations = pcg_iterations;
     c.apply(options);
   }

@@ -67,7 +67,7 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
 TEST(DeviceStages, AdamIsLeftForLmAsOnTheHost) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
-  options.adam.switch_to_lm = "auto";
+  options.adam.switch_to_lm = SwitchToLm::kAuto;
   options.density.end = 0.3;
   options.lm.iterations = 1;
   options.lm.min_gain = 1;

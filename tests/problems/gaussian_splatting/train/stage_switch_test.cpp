@@ -13,7 +13,7 @@ constexpr Index kViews = 10;
 TrainOptions Automatic() {
   TrainOptions options;
   options.adam.iterations = 1000;
-  options.adam.switch_to_lm = "auto";
+  options.adam.switch_to_lm = SwitchToLm::kAuto;
   options.adam.coarse_part = 0.5;
   options.adam.cooldown = 0.1;
   options.density.end = 0.6;
@@ -42,7 +42,7 @@ double LeastFall(const TrainOptions& options) { return options.lm.min_gain / LmW
 
 TEST(StageSwitch, FixedWhateverTheCost) {
   TrainOptions options = Automatic();
-  options.adam.switch_to_lm = "fixed";
+  options.adam.switch_to_lm = SwitchToLm::kFixed;
   EXPECT_EQ(EndWith(options, Falling(0)), 1000);
 }
 
@@ -96,7 +96,7 @@ TEST(StageSwitch, GoesOnAfterAStepBack) {
 }
 
 TEST(LmWork, GrowsWithWhatIsMeasured) {
-  LmOptions lm;
+  LmStageOptions lm;
   const double whole = LmWork(lm, kViews);
   EXPECT_DOUBLE_EQ(LmWork(lm, 2 * kViews), 2 * whole);
   lm.batch_size = 5;
@@ -104,10 +104,7 @@ TEST(LmWork, GrowsWithWhatIsMeasured) {
   lm.batches = 4;
   EXPECT_DOUBLE_EQ(LmWork(lm, kViews), whole);
   lm = {};
-  lm.jacobian = "recompute";
-  EXPECT_LT(LmWork(lm, kViews), whole);
-  lm = {};
-  lm.residual_sampling = 0.5;
+  lm.jacobian = JacobianKind::kRecompute;
   EXPECT_LT(LmWork(lm, kViews), whole);
   lm = {};
   lm.pcg_iterations *= 2;

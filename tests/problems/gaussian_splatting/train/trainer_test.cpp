@@ -158,15 +158,16 @@ TEST(Trainer, EveryLmVariantDescends) {
     EXPECT_LT(result.history.back().cost, 0.97 * result.history.front().cost) << result.lm_report;
     ExpectLastRowIsOf(result, scene, {0, 0, 0});
   };
-  for (const char* rule : {"soft", "ceres", "v1", "v2", "code"}) {
-    check(rule, [&](LmOptions& lm) { lm.step_control = rule; });
+  for (const StepRule rule :
+       {StepRule::kSoft, StepRule::kCeres, StepRule::k3dgsLmV1, StepRule::k3dgsLmV2, StepRule::k3dgsLmCode}) {
+    check(ToString(rule), [&](LmStageOptions& lm) { lm.step_control = rule; });
   }
-  check("diag", [](LmOptions& lm) { lm.damping = "diag"; });
-  check("jacobi", [](LmOptions& lm) { lm.preconditioner = "jacobi"; });
-  check("line search", [](LmOptions& lm) { lm.line_search = true; });
-  check("batches", [](LmOptions& lm) { lm.batches = 4; });
-  check("merged batches", [](LmOptions& lm) { lm.batches = 4, lm.merge_batches = true, lm.line_search = true; });
-  check("more batches than views", [](LmOptions& lm) { lm.batches = 1000; });
+  check("diag", [](LmStageOptions& lm) { lm.damping = LmDamping::kDiagonal; });
+  check("jacobi", [](LmStageOptions& lm) { lm.preconditioner = LmPreconditioner::kJacobi; });
+  check("line search", [](LmStageOptions& lm) { lm.line_search = true; });
+  check("batches", [](LmStageOptions& lm) { lm.batches = 4; });
+  check("merged batches", [](LmStageOptions& lm) { lm.batches = 4, lm.merge_batches = true, lm.line_search = true; });
+  check("more batches than views", [](LmStageOptions& lm) { lm.batches = 1000; });
 }
 
 // Test images are evaluated and not used for training.
@@ -296,7 +297,7 @@ TEST(Trainer, FixedModelKeepsItsGaussians) {
 TEST(Trainer, LeavesAdamForLmThatGainsMore) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(200, 1);
-  options.adam.switch_to_lm = "auto";
+  options.adam.switch_to_lm = SwitchToLm::kAuto;
   options.adam.evaluations = 200;
   options.lm.min_gain = 1;
   std::vector<TrainProgress> reports;

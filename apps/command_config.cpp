@@ -1,0 +1,17 @@
+// config: the options that train would take, as JSON.
+#include <fmt/format.h>
+
+#include "apps/commands.h"
+#include "apps/config_json.h"
+#include "apps/train_settings.h"
+
+namespace vesta::app {
+
+int RunConfig(const CommandLine& line) {
+  const TrainSettings settings = SettingsOf(line);
+  const nlohmann::ordered_json json = {{"preset", settings.preset}, {"options", OptionsJson(settings.options)}};
+  fmt::print("{}\n", json.dump(1));
+  return 0;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,46 @@
+#include "apps/train_settings.h"
+
+#include <optional>
+
+#include "apps/config_json.h"
+#include "apps/device.h"
+#include "apps/posed_model.h"
+#include "kernels/core/parallel.h"
+
+namespace vesta::app {
+
+TrainSettings SettingsOf(const CommandLine& line) {
+  const Flags& flags = line.flags;
+  std::optional<ConfigFile> file;
+  if (!flags.config.empty()) file.emplace(flags.config);
+  TrainSettings settings;
+  settings.preset = file ? file->preset() : "";
+  if (!flags.preset.empty()) settings.preset = flags.preset;
+  if (settings.preset.empty()) settings.preset = kDefaultPreset;
+  const bool refines = line.command->command == kRefine;
+  settings.options = refines ? gs::RefinePresetOptions(settings.preset) : gs::PresetOptions(settings.preset);
+  if (file) file->Apply(settings.options);
+  for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
+  if (flags.fixed_model) {
+    settings.options.density.enabled = false;
+    settings.options.adam.sh_band_every = 0;
+  }
+  gs::ValidateOptions(settings.options);
+  return settings;
+}
+
+gs::LoadSceneOptions SceneOptions(const gs::TrainOptions& options) {
+  gs::LoadSceneOptions scene;
+  scene.downscale = options.downscale;
+  scene.background = ToFloat(options.background);
+  scene.memory_budget_gib = options.memory.budget_gib;
+  scene.random_points.seed = options.seed;
+  return scene;
+}
+
+void UseComputeFlags(const Flags& flags) {
+  CheckDevice(flags.device);
+  SetNumThreads(flags.threads);
+}
+
+}  // namespace vesta::app

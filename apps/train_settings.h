@@ -1,0 +1,27 @@
+// What a command line makes of the options of training: the preset's, over them those of --config's file, over them
+// what was given.
+#pragma once
+
+#include <string>
+
+#include "apps/command_line.h"
+#include "problems/gaussian_splatting/io/load_scene.h"
+#include "problems/gaussian_splatting/train/options.h"
+
+namespace vesta::app {
+
+struct TrainSettings {
+  std::string preset;  // where the options started
+  gs::TrainOptions options;
+};
+
+// Of train, config or refine. Throws Error where a file cannot be used, or options do not go together.
+TrainSettings SettingsOf(const CommandLine& line);
+
+// How such a training loads its scene.
+gs::LoadSceneOptions SceneOptions(const gs::TrainOptions& options);
+
+// Sets the number of threads and checks the device: what every command does first. Throws Error for --device=cuda.
+void UseComputeFlags(const Flags& flags);
+
+}  // namespace vesta::app
