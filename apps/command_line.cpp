@@ -47,6 +47,16 @@ FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
   return {};
 }
 
+// The flag given; of a switch also by its negation, --noNAME, which gives it its value.
+FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
+  FlagFound found = FindFlag(flag->name, command);
+  if (found.info() || flag->value || !flag->name.starts_with("no")) return found;
+  found = FindFlag(flag->name.substr(2), command);
+  if (!found.info() || found.info()->kind != schema::Kind::kSwitch) return {};
+  flag->value = "false";
+  return found;
+}
+
 // What the command does take that is called alike, for the end of a complaint.
 std::string MeantFlag(const std::string& name, const CommandInfo& command) {
   std::vector<std::string> known;
@@ -63,17 +73,19 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
   return nearest.empty() ? "" : fmt::format("did you mean {}? ", nearest[0]);
 }
 
-[[noreturn]] void RefuseFlag(const std::string& name, const CommandInfo& command) {
+[[noreturn]] void RefuseFlag(const GivenFlag& flag, const CommandInfo& command) {
+  const std::string& name = flag.name;
   std::vector<const char*> takers;
   for (const CommandInfo& other : Commands()) {
-    if (FindFlag(name, other).info()) takers.push_back(other.name);
+    GivenFlag copy = flag;
+    if (FindGiven(other, &copy).info()) takers.push_back(other.name);
   }
   if (takers.empty()) {
     throw UsageError(
         fmt::format("--{}: no such flag; {}`vesta help {}` lists them", name, MeantFlag(name, command), command.name));
   }
   throw UsageError(fmt::format("--{}: not a flag of {}, but of {}; `vesta help {}` lists those it takes", name,
-                               command.name, fmt::join(takers, " and "), command.name));
+                               command.name, fmt::join(takers, ", "), command.name));
 }
 
 [[noreturn]] void RefuseKey(const std::string& key, const CommandInfo& command) {
@@ -109,13 +121,8 @@ GivenOption OptionOfSet(const std::string& text, const CommandInfo& command) {
 // Takes in the flag at words[*at], and its value where that is a word of its own.
 void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLine* line) {
   GivenFlag flag = SplitFlag(words[*at]);
-  FlagFound found = FindFlag(flag.name, *line->command);
-  if (!found.info() && !flag.value && flag.name.starts_with("no")) {
-    found = FindFlag(flag.name.substr(2), *line->command);
-    if (found.info() && found.info()->kind != schema::Kind::kSwitch) found = {};
-    flag.value = "false";
-  }
-  if (!found.info()) RefuseFlag(flag.name, *line->command);
+  const FlagFound found = FindGiven(*line->command, &flag);
+  if (!found.info()) RefuseFlag(flag, *line->command);
   if (!flag.value && found.info()->kind == schema::Kind::kSwitch) flag.value = "true";
   const std::string given = "--" + flag.name;
   if (!flag.value) {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "problems/gaussian_splatting/train/options.h"
 #include "tests/apps/run_program.h"
 
 namespace vesta::test {
@@ -21,8 +22,8 @@ std::string Help(const std::vector<std::string>& arguments) {
 
 TEST(Help, OverviewNamesTheCommands) {
   const std::string text = Help({"help"});
-  for (const char* command :
-       {"vesta train", "vesta refine", "vesta eval", "vesta render", "vesta bundle_adjust", "vesta help"}) {
+  for (const char* command : {"vesta train", "vesta refine", "vesta eval", "vesta render", "vesta config",
+                              "vesta bundle_adjust", "vesta help"}) {
     EXPECT_THAT(text, HasSubstr(command));
   }
   EXPECT_EQ(Help({"--help"}), text);
@@ -35,6 +36,33 @@ TEST(Help, SaysWhichVersion) { EXPECT_THAT(Help({"--version"}), testing::Matches
 TEST(Help, SaysWhatFlagsAreWithoutBeingGiven) {
   EXPECT_THAT(Help({"help", "train"}), HasSubstr("a smaller part; 0: never [0.006]"));
   EXPECT_THAT(Help({"help", "refine"}), HasSubstr("a smaller part; 0: never [0.001]"));
+}
+
+// Flags: the lines that begin with one.
+int CountFlags(const std::string& text) {
+  int flags = 0;
+  for (std::size_t at = text.find("\n  --"); at != std::string::npos; at = text.find("\n  --", at + 1)) ++flags;
+  return flags;
+}
+
+TEST(Help, ListsFewFlagsAndWithAllEveryOption) {
+  for (const std::string command : {"train", "refine", "config"}) {
+    SCOPED_TRACE(command);
+    const std::string few = Help({"help", command});
+    EXPECT_GE(CountFlags(few), 8);
+    EXPECT_LE(CountFlags(few), 20);
+    const ProgramOutput all = RunProgram({"help", command, "--all"});
+    EXPECT_EQ(all.status, 0);
+    EXPECT_EQ(RunProgram({command, "--help", "--all"}).out, all.out);
+    for (const auto& field : gs::TrainFields()) {
+      const bool is_of_refine = !field.name.starts_with("adam.") && !field.name.starts_with("density.") &&
+                                field.name != "train.sh_degree" && field.name != "train.background";
+      const std::string line = "\n  " + field.name + "=" + field.Placeholder();
+      EXPECT_EQ(all.out.find(line) != std::string::npos, command != "refine" || is_of_refine) << line;
+    }
+    EXPECT_THAT(all.out, HasSubstr("lm.l1_floor=X"));
+    EXPECT_THAT(all.out, HasSubstr("; from 1e-06 to 1 [0.01]"));
+  }
 }
 
 TEST(Help, CommandListsItsFlagsAlone) {

@@ -79,8 +79,9 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_EQ(model.sh_degree, 1);
   EXPECT_TRUE(model.has_background);
   const json metrics = Metrics(out_);
-  EXPECT_THAT(Keys(metrics), UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds",
-                                                  "peak_memory_mib", "memory", "device", "threads", "seed", "history"));
+  EXPECT_THAT(Keys(metrics),
+              UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds", "peak_memory_mib", "memory",
+                                   "device", "threads", "seed", "preset", "options", "history"));
   EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
   EXPECT_EQ(metrics["parameters"], model.count * 23);
@@ -271,11 +272,10 @@ TEST_F(TinyTraining, EveryWayOfLmLowersTheCost) {
   ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0"}).status, 0);
   const std::string refined = folder_ / "refined";
   const std::vector<std::vector<std::string>> ways = {
-      {"--jacobian=cache16", "--memory_budget=1"},
-      {"--jacobian=rebuild"},
-      {"--preconditioner=block_sh"},
-      {"--lm_batches=2", "--batch_size=2", "--batch_choice=clustered", "--merge_batches"},
-      {"--residual_sampling=0.5", "--step_limit=hellinger", "--step_limit_size=0.01"},
+      {"--set=lm.jacobian=cache16", "--memory_budget=1"},
+      {"--set=lm.jacobian=recompute"},
+      {"--set=lm.preconditioner=block"},
+      {"--set=lm.batches=2", "--set=lm.batch_size=2", "--set=lm.batch_choice=random", "--set=lm.merge_batches=true"},
       {"--preset=paper"},
       {"--preset=paper_code"}};
   for (const auto& way : ways) {
