@@ -184,8 +184,9 @@ INSTANTIATE_TEST_SUITE_P(
             {"train", "a", "--set=lm.l1_flor=1"}, kUsage, "--set lm.l1_flor: no such option; nearest: lm.l1_floor;"},
         BadLine{{"train", "a", "--set=lm.line_search=maybe"}, kUsage, "it must be true or false"},
         BadLine{{"train", "a", "--set=lm.batch_choice=clustered"}, kUsage, "it must be strided or random"},
-        BadLine{
-            {"train", "a", "--set=lm.initial_lambda=1e9"}, kFailed, "lm.initial_lambda=1000000000: it must be from"},
+        BadLine{{"train", "a", "--out=b", "--set=lm.initial_lambda=1e9"},
+                kFailed,
+                "lm.initial_lambda=1000000000: it must be from"},
         BadLine{{"refine", "a", "b", "--set=adam.metric=block"}, kUsage, "--set adam.metric: not an option of refine"},
         BadLine{{"help", "train", "--most"}, kUsage, "--most: too much"},
         BadLine{{"train", "a", "--out="}, kUsage, "--out=: DIR is missing"},

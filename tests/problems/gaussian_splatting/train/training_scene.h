@@ -17,7 +17,7 @@ inline TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
   options.adam.iterations = adam_iterations;
   options.lm.iterations = lm_iterations;
   options.sh_degree = 1;
-  options.density.every = 20.0 / adam_iterations;
+  options.density.every = adam_iterations > 20 ? 20.0 / adam_iterations : 1;
   options.density.max_gaussians = 100;
   options.seed = 3;
   return options;
