@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -76,8 +77,8 @@ constexpr bool EachOnce(const Choice<E> (&choices)[N]) {
 }
 
 // "?" for a value that is not among them.
-template <class E, std::size_t N>
-constexpr const char* NameOf(E value, const Choice<E> (&choices)[N]) {
+template <class E>
+constexpr const char* NameOf(E value, std::span<const Choice<std::type_identity_t<E>>> choices) {
   for (const Choice<E>& choice : choices) {
     if (choice.value == value) return choice.name;
   }
@@ -162,9 +163,9 @@ class Field : public FieldInfo {
   Field(const char* called, E C::*member, const Choice<E> (&among)[N], const char* what_for,
         const char* own_flag = nullptr)
       : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag},
-        print_([member, &among](const O& o) { return NameOf(o.*member, among); }),
-        parse_([member, &among](const std::string& text, O& o) {
-          for (const Choice<E>& choice : among) {
+        print_([member, values = std::span(among)](const O& o) { return NameOf(o.*member, values); }),
+        parse_([member, values = std::span(among)](const std::string& text, O& o) {
+          for (const Choice<E>& choice : values) {
             if (text != choice.name) continue;
             o.*member = choice.value;
             return true;

@@ -9,6 +9,23 @@
 namespace vesta::bench {
 namespace {
 
+// All fields as one text.
+std::string TextOf(const gs::TrainOptions& options) {
+  std::string text;
+  for (const auto& field : gs::TrainFields()) text += field.name + "=" + field.Text(options) + "\n";
+  return text;
+}
+
+// From a reference that has none of their values.
+TEST(Variants, EachChangesWhatItIsOf) {
+  gs::TrainOptions reference = gs::PresetOptions("balanced");
+  reference.lm.pcg_iterations = 5;
+  for (const Variant& variant : Variants(reference, 1)) {
+    EXPECT_EQ(TextOf(variant.options) == TextOf(reference), variant.knob == "reference")
+        << variant.knob << ", " << variant.name;
+  }
+}
+
 TEST(Variants, EachHasAName) {
   std::set<std::string> names;
   for (const Variant& variant : Variants(gs::PresetOptions("balanced"), 1)) {
