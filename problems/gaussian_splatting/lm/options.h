@@ -4,8 +4,8 @@
 #include "kernels/core/schema.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
-#include "solver/pcg.h"
-#include "solver/step_control.h"
+#include "solver/linear/pcg.h"
+#include "solver/trust_region/step_control.h"
 
 namespace vesta::gs {
 
