@@ -17,7 +17,8 @@
 #include "kernels/gaussian_splatting/device_view.h"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
-#include "problems/gaussian_splatting/lm/device_splat_problem.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::bench {
@@ -95,12 +96,12 @@ class GpuBench {
       const std::vector<float>& truth = workload_.photographs[v];
       targets.push_back({workload_.views[v], {truth.data(), static_cast<Index>(truth.size())}});
     }
-    const std::vector<gs::TargetView<CudaBackend<float>>> on_device = gs::UploadTargets(targets);
+    const std::vector<gs::TargetView<CudaBackend<float>>> on_device = gs::TargetsIn<CudaBackend<float>>(targets);
     gs::SplatProblemOptions options;
     options.count = workload_.model.count;
     options.view_agreement = 0;
     device::ResetPeak();
-    gs::DeviceSplatProblem problem(options, on_device);
+    gs::SplatProblem<CudaBackend<float>> problem(options, on_device);
     LmOptions engine;
     engine.max_iterations = 2;
     engine.function_tolerance = engine.gradient_tolerance = engine.parameter_tolerance = 0;

@@ -84,7 +84,7 @@ class Bench {
       const int bits = format == splat::CacheFormat::kFull ? 32 : 16;
       splat::View<float> cached;
       cached.Build(model(), workload_.views.front(), background_, workspace_);
-      Add(fmt::format("cache{}: build", bits), 0, [&] { cached.CacheJacobian(image.data(), format); });
+      Add(fmt::format("cache{}: build", bits), 0, [&] { cached.CacheJacobian(image.data(), format, workspace_); });
       Add(fmt::format("cache{}: J v", bits), 0, [&] { cached.ApplyJ(model(), dx.data(), d_image.data(), workspace_); });
       Add(fmt::format("cache{}: J^T u", bits), 0,
           [&] { cached.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
@@ -143,7 +143,7 @@ class Bench {
     gs::SplatProblemOptions options;
     options.count = workload_.model.count;
     options.view_agreement = 0;
-    gs::SplatProblem<float> problem(options, std::move(targets));
+    gs::SplatProblem<CpuBackend<float>> problem(options, targets);
     const auto size = static_cast<Index>(workload_.model.data.size());
     const HostSpan<const float> x(workload_.model.data.data(), size);
     HostBuffer<float> v(size), Hv(size);

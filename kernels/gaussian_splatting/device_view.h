@@ -47,6 +47,12 @@ class DeviceView {
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
+  // As View's, one pass after the other.
+  void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
+                       DeviceViewWorkspace& workspace) const {
+    Render(image);
+    ApplyJ(model, dx, d_image, workspace);
+  }
   void AddJT(const Model<float>& model, const float* image, const float* u, float* g,
              DeviceViewWorkspace& workspace) const;
   void AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks, float* sh_diagonal,

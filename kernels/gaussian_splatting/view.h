@@ -53,7 +53,9 @@ class View {
   Index num_tiles() const { return bins_.num_tiles(); }
   // Keeps the raster's Jacobian until the next Build, for ApplyJ and AddJT to take their products from. image: from
   // Render. Both then err as JacobianCache says.
-  void CacheJacobian(const S* image, CacheFormat format) { cache_.Build(Lists(), bins_, image, format); }
+  void CacheJacobian(const S* image, CacheFormat format, ViewWorkspace<S>& /*workspace*/) {
+    cache_.Build(Lists(), bins_, image, format);
+  }
   const JacobianCache<S>& cache() const { return cache_; }
   // d_image = J dx; dx laid out as x.
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;

@@ -47,7 +47,8 @@ class CudaEvaluation : public test::OnDevice {
 
 TEST_F(CudaEvaluation, IsThatOfTheHost) {
   gs::TrainingSession session(scene_, options_, 0, callbacks_);
-  const auto targets = gs::UploadTargets(gs::TargetsOf(session.training_views(), gs::NearPlane(session.scene())));
+  const auto targets =
+      gs::TargetsIn<CudaBackend<float>>(gs::TargetsOf(session.training_views(), gs::NearPlane(session.scene())));
   const DeviceBuffer<float> x = test::ToDevice(other_.data);
   splat::DeviceViewWorkspace workspace;
   // A band of the harmonics is not active yet.

@@ -1,7 +1,7 @@
 // Views, the loss and the splatting problem of the GPU against those of the host.
 #include "kernels/gaussian_splatting/device_view.h"
 #include "kernels/image/device_photometric_loss.h"
-#include "problems/gaussian_splatting/lm/device_splat_problem.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/splat_scenes.h"
@@ -96,9 +96,9 @@ TEST_F(CudaLoss, ValueGradientAndCurvatureAreThoseOfTheHost) {
 
 // The operators of the problem at x, its first batch in turn 3, and what is made of them.
 void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
-  gs::SplatProblem<float> host = ring.Make();
-  const std::vector<gs::TargetView<CudaBackend<float>>> targets = gs::UploadTargets(ring.views);
-  gs::DeviceSplatProblem problem(ring.options, targets);
+  gs::SplatProblem<CpuBackend<float>> host = ring.Make();
+  const std::vector<gs::TargetView<CudaBackend<float>>> targets = gs::TargetsIn<CudaBackend<float>>(ring.views);
+  gs::SplatProblem<CudaBackend<float>> problem(ring.options, targets);
   DeviceBuffer<float> x;
   x.CopyFrom(ring.x.view());
   const double cost = host.Cost(ring.x);
@@ -153,6 +153,44 @@ TEST_F(CudaSplatProblem, CostGradientDiagonalAndCurvatureAreThoseOfTheHost) {
   ExpectOperatorsOfTheHost(gs::test::RingProblem<float>(4, 30, 1, 11));
 }
 
+TEST_F(CudaSplatProblem, ViewsBuiltAnewGiveTheBitsOfThoseThatAreHeld) {
+  gs::test::RingProblem<float> ring(3, 30, 2, 20);
+  const auto targets = gs::TargetsIn<CudaBackend<float>>(ring.views);
+  DeviceBuffer<float> x;
+  x.CopyFrom(ring.x.view());
+  Random random(21);
+  const DeviceBuffer<float> v = ToDevice(random.NormalVector<float>(static_cast<std::size_t>(x.size())));
+  std::vector<std::vector<float>> results;
+  for (const gs::JacobianKind kind : {gs::JacobianKind::kRecompute, gs::JacobianKind::kRebuild}) {
+    ring.options.jacobian = kind;
+    gs::SplatProblem<CudaBackend<float>> problem(ring.options, targets);
+    const auto linearization = problem.Linearize(x, 0);
+    std::vector<float>& all = results.emplace_back();
+    const auto keep = [&](const DeviceBuffer<float>& values) {
+      const std::vector<float> on_host = ToHost(values);
+      all.insert(all.end(), on_host.begin(), on_host.end());
+    };
+    DeviceBuffer<float> of_x(x.size()), of_residuals(linearization->num_residuals()), weighted(of_residuals.size());
+    for (int again = 0; again < 2; ++again) {
+      linearization->ApplyH(v, of_x);
+      keep(of_x);
+    }
+    linearization->Gradient(of_x);
+    keep(of_x);
+    linearization->DiagJTJ(of_x);
+    keep(of_x);
+    linearization->ApplyJ(v, of_residuals);
+    keep(of_residuals);
+    linearization->ApplyW(of_residuals, weighted);
+    keep(weighted);
+    linearization->ApplyJT(weighted, of_x);
+    keep(of_x);
+    weighted.CopyFrom(linearization->residuals());
+    keep(weighted);
+  }
+  EXPECT_TRUE(results[0] == results[1]);
+}
+
 TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
   struct Variant {
     const char* name;
@@ -160,23 +198,12 @@ TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
   };
   const Variant variants[] = {
       {"agreement of views", [](gs::SplatProblemOptions& o) { o.view_agreement = 0.3; }},
-      {"sampled rows", [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
-      {"sampled tiles",
-       [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sampling_unit = gs::SamplingUnit::kTiles; }},
-      {"sampled gradient", [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
       {"cache32", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache32; }},
       {"cache16", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache16; }},
-      {"sampled cache",
-       [](gs::SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = gs::JacobianKind::kCache16; }},
       {"blocks of the colours", [](gs::SplatProblemOptions& o) { o.sh_blocks = true; }},
       {"batches",
        [](gs::SplatProblemOptions& o) {
          o.batches = {2, 1, gs::BatchChoice::kRandom, 3};
-       }},
-      {"sampled batches",
-       [](gs::SplatProblemOptions& o) {
-         o.batches = {2, 1, gs::BatchChoice::kRandom, 3};
-         o.residual_sampling = 0.3;
        }},
       {"root", [](gs::SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRoot; }},
       {"root by centres", [](gs::SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRootCenter; }},

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/evaluate/metrics.h"
-#include "problems/gaussian_splatting/lm/device_splat_problem.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
 
 namespace vesta::gs {
 

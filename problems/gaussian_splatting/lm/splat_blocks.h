@@ -1,10 +1,9 @@
-// The diagonal blocks of the splatting problem, its damping metric and its options: what both memory spaces share.
+// The diagonal blocks of the splatting problem, and its damping metric by attributes.
 #pragma once
 
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
-#include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
@@ -29,21 +28,9 @@ inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool
            .copy_stride = count}};
 }
 
-// Throws Error unless there is a unit of length for each Gaussian, or none at all.
-inline void CheckUnits(const SplatProblemOptions& options) {
-  VESTA_CHECK(!options.units || static_cast<Index>(options.units->size()) == options.count,
-              "{} units of length for {} Gaussians", options.units->size(), options.count);
-}
-
 // What a cached Jacobian's entries are kept in.
 inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
   return kind == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
-}
-
-// Throws Error unless the rate of sampling is within (0, 1].
-inline void CheckSampling(const SplatProblemOptions& options) {
-  VESTA_CHECK(options.residual_sampling > 0 && options.residual_sampling <= 1, "a sampling rate of {}",
-              options.residual_sampling);
 }
 
 // The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping), before

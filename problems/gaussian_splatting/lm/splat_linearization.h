@@ -1,30 +1,28 @@
 // The splatting problem at one x, for one batch of views.
 #pragma once
 
+#include <memory>
+#include <vector>
+
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
 namespace vesta::gs {
 
-// A view of a batch, and its number among all.
-template <class S>
-struct BatchView {
-  const TargetView<CpuBackend<S>>* target;
-  Index index;
-};
-
-template <class S>
-class SplatLinearization final : public Linearization<CpuBackend<S>> {
+template <Backend B>
+class SplatLinearization final : public Linearization<B> {
  public:
-  using Base = Linearization<CpuBackend<S>>;
+  using Base = Linearization<B>;
   using typename Base::ConstView;
   using typename Base::View;
+  using S = typename B::Scalar;
+  using Loss = typename SplatBackend<B>::Loss;
+  using Workspace = typename SplatBackend<B>::Workspace;
 
   // Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
   // problem and its other linearizations, one call at a time.
-  SplatLinearization(const SplatProblemOptions& options, ConstView x, const std::vector<BatchView<S>>& views,
-                     double scale, int turn, std::shared_ptr<PhotometricLoss<S>> loss,
-                     std::shared_ptr<splat::ViewWorkspace<S>> workspace);
+  SplatLinearization(const SplatProblemOptions& options, ConstView x, std::vector<const TargetView<B>*> views,
+                     double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace);
 
   // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
   Index num_residuals() const override { return num_residuals_; }
@@ -43,47 +41,47 @@ class SplatLinearization final : public Linearization<CpuBackend<S>> {
   // Exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(View d) override;
   std::vector<BlockGroup> block_groups() const override;
-  void BlockGram(BlockDiagonal<CpuBackend<S>>& blocks) override;
+  void BlockGram(BlockDiagonal<B>& blocks) override;
 
  private:
+  using Vector = typename B::Vector;
   struct Unit {
-    const TargetView<CpuBackend<S>>* target;
-    double scale;  // of W
+    const TargetView<B>* target;
     ImageShape shape;
-    splat::View<S> view;
-    HostBuffer<S> image;
-    PhotometricLinearization<S> loss;
+    typename SplatBackend<B>::View view;
+    Vector image;
+    typename Loss::Linearization loss;
   };
-  // Builds and prepares all views, and sums their gradients, of which comes the descent.
+  // Builds all views, and sums their gradients, of which comes the descent; then caches the Jacobian, as the options
+  // have it.
   void MakeUnits();
-  // Projects, renders and linearises a view of the batch; image_gradient: of the loss, of all pixels.
-  void Build(const BatchView<S>& from, Unit& unit, View image_gradient) const;
+  // Projects, renders and linearises a view of the batch; image_gradient: of the loss.
+  void Build(const TargetView<B>& target, Unit& unit, View image_gradient) const;
   // The first of these, and the last.
-  void Project(const BatchView<S>& from, Unit& unit) const;
+  void Project(const TargetView<B>& target, Unit& unit) const;
   void LinearizeLoss(Unit& unit, View image_gradient) const;
-  // Samples pixels and caches the Jacobian, as the options have it.
-  void Prepare(const BatchView<S>& from, Unit& unit) const;
   // body(unit) for each view of the batch in turn: those that are held, or one built anew for each.
   template <class Body>
   void ForEachUnit(const Body& body) const;
   // Hv += J^T W d_image of one view; weighted: to work in.
-  void AddJTW(Unit& unit, ConstView d_image, View weighted, View Hv);
+  void AddJTW(const Unit& unit, ConstView d_image, View weighted, View Hv);
   // blocks, sh_diagonal and, with options.sh_blocks, sh_blocks += those of all views.
   void AddGram(S* blocks, S* sh_diagonal, S* sh_blocks);
+  // v *= scale_.
+  void Scale(View v) const;
 
   SplatProblemOptions options_;
   splat::Model<S> model_;
-  std::vector<BatchView<S>> views_;
+  std::vector<const TargetView<B>*> views_;
   double scale_;
-  int turn_;
   mutable std::vector<Unit> units_;  // of all views; of JacobianKind::kRebuild one, for each in turn
   Index num_residuals_ = 0;
-  std::shared_ptr<PhotometricLoss<S>> loss_;
-  std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
-  HostBuffer<S> gradient_, descent_;  // until someone asks for them; the second, where it is its own
+  std::shared_ptr<Loss> loss_;
+  std::shared_ptr<Workspace> workspace_;
+  Vector gradient_, descent_;  // until someone asks for them; the second, where it is its own
   // Made with the diagonal, and kept for the preconditioner: they come from the same pass.
-  HostBuffer<S> gram_blocks_, gram_sh_, gram_sh_blocks_;
-  mutable HostBuffer<S> residuals_, image_work_, weighted_work_;
+  Vector gram_blocks_, gram_sh_, gram_sh_blocks_;
+  mutable Vector residuals_, image_work_, weighted_work_;
 };
 
 }  // namespace vesta::gs

@@ -7,14 +7,13 @@
 // fields.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
-#include "kernels/gaussian_splatting/view.h"
-#include "kernels/image/photometric_loss.h"
+#include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/options.h"
-#include "problems/gaussian_splatting/lm/pixel_sample.h"
-#include "problems/gaussian_splatting/lm/step_limit.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -32,50 +31,42 @@ struct SplatProblemOptions : SplatMetricOptions {
   JacobianKind jacobian = JacobianKind::kRecompute;
   // Blocks of the spherical harmonics too, one for the three channels, instead of their diagonal.
   bool sh_blocks = false;
-  // H, the diagonal and the blocks from so large a part of the pixels of each view, drawn anew each turn; within (0,
-  // 1]. H is then J^T P W P J / rate, P the projection on the pixels drawn: right in the mean where W is diagonal;
-  // blurs of SSIM between pixels drawn apart count less by the rate, which keeps H positive semidefinite at no further
-  // pixel.
-  double residual_sampling = 1;
-  SamplingUnit sampling_unit = SamplingUnit::kRows;
-  // The gradient from those pixels too, instead of from all.
-  bool sample_gradient = false;
-  StepLimit step_limit;
-  std::uint64_t seed = 0;  // of the sampling
   LearningRates rates;
   // Of length, for each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
 };
 
-template <class S>
-class SplatProblem final : public Problem<CpuBackend<S>> {
+// For any memory space: SplatBackend<B> says what of it differs.
+template <Backend B>
+class SplatProblem : public Problem<B> {
  public:
-  using Base = Problem<CpuBackend<S>>;
+  using Base = Problem<B>;
   using typename Base::ConstView;
   using typename Base::View;
 
-  SplatProblem(const SplatProblemOptions& options, std::vector<TargetView<CpuBackend<S>>> views);
+  // views must outlive the problem. Throws Error for a truth that is not of its view's size, and unless there is a unit
+  // of length for each Gaussian or none.
+  SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views);
 
   Index num_parameters() const override;
   int num_batches() const override { return batches_.num_batches(); }
   Index num_units() const override { return static_cast<Index>(views_.size()); }
   double Cost(ConstView x) override;
   double Cost(ConstView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<CpuBackend<S>>> Linearize(ConstView x, int batch) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
-  void BeginTurn(int turn) override;
-  bool LimitStep(ConstView x, View step) override;
+  void BeginTurn(int turn) override { batches_.BeginTurn(turn); }
+
+  // What the passes work in, free for others between calls.
+  typename SplatBackend<B>::Workspace& workspace() { return *workspace_; }
 
  private:
   SplatProblemOptions options_;
-  std::vector<TargetView<CpuBackend<S>>> views_;
+  std::span<const TargetView<B>> views_;
   ViewBatches batches_;
-  int turn_ = 0;
-  std::shared_ptr<PhotometricLoss<S>> loss_;
-  std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
+  std::shared_ptr<typename SplatBackend<B>::Loss> loss_;
+  std::shared_ptr<typename SplatBackend<B>::Workspace> workspace_;
+  Buffer<float, typename B::Space> units_;  // of length; empty: all 1
 };
-
-extern template class SplatProblem<float>;
-extern template class SplatProblem<double>;
 
 }  // namespace vesta::gs

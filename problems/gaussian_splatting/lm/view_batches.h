@@ -2,20 +2,15 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/types.h"
 
 namespace vesta::gs {
 
 enum class BatchChoice {
   kStrided,  // views apart in the order of their names
   kRandom,   // by chance, other ones each step
-  // Views are grouped by where they stand and where they look (k-means, as many groups as a batch has views), and each
-  // batch takes its share of every group: LM-RS's choice (Pehlivan et al. 2025).
-  kClustered,
 };
 
 struct ViewBatchOptions {
@@ -31,7 +26,7 @@ struct ViewBatchOptions {
 class ViewBatches {
  public:
   // Throws Error for options out of range. Without views there is one batch, of none.
-  ViewBatches(const ViewBatchOptions& options, const std::vector<splat::PinholeView>& views);
+  ViewBatches(const ViewBatchOptions& options, Index num_views);
 
   // Batches that `count` of `size` views come to where there are `num_views`: not more than those fill, at least one.
   static Index CutCount(int count, int size, Index num_views);
@@ -40,20 +35,12 @@ class ViewBatches {
   // Ascending.
   const std::vector<Index>& views(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
   // Views there are over views in the batches: what their sum is to be multiplied by.
-  double scale() const {
-    return num_used_ == 0 ? 1 : static_cast<double>(order_.size()) / static_cast<double>(num_used_);
-  }
+  double scale() const { return num_used_ == 0 ? 1 : static_cast<double>(num_views_) / static_cast<double>(num_used_); }
 
  private:
   ViewBatchOptions options_;
-  std::vector<Index> order_;    // by choice: views that are alike follow each other
-  std::vector<Index> cluster_;  // of each entry of order_; empty but for kClustered
-  Index num_used_ = 0;
+  Index num_views_, num_used_ = 0;
   std::vector<std::vector<Index>> batches_;
 };
-
-// The cluster of each view by k-means on its place (over the largest distance from the mean place) and its direction,
-// both of order one; from a k-means++ start, at most 30 rounds. Numbered by first appearance.
-std::vector<Index> ClusterViews(const std::vector<splat::PinholeView>& views, Index num_clusters, std::uint64_t seed);
 
 }  // namespace vesta::gs

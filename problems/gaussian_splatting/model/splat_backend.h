@@ -3,6 +3,8 @@
 // in device_splat_backend.h the GPU's.
 #pragma once
 
+#include <vector>
+
 #include "kernels/core/vector_backend.h"
 #include "kernels/gaussian_splatting/view.h"
 #include "kernels/image/image_shape.h"
@@ -33,5 +35,14 @@ struct TargetView {
 
   ImageShape shape() const { return {pinhole.width, pinhole.height}; }
 };
+
+// Views of the host in the memory of B, for whom the former must stay where that is the host's.
+template <class B>
+std::vector<TargetView<B>> TargetsIn(const std::vector<TargetView<CpuBackend<typename B::Scalar>>>& views) {
+  std::vector<TargetView<B>> targets;
+  targets.reserve(views.size());
+  for (const auto& view : views) targets.push_back({view.pinhole, SplatBackend<B>::MakeTruth(view.truth)});
+  return targets;
+}
 
 }  // namespace vesta::gs

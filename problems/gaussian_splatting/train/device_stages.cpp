@@ -5,7 +5,8 @@
 #include <algorithm>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/lm/device_splat_problem.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
@@ -48,9 +49,10 @@ std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool h
   int done = 0;
   for (;;) {
     try {
-      if (targets.empty()) targets = UploadTargets(TargetsOf(session.training_views(), NearPlane(session.scene())));
+      if (targets.empty())
+        targets = TargetsIn<CudaBackend<float>>(TargetsOf(session.training_views(), NearPlane(session.scene())));
       B backend;
-      DeviceSplatProblem problem(problem_options, targets);
+      SplatProblem<CudaBackend<float>> problem(problem_options, targets);
       engine_options.max_iterations = session.options().lm.iterations - done;
       LmStepper<B> stepper(engine_options, backend, problem, Uploaded(model));
       const CountDone count(stepper, done);

@@ -64,8 +64,9 @@ vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
 }
 
 std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
-  SplatProblem<float> problem(LmProblemOptions(session, model),
-                              TargetsOf(session.training_views(), NearPlane(session.scene())));
+  const std::vector<TargetView<CpuBackend<float>>> targets =
+      TargetsOf(session.training_views(), NearPlane(session.scene()));
+  SplatProblem<CpuBackend<float>> problem(LmProblemOptions(session, model), targets);
   CpuBackend<float> backend;
   vesta::LmOptions engine = LmEngineOptions(session.options().lm);
   engine.hold_batches = hold_batches;

@@ -42,7 +42,7 @@ void ExpectProductsOfRecomputation(const Scene& scene, double tolerance) {
   const std::vector<S> jv = rendered.ApplyJ(v), jtu = rendered.ApplyJT(u);
   const VisitCounts visits = rendered.view.CountVisits();
   EXPECT_TRUE(rendered.view.cache().empty());
-  rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kFull);
+  rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kFull, rendered.workspace);
   EXPECT_EQ(rendered.view.cache().num_entries(), visits.pixels);
   EXPECT_EQ(rendered.view.cache().num_bytes(),
             JacobianCache<S>::NumBytes(visits.pixels, rendered.view.num_pairs(), CacheFormat::kFull));
@@ -59,7 +59,7 @@ TEST_P(Cache, GivesTheProductsOfRecomputation) {
 template <class S>
 void ExpectAdjoint(const Scene& scene, CacheFormat format, double tolerance) {
   RenderedView<S> rendered(scene);
-  rendered.view.CacheJacobian(rendered.image.data(), format);
+  rendered.view.CacheJacobian(rendered.image.data(), format, rendered.workspace);
   test::Random random(92);
   const std::vector<S> u = random.NormalVector<S>(rendered.image.size());
   const std::vector<S> v = random.NormalVector<S>(scene.x.size());
@@ -171,7 +171,7 @@ TEST(CacheOfNothing, GivesZeros) {
   const Scene scene = test::RandomScene(options, 96);
   RenderedView<float> rendered(scene);
   ASSERT_EQ(rendered.view.num_splats(), 0);
-  rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kHalf);
+  rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kHalf, rendered.workspace);
   EXPECT_EQ(rendered.view.cache().num_entries(), 0);
   for (const float value : rendered.ApplyJ(rendered.x)) ASSERT_EQ(value, 0);
   for (const float value : rendered.ApplyJT(rendered.image)) ASSERT_EQ(value, 0);

@@ -192,7 +192,7 @@ TEST(JacobianOfRows, SeesTheRowsThatAreKept) {
     const std::vector<double> expected = rendered.ApplyJT(kept_u);
     rendered.view.KeepRows(rows);
     EXPECT_LT(rendered.view.num_pairs(), pairs);
-    if (format != nullptr) rendered.view.CacheJacobian(rendered.image.data(), *format);
+    if (format != nullptr) rendered.view.CacheJacobian(rendered.image.data(), *format, rendered.workspace);
     const std::vector<double> kept = rendered.ApplyJ(v), jtu = rendered.ApplyJT(u);
     double largest = 0;
     for (const double value : jv) largest = std::max(largest, std::abs(value));

@@ -20,7 +20,7 @@ std::vector<std::vector<S>> Everything(const test::Scene& scene) {
   rendered.view.AddGram(rendered.model, rendered.image.data(), omega.data(), blocks.data(), sh_diagonal.data(),
                         rendered.workspace);
   const std::vector<S> jv = rendered.ApplyJ(v), jtu = rendered.ApplyJT(u);
-  rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kHalf);
+  rendered.view.CacheJacobian(rendered.image.data(), CacheFormat::kHalf, rendered.workspace);
   return {rendered.image, jv, jtu, blocks, sh_diagonal, rendered.ApplyJ(v), rendered.ApplyJT(u)};
 }
 

@@ -32,7 +32,7 @@ struct RingProblem {
 
   // The truth comes from a random model, x is another one: a fit in full swing.
   RingProblem(int num_views, Index gaussians, int sh_degree, std::uint64_t seed);
-  SplatProblem<S> Make() const { return SplatProblem<S>(options, views); }
+  SplatProblem<CpuBackend<S>> Make() const { return SplatProblem<CpuBackend<S>>(options, views); }
 };
 
 extern template struct RingProblem<float>;

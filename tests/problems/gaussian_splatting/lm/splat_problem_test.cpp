@@ -83,7 +83,7 @@ TYPED_TEST(SplatProblemTest, ProductsWithJAreAdjoint) {
   using S = TypeParam;
   CpuBackend<S> backend;
   const RingProblem<S> ring(kViews, kCount, 3, 10);
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   const auto linearization = problem.Linearize(ring.x, 0);
   EXPECT_EQ(linearization->num_residuals(), 3 * 40 * 30 * kViews);
   JacobianMap<CpuBackend<S>> J(*linearization);
@@ -109,7 +109,7 @@ TEST(SplatProblem, JIsTheDerivativeOfTheResiduals) {
   using B = CpuBackend<double>;
   B backend;
   const RingProblem<double> ring(kViews, kCount, 2, 15);
-  SplatProblem<double> problem = ring.Make();
+  SplatProblem<CpuBackend<double>> problem = ring.Make();
   const HostBuffer<double> v = RandomVector<double>(problem.num_parameters(), 16);
   // So short a step that no pixel crosses the alpha floor; colours alone cross nothing.
   EXPECT_LE((TangentError<B>(backend, problem, ring.x, 0, v, 1e-8)), 1e-6);
@@ -120,7 +120,7 @@ TEST(SplatProblem, JIsTheDerivativeOfTheResiduals) {
 TYPED_TEST(SplatProblemTest, HIsTheProductOfItsParts) {
   using S = TypeParam;
   const RingProblem<S> ring(kViews, kCount, 1, 20);
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   const auto linearization = problem.Linearize(ring.x, 0);
   const HostBuffer<S> v = RandomVector<S>(problem.num_parameters(), 21);
   HostBuffer<S> Jv(linearization->num_residuals()), WJv(Jv.size()), composed(v.size());
@@ -142,7 +142,7 @@ TYPED_TEST(SplatProblemTest, HIsSymmetricAndPositiveSemidefinite) {
     SCOPED_TRACE(l1);
     RingProblem<S> ring(kViews, kCount, 1, 22);
     ring.options.weights.l1 = l1;
-    SplatProblem<S> problem = ring.Make();
+    SplatProblem<CpuBackend<S>> problem = ring.Make();
     const auto linearization = problem.Linearize(ring.x, 0);
     for (std::uint64_t seed = 23; seed < 26; ++seed) {
       const HostBuffer<S> v = RandomVector<S>(problem.num_parameters(), 2 * seed);
@@ -162,7 +162,7 @@ TEST(SplatProblem, GradientIsTheDerivativeOfTheCost) {
   B backend;
   RingProblem<double> ring(4, kCount, 2, 30);
   ring.options.batches.count = 2;
-  SplatProblem<double> problem = ring.Make();
+  SplatProblem<CpuBackend<double>> problem = ring.Make();
   for (std::uint64_t seed = 31; seed < 34; ++seed) {
     const HostBuffer<double> v = RandomVector<double>(problem.num_parameters(), seed);
     // Colours move no threshold; the other parameters do, but in so short a step no pixel crosses one.
@@ -178,7 +178,7 @@ TEST(SplatProblem, DiagonalAndBlocksAreThoseOfHForL1) {
   B backend;
   RingProblem<double> ring(kViews, kFew, 1, 40);
   ring.options.weights.ssim = 0;
-  SplatProblem<double> problem = ring.Make();
+  SplatProblem<CpuBackend<double>> problem = ring.Make();
   const auto linearization = problem.Linearize(ring.x, 0);
   EXPECT_LE(DiagonalError<B>(backend, *linearization), 1e-10);
   EXPECT_LE(BlockError<B>(backend, *linearization), 1e-10);
@@ -205,7 +205,7 @@ TEST(SplatProblem, DiagonalStandsInForThatOfTheWholeLoss) {
     const SplatModel start = test::Perturbed(test::RandomModel(kFew, 1, seed), 0.02, seed);
     std::copy(start.data.begin(), start.data.end(), ring.x.begin());
     ring.options.background = {0, 0, 0};
-    SplatProblem<double> problem = ring.Make();
+    SplatProblem<CpuBackend<double>> problem = ring.Make();
     const auto linearization = problem.Linearize(ring.x, 0);
     HostBuffer<double> diagonal(problem.num_parameters());
     linearization->DiagJTJ(diagonal);
@@ -228,7 +228,7 @@ TEST(SplatProblem, DiagonalStandsInForThatOfTheWholeLoss) {
 TYPED_TEST(SplatProblemTest, CostIsTheSumOverUnits) {
   using S = TypeParam;
   const RingProblem<S> ring(4, kCount, 1, 50);
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   ASSERT_EQ(problem.num_units(), 4);
   double sum = 0;
   for (Index unit = 0; unit < 4; ++unit) sum += problem.Cost(ring.x, std::span(&unit, 1));
@@ -242,7 +242,7 @@ TYPED_TEST(SplatProblemTest, CostIsTheSumOverUnits) {
 TYPED_TEST(SplatProblemTest, CostIsThatOfTheRenderedViews) {
   using S = TypeParam;
   const RingProblem<S> ring(kViews, kCount, 1, 51);
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   PhotometricLoss<S> loss(ring.options.weights);
   splat::ViewWorkspace<S> workspace;
   splat::View<S> view;
@@ -260,7 +260,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
   using S = TypeParam;
   constexpr int kAll = 4;
   RingProblem<S> ring(kAll, kCount, 1, 55);
-  SplatProblem<S> whole = ring.Make();
+  SplatProblem<CpuBackend<S>> whole = ring.Make();
   const auto all = whole.Linearize(ring.x, 0);
   const Index n = whole.num_parameters();
   const HostBuffer<S> v = RandomVector<S>(n, 56);
@@ -273,7 +273,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
   for (const int batches : {2, 3, kAll, kAll + 1}) {
     SCOPED_TRACE(batches);
     ring.options.batches.count = batches;
-    SplatProblem<S> problem = ring.Make();
+    SplatProblem<CpuBackend<S>> problem = ring.Make();
     ASSERT_EQ(problem.num_batches(), std::min(batches, kAll));
     HostBuffer<S> sum_gradient(n), sum_diagonal(n), sum_Hv(n), part(n);
     Index residuals = 0;
@@ -304,7 +304,7 @@ TYPED_TEST(SplatProblemTest, DescentIsShrunkWhereViewsDisagreeAndTheGradientIsNo
   const auto slopes = [&](double strength, int batches, int batch) {
     ring.options.view_agreement = strength;
     ring.options.batches.count = batches;
-    SplatProblem<S> problem = ring.Make();
+    SplatProblem<CpuBackend<S>> problem = ring.Make();
     Both both{HostBuffer<S>(ring.x.size()), HostBuffer<S>(ring.x.size())};
     const auto linearization = problem.Linearize(ring.x, batch);
     linearization->Gradient(both.gradient);
@@ -349,7 +349,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   ring.options.position_damping = 20;
   ring.options.sh_damping = 0.25;
   ring.options.rotation_damping = 50;
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   const Index n = problem.num_parameters();
   HostBuffer<S> diagonal(n), metric(n);
   std::fill(diagonal.begin(), diagonal.end(), S(7));  // only the opacities' entries count
@@ -381,7 +381,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
 TYPED_TEST(SplatProblemTest, DampingMetricIsLeftToTheEngineWhereThereIsNone) {
   using S = TypeParam;
   RingProblem<S> ring(1, kCount, 0, 61);
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   HostBuffer<S> diagonal(problem.num_parameters()), metric(problem.num_parameters());
   metric[3] = 5;
   EXPECT_FALSE(problem.DampingMetric(ring.x, diagonal, metric)) << "no opacity is seen";
@@ -398,11 +398,11 @@ TYPED_TEST(SplatProblemTest, GaussiansThatAreNotFiniteAreLeftOut) {
   using S = TypeParam;
   constexpr Index kBad = 7;
   RingProblem<S> ring(kViews, kCount, 1, 65);
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   const int attributes = splat::NumAttributes(1);
   SplatProblemOptions options = ring.options;
   options.count = kCount - 1;
-  SplatProblem<S> without(options, ring.views);
+  SplatProblem<CpuBackend<S>> without(options, ring.views);
   HostBuffer<S> others(attributes * options.count);
   for (Index k = 0, to = 0; k < ring.x.size(); ++k) {
     if (k % kCount != kBad) others[to++] = ring.x[k];
@@ -436,7 +436,7 @@ TEST(SplatProblem, RefusesImagesOfAnotherSize) {
 TEST(SplatProblem, WithoutViewsCostsNothing) {
   SplatProblemOptions options;
   options.count = 1;
-  SplatProblem<double> problem(options, {});
+  SplatProblem<CpuBackend<double>> problem(options, {});
   const HostBuffer<double> x(problem.num_parameters());
   EXPECT_EQ(problem.num_parameters(), 59);
   EXPECT_EQ(problem.Cost(x), 0);

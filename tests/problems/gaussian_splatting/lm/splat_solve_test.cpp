@@ -40,7 +40,7 @@ vesta::LmOptions SplatLmOptions(StepRule rule) {
 }
 
 // Every accepted step lowers the cost, every other one leaves it; the cost of the x returned is what is reported.
-void ExpectDescent(const LmSummary& summary, SplatProblem<float>& problem, const HostBuffer<float>& x) {
+void ExpectDescent(const LmSummary& summary, SplatProblem<CpuBackend<float>>& problem, const HostBuffer<float>& x) {
   ASSERT_GT(summary.num_accepted, 0);
   for (std::size_t i = 1; i < summary.iterations.size(); ++i) {
     const double before = summary.iterations[i - 1].cost, after = summary.iterations[i].cost;
@@ -55,7 +55,7 @@ void ExpectDescent(const LmSummary& summary, SplatProblem<float>& problem, const
 
 TEST(SplatSolve, FitsAModelBackToItsImages) {
   FitBack fit;
-  SplatProblem<float> problem = fit.ring.Make();
+  SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
   CpuBackend<float> backend;
   const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kSoft), backend, problem, fit.ring.x);
   ExpectDescent(summary, problem, fit.ring.x);
@@ -67,7 +67,7 @@ TEST(SplatSolve, EveryStepRuleDescends) {
        {StepRule::kCeres, StepRule::k3dgsLmCode, StepRule::k3dgsLmV1, StepRule::k3dgsLmV2, StepRule::kSoft}) {
     SCOPED_TRACE(ToString(rule));
     FitBack fit;
-    SplatProblem<float> problem = fit.ring.Make();
+    SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
     CpuBackend<float> backend;
     const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(rule), backend, problem, fit.ring.x);
     ExpectDescent(summary, problem, fit.ring.x);
@@ -82,7 +82,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
       FitBack fit;
       fit.ring.options.batches.count = 2;
       fit.ring.options.rates_damping = rates_damping;
-      SplatProblem<float> problem = fit.ring.Make();
+      SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
       CpuBackend<float> backend;
       vesta::LmOptions options = SplatLmOptions(StepRule::kSoft);
       options.batch_mode = mode;
@@ -98,7 +98,7 @@ TEST(SplatSolve, BatchesDescendMergedAndAsOneSystem) {
 TEST(SplatSolve, AGaussianThatIsNotFiniteStopsNobodyElse) {
   FitBack fit;
   fit.ring.x[4] = std::numeric_limits<float>::quiet_NaN();
-  SplatProblem<float> problem = fit.ring.Make();
+  SplatProblem<CpuBackend<float>> problem = fit.ring.Make();
   CpuBackend<float> backend;
   const LmSummary summary = SolveLm<CpuBackend<float>>(SplatLmOptions(StepRule::kSoft), backend, problem, fit.ring.x);
   ExpectDescent(summary, problem, fit.ring.x);

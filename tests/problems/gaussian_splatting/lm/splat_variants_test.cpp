@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "kernels/core/parallel.h"
@@ -29,15 +28,10 @@ const Variant kVariants[] = {
     {"cache32", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache32; }},
     {"cache16", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache16; }},
     {"rebuild", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kRebuild; }},
-    {"sampled_rebuild", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = JacobianKind::kRebuild; }},
     {"sh_blocks", [](SplatProblemOptions& o) { o.sh_blocks = true; }},
     {"random_batches",
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kRandom, 3};
-     }},
-    {"clustered_batches",
-     [](SplatProblemOptions& o) {
-       o.batches = {2, 1, BatchChoice::kClustered, 3};
      }},
     {"root", [](SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRoot; }},
     {"paper_code",
@@ -45,11 +39,6 @@ const Variant kVariants[] = {
        o.weights = {
            .l1 = 1, .ssim = 0.25, .pixel = PixelLinearization::kHuber, .structure = SsimLinearization::kRootCenter};
      }},
-    {"sampled_rows", [](SplatProblemOptions& o) { o.residual_sampling = 0.4; }},
-    {"sampled_tiles",
-     [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sampling_unit = SamplingUnit::kTiles; }},
-    {"sampled_cache", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.jacobian = JacobianKind::kCache16; }},
-    {"sampled_gradient", [](SplatProblemOptions& o) { o.residual_sampling = 0.4, o.sample_gradient = true; }},
 };
 
 template <class S>
@@ -85,7 +74,7 @@ void CheckOperators(const Variant& variant, double tolerance) {
   CpuBackend<S> backend;
   RingProblem<S> ring(3, kCount, 1, 10);
   variant.apply(ring.options);
-  SplatProblem<S> problem = ring.Make();
+  SplatProblem<CpuBackend<S>> problem = ring.Make();
   for (int batch = 0; batch < problem.num_batches(); ++batch) {
     const auto linearization = problem.Linearize(ring.x, batch);
     JacobianMap<CpuBackend<S>> J(*linearization);
@@ -116,7 +105,7 @@ TEST_P(SplatVariants, DiagonalAndBlocksAreThoseOfH) {
   RingProblem<double> ring(3, kFew, 1, 40);
   ring.options.weights.ssim = 0;
   GetParam().apply(ring.options);
-  SplatProblem<double> problem = ring.Make();
+  SplatProblem<CpuBackend<double>> problem = ring.Make();
   const double tolerance = ring.options.jacobian == JacobianKind::kCache16 ? 2e-3 : 1e-10;
   for (int batch = 0; batch < problem.num_batches(); ++batch) {
     const auto linearization = problem.Linearize(ring.x, batch);
@@ -130,7 +119,7 @@ TEST_P(SplatVariants, SameBitsForAnyNumberOfThreadsAndEveryTurnAlike) {
   GetParam().apply(ring.options);
   const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 81);
   const auto everything = [&](int turns_before) {
-    SplatProblem<float> problem = ring.Make();
+    SplatProblem<CpuBackend<float>> problem = ring.Make();
     for (int turn = 0; turn < turns_before; ++turn) problem.BeginTurn(turn);
     problem.BeginTurn(5);
     std::vector<float> all;
@@ -161,7 +150,7 @@ TEST_P(SplatVariants, SameBitsForAnyNumberOfThreadsAndEveryTurnAlike) {
 TEST_P(SplatVariants, GradientAndBlocksAskedForAgainAreTheSame) {
   RingProblem<float> ring(3, kCount, 2, 20);
   GetParam().apply(ring.options);
-  SplatProblem<float> problem = ring.Make();
+  SplatProblem<CpuBackend<float>> problem = ring.Make();
   const auto linearization = problem.Linearize(ring.x, 0);
   std::vector<std::vector<float>> results;
   for (int again = 0; again < 2; ++again) {
@@ -179,14 +168,14 @@ TEST_P(SplatVariants, GradientAndBlocksAskedForAgainAreTheSame) {
 TEST(SplatCache, GivesTheProductsOfRecomputation) {
   RingProblem<double> ring(3, kCount, 2, 20);
   const HostBuffer<double> v = RandomVector<double>(ring.x.size(), 21);
-  SplatProblem<double> recompute = ring.Make();
+  SplatProblem<CpuBackend<double>> recompute = ring.Make();
   const auto reference = recompute.Linearize(ring.x, 0);
   const HostBuffer<double> expected = ApplyH(*reference, v);
   HostBuffer<double> gradient(v.size()), cached_gradient(v.size());
   reference->Gradient(gradient);
   for (const auto& [kind, tolerance] : {std::pair(JacobianKind::kCache32, 1e-12), {JacobianKind::kCache16, 1e-3}}) {
     ring.options.jacobian = kind;
-    SplatProblem<double> problem = ring.Make();
+    SplatProblem<CpuBackend<double>> problem = ring.Make();
     const auto linearization = problem.Linearize(ring.x, 0);
     const double distance = RelativeDistance(ApplyH(*linearization, v), expected);
     EXPECT_LE(distance, tolerance);
@@ -196,133 +185,82 @@ TEST(SplatCache, GivesTheProductsOfRecomputation) {
   }
 }
 
-// Views that are built anew are the same ones, and so are the pixels drawn of them.
+// Views that are built anew are the same ones.
 TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
-  for (const double sampling : {1.0, 0.4}) {
-    RingProblem<float> ring(3, kCount, 2, 20);
-    ring.options.residual_sampling = sampling;
-    const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 21);
-    std::vector<std::vector<float>> results;
-    for (const JacobianKind kind : {JacobianKind::kRecompute, JacobianKind::kRebuild}) {
-      ring.options.jacobian = kind;
-      SplatProblem<float> problem = ring.Make();
-      const auto linearization = problem.Linearize(ring.x, 0);
-      std::vector<float>& all = results.emplace_back();
-      const auto keep = [&](const HostBuffer<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
-      HostBuffer<float> of_x(v.size()), of_residuals(linearization->num_residuals());
-      for (int again = 0; again < 2; ++again) keep(ApplyH(*linearization, v));
-      linearization->Gradient(of_x);
-      keep(of_x);
-      linearization->DiagJTJ(of_x);
-      keep(of_x);
-      linearization->ApplyJ(v, of_residuals);
-      keep(of_residuals);
-      HostBuffer<float> weighted(of_residuals.size());
-      linearization->ApplyW(of_residuals, weighted);
-      keep(weighted);
-      linearization->ApplyJT(weighted, of_x);
-      keep(of_x);
-      const auto residuals = linearization->residuals();
-      all.insert(all.end(), residuals.begin(), residuals.end());
+  RingProblem<float> ring(3, kCount, 2, 20);
+  const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 21);
+  std::vector<std::vector<float>> results;
+  for (const JacobianKind kind : {JacobianKind::kRecompute, JacobianKind::kRebuild}) {
+    ring.options.jacobian = kind;
+    SplatProblem<CpuBackend<float>> problem = ring.Make();
+    const auto linearization = problem.Linearize(ring.x, 0);
+    std::vector<float>& all = results.emplace_back();
+    const auto keep = [&](const HostBuffer<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
+    HostBuffer<float> of_x(v.size()), of_residuals(linearization->num_residuals());
+    for (int again = 0; again < 2; ++again) keep(ApplyH(*linearization, v));
+    linearization->Gradient(of_x);
+    keep(of_x);
+    linearization->DiagJTJ(of_x);
+    keep(of_x);
+    linearization->ApplyJ(v, of_residuals);
+    keep(of_residuals);
+    HostBuffer<float> weighted(of_residuals.size());
+    linearization->ApplyW(of_residuals, weighted);
+    keep(weighted);
+    linearization->ApplyJT(weighted, of_x);
+    keep(of_x);
+    const auto residuals = linearization->residuals();
+    all.insert(all.end(), residuals.begin(), residuals.end());
+  }
+  EXPECT_TRUE(results[0] == results[1]);
+}
+
+// Views of a step stand for all of them: over all draws the mean is the whole.
+TEST(SplatBatches, OfSomeViewsAreRightInTheMean) {
+  RingProblem<double> ring(3, kCount, 0, 60);
+  ring.options.weights.ssim = 0;
+  const Index n = ring.x.size();
+  SplatProblem<CpuBackend<double>> whole = ring.Make();
+  HostBuffer<double> expected(n), gradient(n), mean(n), mean_gradient(n), part(n);
+  const auto all = whole.Linearize(ring.x, 0);
+  all->DiagJTJ(expected);
+  all->Gradient(gradient);
+  ring.options.batches = {2, 1, BatchChoice::kRandom, 1};
+  SplatProblem<CpuBackend<double>> some = ring.Make();
+  CpuBackend<double> backend;
+  constexpr int kTurns = 300;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    some.BeginTurn(turn);
+    for (int batch = 0; batch < 2; ++batch) {
+      const auto linearization = some.Linearize(ring.x, batch);
+      linearization->DiagJTJ(part);
+      backend.Axpby(1.0 / kTurns, part, 1, mean);
+      linearization->Gradient(part);
+      backend.Axpby(1.0 / kTurns, part, 1, mean_gradient);
     }
-    EXPECT_TRUE(results[0] == results[1]) << sampling;
   }
-}
-
-// Views of a step stand for all of them, pixels for the image: over all draws the mean is the whole.
-TEST(SplatSampling, IsRightInTheMean) {
-  for (const SamplingUnit unit : {SamplingUnit::kRows, SamplingUnit::kTiles}) {
-    RingProblem<double> ring(3, kCount, 0, 60);
-    ring.options.weights.ssim = 0;
-    const Index n = ring.x.size();
-    SplatProblem<double> whole = ring.Make();
-    HostBuffer<double> expected(n), gradient(n), mean(n), mean_gradient(n), part(n);
-    const auto all = whole.Linearize(ring.x, 0);
-    all->DiagJTJ(expected);
-    all->Gradient(gradient);
-    ring.options.residual_sampling = 0.5;
-    ring.options.sampling_unit = unit;
-    ring.options.batches = {2, 1, BatchChoice::kRandom, 1};
-    SplatProblem<double> sampled = ring.Make();
-    CpuBackend<double> backend;
-    constexpr int kTurns = 300;
-    for (int turn = 0; turn < kTurns; ++turn) {
-      sampled.BeginTurn(turn);
-      for (int batch = 0; batch < 2; ++batch) {
-        const auto linearization = sampled.Linearize(ring.x, batch);
-        linearization->DiagJTJ(part);
-        backend.Axpby(1.0 / kTurns, part, 1, mean);
-        linearization->Gradient(part);
-        backend.Axpby(1.0 / kTurns, part, 1, mean_gradient);
-      }
-    }
-    EXPECT_LE(RelativeDistance(mean, expected), 0.1);
-    EXPECT_LE(RelativeDistance(mean_gradient, gradient), 0.05);
-    // One draw is not the whole.
-    EXPECT_GE(RelativeDistance(part, gradient), 0.1);
-  }
-}
-
-TEST(SplatSampling, TheGradientIsExactUnlessAskedOtherwise) {
-  RingProblem<float> ring(3, kCount, 0, 61);
-  HostBuffer<float> exact(ring.x.size()), full(ring.x.size()), sampled(ring.x.size());
-  ring.Make().Linearize(ring.x, 0)->Gradient(exact);
-  ring.options.residual_sampling = 0.3;
-  ring.Make().Linearize(ring.x, 0)->Gradient(full);
-  ring.options.sample_gradient = true;
-  ring.Make().Linearize(ring.x, 0)->Gradient(sampled);
-  EXPECT_EQ(RelativeDistance(full, exact), 0);
-  EXPECT_GT(RelativeDistance(sampled, exact), 0.1);
-}
-
-TEST(PixelSample, TakesItsShareEachAsOften) {
-  constexpr Index kTiles = 40;
-  const auto draw = [](SamplingUnit unit, double rate, std::uint64_t seed, int turn, Index view) {
-    return SamplePixels(unit, kTiles, rate, seed, turn, view);
-  };
-  std::vector<int> tiles(kTiles), rows(16);
-  for (int turn = 0; turn < 2000; ++turn) {
-    const PixelSample by_tiles = draw(SamplingUnit::kTiles, 0.26, 4, turn, 2);
-    ASSERT_EQ(std::count(by_tiles.rows.begin(), by_tiles.rows.end(), 0xffff), 10);
-    ASSERT_EQ(std::count(by_tiles.rows.begin(), by_tiles.rows.end(), 0), 30);
-    ASSERT_EQ(by_tiles.scale, 4);
-    for (std::size_t t = 0; t < tiles.size(); ++t) tiles[t] += by_tiles.rows[t] != 0 ? 1 : 0;
-    const PixelSample by_rows = draw(SamplingUnit::kRows, 0.26, 4, turn, 2);
-    ASSERT_EQ(by_rows.scale, 4);
-    for (const std::uint16_t of_tile : by_rows.rows) ASSERT_EQ(std::popcount(of_tile), 4);
-    for (std::size_t y = 0; y < rows.size(); ++y) rows[y] += by_rows.rows[7] >> y & 1;
-  }
-  for (const auto* times : {&tiles, &rows}) {
-    for (const int count : *times) EXPECT_NEAR(count, 500, 100);  // 5 standard deviations
-  }
-  for (const SamplingUnit unit : {SamplingUnit::kRows, SamplingUnit::kTiles}) {
-    EXPECT_EQ(draw(unit, 1e-3, 0, 0, 0).scale, unit == SamplingUnit::kRows ? 16 : kTiles) << "at least one";
-    EXPECT_NE(draw(unit, 0.5, 1, 0, 0).rows, draw(unit, 0.5, 2, 0, 0).rows);
-    EXPECT_NE(draw(unit, 0.5, 1, 0, 0).rows, draw(unit, 0.5, 1, 0, 1).rows);
-    EXPECT_NE(draw(unit, 0.5, 1, 0, 0).rows, draw(unit, 0.5, 1, 1, 0).rows);
-  }
+  EXPECT_LE(RelativeDistance(mean, expected), 0.05);
+  EXPECT_LE(RelativeDistance(mean_gradient, gradient), 0.05);
+  // One draw is not the whole.
+  EXPECT_GE(RelativeDistance(part, gradient), 0.1);
 }
 
 // Each option in a whole solve: never above the start, and down.
 TEST_P(SplatVariants, SolvesDescend) {
-  for (const StepLimit& limit :
-       {StepLimit{}, StepLimit{StepLimitKind::kCaps, 0.1}, StepLimit{StepLimitKind::kHellinger, 1e-3}}) {
-    RingProblem<float> ring(3, kCount, 1, 100);
-    GetParam().apply(ring.options);
-    ring.options.step_limit = limit;
-    SplatProblem<float> problem = ring.Make();
-    CpuBackend<float> backend;
-    vesta::LmOptions options;
-    options.max_iterations = 6;
-    options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
-    options.SetStepRule(StepRule::kSoft);
-    options.column_scaling = ColumnScaling::kNone;
-    options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
-    options.normal_system.pcg.max_iterations = 6;
-    const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, ring.x);
-    EXPECT_LT(summary.final_cost, 0.95 * summary.initial_cost) << summary.FullReport();
-    EXPECT_EQ(problem.Cost(ring.x), summary.final_cost);
-  }
+  RingProblem<float> ring(3, kCount, 1, 100);
+  GetParam().apply(ring.options);
+  SplatProblem<CpuBackend<float>> problem = ring.Make();
+  CpuBackend<float> backend;
+  vesta::LmOptions options;
+  options.max_iterations = 6;
+  options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
+  options.SetStepRule(StepRule::kSoft);
+  options.column_scaling = ColumnScaling::kNone;
+  options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
+  options.normal_system.pcg.max_iterations = 6;
+  const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, ring.x);
+  EXPECT_LT(summary.final_cost, 0.95 * summary.initial_cost) << summary.FullReport();
+  EXPECT_EQ(problem.Cost(ring.x), summary.final_cost);
 }
 
 // The views see a Gaussian from few directions: of its bands' coefficients they say only some sums, and without blocks
@@ -335,7 +273,7 @@ TEST(SplatShBlocks, TakeAFewProductsFurther) {
     std::copy(truth.data.begin(), truth.data.begin() + kBands * kGaussians, ring.x.begin());  // all but the bands
     ring.options.sh_blocks = sh_blocks;
     ring.options.rates_damping = 1.2, ring.options.sh_damping = 1e-3;
-    SplatProblem<float> problem = ring.Make();
+    SplatProblem<CpuBackend<float>> problem = ring.Make();
     CpuBackend<float> backend;
     vesta::LmOptions options;
     options.max_iterations = 1;

@@ -126,7 +126,7 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   TrainingSession session(scene, options, 0, callbacks);
   const SplatModel model = test::RandomModel(30, 1, 4);
   const std::vector<TargetView<CudaBackend<float>>> targets =
-      UploadTargets(TargetsOf(session.training_views(), NearPlane(session.scene())));
+      TargetsIn<CudaBackend<float>>(TargetsOf(session.training_views(), NearPlane(session.scene())));
   DeviceBuffer<float> x;
   x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
   const splat::Model<float> on_device{x.data(), model.count, 1, 1};

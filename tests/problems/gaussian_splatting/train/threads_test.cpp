@@ -27,7 +27,7 @@ void CheckProblem() {
   test::RingProblem<S> ring(3, 200, 1, 80);
   ring.options.batches.count = 2;
   ExpectSameForAnyNumber([&] {
-    SplatProblem<S> problem = ring.Make();
+    SplatProblem<CpuBackend<S>> problem = ring.Make();
     const Index n = problem.num_parameters();
     HostBuffer<S> v(n);
     CpuBackend<S> backend;

@@ -1,0 +1,12 @@
+// The splatting problem in the memory of the host.
+#include "problems/gaussian_splatting/lm/splat_linearization.inl"
+#include "problems/gaussian_splatting/lm/splat_problem.inl"
+
+namespace vesta::gs {
+
+template class SplatLinearization<CpuBackend<float>>;
+template class SplatLinearization<CpuBackend<double>>;
+template class SplatProblem<CpuBackend<float>>;
+template class SplatProblem<CpuBackend<double>>;
+
+}  // namespace vesta::gs

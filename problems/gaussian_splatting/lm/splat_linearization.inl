@@ -1,0 +1,239 @@
+// Bodies of lm/splat_linearization.h.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/core/for_each.h"
+#include "problems/gaussian_splatting/lm/splat_blocks.h"
+#include "problems/gaussian_splatting/lm/splat_linearization.h"
+#include "problems/gaussian_splatting/lm/view_agreement.h"
+
+namespace vesta::gs {
+
+template <Backend B>
+SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, ConstView x,
+                                          std::vector<const TargetView<B>*> views, double scale,
+                                          std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace)
+    : options_(options),
+      views_(std::move(views)),
+      scale_(scale),
+      units_(options.jacobian == JacobianKind::kRebuild ? std::min<std::size_t>(views_.size(), 1) : views_.size()),
+      loss_(std::move(loss)),
+      workspace_(std::move(workspace)) {
+  model_ = {x.data(), options.count, options.sh_degree, options.sh_degree};
+  Index largest = 0;
+  for (const TargetView<B>* view : views_) {
+    const Index values = view->shape().NumValues();
+    num_residuals_ += values;
+    largest = std::max(largest, values);
+  }
+  image_work_.ResizeForOverwrite(largest);
+  weighted_work_.ResizeForOverwrite(largest);
+  MakeUnits();
+}
+
+template <Backend B>
+void SplatLinearization<B>::MakeUnits() {
+  constexpr Index kGrain = 16384;
+  using Space = typename B::Space;
+  gradient_.Resize(num_parameters());
+  const bool steers = has_own_descent();
+  Vector of_view;
+  if (steers) of_view.Resize(num_parameters()), descent_.Resize(num_parameters());
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    Unit& unit = units_[i % units_.size()];
+    const View image_gradient = image_work_.view().subspan(0, views_[i]->shape().NumValues());
+    Build(*views_[i], unit, image_gradient);
+    Scale(image_gradient);
+    unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (steers ? of_view : gradient_).data(),
+                    *workspace_);
+    if (steers) {
+      ForEach<Space>(num_parameters(), kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), descent_.data()});
+    }
+    // After the gradient, which is thereby exact.
+    if (IsCached(options_.jacobian)) {
+      unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
+    }
+  }
+  if (steers) {
+    ForEach<Space>(num_parameters(), kGrain,
+                   AgreedDescent<S>{static_cast<S>(options_.view_agreement), static_cast<S>(views_.size()),
+                                    gradient_.data(), descent_.data()});
+  }
+}
+
+template <Backend B>
+void SplatLinearization<B>::Build(const TargetView<B>& target, Unit& unit, View image_gradient) const {
+  Project(target, unit);
+  unit.view.Render(unit.image.data());
+  LinearizeLoss(unit, image_gradient);
+}
+
+template <Backend B>
+void SplatLinearization<B>::Project(const TargetView<B>& target, Unit& unit) const {
+  unit.target = &target;
+  unit.shape = target.shape();
+  unit.view.Build(model_, target.pinhole, options_.background.data(), *workspace_);
+  unit.image.ResizeForOverwrite(unit.shape.NumValues());
+}
+
+template <Backend B>
+void SplatLinearization<B>::LinearizeLoss(Unit& unit, View image_gradient) const {
+  loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
+}
+
+template <Backend B>
+template <class Body>
+void SplatLinearization<B>::ForEachUnit(const Body& body) const {
+  if (options_.jacobian != JacobianKind::kRebuild) {
+    for (Unit& unit : units_) body(unit);
+    return;
+  }
+  for (const TargetView<B>* view : views_) {
+    Unit& unit = units_.front();
+    Build(*view, unit, image_work_.view().subspan(0, view->shape().NumValues()));
+    body(unit);
+  }
+}
+
+template <Backend B>
+void SplatLinearization<B>::Scale(View v) const {
+  if (scale_ != 1) B().Axpby(scale_, v, 0.0, v);
+}
+
+template <Backend B>
+auto SplatLinearization<B>::residuals() const -> ConstView {
+  if (residuals_.empty()) {
+    residuals_.ResizeForOverwrite(num_residuals_);
+    Index at = 0;
+    ForEachUnit([&](const Unit& unit) {
+      const View part = residuals_.view().subspan(at, unit.image.size());
+      B().Copy(unit.image, part);
+      B().Axpby(-1.0, unit.target->truth, 1.0, part);
+      at += unit.image.size();
+    });
+  }
+  return residuals_.view();
+}
+
+template <Backend B>
+void SplatLinearization<B>::ApplyJ(ConstView v, View u) {
+  S* out = u.data();
+  ForEachUnit([&](Unit& unit) {
+    unit.view.ApplyJ(model_, v.data(), out, *workspace_);
+    out += unit.shape.NumValues();
+  });
+}
+
+template <Backend B>
+void SplatLinearization<B>::ApplyJT(ConstView u, View g) {
+  B().Fill(0, g);
+  const S* in = u.data();
+  ForEachUnit([&](Unit& unit) {
+    unit.view.AddJT(model_, unit.image.data(), in, g.data(), *workspace_);
+    in += unit.shape.NumValues();
+  });
+}
+
+template <Backend B>
+void SplatLinearization<B>::ApplyW(ConstView u, View Wu) {
+  Index at = 0;
+  ForEachUnit([&](Unit& unit) {
+    const Index values = unit.shape.NumValues();
+    loss_->ApplyW(unit.loss, u.subspan(at, values), Wu.subspan(at, values));
+    Scale(Wu.subspan(at, values));
+    at += values;
+  });
+}
+
+template <Backend B>
+void SplatLinearization<B>::ApplyH(ConstView v, View Hv) {
+  B().Fill(0, Hv);
+  const auto work = [](const Unit& unit, Vector& images) { return images.view().subspan(0, unit.shape.NumValues()); };
+  if (options_.jacobian != JacobianKind::kRebuild) {
+    for (Unit& unit : units_) {
+      const View d_image = work(unit, image_work_);
+      unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
+      AddJTW(unit, d_image, work(unit, weighted_work_), Hv);
+    }
+    return;
+  }
+  // A view that is built for this product alone is rendered along with it.
+  for (const TargetView<B>* view : views_) {
+    Unit& unit = units_.front();
+    Project(*view, unit);
+    const View d_image = work(unit, image_work_), weighted = work(unit, weighted_work_);
+    unit.view.RenderAndApplyJ(model_, v.data(), unit.image.data(), d_image.data(), *workspace_);
+    LinearizeLoss(unit, weighted);
+    AddJTW(unit, d_image, weighted, Hv);
+  }
+}
+
+template <Backend B>
+void SplatLinearization<B>::AddJTW(const Unit& unit, ConstView d_image, View weighted, View Hv) {
+  loss_->ApplyW(unit.loss, d_image, weighted);
+  Scale(weighted);
+  unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
+}
+
+template <Backend B>
+void SplatLinearization<B>::Gradient(View g) {
+  if (gradient_.empty()) MakeUnits();
+  B().Copy(gradient_, g);
+  gradient_ = {};  // nobody asks again, as a rule
+}
+
+template <Backend B>
+void SplatLinearization<B>::Descent(View d) {
+  if (!has_own_descent()) return Base::Descent(d);
+  if (descent_.empty()) MakeUnits();
+  B().Copy(descent_, d);
+  descent_ = {};
+}
+
+template <Backend B>
+void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal, S* sh_blocks) {
+  ForEachUnit([&](Unit& unit) {
+    const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
+    B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
+    unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_, sh_blocks);
+  });
+  // The largest of the workspace, and idle until the next x.
+  workspace_->pair_grams = {}, workspace_->splat_grams = {};
+}
+
+template <Backend B>
+void SplatLinearization<B>::DiagJTJ(View d) {
+  const Index n = model_.count;
+  if (gram_blocks_.empty()) {
+    gram_blocks_.Resize(PackedValues(splat::kGeometry) * n);
+    gram_sh_.Resize(num_parameters() - splat::kSh * n);
+    if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * n);
+    AddGram(gram_blocks_.data(), gram_sh_.data(), options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
+  }
+  for (int a = 0; a < splat::kGeometry; ++a) {
+    B().Copy(gram_blocks_.view().subspan(PackedLower(a, a) * n, n), d.subspan(a * n, n));
+  }
+  B().Copy(gram_sh_, d.subspan(splat::kSh * n, gram_sh_.size()));
+}
+
+template <Backend B>
+std::vector<BlockGroup> SplatLinearization<B>::block_groups() const {
+  return SplatBlockGroups(model_.count, model_.sh_degree, options_.sh_blocks);
+}
+
+template <Backend B>
+void SplatLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
+  if (gram_blocks_.empty()) {
+    Vector diagonal(options_.sh_blocks ? num_parameters() - splat::kSh * model_.count : 0);
+    S* const sh = blocks.values(1).data();
+    AddGram(blocks.values(0).data(), options_.sh_blocks ? diagonal.data() : sh, options_.sh_blocks ? sh : nullptr);
+    return;
+  }
+  B().Copy(gram_blocks_, blocks.values(0));
+  B().Copy(options_.sh_blocks ? gram_sh_blocks_ : gram_sh_, blocks.values(1));
+  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};  // nobody asks again unless a step is refused
+}
+
+}  // namespace vesta::gs

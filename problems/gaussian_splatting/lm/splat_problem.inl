@@ -1,0 +1,90 @@
+// Bodies of lm/splat_problem.h.
+#pragma once
+
+#include <numeric>
+
+#include "kernels/core/check.h"
+#include "kernels/core/for_each.h"
+#include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/length_metric.h"
+#include "problems/gaussian_splatting/lm/splat_blocks.h"
+#include "problems/gaussian_splatting/lm/splat_linearization.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+
+namespace vesta::gs {
+
+template <Backend B>
+SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views)
+    : options_(options),
+      views_(views),
+      batches_(options.batches, static_cast<Index>(views.size())),
+      loss_(std::make_shared<typename SplatBackend<B>::Loss>(options.weights)),
+      workspace_(std::make_shared<typename SplatBackend<B>::Workspace>()) {
+  if (options.units) {
+    const HostSpan<const float> units(options.units->data(), static_cast<Index>(options.units->size()));
+    VESTA_CHECK(units.size() == options.count, "{} units of length for {} Gaussians", units.size(), options.count);
+    units_.CopyFrom(units);
+    options_.units.reset();  // the copy is what counts
+  }
+  for (const TargetView<B>& view : views) {
+    VESTA_CHECK(view.truth.size() == view.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
+                view.truth.size(), view.pinhole.width, view.pinhole.height);
+  }
+}
+
+template <Backend B>
+Index SplatProblem<B>::num_parameters() const {
+  return splat::NumAttributes(options_.sh_degree) * options_.count;
+}
+
+template <Backend B>
+double SplatProblem<B>::Cost(ConstView x) {
+  std::vector<Index> all(views_.size());
+  std::iota(all.begin(), all.end(), Index{0});
+  return Cost(x, all);
+}
+
+template <Backend B>
+double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
+  const splat::Model<typename B::Scalar> model{x.data(), options_.count, options_.sh_degree, options_.sh_degree};
+  typename SplatBackend<B>::View view;
+  typename B::Vector image;
+  double cost = 0;
+  for (const Index unit : units) {
+    const TargetView<B>& target = views_[static_cast<std::size_t>(unit)];
+    view.Build(model, target.pinhole, options_.background.data(), *workspace_);
+    image.ResizeForOverwrite(target.truth.size());
+    view.Render(image.data());
+    cost += loss_->Evaluate(image, target.truth, target.shape()).cost;
+  }
+  return cost;
+}
+
+template <Backend B>
+std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstView x, int batch) {
+  std::vector<const TargetView<B>*> views;
+  for (const Index v : batches_.views(batch)) views.push_back(&views_[static_cast<std::size_t>(v)]);
+  return std::make_unique<SplatLinearization<B>>(options_, x, std::move(views), batches_.scale(), loss_, workspace_);
+}
+
+template <Backend B>
+bool SplatProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
+  if (options_.rates_damping <= 0) return false;
+  using S = typename B::Scalar;
+  B backend;
+  const Index n = options_.count;
+  typename B::Vector ones(n);
+  backend.Fill(1, ones);
+  const double sum = backend.Dot(diag_h.subspan(splat::kOpacity * n, n), ones.view());
+  const std::vector<double> metric = RatesMetric(options_, sum);
+  for (std::size_t a = 0; a < metric.size(); ++a) {
+    backend.Fill(metric[a], D.subspan(static_cast<Index>(a) * n, n));
+  }
+  if (metric.empty()) return false;
+  ForEach<typename B::Space>(n, 4096,
+                             LengthMetric<S>{static_cast<S>(options_.rotation_damping), n,
+                                             units_.empty() ? nullptr : units_.data(), x.data(), D.data()});
+  return true;
+}
+
+}  // namespace vesta::gs
