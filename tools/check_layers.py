@@ -20,7 +20,7 @@ SPLAT_ROOMS = {
         "adam": ["model"],
         "density": ["model"],
         "lm": ["model"],
-        "evaluate": ["model", "lm"],
+        "evaluate": ["model"],
         "memory": ["model", "adam", "density", "lm", "evaluate"],
         "train": ["model", "adam", "density", "lm", "evaluate", "memory"],
     }.items()
