@@ -146,6 +146,8 @@ void CheckArguments(const CommandLine& line) {
   if (line.arguments.size() > command.arguments.size()) {
     throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[command.arguments.size()], form));
   }
+  // A checkpoint knows its scene and its folder.
+  if (!line.flags.resume.empty()) return;
   if (line.arguments.size() < command.arguments.size()) {
     throw UsageError(fmt::format("{} is missing; the form is `{}`", command.arguments[line.arguments.size()], form));
   }

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
+#include "apps/checkpointing.h"
 #include "apps/commands.h"
 #include "apps/device.h"
 #include "apps/interrupt.h"
@@ -82,13 +84,30 @@ double ModelMib(const gs::SplatModel& model) {
   return static_cast<double>(model.data.size() * sizeof(float)) / (1 << 20);
 }
 
+// What --checkpoint_every and --snapshot_every ask for.
+void SaveOnTheWay(const Flags& flags, const OutputFolder& out, gs::TrainCallbacks* callbacks) {
+  callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
+  if (!callbacks->checkpoint.every.never()) callbacks->checkpoint.path = CheckpointFile(out.path());
+  callbacks->snapshot_every = ParseInterval("snapshot_every", flags.snapshot_every);
+  if (callbacks->snapshot_every.never()) return;
+  callbacks->snapshot = [&out](gs::Stage stage, int iteration, const splat::Model<float>& model) {
+    gs::SplatModel copy;
+    copy.sh_degree = model.sh_degree;
+    copy.count = model.count;
+    copy.data.assign(model.x, model.x + copy.num_attributes() * model.count);
+    gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
+  };
+}
+
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
 int TrainAndWrite(const Flags& flags, const TrainSettings& settings, const gs::StageRunners& stages,
                   double load_seconds, OutputFolder* out, const Run& run) {
   CatchInterrupts();
   ProgressLine line(stdout);
-  gs::TrainResult result = run(Callbacks(&line, flags.log_lm));
+  gs::TrainCallbacks callbacks = Callbacks(&line, flags.log_lm);
+  SaveOnTheWay(flags, *out, &callbacks);
+  gs::TrainResult result = run(callbacks);
   line.Finish();
   if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
@@ -117,17 +136,27 @@ int TrainAndWrite(const Flags& flags, const TrainSettings& settings, const gs::S
 }  // namespace
 
 int RunTrain(const CommandLine& line) {
-  const std::string& path = line.arguments[0];
-  TrainSettings settings = SettingsOf(line);
+  const Flags& flags = line.flags;
+  std::optional<gs::Checkpoint> checkpoint;
+  std::optional<Origin> origin;
+  if (!flags.resume.empty()) {
+    checkpoint = gs::ReadCheckpoint(CheckpointFile(flags.resume));
+    origin = ReadOrigin(*checkpoint);
+  }
+  const std::string path = line.arguments.empty() ? origin->scene : line.arguments[0];
+  TrainSettings settings = SettingsOf(line, origin ? &origin->settings : nullptr);
   gs::TrainOptions& options = settings.options;
+  if (checkpoint) CheckResumable(*checkpoint, origin->settings.options, options);
   CheckSceneFolder(path);
-  OutputFolder out(line.flags.out);
+  OutputFolder out(flags.out.empty() ? flags.resume : flags.out);
   const gs::Scene scene = gs::LoadScene(path, SceneOptions(options));
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib();
-  const gs::StageRunners stages = StagesOf(line.flags.device);
-  return TrainAndWrite(line.flags, settings, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+  const gs::StageRunners stages = StagesOf(flags.device);
+  return TrainAndWrite(flags, settings, stages, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
+    callbacks.checkpoint.origin = OriginOf(path, settings);
+    callbacks.resume = checkpoint ? &*checkpoint : nullptr;
     return gs::Train(scene, options, load_seconds, callbacks, stages);
   });
 }

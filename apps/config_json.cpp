@@ -63,8 +63,9 @@ Json OptionsJson(const gs::TrainOptions& options) {
   return json;
 }
 
-ConfigFile::ConfigFile(const std::string& path) : path_(path) {
-  const std::string text = ReadFile(path);
+ConfigFile::ConfigFile(const std::string& path) : ConfigFile(path, ReadFile(path)) {}
+
+ConfigFile::ConfigFile(const std::string& path, const std::string& text) : path_(path) {
   try {
     json_ = Json::parse(text);
   } catch (const Json::parse_error& error) {
@@ -74,6 +75,11 @@ ConfigFile::ConfigFile(const std::string& path) : path_(path) {
   if (!json_.is_object() || !json_.contains("options") || !json_["options"].is_object()) {
     Fail("{}: it has no \"options\"; choose the metrics.json of a training, or what `vesta config` prints", path);
   }
+}
+
+std::string ConfigFile::Text(const char* key) const {
+  if (!json_.contains(key) || !json_[key].is_string()) Fail("{}: it does not say its {}", path_, key);
+  return json_[key].get<std::string>();
 }
 
 std::string ConfigFile::preset() const {

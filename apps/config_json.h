@@ -16,7 +16,11 @@ class ConfigFile {
  public:
   // Throws Error, as all of this does: one line that names the file and what of it.
   explicit ConfigFile(const std::string& path);
+  // Of a text that stands in the file.
+  ConfigFile(const std::string& path, const std::string& text);
 
+  // Of a key beside the options; throws where there is none.
+  std::string Text(const char* key) const;
   // Empty where it names none.
   std::string preset() const;
   // Sets the options that the file has; there may be any of them.

@@ -59,12 +59,20 @@ const FlagTable& ProgramFlags() {
             "where all options start: lengths of ours, or the settings of 3DGS-LM's paper or code"}},
       },
       {
+          {kTrain,
+           {"checkpoint_every", &O::checkpoint_every, schema::Words{"N|MINUTESm"},
+            "save the state after so many iterations, or minutes (10m); Ctrl-C saves it too"}},
+          {kTrain,
+           {"resume", &O::resume, schema::Words{"DIR"},
+            "go on from the checkpoint in this folder; SCENE and --out may be left out"}},
+          {kTrain,
+           {"snapshot_every", &O::snapshot_every, schema::Words{"N|MINUTESm"}, "write the splat on the way as often"}},
           {kOptions,
            {"set", &O::set, schema::Words{"KEY=VALUE"}, "any other option, by its key; to be repeated for more"}},
           {kOptions,
            {"config", &O::config, schema::Words{"FILE"},
             "options as in this metrics.json, or what `vesta config` prints; flags win over it"}},
-          {kTrain | kConfig, {"fixed_model", &O::fixed_model, "no densification, all SH degrees from the start"}},
+          {kTrain | kConfig, {"fixed_model", &O::fixed_model, "no densification, all SH degrees from the start"}, true},
           {kRefine | kViews,
            {"background", &O::background, {0, 1}, "colour behind everything; auto: the .ply's, else black"}},
           {kViews, {"downscale", &O::downscale, {1, 64}, "divide the images' width and height by this"}},
@@ -84,7 +92,8 @@ const FlagTable& ProgramFlags() {
            {"device", &O::device, kDevices, "where to compute; auto: train and refine on a GPU where there is one"}},
           {kTrains | kViews | kBundleAdjust, {"threads", &O::threads, {0, 1024}, "threads; 0: one for each core"}},
           {kTrains | kBundleAdjust,
-           {"log_lm", &O::log_lm, "log each LM iteration, and the engine's report, to stderr"}},
+           {"log_lm", &O::log_lm, "log each LM iteration, and the engine's report, to stderr"},
+           true},
       }};
   return flags;
 }

@@ -40,6 +40,8 @@ inline constexpr const char* kDefaultPreset = "balanced";
 // What the flags say; of those not given, what is here.
 struct Flags {
   std::string out, json;
+  std::string resume;                            // a folder with a checkpoint; empty: none
+  std::string checkpoint_every, snapshot_every;  // as ParseInterval reads them; empty: never
   bool truth = false;
   std::string preset;  // empty: that of the file of --config, or kDefaultPreset
   std::string config;
@@ -60,6 +62,7 @@ struct Flags {
 struct FlagRow {
   unsigned commands;  // those that take it
   schema::Field<Flags> field;
+  bool for_research = false;  // listed by help --all alone
 };
 // In the order of the help, which has the options of training between the two.
 struct FlagTable {

@@ -38,10 +38,10 @@ gs::TrainOptions Defaults(const CommandInfo& command) {
   return command.command == kRefine ? gs::RefinePresetOptions(kDefaultPreset) : gs::PresetOptions(kDefaultPreset);
 }
 
-std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& command) {
+std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& command, bool all) {
   std::string text;
   for (const FlagRow& row : rows) {
-    if (!(row.commands & command.command)) continue;
+    if (!(row.commands & command.command) || (row.for_research && !all)) continue;
     const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
     text += Line("--" + row.field.name, row.field, row.field.help, value);
   }
@@ -78,9 +78,9 @@ std::string AllOptions(const CommandInfo& command) {
 
 std::string HelpOf(const CommandInfo& command, bool all) {
   std::string text = fmt::format("{} [flags]: {}\n\n", UsageForm(command), command.summary);
-  text += OwnFlags(ProgramFlags().before_options, command);
+  text += OwnFlags(ProgramFlags().before_options, command, all);
   text += OptionFlags(command);
-  text += OwnFlags(ProgramFlags().after_options, command);
+  text += OwnFlags(ProgramFlags().after_options, command, all);
   const bool trains = command.command & (kTrain | kRefine);
   if (trains || command.command == kConfig) {
     if (all) {

@@ -16,6 +16,7 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
+  const std::string& path() const { return path_; }
   std::string File(const std::string& name) const;
   void Keep() { made_.clear(); }
 

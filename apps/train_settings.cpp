@@ -9,7 +9,7 @@
 
 namespace vesta::app {
 
-TrainSettings SettingsOf(const CommandLine& line) {
+TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) {
   const Flags& flags = line.flags;
   std::optional<ConfigFile> file;
   if (!flags.config.empty()) file.emplace(flags.config);
@@ -18,7 +18,11 @@ TrainSettings SettingsOf(const CommandLine& line) {
   if (!flags.preset.empty()) settings.preset = flags.preset;
   if (settings.preset.empty()) settings.preset = kDefaultPreset;
   const bool refines = line.command->command == kRefine;
-  settings.options = refines ? gs::RefinePresetOptions(settings.preset) : gs::PresetOptions(settings.preset);
+  const bool goes_on = resumed && flags.preset.empty() && !file;
+  if (goes_on) settings.preset = resumed->preset;
+  settings.options = goes_on   ? resumed->options
+                     : refines ? gs::RefinePresetOptions(settings.preset)
+                               : gs::PresetOptions(settings.preset);
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
   if (flags.fixed_model) {

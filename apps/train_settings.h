@@ -15,8 +15,9 @@ struct TrainSettings {
   gs::TrainOptions options;
 };
 
-// Of train, config or refine. Throws Error where a file cannot be used, or options do not go together.
-TrainSettings SettingsOf(const CommandLine& line);
+// Of train, config or refine. Throws Error where a file cannot be used, or options do not go together. resumed: what
+// stands in the place of the preset where none is given.
+TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed = nullptr);
 
 // How such a training loads its scene.
 gs::LoadSceneOptions SceneOptions(const gs::TrainOptions& options);

@@ -17,6 +17,7 @@ struct RunState {
   // The caller's: where the photographs lie and which options were given. Kept as it is.
   std::string origin;
   Stage stage = Stage::kAdam;
+  int iteration = 0;                     // of the stage
   std::uint64_t scene = 0;               // FingerprintOf the scene
   double seconds = 0, eval_seconds = 0;  // of the training, and of its evaluations
   std::vector<HistoryRow> history;
@@ -24,7 +25,7 @@ struct RunState {
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(origin, stage, scene, seconds, eval_seconds, history, notes);
+    archive(origin, stage, iteration, scene, seconds, eval_seconds, history, notes);
   }
 };
 
@@ -32,6 +33,8 @@ struct Checkpoint {
   std::string path;  // for messages
   RunState run;
   std::string stage_state;  // of the stage that the training was in
+
+  int iteration() const { return run.iteration; }
 };
 
 // A number that views with other names, sizes, cameras or roles are unlikely to share.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
@@ -42,11 +43,13 @@ DeviceBuffer<float> Uploaded(const SplatModel& model) {
 std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
   using B = CudaBackend<float>;
   std::vector<TargetView<CudaBackend<float>>> targets;
-  SplatProblemOptions problem_options = LmProblemOptions(session, model);
+  LmStart start(session, model);
+  SplatProblemOptions problem_options = LmProblemOptions(session, model, start.shape.units);
   vesta::LmOptions engine_options = LmEngineOptions(session.options().lm);
   engine_options.hold_batches = hold_batches;
   const int views = static_cast<int>(session.training_views().size());
-  int done = 0;
+  int& done = start.shape.done;
+  bool resumes = start.saved();
   for (;;) {
     try {
       if (targets.empty())
@@ -54,13 +57,15 @@ std::string RunDeviceLmStage(TrainingSession& session, SplatModel& model, bool h
       B backend;
       SplatProblem<CudaBackend<float>> problem(problem_options, targets);
       engine_options.max_iterations = session.options().lm.iterations - done;
-      LmStepper<B> stepper(engine_options, backend, problem, Uploaded(model));
+      LmStepper<B> stepper = std::exchange(resumes, false)
+                                 ? LmStepper<B>(engine_options, backend, problem, start.solve())
+                                 : LmStepper<B>(engine_options, backend, problem, Uploaded(model));
       const CountDone count(stepper, done);
       const auto on_host = [&] { return ToKernelModel(model); };
       const auto evaluate = [&] {
         return EvaluateOrDownload(session, targets, BestOf(stepper, model), problem.workspace(), on_host);
       };
-      return RunLmSteps(session, stepper, done, {model.count, evaluate, on_host}, [&] {
+      return RunLmSteps(session, stepper, start.shape, {model.count, evaluate, on_host}, [&] {
         backend.ToHost(stepper.x(), {model.data.data(), static_cast<Index>(model.data.size())});
       });
     } catch (const OutOfDeviceMemory& error) {

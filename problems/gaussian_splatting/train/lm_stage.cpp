@@ -17,7 +17,8 @@ PhotometricWeights LossOf(const LmStageOptions& lm) {
 
 }  // namespace
 
-SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model) {
+SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
+                                     const std::vector<float>& units) {
   const TrainOptions& options = session.options();
   SplatProblemOptions result;
   static_cast<SplatMetricOptions&>(result) = options.lm;
@@ -30,7 +31,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
   result.jacobian = options.lm.jacobian;
   result.sh_blocks = options.lm.preconditioner == LmPreconditioner::kBlockSh;
   result.rates = options.rates;
-  result.units = std::make_shared<const std::vector<float>>(TrainingUnits(session, model));
+  result.units = std::make_shared<const std::vector<float>>(units);
   return result;
 }
 
@@ -64,19 +65,22 @@ vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
 }
 
 std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
+  LmStart start(session, model);
   const std::vector<TargetView<CpuBackend<float>>> targets =
       TargetsOf(session.training_views(), NearPlane(session.scene()));
-  SplatProblem<CpuBackend<float>> problem(LmProblemOptions(session, model), targets);
+  SplatProblem<CpuBackend<float>> problem(LmProblemOptions(session, model, start.shape.units), targets);
   CpuBackend<float> backend;
   vesta::LmOptions engine = LmEngineOptions(session.options().lm);
   engine.hold_batches = hold_batches;
   HostBuffer<float> x;
   x.CopyFrom({model.data.data(), static_cast<Index>(model.data.size())});
   model.data = std::vector<float>();  // until the stepper is done its x is the model
-  LmStepper<CpuBackend<float>> stepper(engine, backend, problem, std::move(x));
+  LmStepper<CpuBackend<float>> stepper = start.saved()
+                                             ? LmStepper<CpuBackend<float>>(engine, backend, problem, start.solve())
+                                             : LmStepper<CpuBackend<float>>(engine, backend, problem, std::move(x));
   const auto best = [&] { return BestOf(stepper, model); };
   std::string report =
-      RunLmSteps(session, stepper, 0, {model.count, [&] { return session.Evaluate(best()); }, best}, [] {});
+      RunLmSteps(session, stepper, start.shape, {model.count, [&] { return session.Evaluate(best()); }, best}, [] {});
   model.data.assign(stepper.x().begin(), stepper.x().end());
   return report;
 }

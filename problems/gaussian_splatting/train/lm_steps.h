@@ -4,17 +4,47 @@
 #include <fmt/format.h>
 
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::gs {
 
-SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model);
+// units: of length, of each Gaussian.
+SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
+                                     const std::vector<float>& units);
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm);
+
+// Where the stage starts: anew, or from what was saved.
+class LmStart {
+ public:
+  LmStart(TrainingSession& session, const SplatModel& model)
+      : saved_(session.TakeSavedStage(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
+    if (saved_) {
+      reader_(shape);
+    } else {
+      shape = {model.sh_degree, model.count, 0, TrainingUnits(session, model)};
+    }
+  }
+  LmStart(const LmStart&) = delete;
+  LmStart& operator=(const LmStart&) = delete;
+
+  bool saved() const { return saved_.has_value(); }
+  // The saved solve, once.
+  ArchiveReader& solve() { return reader_; }
+
+  LmStageShape shape;
+
+ private:
+  std::optional<std::string> saved_;
+  ArchiveReader reader_;
+};
 
 // The best x of a stepper of such a model, where it lies.
 template <Backend B>
@@ -22,14 +52,22 @@ splat::Model<float> BestOf(const LmStepper<B>& stepper, const SplatModel& shape)
   return {stepper.x().data(), shape.count, shape.sh_degree, shape.sh_degree};
 }
 
-// Runs the stepper to its end or until the session says stop. first: the iterations that were done before; best: its
+// Runs the stepper to its end or until the session says stop. shape: for the state that is saved; best: the stepper's
 // best x, for the history; moved: called when that has changed. Returns the engine's full report.
 template <Backend B>
-std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, int first, const ModelToRecord& best,
+std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageShape& shape, const ModelToRecord& best,
                        const std::function<void()>& moved) {
+  const int first = shape.done;
+  const auto save = [&](ArchiveWriter& archive) {
+    archive(shape);
+    stepper.Save(archive);
+  };
   double values = 0;
   for (const View* view : session.training_views()) values += static_cast<double>(view->image.rgb.size());
-  if (first == 0) session.Record(Stage::kLm, 0, best);
+  if (first == 0 && stepper.summary().iterations.size() == 1 && !session.ends_with(Stage::kLm)) {
+    session.Record(Stage::kLm, 0, best);
+    if (!stepper.done()) session.SaveWhereDue(Stage::kLm, 0, save);
+  }
   while (!stepper.done() && !session.ShouldStop()) {
     const LmIteration& row = stepper.Step();
     moved();
@@ -38,6 +76,11 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, int firs
                     row.cost / values, session.latest_psnr(), best.gaussians,
                     fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
                                 row.pcg_iterations, row.accepted ? "" : " rejected")});
+    session.SnapshotWhereDue(Stage::kLm, first + row.iteration, best.on_host);
+    if (!stepper.done()) session.SaveWhereDue(Stage::kLm, first + row.iteration, save);
+  }
+  if (session.stopped() && !stepper.done()) {
+    session.SaveWhereDue(Stage::kLm, first + stepper.summary().iterations.back().iteration, save);
   }
   const LmSummary& summary = stepper.summary();
   if (summary.status == LmStatus::kFunctionTolerance && session.options().lm.min_gain > 0) {

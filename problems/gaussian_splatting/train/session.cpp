@@ -22,6 +22,7 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
   if (!checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds()) && !stopped_) return;
   RunState run{.origin = options.origin,
                .stage = stage,
+               .iteration = iteration,
                .scene = FingerprintOf(scene_),
                .seconds = clock_.Seconds(),
                .eval_seconds = clock_.Paused(),

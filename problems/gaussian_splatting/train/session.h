@@ -68,6 +68,8 @@ class TrainingSession {
   const std::vector<const View*>& training_views() const { return training_views_; }
   double Seconds() const { return clock_.Seconds(); }
   double EvalSeconds() const { return clock_.Paused(); }
+  // Whether the last row of the history is of this stage.
+  bool ends_with(Stage stage) const { return !history_.empty() && history_.back().stage == stage; }
   bool has_history() const { return !history_.empty(); }
   double latest_psnr() const { return history_.empty() ? 0 : history_.back().train.psnr; }
   double latest_cost() const { return history_.empty() ? 0 : history_.back().cost; }
@@ -101,6 +103,7 @@ class TrainingSession {
   void SnapshotWhereDue(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host);
   // The stage that a resumed training was in; Adam's where nothing is resumed.
   Stage first_stage() const { return callbacks_.resume ? callbacks_.resume->run.stage : Stage::kAdam; }
+  const std::optional<std::string>& saved_stage() const { return saved_stage_; }
   // The state of this stage that was saved, once; none where the stage begins anew.
   std::optional<std::string> TakeSavedStage(Stage stage);
 

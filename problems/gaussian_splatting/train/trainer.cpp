@@ -10,6 +10,7 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
+#include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
@@ -87,6 +88,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   TrainResult result;
   const double begin = session.Seconds();
   if (!with_adam) options.adam.iterations = 0;
+  if (session.first_stage() == Stage::kLm && session.saved_stage()) model = ModelOfLmStage(*session.saved_stage());
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   if (options.memory.budget_gib > 0 || stages.device_memory) {
     const MemoryScene counts = CountMemory(model, session.training_views(), NearPlane(scene), 8, false);
