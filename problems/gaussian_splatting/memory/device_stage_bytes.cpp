@@ -78,11 +78,13 @@ double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool ho
   }
   // Of a cache entries are counted pair by pair, where else splats' tiles are.
   const double counts = !IsCached(lm.jacobian) ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
-  // Units and ones by Gaussian; the view and image of the cost; three slopes of the loss and what W blurs.
+  // Three slopes of the loss and what W blurs: by the centre there are none.
+  const int loss_images = lm.ssim == SsimLinearization::kRootCenter ? 0 : 4;
+  // Units and ones by Gaussian; the view and image of the cost.
   return TargetBytes(scene) +
          EngineBytes(scene, lm, hold_batches, views_bytes, {.gram = SumBytes(most, sizeof(splat::SplatGram<float>))}) +
          2 * PerGaussianBytes(scene) + WorkspaceBytes(most, scene) + counts + ViewBytes(most, scene) +
-         5 * kImageBytes * most.pixels + EvaluationBytes(most, scene);
+         (1 + loss_images) * kImageBytes * most.pixels + EvaluationBytes(most, scene);
 }
 
 }  // namespace vesta::gs
