@@ -15,7 +15,7 @@ const schema::Table<AdamOptions>& AdamFields() {
   static const schema::Table<O> fields = {
       {"iterations", &O::iterations, {0, 1e7}, "iterations of Adam", "iterations"},
       {"switch_to_lm", &O::switch_to_lm, kSwitches,
-       "LM takes over after these, or sooner where it gains more for its work", "switch"},
+       "LM takes over after these, or sooner where it gains more for its work"},
       {"views_per_iteration", &O::views_per_iteration, {1, 1e6}, "views whose mean gradient makes one iteration"},
       {"metric", &O::metric, kMetrics, "what scales the steps: all of a Gaussian's geometry, or each parameter alone"},
       {"rate_factor", &O::rate_factor, {1e-6, 1e6}, "factor on the learning rates"},

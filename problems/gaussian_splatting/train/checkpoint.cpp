@@ -18,6 +18,7 @@ constexpr std::string_view kMagic = "vestaTRN";
 constexpr std::uint32_t kVersion = 1;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
+  if (bytes.empty()) return before;  // of a null pointer zlib's is that of the start
   return static_cast<std::uint32_t>(
       ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }

@@ -10,7 +10,7 @@ namespace vesta::gs {
 // is a fixed number (docs/results/2026-11-22-stage-switch.md).
 double LmWork(const LmStageOptions& lm, Index training_views);
 
-// Where the Adam stage ends. With --switch=fixed after the iterations that were asked for. With --switch=auto as soon
+// Where the Adam stage ends. With adam.switch_to_lm=fixed after the iterations that were asked for. With adam.switch_to_lm=auto as soon
 // as Adam lowers the cost more slowly, for its work, than an iteration of LM has to for another one to follow
 // (LmStageOptions::min_gain), and at the latest after those iterations; the last part of what it then is cools down.
 //

@@ -1,0 +1,154 @@
+#include "problems/gaussian_splatting/train/checkpoint.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "problems/gaussian_splatting/train/trainer.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kAdam = 60, kLm = 4;
+
+TrainOptions Options() {
+  TrainOptions options = test::ShortTraining(kAdam, kLm);
+  options.lm.min_gain = 0;
+  options.density.opacity_reset_every = 0.4;
+  options.adam.views_per_iteration = 2;
+  return options;
+}
+
+class Checkpoints : public testing::Test {
+ protected:
+  std::string Path(const std::string& name) const { return folder_ / name; }
+  std::string Write(const std::string& name, const std::string& bytes) const {
+    WriteBytes(Path(name), bytes);
+    return Path(name);
+  }
+  // Trains until `stop` iterations of `stage` are done, from a checkpoint if there is one, and leaves another.
+  TrainResult TrainUntil(const TrainOptions& options, Stage stage, int stop, bool resume,
+                         const StageRunners& stages = HostStages()) {
+    TrainCallbacks callbacks;
+    bool reached = false;
+    callbacks.progress = [&](const TrainProgress& p) {
+      reached = reached || (p.stage == stage && p.iteration >= stop);
+    };
+    callbacks.stop = [&] { return reached; };
+    callbacks.checkpoint = {.path = Path("checkpoint"), .every = {.iterations = 1}, .origin = "of a test"};
+    Checkpoint checkpoint;
+    if (resume) {
+      checkpoint = ReadCheckpoint(Path("checkpoint"));
+      callbacks.resume = &checkpoint;
+    }
+    return Train(scene_, options, 0, callbacks, stages);
+  }
+  static std::string ErrorIn(const std::string& path) {
+    return ErrorOf([&] { ReadCheckpoint(path); });
+  }
+
+  TempFolder folder_;
+  Scene scene_ = test::TrainingScene();
+};
+
+TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
+  const TrainResult whole = Train(scene_, Options(), 0, {});
+  ASSERT_GT(whole.model.count, 60) << "densification is part of it";
+  struct Break {
+    Stage stage;
+    int iteration;
+  };
+  // Before and after densification (every 20), a reset of opacity (24), coarse views and the mean (30), and the switch.
+  const Break breaks[] = {{Stage::kAdam, 1},  {Stage::kAdam, 19}, {Stage::kAdam, 20},
+                          {Stage::kAdam, 24}, {Stage::kAdam, 30}, {Stage::kAdam, 41},
+                          {Stage::kAdam, 59}, {Stage::kLm, 1},    {Stage::kLm, 3}};
+  for (const Break& at : breaks) {
+    SCOPED_TRACE(testing::Message() << StageName(at.stage) << " " << at.iteration);
+    const TrainResult part = TrainUntil(Options(), at.stage, at.iteration, false);
+    EXPECT_TRUE(part.stopped);
+    const Checkpoint checkpoint = ReadCheckpoint(Path("checkpoint"));
+    EXPECT_EQ(checkpoint.run.origin, "of a test");
+    EXPECT_EQ(checkpoint.run.stage, at.stage);
+    const TrainResult rest = TrainUntil(Options(), Stage::kLm, 1000, true);
+    EXPECT_EQ(rest.model.data, whole.model.data);
+    EXPECT_EQ(rest.history.back().cost, whole.history.back().cost);
+    EXPECT_EQ(rest.history.back().iteration, whole.history.back().iteration);
+  }
+}
+
+TEST_F(Checkpoints, ManyBreaksChangeNothing) {
+  const TrainResult whole = Train(scene_, Options(), 0, {});
+  bool resume = false;
+  for (const int iteration : {5, 20, 21, 40, 58})
+    TrainUntil(Options(), Stage::kAdam, iteration, std::exchange(resume, true));
+  for (const int iteration : {1, 2}) TrainUntil(Options(), Stage::kLm, iteration, true);
+  EXPECT_EQ(TrainUntil(Options(), Stage::kLm, 1000, true).model.data, whole.model.data);
+}
+
+TEST_F(Checkpoints, LmGoesOnForLonger) {
+  TrainOptions longer = Options();
+  longer.lm.iterations = kLm + 3;
+  const TrainResult whole = Train(scene_, longer, 0, {});
+  TrainUntil(Options(), Stage::kLm, 2, false);
+  EXPECT_EQ(TrainUntil(longer, Stage::kLm, 1000, true).model.data, whole.model.data);
+}
+
+TEST_F(Checkpoints, OfAnotherSceneAreRefused) {
+  TrainUntil(Options(), Stage::kAdam, 3, false);
+  scene_.views[2].camera.fx *= 1.01;
+  EXPECT_THAT(ErrorOf([&] { TrainUntil(Options(), Stage::kAdam, 6, true); }),
+              AllOf(HasSubstr(Path("checkpoint")), HasSubstr("of other photographs or cameras")));
+}
+
+TEST_F(Checkpoints, DamageIsNamed) {
+  TrainUntil(Options(), Stage::kAdam, 3, false);
+  const std::string bytes = ReadBytes(Path("checkpoint"));
+  EXPECT_EQ(ErrorIn(Path("checkpoint")), "");
+  for (const std::size_t size : {std::size_t{9}, std::size_t{14}, bytes.size() / 2, bytes.size() - 1}) {
+    const std::string file = Write("cut", bytes.substr(0, size));
+    EXPECT_THAT(ErrorIn(file), AllOf(HasSubstr(file), HasSubstr("cut short or damaged")));
+  }
+  for (const std::size_t at : {std::size_t{20}, bytes.size() / 2, bytes.size() - 2}) {
+    std::string flipped = bytes;
+    flipped[at] = static_cast<char>(flipped[at] ^ 0x10);
+    EXPECT_THAT(ErrorIn(Write("flipped", flipped)), HasSubstr("cut short or damaged")) << at;
+  }
+  EXPECT_THAT(ErrorIn(Write("foreign", "ply\nformat ascii 1.0\n")), HasSubstr("not a checkpoint of vesta"));
+  EXPECT_THAT(ErrorIn(Write("empty", "")), HasSubstr("not a checkpoint of vesta"));
+  EXPECT_THAT(ErrorIn(Path("missing")), HasSubstr(Path("missing")));
+}
+
+// What has been trained is worth more than the file.
+TEST_F(Checkpoints, ThatCannotBeWrittenDoNotEndTheTraining) {
+  TrainCallbacks callbacks;
+  callbacks.checkpoint = {.path = Path("no_folder/checkpoint"), .every = {.iterations = 20}, .origin = ""};
+  const TrainResult result = Train(scene_, Options(), 0, callbacks);
+  EXPECT_EQ(result.model.data, Train(scene_, Options(), 0, {}).model.data);
+  ASSERT_EQ(result.notes.size(), 1u);
+  EXPECT_THAT(result.notes[0], HasSubstr("no_folder/checkpoint"));
+}
+
+TEST_F(Checkpoints, SnapshotsAreTheModelOnTheWay) {
+  TrainCallbacks callbacks;
+  std::vector<std::pair<Stage, int>> taken;
+  callbacks.snapshot_every.iterations = 25;
+  callbacks.snapshot = [&](Stage stage, int iteration, const splat::Model<float>& model) {
+    taken.emplace_back(stage, iteration);
+    EXPECT_GT(model.count, 0);
+  };
+  Train(scene_, Options(), 0, callbacks);
+  EXPECT_THAT(taken,
+              testing::ElementsAre(std::pair(Stage::kAdam, 25), std::pair(Stage::kAdam, 50), std::pair(Stage::kLm, 1),
+                                   std::pair(Stage::kLm, 2), std::pair(Stage::kLm, 3), std::pair(Stage::kLm, 4)));
+}
+
+}  // namespace
+}  // namespace vesta::gs
