@@ -1,0 +1,102 @@
+// Trainings that are killed, and go on.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class KilledTraining : public testing::Test {
+ protected:
+  KilledTraining() { WriteTinyScene(scene_); }
+
+  std::vector<std::string> Train(const std::string& out, std::vector<std::string> flags = {}) const {
+    flags.insert(flags.begin(), {"train", scene_, "--out=" + out, "--iterations=4000", "--lm_iterations=3"});
+    return flags;
+  }
+  // Leaves a checkpoint in out_.
+  void TrainAndKill() const {
+    Program program(Train(out_, {"--checkpoint_every=100"}));
+    ASSERT_TRUE(program.WaitForOutput("adam 2000/4000")) << program.Wait().err;
+    program.Signal(SIGKILL);
+    ASSERT_EQ(program.Wait().status, 128 + SIGKILL);
+    ASSERT_FALSE(std::filesystem::exists(out_ + "/point_cloud.ply"));
+    ASSERT_TRUE(std::filesystem::exists(out_ + "/checkpoint.vesta"));
+  }
+  void ExpectOneLine(const std::vector<std::string>& words, const testing::Matcher<std::string>& line) const {
+    const ProgramOutput output = RunProgram(words);
+    EXPECT_NE(output.status, 0);
+    EXPECT_EQ(CountLines(output.err), 1) << output.err;
+    EXPECT_THAT(output.err, line);
+  }
+
+  TempFolder folder_;
+  const std::string scene_ = folder_ / "scene", out_ = folder_ / "out", whole_ = folder_ / "whole";
+};
+
+TEST_F(KilledTraining, GoesOnToTheSameSplat) {
+  TrainAndKill();
+  const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_});
+  ASSERT_EQ(resumed.status, 0) << resumed.err;
+  ASSERT_EQ(RunProgram(Train(whole_)).status, 0);
+  EXPECT_EQ(ReadFile(out_ + "/point_cloud.ply"), ReadFile(whole_ + "/point_cloud.ply"));
+}
+
+TEST_F(KilledTraining, IsSavedByCtrlCToo) {
+  Program program(Train(out_, {"--checkpoint_every=1000m"}));
+  ASSERT_TRUE(program.WaitForOutput("adam 2000/4000")) << program.Wait().err;
+  program.Signal(SIGINT);
+  EXPECT_EQ(program.Wait().status, 130);
+  const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_, "--out=" + (folder_ / "more")});
+  ASSERT_EQ(resumed.status, 0) << resumed.err;
+  ASSERT_EQ(RunProgram(Train(whole_)).status, 0);
+  EXPECT_EQ(ReadFile(folder_ / "more/point_cloud.ply"), ReadFile(whole_ + "/point_cloud.ply"));
+}
+
+TEST_F(KilledTraining, DamagedAndForeignCheckpointsAreNamedAndNothingIsLost) {
+  TrainAndKill();
+  const std::string file = out_ + "/checkpoint.vesta", bytes = ReadFile(file);
+  std::string flipped = bytes;
+  flipped[bytes.size() / 3] = static_cast<char>(flipped[bytes.size() / 3] ^ 1);
+  for (const std::string& damaged : {bytes.substr(0, bytes.size() / 2), flipped, std::string("ply\nformat ascii\n")}) {
+    std::ofstream(file, std::ios::binary) << damaged;
+    ExpectOneLine({"train", "--resume=" + out_}, HasSubstr(file));
+    EXPECT_EQ(ReadFile(file), damaged);
+  }
+  std::ofstream(file, std::ios::binary) << bytes;
+  EXPECT_EQ(RunProgram({"train", "--resume=" + out_}).status, 0);
+}
+
+TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
+  TrainAndKill();
+  ExpectOneLine({"train", "--resume=" + out_, "--set=adam.metric=diagonal"},
+                AllOf(HasSubstr("adam.metric=block"), HasSubstr("cannot become diagonal")));
+  ExpectOneLine({"train", "--resume=" + out_, "--seed=5"}, HasSubstr("train.seed=0, which cannot become 5"));
+  ExpectOneLine({"train", "--resume=" + out_, "--iterations=200"}, HasSubstr("iterations of Adam are done"));
+  ExpectOneLine({"train", "--resume=" + (folder_ / "none")}, HasSubstr("none/checkpoint.vesta"));
+  ExpectOneLine(Train(whole_, {"--checkpoint_every=often"}),
+                HasSubstr("--checkpoint_every=often: it must be a number of iterations"));
+  // A longer LM is the resumed run's own affair.
+  EXPECT_EQ(RunProgram({"train", "--resume=" + out_, "--lm_iterations=5", "--lm_min_gain=0"}).status, 0);
+}
+
+TEST_F(KilledTraining, LeavesItsSnapshots) {
+  const ProgramOutput output = RunProgram(Train(out_, {"--snapshot_every=2000", "--lm_iterations=1"}));
+  ASSERT_EQ(output.status, 0) << output.err;
+  for (const char* name : {"snapshot_adam_002000.ply", "snapshot_adam_004000.ply", "snapshot_lm_000001.ply"}) {
+    EXPECT_TRUE(std::filesystem::exists(out_ + "/" + name)) << name;
+  }
+  EXPECT_EQ(RunProgram({"eval", out_ + "/snapshot_adam_002000.ply", scene_}).status, 0);
+}
+
+}  // namespace
+}  // namespace vesta::test
