@@ -1,7 +1,10 @@
 // Evaluation on the GPU against that of the host.
+#include "problems/gaussian_splatting/evaluate/evaluation.h"
+
 #include "kernels/image/device_metrics.h"
-#include "problems/gaussian_splatting/evaluate/device_evaluation.h"
-#include "problems/gaussian_splatting/train/lm_steps.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/train/session.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"
@@ -47,15 +50,17 @@ class CudaEvaluation : public test::OnDevice {
 
 TEST_F(CudaEvaluation, IsThatOfTheHost) {
   gs::TrainingSession session(scene_, options_, 0, callbacks_);
-  const auto targets =
-      gs::TargetsIn<CudaBackend<float>>(gs::TargetsOf(session.training_views(), gs::NearPlane(session.scene())));
+  const auto targets = gs::MakeTargets<CudaBackend<float>>(session.training_views(), gs::NearPlane(session.scene()));
   const DeviceBuffer<float> x = test::ToDevice(other_.data);
   splat::DeviceViewWorkspace workspace;
   // A band of the harmonics is not active yet.
   for (const int degree : {0, 1}) {
     const gs::Evaluation expected = session.Evaluate({other_.data.data(), other_.count, other_.sh_degree, degree});
-    const gs::Evaluation found = gs::EvaluateOnDevice(scene_, options_.background, targets,
-                                                      {x.data(), other_.count, other_.sh_degree, degree}, workspace);
+    const splat::Model<float> model{x.data(), other_.count, other_.sh_degree, degree};
+    const gs::Evaluation found =
+        gs::Evaluate<CudaBackend<float>>(scene_, options_.background, targets, model, workspace);
+    // Truths that are there already, or copied one at a time.
+    EXPECT_EQ(gs::Evaluate<CudaBackend<float>>(scene_, options_.background, {}, model, workspace).cost, found.cost);
     EXPECT_EQ(found.train.views, 7);
     EXPECT_EQ(found.test.views, 2);
     EXPECT_NEAR(found.train.psnr, expected.train.psnr, 5e-3);

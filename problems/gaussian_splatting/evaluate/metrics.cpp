@@ -1,18 +1,13 @@
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 
+#include "problems/gaussian_splatting/evaluate/evaluation.h"
+
 namespace vesta::gs {
 
-void Renderer::RenderInto(const splat::Model<float>& model, const View& view, Image& image) {
-  splats_.Build(model, ToPinhole(view, near_), background_.data(), workspace_);
-  if (image.width != view.camera.width || image.height != view.camera.height) {
-    image = Image(view.camera.width, view.camera.height);
-  }
-  splats_.Render(image.rgb.data());
-}
-
 Image Renderer::Render(const SplatModel& model, const View& view) {
-  Image image;
-  RenderInto(ToKernelModel(model), view, image);
+  Image image(view.camera.width, view.camera.height);
+  splats_.Build(ToKernelModel(model), ToPinhole(view, near_), background_.data(), workspace_);
+  splats_.Render(image.rgb.data());
   return image;
 }
 
@@ -21,19 +16,7 @@ Evaluation Renderer::Evaluate(const SplatModel& model, const Scene& scene) {
 }
 
 Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene) {
-  EvaluationSum sum;
-  ImageQualityMeter meter;
-  PhotometricLoss<float> loss;
-  Image image;
-  for (const View& view : scene.views) {
-    RenderInto(model, view, image);
-    const ImageShape shape{image.width, image.height};
-    const HostSpan<const float> rendered(image.rgb.data(), shape.NumValues());
-    const HostSpan<const float> truth(view.image.rgb.data(), shape.NumValues());
-    const double objective = view.is_test ? 0 : loss.Evaluate(rendered, truth, shape).objective;
-    sum.Add(view, meter.Measure(rendered, truth, shape), objective);
-  }
-  return sum.Mean();
+  return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_);
 }
 
 void EvaluationSum::Add(const View& view, const ImageQuality& quality, double objective) {

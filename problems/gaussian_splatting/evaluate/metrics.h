@@ -48,8 +48,6 @@ class Renderer {
   Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene);
 
  private:
-  void RenderInto(const splat::Model<float>& model, const View& view, Image& image);
-
   std::array<double, 3> background_;
   double near_;
   splat::View<float> splats_;

@@ -4,6 +4,7 @@
 
 #include "kernels/gaussian_splatting/device_cache.h"
 #include "kernels/gaussian_splatting/types.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
 
 namespace vesta::gs {
@@ -71,20 +72,29 @@ double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options) {
 
 double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
   const ViewCounts most = scene.Largest();
-  double views_bytes = 0;
   // Each with its image and those of its loss.
-  for (const ViewCounts& view : scene.views) {
-    views_bytes += ViewBytes(view, scene) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
+  const auto linearized = [&](const ViewCounts& view) {
+    return ViewBytes(view, scene) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
+  };
+  double views_bytes = 0, rebuilt = 0;
+  if (lm.jacobian == JacobianKind::kRebuild) {
+    // One view for each linearization that is held.
+    const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
+    rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * linearized(most);
+  } else {
+    for (const ViewCounts& view : scene.views) views_bytes += linearized(view);
   }
   // Of a cache entries are counted pair by pair, where else splats' tiles are.
   const double counts = !IsCached(lm.jacobian) ? 0 : kIndex * std::max(0.0, most.pairs - most.splats);
-  // Three slopes of the loss and what W blurs: by the centre there are none.
+  // By the centre the loss has neither slopes nor what W blurs.
   const int loss_images = lm.ssim == SsimLinearization::kRootCenter ? 0 : 4;
-  // Units and ones by Gaussian; the view and image of the cost.
-  return TargetBytes(scene) +
-         EngineBytes(scene, lm, hold_batches, views_bytes, {.gram = SumBytes(most, sizeof(splat::SplatGram<float>))}) +
-         2 * PerGaussianBytes(scene) + WorkspaceBytes(most, scene) + counts + ViewBytes(most, scene) +
-         (1 + loss_images) * kImageBytes * most.pixels + EvaluationBytes(most, scene);
+  // Units by Gaussian; three slopes of the loss and what W blurs. The view and image of a trial's cost are there for a
+  // while, as are those of the evaluation.
+  const PassingBytes passing{.gram = SumBytes(most, sizeof(splat::SplatGram<float>)),
+                             .cost = ViewBytes(most, scene) + kImageBytes * most.pixels,
+                             .evaluation = EvaluationBytes(most, scene)};
+  return TargetBytes(scene) + EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) +
+         rebuilt + WorkspaceBytes(most, scene) + counts + loss_images * kImageBytes * most.pixels;
 }
 
 }  // namespace vesta::gs

@@ -41,7 +41,7 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
   StageMemory result;
   result.adam_bytes = DeviceAdamBytes;
   result.lm_bytes = DeviceLmBytes;
-  result.rebuilds = false;
+  result.holds_views = true;
   result.bytes = kUsableShare * free_bytes;
   const bool by_flag = memory.budget_gib > 0 && memory.budget_gib * kGib <= result.bytes;
   if (by_flag) result.bytes = memory.budget_gib * kGib;
@@ -60,28 +60,18 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
 
 LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
   const LmStageOptions& lm = options.lm;
-  LmPlan plan{lm, true, memory.lm_bytes(scene, lm, true)};
-  if (lm.jacobian == JacobianKind::kRebuild && !memory.rebuilds) plan.lm.jacobian = JacobianKind::kRecompute;
+  LmPlan plan{lm};
+  const auto takes = [&](JacobianKind jacobian, bool hold_batches, double room) {
+    plan.lm.jacobian = jacobian, plan.hold_batches = hold_batches;
+    plan.bytes = memory.lm_bytes(scene, plan.lm, hold_batches);
+    return plan.bytes <= room;
+  };
   const double fits = std::min(memory.bytes, memory.comfortable_bytes);
-  if (lm.iterations == 0 || plan.bytes <= fits) return plan;
-  plan.lm.jacobian = JacobianKind::kRecompute;
-  plan.bytes = memory.lm_bytes(scene, plan.lm, true);
-  if (plan.bytes <= fits) return plan;
-  if (memory.rebuilds) {
-    plan.lm.jacobian = JacobianKind::kRebuild;
-    plan.bytes = memory.lm_bytes(scene, plan.lm, true);
-    if (plan.bytes <= memory.bytes) return plan;
-    throw Error(memory.refusal("LM with one view at a time", plan.bytes));
-  }
-  plan.lm.merge_batches = true;
-  plan.hold_batches = false;
-  for (plan.lm.batches = std::max(2, lm.batches); plan.lm.batches <= static_cast<int>(scene.views.size());
-       ++plan.lm.batches) {
-    plan.lm.batch_size = 0;
-    plan.bytes = memory.lm_bytes(scene, plan.lm, false);
-    if (plan.bytes <= memory.bytes) return plan;
-  }
-  throw Error(memory.refusal("LM with one view a batch", plan.bytes));
+  const bool holds = lm.jacobian == JacobianKind::kRebuild && memory.holds_views;
+  if (takes(holds ? JacobianKind::kRecompute : lm.jacobian, true, fits) || lm.iterations == 0) return plan;
+  if (takes(JacobianKind::kRecompute, true, fits) || takes(JacobianKind::kRebuild, true, memory.bytes)) return plan;
+  if (lm.batches > 1 && lm.merge_batches && takes(JacobianKind::kRebuild, false, memory.bytes)) return plan;
+  throw Error(memory.refusal("LM with one view at a time", plan.bytes));
 }
 
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
@@ -90,11 +80,9 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
   const auto bytes_of = [&](Index gaussians) {
     const MemoryScene scaled = scene.Scaled(gaussians);
     LmStageOptions lm = options.lm;
-    lm.jacobian = memory.rebuilds ? JacobianKind::kRebuild : JacobianKind::kRecompute;
-    // As PlanLm does at the least: batches not held, which only merged ones can be.
-    if (!memory.rebuilds) lm.batches = static_cast<int>(scene.views.size()), lm.merge_batches = true;
+    lm.jacobian = JacobianKind::kRebuild;
     const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, options) : 0;
-    return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, memory.rebuilds) : 0.0);
+    return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, true) : 0.0);
   };
   if (bytes_of(scene.gaussians) > memory.bytes) {
     throw Error(memory.refusal("this scene", bytes_of(scene.gaussians)));

@@ -18,7 +18,8 @@ struct StageMemory {
   double bytes = std::numeric_limits<double>::infinity();  // that the stages may take
   // Above this LM takes less where that costs nothing but time.
   double comfortable_bytes = std::numeric_limits<double>::infinity();
-  bool rebuilds = true;  // whether LM can do with one view at a time (JacobianKind::kRebuild), else with batches
+  // Whether LM holds its views where they fit, though asked to build them anew (JacobianKind::kRebuild).
+  bool holds_views = false;
   // One line for the user: that `what` needs so many bytes, and what to do.
   std::function<std::string(const char* what, double needed)> refusal;
 };
@@ -30,14 +31,14 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 
 // How LM runs within the memory.
 struct LmPlan {
-  LmStageOptions lm;  // with jacobian, or batches and merge_batches, as chosen
+  LmStageOptions lm;  // with jacobian as chosen
   bool hold_batches = true;
   double bytes = 0;  // lm_bytes of that
 };
 
 // options.lm as it is where that fits, comfortably; else with the Jacobian recomputed; else with views rebuilt, which
-// takes longer and changes no number; where the stages cannot, in as few batches, merged, one held at a time, as fit.
-// Throws Error, one line that says how much would do, where one view at a time does not fit.
+// takes longer and changes no number; else of merged batches with one held at a time. Throws Error, one line that says
+// how much would do, where one view at a time does not fit.
 LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
 // The most Gaussians, at most options.density.max_gaussians, of which both stages fit, LM at its most frugal. Throws

@@ -19,8 +19,12 @@ struct SplatBackend<CudaBackend<float>> {
   using Truth = DeviceBuffer<float>;
   static Truth MakeTruth(HostSpan<const float> truth) {
     Truth copy;
-    copy.CopyFrom(truth);
+    Show(truth, copy);
     return copy;
+  }
+  template <class Space>
+  static void Show(Span<const float, Space> from, Truth& to) {
+    to.CopyFrom(from);
   }
 };
 

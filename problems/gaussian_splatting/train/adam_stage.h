@@ -19,6 +19,7 @@
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
+#include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_switch.h"
 #include "problems/gaussian_splatting/train/trained_model.h"
@@ -148,11 +149,7 @@ class AdamStage {
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
     const auto evaluate = [&] {
-      if constexpr (!kOnHost) {
-        return EvaluateOrDownload(session_, targets_.all(), result, passes_->workspace, on_host);
-      } else {
-        return session_.Evaluate(result);
-      }
+      return EvaluateOrDownload(session_, targets_.all(), result, passes_->workspace, on_host);
     };
     session_.Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
     recorded_ = state_->iteration;

@@ -3,7 +3,6 @@
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
-#include "problems/gaussian_splatting/train/evaluate_or_download.h"
 
 namespace vesta::gs {
 

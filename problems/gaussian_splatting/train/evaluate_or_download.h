@@ -1,17 +1,25 @@
-// The quality of a model on a GPU, for a session.
+// The quality of a model in any memory space, for a session.
 #pragma once
 
 #include <functional>
 #include <vector>
 
-#include "problems/gaussian_splatting/evaluate/device_evaluation.h"
+#include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/evaluate/evaluation.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
 
-// EvaluateOnDevice, on the host where the GPU has no room for it. on_host: gives the model in its memory.
-Evaluation EvaluateOrDownload(TrainingSession& session, const std::vector<TargetView<CudaBackend<float>>>& targets,
-                              const splat::Model<float>& model, splat::DeviceViewWorkspace& workspace,
-                              const std::function<splat::Model<float>()>& on_host);
+// Evaluate, on the host where a GPU has no room for it. on_host: gives the model in the host's memory.
+template <class B>
+Evaluation EvaluateOrDownload(TrainingSession& session, const std::vector<TargetView<B>>& targets,
+                              const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
+                              const std::function<splat::Model<float>()>& on_host) {
+  try {
+    return Evaluate<B>(session.scene(), session.options().background, targets, model, workspace);
+  } catch (const OutOfDeviceMemory&) {
+    return session.Evaluate(on_host());
+  }
+}
 
 }  // namespace vesta::gs

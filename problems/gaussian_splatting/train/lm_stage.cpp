@@ -1,7 +1,7 @@
-// Stage two: Levenberg-Marquardt on all training views, by the engine.
-#include <utility>
+// The LM stage's options, in the terms of the problem and of the engine, and the stage on the host.
+#include "problems/gaussian_splatting/train/lm_stage.h"
 
-#include "problems/gaussian_splatting/train/lm_steps.h"
+#include <utility>
 
 namespace vesta::gs {
 namespace {
@@ -64,25 +64,6 @@ vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   return engine;
 }
 
-std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
-  LmStart start(session, model);
-  const std::vector<TargetView<CpuBackend<float>>> targets =
-      TargetsOf(session.training_views(), NearPlane(session.scene()));
-  SplatProblem<CpuBackend<float>> problem(LmProblemOptions(session, model, start.shape.units), targets);
-  CpuBackend<float> backend;
-  vesta::LmOptions engine = LmEngineOptions(session.options().lm);
-  engine.hold_batches = hold_batches;
-  HostBuffer<float> x;
-  x.CopyFrom({model.data.data(), static_cast<Index>(model.data.size())});
-  model.data = std::vector<float>();  // until the stepper is done its x is the model
-  LmStepper<CpuBackend<float>> stepper = start.saved()
-                                             ? LmStepper<CpuBackend<float>>(engine, backend, problem, start.solve())
-                                             : LmStepper<CpuBackend<float>>(engine, backend, problem, std::move(x));
-  const auto best = [&] { return BestOf(stepper, model); };
-  std::string report =
-      RunLmSteps(session, stepper, start.shape, {model.count, [&] { return session.Evaluate(best()); }, best}, [] {});
-  model.data.assign(stepper.x().begin(), stepper.x().end());
-  return report;
-}
+template std::string RunLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model, bool hold_batches);
 
 }  // namespace vesta::gs

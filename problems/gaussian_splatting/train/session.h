@@ -150,8 +150,4 @@ std::vector<float> TrainingUnits(const TrainingSession& session, const SplatMode
 // The views to fit, for the operators; they must outlive what is returned.
 std::vector<TargetView<CpuBackend<float>>> TargetsOf(const std::vector<const View*>& views, double near);
 
-// Stage two (stage one: adam_stage.h); leaves the model at its best and records its last state. Returns the engine's
-// full report. hold_batches: as vesta::LmOptions has it.
-std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches);
-
 }  // namespace vesta::gs

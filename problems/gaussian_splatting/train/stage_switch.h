@@ -10,9 +10,10 @@ namespace vesta::gs {
 // is a fixed number (docs/results/2026-11-22-stage-switch.md).
 double LmWork(const LmStageOptions& lm, Index training_views);
 
-// Where the Adam stage ends. With adam.switch_to_lm=fixed after the iterations that were asked for. With adam.switch_to_lm=auto as soon
-// as Adam lowers the cost more slowly, for its work, than an iteration of LM has to for another one to follow
-// (LmStageOptions::min_gain), and at the latest after those iterations; the last part of what it then is cools down.
+// Where the Adam stage ends. With adam.switch_to_lm=fixed after the iterations that were asked for. With
+// adam.switch_to_lm=auto as soon as Adam lowers the cost more slowly, for its work, than an iteration of LM has to for
+// another one to follow (LmStageOptions::min_gain), and at the latest after those iterations; the last part of what it
+// then is cools down.
 //
 // Costs are compared over whole epochs, in which each view has its turn once, after densification and the coarse views.
 class StageSwitch {

@@ -10,7 +10,7 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
-#include "problems/gaussian_splatting/train/lm_state.h"
+#include "problems/gaussian_splatting/train/lm_stage.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
@@ -124,7 +124,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
-StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage, {}}; }
+StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>, {}}; }
 
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {

@@ -52,8 +52,9 @@ TEST_P(CountedDeviceMemory, IsWhatWasForeseen) {
       << result.memory.device_predicted_mib << " MiB foreseen, " << result.memory.device_peak_mib << " counted";
 }
 
-// In few enough batches beforehand, so that memory does not run out on the way.
-TEST(DeviceMemory, LmIsCutIntoBatchesThatFit) {
+// Where not all views fit they are built anew, one at a time, which changes no number: chosen beforehand, or found out
+// on the way.
+TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   Scene scene = test::RingOfCameras(8, 48, 32, false);
   const SplatModel model = test::RandomModel(60, 1, 5);
   test::RenderTruth(test::Perturbed(model, 0.02, 6), 0, &scene);
@@ -61,15 +62,23 @@ TEST(DeviceMemory, LmIsCutIntoBatchesThatFit) {
   options.lm.iterations = 1;
   options.lm.pcg_iterations = 1;
   const TrainResult whole = Refine(scene, model, options, 0, {}, DeviceStages());
-  EXPECT_EQ(whole.memory.batches, 1);
+  EXPECT_EQ(whole.memory.jacobian, "recompute");
   const std::size_t before = device::BytesInUse();
   const auto limit = static_cast<std::size_t>(0.7 * kMib * whole.memory.device_peak_mib);
   const vesta::test::LimitedDeviceMemory limited(before + limit);
-  const TrainResult cut = Refine(scene, model, options, 0, {}, DeviceStages());
-  EXPECT_GT(cut.memory.batches, 1);
-  EXPECT_THAT(cut.notes, testing::IsEmpty());
-  EXPECT_LE(cut.memory.device_peak_mib * kMib, static_cast<double>(before + limit));
-  EXPECT_LT(cut.history.back().cost, cut.history.front().cost);
+  const TrainResult planned = Refine(scene, model, options, 0, {}, DeviceStages());
+  EXPECT_EQ(planned.memory.jacobian, "rebuild");
+  EXPECT_THAT(planned.notes, testing::IsEmpty());
+  EXPECT_LE(planned.memory.device_peak_mib * kMib, static_cast<double>(before + limit));
+  EXPECT_EQ(planned.model.data, whole.model.data);
+  EXPECT_NE(planned.model.data, model.data);
+  StageRunners stages = DeviceStages();
+  stages.device_memory = {};  // as if all had been thought to fit
+  options.lm.jacobian = "recompute";
+  const TrainResult found_out = Refine(scene, model, options, 0, {}, stages);
+  EXPECT_THAT(found_out.notes,
+              testing::ElementsAre(testing::StartsWith("LM goes on with one view at a time: the GPU has no room")));
+  EXPECT_EQ(found_out.model.data, whole.model.data);
 }
 
 MemoryScene MadeUp(ViewCounts counts = {.pixels = 2e5, .tiles = 800, .splats = 1.5e4, .pairs = 1e5}) {
@@ -84,46 +93,62 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
     return (bytes(MadeUp(more)) - bytes(MadeUp(base))) / 1000;
   };
   const auto adam = [](const MemoryScene& scene) { return DeviceAdamBytes(scene, TrainOptions()); };
-  const auto lm = [](const MemoryScene& scene) { return DeviceLmBytes(scene, {}, true); };
+  const auto lm = [](const std::string& jacobian) {
+    return [jacobian](const MemoryScene& scene) { return DeviceLmBytes(scene, {.jacobian = jacobian}, true); };
+  };
   const double splat = sizeof(splat::Splat<float>), tangent = sizeof(splat::SplatTangent<float>),
                gram = sizeof(splat::SplatGram<float>);
   // 20 truths; an image, its gradient, three slopes; an image and a truth of the evaluation.
   EXPECT_NEAR(added(&ViewCounts::pixels, adam), 12 * (20 + 5 + 2), 1e-6);
-  // 20 truths; of each view three images; two that H works in; the cost's, three slopes, one blurred; those of the
-  // evaluation.
-  EXPECT_NEAR(added(&ViewCounts::pixels, lm), 12 * (20 + 60 + 2 + 5 + 2), 1e-6);
   EXPECT_NEAR(added(&ViewCounts::tiles, adam), 8 * 2, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::tiles, lm), 8 * 22, 1e-6);
   EXPECT_NEAR(added(&ViewCounts::splats, adam), 2 * (splat + 8) + 8 + 1.125 * tangent, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::splats, lm), 22 * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
   EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * 8 + 1.125 * (20 + tangent) + 0.25, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::pairs, lm), 22 * 8 + 1.125 * (20 + tangent + gram) + 0.25, 1e-6);
+  // All views, or one of them.
+  for (const auto& [jacobian, views] : {std::pair("recompute", 20), {"rebuild", 1}}) {
+    // 20 truths; of each view three images; two that H works in; three slopes, one blurred. No image of an evaluation:
+    // the peak is where Gram matrices are measured.
+    EXPECT_NEAR(added(&ViewCounts::pixels, lm(jacobian)), 12 * (20 + 3 * views + 2 + 4), 1e-6);
+    EXPECT_NEAR(added(&ViewCounts::tiles, lm(jacobian)), 8 * views, 1e-6);
+    EXPECT_NEAR(added(&ViewCounts::splats, lm(jacobian)), views * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
+    EXPECT_NEAR(added(&ViewCounts::pairs, lm(jacobian)), 8 * views + 1.125 * (20 + tangent + gram) + 0.25, 1e-6);
+  }
+  // Of few pairs it is at an evaluation.
+  const auto of_few = [&](double pixels) {
+    return lm("recompute")(MadeUp({.pixels = pixels, .tiles = 800, .splats = 1.5e3, .pairs = 1e4}));
+  };
+  EXPECT_NEAR(of_few(201000) - of_few(200000), 1000 * 12 * (20 + 60 + 2 + 4 + 2), 1e-6);
 }
 
 TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
   TrainOptions options;
   const MemoryScene scene = MadeUp();
-  const double whole = DeviceLmBytes(scene, options.lm, true);
+  LmOptions recompute;
+  recompute.jacobian = "recompute";
+  const double whole = DeviceLmBytes(scene, recompute, true), least = DeviceLmBytes(scene, options.lm, true);
   const auto plan = [&](double free_bytes) { return PlanLm(scene, options, DeviceMemory(options.memory, free_bytes)); };
-  EXPECT_EQ(plan(1.1 * whole).lm.batches, 1);
+  EXPECT_EQ(plan(1.1 * whole).lm.jacobian, "recompute");
   EXPECT_EQ(plan(1.1 * whole).bytes, whole);
   // Some is left for what is not counted.
-  EXPECT_GT(plan(1.01 * whole).lm.batches, 1);
-  const LmPlan cut = plan(0.8 * whole);
-  EXPECT_GT(cut.lm.batches, 1);
-  EXPECT_TRUE(cut.lm.merge_batches);
-  EXPECT_FALSE(cut.hold_batches);
-  EXPECT_LE(cut.bytes, 0.8 * whole);
+  for (const double free_bytes : {1.01 * whole, 1.07 * least}) {
+    EXPECT_EQ(plan(free_bytes).lm.jacobian, "rebuild");
+    EXPECT_EQ(plan(free_bytes).bytes, least);
+  }
+  EXPECT_THROW(plan(1.01 * least), Error);
   // The budget is of the GPU: what the host holds does not count.
   options.memory = {.budget_gib = 1.001 * whole / kGib, .before_mib = 1e6};
-  EXPECT_EQ(plan(2 * whole).lm.batches, 1);
+  EXPECT_EQ(plan(2 * whole).lm.jacobian, "recompute");
   options.memory.budget_gib = 0.8 * whole / kGib;
-  EXPECT_EQ(plan(2 * whole).lm.batches, plan(1e12).lm.batches);
-  EXPECT_GT(plan(2 * whole).lm.batches, 1);
-  EXPECT_EQ(plan(0.7 * whole).bytes, [&] {
-    options.memory.budget_gib = 0;
-    return plan(0.7 * whole).bytes;
-  }()) << "more than is free helps nothing";
+  EXPECT_EQ(plan(2 * whole).lm.jacobian, "rebuild");
+  // More than is free helps nothing.
+  EXPECT_THROW(plan(1.01 * least), Error);
+  // Of merged batches one is held at a time, where that helps.
+  options.memory.budget_gib = 0;
+  options.lm.batches = 4, options.lm.merge_batches = true;
+  const double of_all = DeviceLmBytes(scene, options.lm, true), of_one = DeviceLmBytes(scene, options.lm, false);
+  EXPECT_TRUE(plan(1.07 * of_all).hold_batches);
+  EXPECT_FALSE(plan(1.07 * of_one).hold_batches);
+  EXPECT_EQ(plan(1.07 * of_one).bytes, of_one);
+  EXPECT_THROW(plan(1.01 * of_one), Error);
 }
 
 TEST(DeviceMemoryPlan, GaussiansGrowAsFarAsTheGpuHasRoom) {

@@ -6,7 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "kernels/core/device_memory.h"
-#include "problems/gaussian_splatting/evaluate/device_evaluation.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
@@ -126,7 +127,7 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   TrainingSession session(scene, options, 0, callbacks);
   const SplatModel model = test::RandomModel(30, 1, 4);
   const std::vector<TargetView<CudaBackend<float>>> targets =
-      TargetsIn<CudaBackend<float>>(TargetsOf(session.training_views(), NearPlane(session.scene())));
+      MakeTargets<CudaBackend<float>>(session.training_views(), NearPlane(session.scene()));
   DeviceBuffer<float> x;
   x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
   const splat::Model<float> on_device{x.data(), model.count, 1, 1};
@@ -171,7 +172,7 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   stages.device_memory = {};
   const TrainResult found = Train(scene, options, 0, {}, stages);
   ASSERT_FALSE(found.notes.empty());
-  EXPECT_THAT(found.notes.front(), StartsWith("LM goes on in 2 batches: "));
+  EXPECT_THAT(found.notes.front(), StartsWith("LM goes on with one view at a time: "));
   EXPECT_THAT(found.notes.back(), StartsWith("LM ends after 0 iterations: "));
   EXPECT_EQ(found.model.data, planned.model.data);
 }

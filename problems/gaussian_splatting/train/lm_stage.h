@@ -1,0 +1,91 @@
+// Stage two: Levenberg-Marquardt on all training views, by the engine. For every memory space.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/train/evaluate_or_download.h"
+#include "problems/gaussian_splatting/train/lm_steps.h"
+
+namespace vesta::gs {
+
+// Adds what a stepper has done to a total, also where it ends by an exception.
+template <class B>
+class CountDone {
+ public:
+  CountDone(const LmStepper<B>& stepper, int& total) : stepper_(stepper), total_(total) {}
+  ~CountDone() { total_ += stepper_.summary().num_accepted + stepper_.summary().num_rejected; }
+  CountDone(const CountDone&) = delete;
+  CountDone& operator=(const CountDone&) = delete;
+
+ private:
+  const LmStepper<B>& stepper_;
+  int& total_;
+};
+
+// Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
+// vesta::LmOptions has it. Where the memory of a GPU does not suffice after all (the plan counts some views only, and
+// others may use it) the stage goes on from its best model with views built anew, and ends where those do not fit.
+template <class B>
+std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
+  constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+  const int iterations = session.options().lm.iterations;
+  LmStart start(session, model);
+  vesta::LmOptions engine = LmEngineOptions(session.options().lm);
+  engine.hold_batches = hold_batches;
+  std::vector<TargetView<B>> targets;
+  bool rebuilds = false;
+  const auto make_problem = [&] {
+    SplatProblemOptions options = LmProblemOptions(session, model, start.shape.units);
+    if (rebuilds) options.jacobian = JacobianKind::kRebuild;
+    rebuilds = options.jacobian == JacobianKind::kRebuild;
+    return SplatProblem<B>(options, targets);
+  };
+  int& done = start.shape.done;
+  bool resumes = start.saved();
+  for (;;) {
+    try {
+      if (targets.empty()) targets = MakeTargets<B>(session.training_views(), NearPlane(session.scene()));
+      B backend;
+      SplatProblem<B> problem = make_problem();
+      typename B::Vector x;
+      x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
+      if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
+      engine.max_iterations = iterations - done;
+      LmStepper<B> stepper = std::exchange(resumes, false) ? LmStepper<B>(engine, backend, problem, start.solve())
+                                                           : LmStepper<B>(engine, backend, problem, std::move(x));
+      const CountDone<B> count(stepper, done);
+      const auto best = [&] { return BestOf(stepper, model); };
+      const auto download = [&] {
+        model.data.resize(static_cast<std::size_t>(stepper.x().size()));
+        backend.ToHost(stepper.x(), {model.data.data(), stepper.x().size()});
+      };
+      const auto on_host = [&] { return kOnHost ? best() : ToKernelModel(model); };
+      const auto evaluate = [&] { return EvaluateOrDownload(session, targets, best(), problem.workspace(), on_host); };
+      std::string report = RunLmSteps(session, stepper, start.shape, {model.count, evaluate, on_host}, [&] {
+        if constexpr (!kOnHost) download();
+      });
+      if constexpr (kOnHost) download();
+      return report;
+    } catch (const OutOfDeviceMemory& error) {
+      if (rebuilds) {
+        if (done == 0 && session.options().adam.iterations == 0) throw;
+        session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
+        return "";
+      }
+      rebuilds = true;
+      session.Note(fmt::format("LM goes on with one view at a time: {}", error.what()));
+    }
+  }
+}
+
+extern template std::string RunLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model,
+                                                          bool hold_batches);
+
+}  // namespace vesta::gs
