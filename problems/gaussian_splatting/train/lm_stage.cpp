@@ -50,8 +50,9 @@ vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   system.metric.group_median_floor = lm.min_diagonal > 0 ? 0 : 1e-6;
   if (lm.min_diagonal > 0) system.metric.min_diagonal = lm.min_diagonal;
   if (lm.max_diagonal > 0) system.metric.max_diagonal = lm.max_diagonal;
+  // Automatic: one of the problem's own where it gives one, else its blocks.
   system.preconditioner =
-      lm.preconditioner == LmPreconditioner::kJacobi ? PreconditionerKind::kJacobi : PreconditionerKind::kBlockJacobi;
+      lm.preconditioner == LmPreconditioner::kJacobi ? PreconditionerKind::kJacobi : PreconditionerKind::kAuto;
   if (lm.preconditioner_damping != PreconditionerDamping::kLambda) {
     system.preconditioner_lambda = lm.preconditioner_damping == PreconditionerDamping::kOne ? 1 : 0;
   }
