@@ -62,19 +62,19 @@ TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   options.lm.iterations = 1;
   options.lm.pcg_iterations = 1;
   const TrainResult whole = Refine(scene, model, options, 0, {}, DeviceStages());
-  EXPECT_EQ(whole.memory.jacobian, "recompute");
+  EXPECT_EQ(whole.memory.jacobian, JacobianKind::kRecompute);
   const std::size_t before = device::BytesInUse();
   const auto limit = static_cast<std::size_t>(0.7 * kMib * whole.memory.device_peak_mib);
   const vesta::test::LimitedDeviceMemory limited(before + limit);
   const TrainResult planned = Refine(scene, model, options, 0, {}, DeviceStages());
-  EXPECT_EQ(planned.memory.jacobian, "rebuild");
+  EXPECT_EQ(planned.memory.jacobian, JacobianKind::kRebuild);
   EXPECT_THAT(planned.notes, testing::IsEmpty());
   EXPECT_LE(planned.memory.device_peak_mib * kMib, static_cast<double>(before + limit));
   EXPECT_EQ(planned.model.data, whole.model.data);
   EXPECT_NE(planned.model.data, model.data);
   StageRunners stages = DeviceStages();
   stages.device_memory = {};  // as if all had been thought to fit
-  options.lm.jacobian = "recompute";
+  options.lm.jacobian = JacobianKind::kRecompute;
   const TrainResult found_out = Refine(scene, model, options, 0, {}, stages);
   EXPECT_THAT(found_out.notes,
               testing::ElementsAre(testing::StartsWith("LM goes on with one view at a time: the GPU has no room")));
@@ -93,8 +93,12 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
     return (bytes(MadeUp(more)) - bytes(MadeUp(base))) / 1000;
   };
   const auto adam = [](const MemoryScene& scene) { return DeviceAdamBytes(scene, TrainOptions()); };
-  const auto lm = [](const std::string& jacobian) {
-    return [jacobian](const MemoryScene& scene) { return DeviceLmBytes(scene, {.jacobian = jacobian}, true); };
+  const auto lm = [](JacobianKind jacobian) {
+    return [jacobian](const MemoryScene& scene) {
+      LmStageOptions options;
+      options.jacobian = jacobian;
+      return DeviceLmBytes(scene, options, true);
+    };
   };
   const double splat = sizeof(splat::Splat<float>), tangent = sizeof(splat::SplatTangent<float>),
                gram = sizeof(splat::SplatGram<float>);
@@ -104,7 +108,7 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
   EXPECT_NEAR(added(&ViewCounts::splats, adam), 2 * (splat + 8) + 8 + 1.125 * tangent, 1e-6);
   EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * 8 + 1.125 * (20 + tangent) + 0.25, 1e-6);
   // All views, or one of them.
-  for (const auto& [jacobian, views] : {std::pair("recompute", 20), {"rebuild", 1}}) {
+  for (const auto& [jacobian, views] : {std::pair(JacobianKind::kRecompute, 20), {JacobianKind::kRebuild, 1}}) {
     // 20 truths; of each view three images; two that H works in; three slopes, one blurred. No image of an evaluation:
     // the peak is where Gram matrices are measured.
     EXPECT_NEAR(added(&ViewCounts::pixels, lm(jacobian)), 12 * (20 + 3 * views + 2 + 4), 1e-6);
@@ -114,7 +118,7 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
   }
   // Of few pairs it is at an evaluation.
   const auto of_few = [&](double pixels) {
-    return lm("recompute")(MadeUp({.pixels = pixels, .tiles = 800, .splats = 1.5e3, .pairs = 1e4}));
+    return lm(JacobianKind::kRecompute)(MadeUp({.pixels = pixels, .tiles = 800, .splats = 1.5e3, .pairs = 1e4}));
   };
   EXPECT_NEAR(of_few(201000) - of_few(200000), 1000 * 12 * (20 + 60 + 2 + 4 + 2), 1e-6);
 }
@@ -122,23 +126,23 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
 TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
   TrainOptions options;
   const MemoryScene scene = MadeUp();
-  LmOptions recompute;
-  recompute.jacobian = "recompute";
+  LmStageOptions recompute;
+  recompute.jacobian = JacobianKind::kRecompute;
   const double whole = DeviceLmBytes(scene, recompute, true), least = DeviceLmBytes(scene, options.lm, true);
   const auto plan = [&](double free_bytes) { return PlanLm(scene, options, DeviceMemory(options.memory, free_bytes)); };
-  EXPECT_EQ(plan(1.1 * whole).lm.jacobian, "recompute");
+  EXPECT_EQ(plan(1.1 * whole).lm.jacobian, JacobianKind::kRecompute);
   EXPECT_EQ(plan(1.1 * whole).bytes, whole);
   // Some is left for what is not counted.
   for (const double free_bytes : {1.01 * whole, 1.07 * least}) {
-    EXPECT_EQ(plan(free_bytes).lm.jacobian, "rebuild");
+    EXPECT_EQ(plan(free_bytes).lm.jacobian, JacobianKind::kRebuild);
     EXPECT_EQ(plan(free_bytes).bytes, least);
   }
   EXPECT_THROW(plan(1.01 * least), Error);
   // The budget is of the GPU: what the host holds does not count.
   options.memory = {.budget_gib = 1.001 * whole / kGib, .before_mib = 1e6};
-  EXPECT_EQ(plan(2 * whole).lm.jacobian, "recompute");
+  EXPECT_EQ(plan(2 * whole).lm.jacobian, JacobianKind::kRecompute);
   options.memory.budget_gib = 0.8 * whole / kGib;
-  EXPECT_EQ(plan(2 * whole).lm.jacobian, "rebuild");
+  EXPECT_EQ(plan(2 * whole).lm.jacobian, JacobianKind::kRebuild);
   // More than is free helps nothing.
   EXPECT_THROW(plan(1.01 * least), Error);
   // Of merged batches one is held at a time, where that helps.

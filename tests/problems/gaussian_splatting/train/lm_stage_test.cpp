@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "solver/preconditioner.h"
+#include "solver/normal_equations/preconditioner.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {
@@ -41,7 +41,7 @@ class ProblemWithPreconditioner final : public SplatProblem<B> {
   int applied = 0;
 };
 
-std::string SolvedWith(const LmOptions& lm, Problem<B>& problem, const test::RingProblem<float>& ring) {
+std::string SolvedWith(const LmStageOptions& lm, Problem<B>& problem, const test::RingProblem<float>& ring) {
   B backend;
   HostBuffer<float> x;
   x.CopyFrom(ring.x.view());
@@ -52,7 +52,7 @@ std::string SolvedWith(const LmOptions& lm, Problem<B>& problem, const test::Rin
 
 TEST(LmStage, TakesThePreconditionerThatTheProblemGives) {
   const test::RingProblem<float> ring(3, 30, 1, 10);
-  LmOptions lm;
+  LmStageOptions lm;
   lm.iterations = 2;
   ProblemWithPreconditioner problem(ring.options, ring.views);
   EXPECT_THAT(SolvedWith(lm, problem, ring), testing::HasSubstr("PCG, own"));
@@ -61,7 +61,7 @@ TEST(LmStage, TakesThePreconditionerThatTheProblemGives) {
   EXPECT_THAT(SolvedWith(lm, without, ring), testing::HasSubstr("PCG, block Jacobi"));
   // Asked for the diagonal, it gets that.
   problem.applied = 0;
-  lm.preconditioner = "jacobi";
+  lm.preconditioner = LmPreconditioner::kJacobi;
   EXPECT_THAT(SolvedWith(lm, problem, ring), testing::HasSubstr("PCG, Jacobi"));
   EXPECT_EQ(problem.applied, 0);
 }
