@@ -8,7 +8,6 @@
 #include "bench/report.h"
 #include "kernels/core/parallel.h"
 #include "kernels/image/photometric_loss.h"
-#include "kernels/image/ssim_jacobian.h"
 
 namespace vesta::bench {
 namespace {
@@ -26,7 +25,6 @@ class LossTimes {
  public:
   LossTimes() {
     loss_.Linearize(rendered_, truth_, kShape, out_, w_);
-    jacobian_.Linearize(rendered_, truth_, kShape, out_);
     // Two threads first: a second thread that begins late may be given the core of the first.
     const std::vector<double> two = Times(2), one = Times(1);
     SetNumThreads(2);
@@ -57,14 +55,11 @@ class LossTimes {
   HostBuffer<float> rendered_ = Pattern(7), truth_ = Pattern(31), out_{kShape.NumValues()};
   PhotometricLoss<float> loss_;
   PhotometricLinearization<float> w_;
-  SsimJacobian<float> jacobian_;
   std::vector<Operation> operations_{
       {"value", [this] { loss_.Evaluate(rendered_, truth_, kShape); }},
       {"gradient", [this] { loss_.Gradient(rendered_, truth_, kShape, out_); }},
       {"gradient and W", [this] { loss_.Linearize(rendered_, truth_, kShape, out_, w_); }},
       {"W v", [this] { loss_.ApplyW(w_, rendered_, out_); }},
-      {"J v of 1 - SSIM", [this] { jacobian_.Apply(truth_, out_); }},
-      {"J^T u of 1 - SSIM", [this] { jacobian_.ApplyAdjoint(truth_, out_); }},
   };
   Report report_{"image_loss"};
 };

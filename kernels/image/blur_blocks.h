@@ -23,15 +23,6 @@ inline WindowTaps<S> MakeWindowTaps() {
   for (const double tap : GaussianTaps()) taps.tap[k++] = static_cast<S>(tap);
   return taps;
 }
-// The squares of the window's weights in place of the weights.
-template <class S>
-inline WindowTaps<S> MakeSquaredWindowTaps() {
-  WindowTaps<S> taps;
-  int k = 0;
-  for (const double tap : GaussianTaps()) taps.tap[k++] = static_cast<S>(tap * tap);
-  return taps;
-}
-
 // The values of N fields at one pixel.
 template <int N, class S>
 struct PixelFields {
@@ -137,15 +128,14 @@ VESTA_HD inline void AddLoss(const PixelPenalty<S>& pixel, const S& dissimilarit
   sums[2] += static_cast<double>(dissimilarity);
 }
 
-// Sums of |e|, of the cost that stands for it and of 1 - SSIM; on request the slopes p, q, s of 1 - SSIM, its window
-// curvature and the weight of its root.
+// Sums of |e|, of the cost that stands for it and of 1 - SSIM; on request the slopes p, q, s of 1 - SSIM and its window
+// curvature.
 template <class S>
 struct WindowsOperator {
   static constexpr int kFields = 4, kSums = 3;
   const S *rendered, *truth;
   PenaltyCoefficients<S> penalty;
-  S *p, *q, *s, *curvature;  // null: not wanted (p, q, s together, curvature, weight)
-  S* weight = nullptr;
+  S *p, *q, *s, *curvature;  // p, q, s null: not wanted; curvature likewise
 
   VESTA_HD PixelFields<4, S> Load(Index i) const {
     const S u = rendered[i] + truth[i], e = rendered[i] - truth[i];
@@ -160,7 +150,6 @@ struct WindowsOperator {
     const SsimSlopes<S> slopes(window);
     p[i] = slopes.p, q[i] = slopes.q, s[i] = slopes.s;
     if (curvature != nullptr) curvature[i] = SsimWindowCurvature(window, slopes);
-    if (weight != nullptr) weight[i] = SsimRootWeight(dissimilarity);
   }
 };
 
@@ -208,92 +197,6 @@ struct CenterOperator {
     gradient[i] = Fma(ssim, by_center, l1 * pixel.derivative);
     if (diagonal == nullptr) return;
     diagonal[i] = Fma(l1, pixel.Curvature(penalty), SsimCenterCurvature(ssim, by_center, dissimilarity));
-  }
-};
-
-// The Jacobian of 1 - SSIM by the rendered image: out = J in.
-template <class S>
-struct SsimTangentOperator {
-  static constexpr int kFields = 3, kSums = 0;
-  const S *rendered, *truth, *p, *q, *s, *in;
-  S* out;
-
-  VESTA_HD PixelFields<3, S> Load(Index i) const {
-    const S v = in[i], x = rendered[i];
-    return {{v, x * v, (x - truth[i]) * v}};
-  }
-  VESTA_HD S At(Index i, const PixelFields<3, S>& blurred) const {
-    return SsimTangent(p[i], q[i], s[i], blurred.f[0], blurred.f[1], blurred.f[2]);
-  }
-  VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const { out[i] = At(i, blurred); }
-};
-
-// out = J^T in.
-template <class S>
-struct SsimAdjointOperator {
-  static constexpr int kFields = 3, kSums = 0;
-  const S *rendered, *truth, *p, *q, *s, *in;
-  S* out;
-
-  VESTA_HD PixelFields<3, S> Load(Index i) const {
-    const S v = in[i];
-    return {{p[i] * v, q[i] * v, s[i] * v}};
-  }
-  VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
-    const S x = rendered[i];
-    out[i] = SsimAdjoint(x, x - truth[i], blurred.f[0], blurred.f[1], blurred.f[2]);
-  }
-};
-
-// out = w o J in: the first half of W of the root.
-template <class S>
-struct RootTangentOperator : SsimTangentOperator<S> {
-  const S* weight;
-
-  VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
-    this->out[i] = weight[i] * this->At(i, blurred);
-  }
-};
-
-// out = ssim J^T in + l1 times the penalty's curvature o v: the second half.
-template <class S>
-struct RootAddOperator {
-  static constexpr int kFields = 3, kSums = 0;
-  const S *rendered, *truth, *p, *q, *s;
-  S l1, ssim;
-  PenaltyCoefficients<S> penalty;
-  const S *in, *v;
-  S* out;
-
-  VESTA_HD PixelFields<3, S> Load(Index i) const {
-    const S weighted = in[i];
-    return {{p[i] * weighted, q[i] * weighted, s[i] * weighted}};
-  }
-  VESTA_HD void Store(Index i, const PixelFields<3, S>& blurred, double*) const {
-    const S x = rendered[i], e = x - truth[i];
-    const S pointwise = l1 * PixelPenalty<S>(e, penalty).Curvature(penalty);
-    out[i] = Fma(ssim, SsimAdjoint(x, e, blurred.f[0], blurred.f[1], blurred.f[2]), pointwise * v[i]);
-  }
-};
-
-// out = the diagonal of that W. The window must have the squares of its weights.
-template <class S>
-struct RootDiagonalOperator {
-  static constexpr int kFields = 6, kSums = 0;
-  const S *rendered, *truth, *p, *q, *s, *weight;
-  S l1, ssim;
-  PenaltyCoefficients<S> penalty;
-  S* out;
-
-  VESTA_HD PixelFields<6, S> Load(Index i) const {
-    const SsimRootProducts<S> w(weight[i], p[i], q[i], s[i]);
-    return {{w.pp, w.qq, w.ss, w.pq, w.ps, w.qs}};
-  }
-  VESTA_HD void Store(Index i, const PixelFields<6, S>& blurred, double*) const {
-    const S x = rendered[i], e = x - truth[i];
-    const S* f = blurred.f;
-    const S root = SsimRootDiagonal(x, e, f[0], f[1], f[2], f[3], f[4], f[5]);
-    out[i] = Fma(ssim, root, l1 * PixelPenalty<S>(e, penalty).Curvature(penalty));
   }
 };
 

@@ -43,15 +43,6 @@ void Center(const ImageShape& shape, const CenterOperator<float>& op, double* pa
 }
 
 void Gradient(const ImageShape& shape, const GradientOperator<float>& op) { Run(shape, op, "loss gradient"); }
-void SsimTangents(const ImageShape& shape, const SsimTangentOperator<float>& op) { Run(shape, op, "SSIM tangent"); }
-void SsimAdjoints(const ImageShape& shape, const SsimAdjointOperator<float>& op) { Run(shape, op, "SSIM adjoint"); }
-void RootTangents(const ImageShape& shape, const RootTangentOperator<float>& op) {
-  Run(shape, op, "SSIM root tangent");
-}
-void RootAdd(const ImageShape& shape, const RootAddOperator<float>& op) { Run(shape, op, "SSIM root adjoint"); }
-void RootDiagonal(const ImageShape& shape, const RootDiagonalOperator<float>& op) {
-  Run(shape, MakeSquaredWindowTaps<float>(), op, nullptr, "SSIM root diagonal");
-}
 void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op) { Run(shape, op, "weighted blur"); }
 void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op) { Run(shape, op, "blur and add"); }
 

@@ -13,11 +13,6 @@ void Windows(const ImageShape& shape, const WindowsOperator<float>& op, double* 
 void Gradient(const ImageShape& shape, const GradientOperator<float>& op);
 // partial_sums, sums: as for Windows.
 void Center(const ImageShape& shape, const CenterOperator<float>& op, double* partial_sums, double* sums);
-void SsimTangents(const ImageShape& shape, const SsimTangentOperator<float>& op);
-void SsimAdjoints(const ImageShape& shape, const SsimAdjointOperator<float>& op);
-void RootTangents(const ImageShape& shape, const RootTangentOperator<float>& op);
-void RootAdd(const ImageShape& shape, const RootAddOperator<float>& op);
-void RootDiagonal(const ImageShape& shape, const RootDiagonalOperator<float>& op);
 void WeightedBlur(const ImageShape& shape, const WeightedBlurOperator<float>& op);
 void BlurAdd(const ImageShape& shape, const BlurAddOperator<float>& op);
 // QuantizeTo8Bit on each value.

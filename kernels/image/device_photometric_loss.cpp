@@ -31,20 +31,13 @@ void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const Image
   if (gradient != nullptr && weights_.structure == SsimLinearization::kRootCenter) {
     return RunCenter(rendered, truth, shape, gradient, linearization);
   }
-  const bool root = linearization != nullptr && weights_.structure == SsimLinearization::kRoot;
-  DeviceBuffer<float>& p = root ? linearization->p : p_;
-  DeviceBuffer<float>& q = root ? linearization->q : q_;
-  DeviceBuffer<float>& s = root ? linearization->s : s_;
-  WindowsOperator<float> windows{rendered.data(), truth.data(), penalty_, nullptr, nullptr, nullptr, nullptr, nullptr};
+  WindowsOperator<float> windows{rendered.data(), truth.data(), penalty_, nullptr, nullptr, nullptr, nullptr};
   float* diagonal = nullptr;
   if (gradient != nullptr) {
-    for (auto* slopes : {&p, &q, &s}) ResizeIfNeeded(*slopes, n);
-    windows.p = p.data(), windows.q = q.data(), windows.s = s.data();
+    for (auto* slopes : {&p_, &q_, &s_}) ResizeIfNeeded(*slopes, n);
+    windows.p = p_.data(), windows.q = q_.data(), windows.s = s_.data();
   }
-  if (root) {
-    ResizeIfNeeded(linearization->weight, n);
-    windows.weight = linearization->weight.data();
-  } else if (linearization != nullptr) {
+  if (linearization != nullptr) {
     ResizeIfNeeded(linearization->curvature, n);
     windows.curvature = linearization->curvature.data();
     diagonal = linearization->diagonal.data();
@@ -53,12 +46,7 @@ void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const Image
   if (gradient == nullptr) return;
   const auto l1 = static_cast<float>(weights_.l1), ssim = static_cast<float>(weights_.ssim);
   device_image::Gradient(
-      shape, {rendered.data(), truth.data(), p.data(), q.data(), s.data(), l1, ssim, penalty_, gradient, diagonal});
-  if (!root) return;
-  linearization->rendered = rendered;
-  linearization->truth = truth;
-  device_image::RootDiagonal(shape, {rendered.data(), truth.data(), p.data(), q.data(), s.data(), windows.weight, l1,
-                                     ssim, penalty_, linearization->diagonal.data()});
+      shape, {rendered.data(), truth.data(), p_.data(), q_.data(), s_.data(), l1, ssim, penalty_, gradient, diagonal});
 }
 
 void DevicePhotometricLoss::RunCenter(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
@@ -108,18 +96,9 @@ void DevicePhotometricLoss::ApplyW(const Linearization& linearization, ConstView
     return CudaBackend<float>().Multiply(linearization.diagonal, v, out);
   }
   ResizeIfNeeded(blurred_, n);
-  if (weights_.structure == SsimLinearization::kRoot) return ApplyRoot(linearization, v, out);
   device_image::WeightedBlur(shape, {v.data(), linearization.curvature.data(), blurred_.data()});
   device_image::BlurAdd(
       shape, {blurred_.data(), static_cast<float>(weights_.ssim), linearization.diagonal.data(), v.data(), out.data()});
-}
-
-void DevicePhotometricLoss::ApplyRoot(const Linearization& linearization, ConstView v, View out) {
-  const Linearization& w = linearization;
-  const float *rendered = w.rendered.data(), *truth = w.truth.data(), *p = w.p.data(), *q = w.q.data(), *s = w.s.data();
-  device_image::RootTangents(w.shape, {{rendered, truth, p, q, s, v.data(), blurred_.data()}, w.weight.data()});
-  device_image::RootAdd(w.shape, {rendered, truth, p, q, s, static_cast<float>(weights_.l1),
-                                  static_cast<float>(weights_.ssim), penalty_, blurred_.data(), v.data(), out.data()});
 }
 
 }  // namespace vesta

@@ -8,13 +8,10 @@
 
 namespace vesta {
 
-// As PhotometricLinearization: of kQuadratic curvature; of kRoot the slopes and the weight, and views of the rendered
-// image and the truth, which must stay as they are.
+// As PhotometricLinearization.
 struct DevicePhotometricLinearization {
   ImageShape shape;
   DeviceBuffer<float> diagonal, curvature;
-  DeviceBuffer<float> p, q, s, weight;
-  Span<const float, Device> rendered, truth;
 };
 
 // Like PhotometricLoss. Functions that return a value wait for the device, the others do not.
@@ -45,7 +42,6 @@ class DevicePhotometricLoss {
   void Run(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient, Linearization* linearization);
   void RunCenter(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
                  Linearization* linearization);
-  void ApplyRoot(const Linearization& linearization, ConstView v, View out);
 
   PhotometricWeights weights_;
   PenaltyCoefficients<float> penalty_;

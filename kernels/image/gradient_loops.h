@@ -21,19 +21,12 @@ void Gradient(const RowRange<S>& rows, const GradientArgs<S>& args) {
     using T = typename std::remove_cvref_t<decltype(access)>::T;
     const SsimWindow<T> window = WindowOf(blurred);
     const SsimSlopes<T> slope(window);
-    const T value = window.Dissimilarity();
-    dissimilarity.Add(access.Used(value));
+    dissimilarity.Add(access.Used(window.Dissimilarity()));
     slopes.StoreRows(row, 0, column, access, slope.p);
     slopes.StoreRows(row, 1, column, access, slope.q);
     slopes.StoreRows(row, 2, column, access, slope.s);
-    if (row < rows.begin || row >= rows.end) return;
-    const Index i = PositionOf(rows, row, column);
-    if (args.curvature != nullptr) access.Store(args.curvature + i, SsimWindowCurvature(window, slope));
-    if (args.weight == nullptr) return;
-    access.Store(args.p + i, slope.p);
-    access.Store(args.q + i, slope.q);
-    access.Store(args.s + i, slope.s);
-    access.Store(args.weight + i, SsimRootWeight(value));
+    if (args.curvature == nullptr || row < rows.begin || row >= rows.end) return;
+    access.Store(args.curvature + PositionOf(rows, row, column), SsimWindowCurvature(window, slope));
   };
   const auto end_windows = [&](int row, int count) {
     double unused[3 * kBlockRows<S>];

@@ -1,5 +1,5 @@
 // Loops over image rows, compiled once per instruction set. Plain pointers: this is the seam between *.simd.cpp and the
-// classes that own memory and threads (photometric_loss.h, ssim_jacobian.h), which are what others use.
+// classes that own memory and threads (photometric_loss.h), which are what others use.
 //
 // Images here have planes of height * width values, one after the other (image_shape.h). Each function handles rows
 // begin..end of one plane, writes only those rows of its outputs, and gives them the same bits however the rows are
@@ -43,16 +43,14 @@ struct ValueArgs {
   LossTerms<S> loss;
 };
 
-// Also the gradient, ssim * J^T 1 + l1 * derivative of the penalty, J the Jacobian of 1 - SSIM. Outputs that are null
-// are not computed. The quadratic takes two images, the root four.
+// Also the gradient, ssim * J^T 1 + l1 * derivative of the penalty, J the Jacobian of 1 - SSIM. What is null is not
+// wanted.
 template <class S>
 struct GradientArgs {
   LossTerms<S> loss;
   S* gradient;
   // ssim * G s + l1 * curvature of the penalty, and the window curvature (photometric_formula.h).
   S *diagonal = nullptr, *curvature = nullptr;
-  // The slopes p, q, s of 1 - SSIM, and the weight of its root.
-  S *p = nullptr, *q = nullptr, *s = nullptr, *weight = nullptr;
 };
 
 // The same with each score differentiated by its own pixel: J its own diagonal. diagonal (null: not wanted) =
@@ -61,23 +59,6 @@ template <class S>
 struct CenterArgs {
   LossTerms<S> loss;
   S *gradient, *diagonal;
-};
-
-// dissimilarity = 1 - SSIM of each window, and its slopes p, q, s.
-template <class S>
-struct WindowArgs {
-  const S *rendered, *truth;
-  S* dissimilarity;
-  S *p, *q, *s;
-};
-
-// Jacobian of 1 - SSIM or its transpose: out = J in, or J^T in.
-template <class S>
-struct JacobianArgs {
-  const S *rendered, *truth;
-  const S *p, *q, *s;
-  const S* in;
-  S* out;
 };
 
 // out = d o v + scale * G (c o (G v)).
@@ -96,28 +77,13 @@ struct BlurAddArgs {
   S* out;
 };
 
-// out = ssim * J^T (weight o (J v)) + l1 * curvature of the penalty * v. Diagonal: the diagonal of that operator. It
-// ignores v, and needs G2 (squared taps) in place of G.
-template <class S>
-struct RootArgs {
-  LossTerms<S> loss;  // row_sums is not used
-  const S *p, *q, *s, *weight;
-  const S* v;
-  S* out;
-};
-
 template <class S>
 struct ImageKernels {
   void (*value)(const RowRange<S>&, const ValueArgs<S>&);
   void (*gradient)(const RowRange<S>&, const GradientArgs<S>&);
   void (*center)(const RowRange<S>&, const CenterArgs<S>&);
-  void (*windows)(const RowRange<S>&, const WindowArgs<S>&);
-  void (*tangent)(const RowRange<S>&, const JacobianArgs<S>&);
-  void (*adjoint)(const RowRange<S>&, const JacobianArgs<S>&);
   void (*curvature)(const RowRange<S>&, const CurvatureArgs<S>&);
   void (*blur_add)(const RowRange<S>&, const BlurAddArgs<S>&);
-  void (*root)(const RowRange<S>&, const RootArgs<S>&);
-  void (*root_diagonal)(const RowRange<S>&, const RootArgs<S>&);
 };
 
 // The kernels compiled for one instruction set, which the CPU must have. S is float or double.

@@ -2,15 +2,13 @@
 
 #include "kernels/image/curvature_loops.h"
 #include "kernels/image/gradient_loops.h"
-#include "kernels/image/jacobian_loops.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {
 namespace {
 
 template <class S>
-constexpr ImageKernels<S> kKernels{&Value<S>,   &Gradient<S>,  &Center<S>,  &Windows<S>, &Tangent<S>,
-                                   &Adjoint<S>, &Curvature<S>, &BlurAdd<S>, &Root<S>,    &RootDiagonal<S>};
+constexpr ImageKernels<S> kKernels{&Value<S>, &Gradient<S>, &Center<S>, &Curvature<S>, &BlurAdd<S>};
 
 }  // namespace
 

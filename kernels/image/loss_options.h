@@ -23,11 +23,9 @@ enum class PixelLinearization {
 enum class SsimLinearization {
   // 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1, D2, l frozen: of full rank, two blurs (photometric_formula.h).
   kQuadratic,
-  // Gauss-Newton on sqrt(1 - SSIM): rank one for each window, J^T diag(1 / (2 (1 - SSIM))) J, six blurs.
-  kRoot,
-  // The same with each score differentiated by its own pixel alone (3DGS-LM): W is pointwise, and the gradient is the
-  // sum of those derivatives, not the derivative of the cost. It is there for comparison with that paper only: the cost
-  // need not fall along it.
+  // Gauss-Newton on sqrt(1 - SSIM), each score differentiated by its own pixel alone (3DGS-LM): W is pointwise, and the
+  // gradient is the sum of those derivatives, not the derivative of the cost. It is there for comparison with that paper:
+  // the cost need not fall along it.
   kRootCenter,
 };
 

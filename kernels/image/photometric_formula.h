@@ -65,14 +65,7 @@ struct SsimSlopes {
   }
 };
 
-// d(1 - SSIM) from the blurred G(dx), G(x dx), G(e dx).
-template <class T>
-VESTA_HD inline T SsimTangent(const T& p, const T& q, const T& s, const T& blurred, const T& blurred_x,
-                              const T& blurred_e) {
-  return Fma(p, blurred, Fma(q, blurred_x, s * blurred_e));
-}
-
-// The transpose, pixel by pixel: from G(p v), G(q v), G(s v) to J^T v.
+// Its transpose, pixel by pixel: from G(p v), G(q v), G(s v) to J^T v.
 template <class T>
 VESTA_HD inline T SsimAdjoint(const T& x, const T& e, const T& blurred_p, const T& blurred_q, const T& blurred_s) {
   return Fma(x, blurred_q, Fma(e, blurred_s, blurred_p));
@@ -85,8 +78,8 @@ VESTA_HD inline T SsimWindowCurvature(const SsimWindow<T>& w, const SsimSlopes<T
   return w.inverse_d1 + w.inverse_d1 - slopes.s;
 }
 
-// Gauss-Newton on r = sqrt(d), d = 1 - SSIM, makes J^T diag(w) J of J = d(d)/dx: r^2 has the curvature 2 (J/2r)^T
-// (J/2r). This is w = 1 / (2 d), where d is at least what a float can resolve of it.
+// Gauss-Newton on r = sqrt(d), d = 1 - SSIM, makes w j^2 of j = d(d)/dx: r^2 has the curvature 2 (j/2r)^2. This is
+// w = 1 / (2 d), with a floor under d at what a float resolves of it.
 template <class T>
 VESTA_HD inline T SsimRootWeight(const T& dissimilarity) {
   const T floored = Max(dissimilarity, T(1e-6));
@@ -103,27 +96,6 @@ VESTA_HD inline T SsimCenterSlope(const T& centre, const T& x, const T& e, const
 template <class T>
 VESTA_HD inline T SsimCenterCurvature(const T& ssim, const T& by_center, const T& dissimilarity) {
   return ssim * (by_center * by_center) * SsimRootWeight(dissimilarity);
-}
-
-// The terms of the diagonal of J^T diag(w) J in one window.
-template <class T>
-struct SsimRootProducts {
-  T pp, qq, ss, pq, ps, qs;  // times w
-
-  VESTA_HD SsimRootProducts(const T& w, const T& p, const T& q, const T& s) {
-    const T wp = w * p, wq = w * q;
-    pp = wp * p, qq = wq * q, ss = w * s * s;
-    pq = wp * q, ps = wp * s, qs = wq * s;
-  }
-};
-
-// The diagonal of J^T diag(w) J at a pixel, from G2 f for f = w p^2, w q^2, w s^2, w p q, w p s, w q s, G2 the window
-// with its weights squared. Not negative.
-template <class T>
-VESTA_HD inline T SsimRootDiagonal(const T& x, const T& e, const T& pp, const T& qq, const T& ss, const T& pq,
-                                   const T& ps, const T& qs) {
-  const T mixed = Fma(x, pq, Fma(e, ps, x * e * qs));
-  return Max(Fma(x * x, qq, Fma(e * e, ss, pp)) + (mixed + mixed), T(0));
 }
 
 }  // namespace VESTA_ISA

@@ -6,15 +6,12 @@
 #include "kernels/core/buffer.h"
 #include "kernels/image/loss_options.h"
 #include "kernels/image/row_bands.h"
-#include "kernels/image/ssim_jacobian.h"
 
 namespace vesta {
 
 // Owned by the caller, one for each view that is linearised at the same time. Images of 3 * height * width values: the
 // diagonal, and by the choice of SsimLinearization
 //   kQuadratic   one more: W v = diagonal o v + ssim * G (curvature o (G v));
-//   kRoot        four more, and views of the rendered image and the truth, which must stay as they are:
-//                W v = l1 * penalty'' o v + ssim * J^T (weight o (J v)), J v in the slopes (ssim_jacobian.h);
 //   kRootCenter  none: W v = diagonal o v.
 template <class S>
 struct PhotometricLinearization {
@@ -23,9 +20,6 @@ struct PhotometricLinearization {
   // l1 * penalty'' + 2 ssim G(l / D2), the pointwise part (the part left out is negative for most windows).
   HostBuffer<S> diagonal;
   HostBuffer<S> curvature;  // 2 (1/D1 - l/D2)
-  SsimSlopeImages<S> slopes;
-  HostBuffer<S> weight;  // 1 / (2 (1 - SSIM)), with a floor
-  HostSpan<const S> rendered, truth;
 };
 
 // One choice of SsimLinearization. Images are of the shape of `bands`; sizes are checked by the caller.
@@ -37,7 +31,7 @@ class SsimStrategy {
 
   // Computes the sums of the loss, its gradient, and unless null its linearization.
   virtual void Gradient(RowBands<S>& bands, const LossTerms<S>& loss, S* gradient, Linearization* linearization) = 0;
-  // out = W v. loss: the weights and the penalty, and the images of the linearization where it keeps them.
+  // out = W v. loss: its weights alone.
   virtual void ApplyW(RowBands<S>& bands, const LossTerms<S>& loss, const Linearization& linearization, const S* v,
                       S* out) = 0;
   // out = the exact diagonal of W.
@@ -47,8 +41,6 @@ class SsimStrategy {
 
 template <class S>
 std::unique_ptr<SsimStrategy<S>> MakeQuadraticSsim();
-template <class S>
-std::unique_ptr<SsimStrategy<S>> MakeRootSsim();
 template <class S>
 std::unique_ptr<SsimStrategy<S>> MakeRootCenterSsim();
 

@@ -8,8 +8,6 @@ namespace {
 template <class S>
 std::unique_ptr<SsimStrategy<S>> MakeSsimStrategy(SsimLinearization kind) {
   switch (kind) {
-    case SsimLinearization::kRoot:
-      return MakeRootSsim<S>();
     case SsimLinearization::kRootCenter:
       return MakeRootCenterSsim<S>();
     default:

@@ -101,20 +101,5 @@ void Value(const RowRange<S>& rows, const ValueArgs<S>& args) {
   BlurRows<2, 4>(rows, SumAndDifference(loss.rendered, loss.truth), kWithSquares, measure, end_rows);
 }
 
-template <class S>
-void Windows(const RowRange<S>& rows, const WindowArgs<S>& args) {
-  const auto measure = [&](int row, int column, const auto& access, const auto& blurred) {
-    using T = typename std::remove_cvref_t<decltype(access)>::T;
-    const Index i = PositionOf(rows, row, column);
-    const SsimWindow<T> window = WindowOf(blurred);
-    const SsimSlopes<T> slopes(window);
-    access.Store(args.dissimilarity + i, window.Dissimilarity());
-    access.Store(args.p + i, slopes.p);
-    access.Store(args.q + i, slopes.q);
-    access.Store(args.s + i, slopes.s);
-  };
-  BlurRows<2, 4>(rows, SumAndDifference(args.rendered, args.truth), kWithSquares, measure, kNothing);
-}
-
 }  // namespace VESTA_ISA
 }  // namespace vesta

@@ -37,12 +37,11 @@ struct Images {
 HostSpan<const double> ViewOf(const std::vector<double>& x) { return {x.data(), static_cast<Index>(x.size())}; }
 
 template <class Operator>
-std::vector<double> RunBlocks(const ImageShape& shape, const Operator& op, ThreadOrder order,
-                              const WindowTaps<double>& taps = MakeWindowTaps<double>()) {
+std::vector<double> RunBlocks(const ImageShape& shape, const Operator& op, ThreadOrder order) {
   using Kernel = BlurBlock<double, Operator>;
   const Index blocks = Kernel::NumBlocks(shape.width, shape.height);
   std::vector<double> partial(static_cast<std::size_t>(blocks * Operator::kSums));
-  test::Emulate(Kernel{shape.width, shape.height, taps, op, partial.data()}, blocks, order);
+  test::Emulate(Kernel{shape.width, shape.height, MakeWindowTaps<double>(), op, partial.data()}, blocks, order);
   std::vector<double> sums(Operator::kSums);
   if constexpr (Operator::kSums > 0) {
     test::Emulate(SumPartials<Operator::kSums>{partial.data(), blocks, sums.data()}, Operator::kSums, order);
@@ -97,30 +96,6 @@ TEST_P(BlurBlocks, LossGradientAndCurvatureAreThoseOfTheHost) {
   ExpectNear(found_Wv, ViewOf(Wv));
 }
 
-TEST_P(BlurBlocks, SsimJacobianIsThatOfTheHost) {
-  const Images images(20, 50);
-  const Index n = images.shape.NumValues();
-  SsimJacobian<double> jacobian;
-  std::vector<double> expected = images.Unwritten(), p = expected, q = p, s = p, found = p;
-  jacobian.Linearize(ViewOf(images.rendered), ViewOf(images.truth), images.shape, {expected.data(), n});
-  RunBlocks(images.shape,
-            WindowsOperator<double>{images.rendered.data(), images.truth.data(), PenaltyCoefficientsOf<double>({}),
-                                    p.data(), q.data(), s.data(), nullptr},
-            GetParam());
-  jacobian.Apply(ViewOf(images.v), {expected.data(), n});
-  RunBlocks(images.shape,
-            SsimTangentOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(),
-                                        images.v.data(), found.data()},
-            GetParam());
-  ExpectNear(found, ViewOf(expected));
-  jacobian.ApplyAdjoint(ViewOf(images.v), {expected.data(), n});
-  RunBlocks(images.shape,
-            SsimAdjointOperator<double>{images.rendered.data(), images.truth.data(), p.data(), q.data(), s.data(),
-                                        images.v.data(), found.data()},
-            GetParam());
-  ExpectNear(found, ViewOf(expected));
-}
-
 // What the host's loss makes of the images with one choice of structure.
 struct HostLoss {
   PhotometricWeights weights;
@@ -141,33 +116,6 @@ struct HostLoss {
     EXPECT_NEAR(sums[2], value.dissimilarity, 1e-12 * value.dissimilarity);
   }
 };
-
-TEST_P(BlurBlocks, RootOfSsimIsThatOfTheHost) {
-  const Images images(45, 37);
-  const HostLoss host(images, SsimLinearization::kRoot);
-  const double *rendered = images.rendered.data(), *truth = images.truth.data();
-  const auto penalty = PenaltyCoefficientsOf<double>(host.weights);
-  std::vector<double> p = images.Unwritten(), q = p, s = p, weight = p, diagonal = p, half = p, Wv = p;
-  host.ExpectSums(
-      RunBlocks(images.shape,
-                WindowsOperator<double>{rendered, truth, penalty, p.data(), q.data(), s.data(), nullptr, weight.data()},
-                GetParam()));
-  ExpectNear(weight, host.w.weight);
-  RunBlocks(images.shape,
-            RootDiagonalOperator<double>{rendered, truth, p.data(), q.data(), s.data(), weight.data(), host.weights.l1,
-                                         host.weights.ssim, penalty, diagonal.data()},
-            GetParam(), MakeSquaredWindowTaps<double>());
-  ExpectNear(diagonal, host.w.diagonal);
-  RunBlocks(images.shape,
-            RootTangentOperator<double>{{rendered, truth, p.data(), q.data(), s.data(), images.v.data(), half.data()},
-                                        weight.data()},
-            GetParam());
-  RunBlocks(images.shape,
-            RootAddOperator<double>{rendered, truth, p.data(), q.data(), s.data(), host.weights.l1, host.weights.ssim,
-                                    penalty, half.data(), images.v.data(), Wv.data()},
-            GetParam());
-  ExpectNear(Wv, ViewOf(host.Wv));
-}
 
 TEST_P(BlurBlocks, RootByCentresIsThatOfTheHost) {
   const Images images(33, 50);

@@ -33,7 +33,6 @@ const Variant kVariants[] = {
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kRandom, 3};
      }},
-    {"root", [](SplatProblemOptions& o) { o.weights.structure = SsimLinearization::kRoot; }},
     {"paper_code",
      [](SplatProblemOptions& o) {
        o.weights = {
