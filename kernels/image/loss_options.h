@@ -24,7 +24,8 @@ enum class SsimLinearization {
   // 1 - SSIM = (Ge)^2 / D1 + l Var(e) / D2 with D1, D2, l frozen: of full rank, two blurs (photometric_formula.h).
   kQuadratic,
   // Gauss-Newton on sqrt(1 - SSIM), each score differentiated by its own pixel alone (3DGS-LM): W is pointwise, and the
-  // gradient is the sum of those derivatives, not the derivative of the cost. It is there for comparison with that paper:
+  // gradient is the sum of those derivatives, not the derivative of the cost. It is there for comparison with that
+  // paper:
   // the cost need not fall along it.
   kRootCenter,
 };

@@ -7,8 +7,8 @@
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/adam/adam_rule.h"
 #include "problems/gaussian_splatting/adam/block_adam_formula.h"
+#include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
-#include "problems/gaussian_splatting/train/lm_steps.h"
 #include "solver/memory.h"
 
 namespace vesta::gs {

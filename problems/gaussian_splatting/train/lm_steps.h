@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/session.h"
@@ -19,7 +20,6 @@ namespace vesta::gs {
 // units: of length, of each Gaussian.
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
                                      const std::vector<float>& units);
-vesta::LmOptions LmEngineOptions(const LmStageOptions& lm);
 
 // Where the stage starts: anew, or from what was saved.
 class LmStart {

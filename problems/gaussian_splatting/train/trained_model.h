@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/gaussian_splatting/project_kernels.h"
 #include "problems/gaussian_splatting/adam/adam.h"
 #include "problems/gaussian_splatting/adam/parameter_mean.h"
 #include "problems/gaussian_splatting/density/density.h"
