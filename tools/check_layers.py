@@ -2,6 +2,7 @@
 """Checks that the arrows of docs/architecture.md hold in every #include.
 
   tools/check_layers.py              checks the tree this script lies in
+  tools/check_layers.py --graph ROOM draws the floors of the rooms beneath ROOM, by the includes there are
   tools/check_layers.py --self_test  plants one violation of each kind in a made-up tree and expects the report
 """
 import pathlib
@@ -114,6 +115,36 @@ def faults_in(root):
     return len(files), found
 
 
+def draw(root, top):
+    """Prints the rooms beneath `top` floor by floor, each above all that it includes; returns the arrows back up."""
+    uses = {room: set() for room in ALLOWED if room.startswith(top + "/")}
+    lines = dict.fromkeys(uses, 0)
+    for file in sorted((root / top).rglob("*")):
+        room = room_of(file.relative_to(root).as_posix())
+        if file.suffix not in SOURCES or room not in uses:
+            continue
+        for line in file.read_text(encoding="utf-8").splitlines():
+            lines[room] += 1
+            match = INCLUDE.match(line)
+            target = match and match.group(1) and room_of(match.group(1))
+            if target in uses and target != room:
+                uses[room].add(target)
+    floors, rest = [], dict(uses)
+    while rest:
+        floor = [room for room in rest if not rest[room] - set().union(*floors, set())]
+        if not floor:
+            break
+        floors.append(floor)
+        for room in floor:
+            del rest[room]
+    for number, floor in reversed(list(enumerate(floors, 1))):
+        for room in floor:
+            below = ", ".join(sorted(target.split("/")[-1] for target in uses[room]))
+            print(f"floor {number}  {room.split('/')[-1]:<10}{lines[room]:>6} lines" + (f"  <- {below}" if below else ""))
+    print(f"arrows back up: {len(rest)}")
+    return 1 if rest or not uses else 0
+
+
 def self_test():
     planted = {
         "kernels/math/a.h": '#include "kernels/core/span.h"',
@@ -158,6 +189,8 @@ def self_test():
 def main():
     if sys.argv[1:] == ["--self_test"]:
         return self_test()
+    if sys.argv[1:2] == ["--graph"]:
+        return draw(pathlib.Path(__file__).resolve().parent.parent, sys.argv[2])
     count, found = faults_in(pathlib.Path(__file__).resolve().parent.parent)
     print("\n".join(found) if found else f"layers: {count} files, every include follows the arrows")
     return 1 if found or count == 0 else 0
