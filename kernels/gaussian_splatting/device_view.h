@@ -1,12 +1,14 @@
 // One view of a model in the memory of a GPU: the same operators as View, in float.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "kernels/core/device_buffer.h"
 #include "kernels/gaussian_splatting/device_cache.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/view_counts.h"
 
 namespace vesta::splat {
 
@@ -20,12 +22,37 @@ struct DeviceViewWorkspace {
   DeviceBuffer<SplatTangent<float>> pair_sums, splat_sums;
   DeviceBuffer<SplatGram<float>> pair_grams, splat_grams;
   DeviceBuffer<unsigned char> temporary;
+
+  // As ViewWorkspace's.
+  static double BuildBytes(const ViewCounts& view, double gaussians) {
+    // Of CUB's sort, for each thing sorted: counters of the digits in each piece of some thousand. Estimated.
+    constexpr double kSort = 0.25;
+    return kSpareRoom * (gaussians * (4 * sizeof(std::uint32_t) + sizeof(Splat<float>)) +
+                         5 * sizeof(std::uint32_t) * view.pairs) +
+           sizeof(Index) * view.splats + kSort * std::max(gaussians, view.pairs);
+  }
+  static double ProductBytes(const ViewCounts& view) {
+    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatTangent<float>);
+  }
+  // Entries are counted pair by pair, where else splats' tiles are.
+  static double CacheBytes(const ViewCounts& view) { return sizeof(Index) * std::max(0.0, view.pairs - view.splats); }
+  static double GramBytes(const ViewCounts& view) {
+    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatGram<float>);
+  }
 };
 
 // All pointers are to memory of the GPU. Build waits for the device twice, to learn how much memory the lists take; the
 // operators neither wait nor, after their first call, allocate. The same bits every time: no sum is made by atomics.
 class DeviceView {
  public:
+  using Cache = DeviceJacobianCache;
+
+  // As View's.
+  static double Bytes(const ViewCounts& view, double gaussians) {
+    return sizeof(Splat<float>) * view.splats + sizeof(std::int32_t) * gaussians +
+           sizeof(Index) * (view.splats + view.tiles) + 2 * sizeof(std::uint32_t) * view.pairs;
+  }
+
   // As View::Build.
   void Build(const Model<float>& model, const PinholeView& view, const double background[3],
              DeviceViewWorkspace& workspace);

@@ -5,6 +5,7 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/view_counts.h"
 
 namespace vesta::splat {
 
@@ -35,6 +36,11 @@ class TileBins {
   const std::uint32_t* pairs_of_splat() const { return pairs_of_splat_.data(); }
   // [num_pairs] the tile of each of those.
   const std::uint32_t* tiles_of_splat() const { return tiles_of_splat_.data(); }
+
+  // Of the lists of such a view.
+  static double Bytes(const ViewCounts& view) {
+    return sizeof(std::int64_t) * (view.tiles + view.splats) + 3 * sizeof(std::uint32_t) * view.pairs;
+  }
 
  private:
   int tiles_x_ = 0, tiles_y_ = 0;

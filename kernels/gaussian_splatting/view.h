@@ -9,6 +9,7 @@
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/raster_kernels.h"
 #include "kernels/gaussian_splatting/tiles.h"
+#include "kernels/gaussian_splatting/view_counts.h"
 
 namespace vesta::splat {
 
@@ -21,6 +22,19 @@ struct ViewWorkspace {
   HostBuffer<SplatTangent<S>> pair_sums, splat_sums;
   HostBuffer<SplatGram<S>> pair_grams, splat_grams;
   HostBuffer<S> u_tiles;
+
+  // Bytes of what Build takes of it for such a view of so many Gaussians, of what J and J^T take, a cached Jacobian
+  // besides, and Gram matrices.
+  static double BuildBytes(const ViewCounts& view, double gaussians) {
+    return kSpareRoom * gaussians * (sizeof(std::uint32_t) + sizeof(Splat<S>)) + 2 * sizeof(KeyValue) * view.splats;
+  }
+  static double ProductBytes(const ViewCounts& view) {
+    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatTangent<S>);
+  }
+  static double CacheBytes(const ViewCounts& view) { return 3 * sizeof(S) * kTileSize * kTileSize * view.tiles; }
+  static double GramBytes(const ViewCounts& view) {
+    return kSpareRoom * (view.splats + view.pairs) * sizeof(SplatGram<S>);
+  }
 };
 
 // The image of a model in a view is y -> image after x -> y: J = J_raster J_project, both linear maps below at the x
@@ -28,6 +42,13 @@ struct ViewWorkspace {
 template <class S>
 class View {
  public:
+  using Cache = JacobianCache<S>;
+
+  // Of such a view of so many Gaussians, without a cache.
+  static double Bytes(const ViewCounts& view, double gaussians) {
+    return sizeof(Splat<S>) * view.splats + sizeof(std::int32_t) * gaussians + TileBins::Bytes(view);
+  }
+
   // Projects, sorts by (depth, index) and bins. x is read here and again by the operators, which must be given the
   // same.
   void Build(const Model<S>& model, const PinholeView& view, const double background[3], ViewWorkspace<S>& workspace);

@@ -9,6 +9,7 @@ namespace vesta {
 // Like ImageQualityMeter, but quantises both images in place. Waits for the device.
 class DeviceImageQualityMeter {
  public:
+  static double Bytes(double /*pixels*/) { return 0; }
   ImageQuality Measure(Span<float, Device> rendered, Span<float, Device> truth, const ImageShape& shape);
 
  private:

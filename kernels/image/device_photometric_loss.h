@@ -21,6 +21,14 @@ class DevicePhotometricLoss {
   using ConstView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
+  // As PhotometricLoss's, of one object: three slopes, and what W blurs.
+  static double GradientBytes(SsimLinearization structure, double pixels) {
+    return structure == SsimLinearization::kRootCenter ? 0 : 3 * ImageShape::kChannels * sizeof(float) * pixels;
+  }
+  static double ProductBytes(SsimLinearization structure, double pixels) {
+    return GradientBytes(structure, pixels) * 4 / 3;
+  }
+
   // Throws Error for negative weights or a Huber threshold that is not positive.
   explicit DevicePhotometricLoss(const PhotometricWeights& weights = {});
 

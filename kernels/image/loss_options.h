@@ -30,6 +30,11 @@ enum class SsimLinearization {
   kRootCenter,
 };
 
+// Images that a linearization of the loss holds: the diagonal of W, and what W blurs.
+constexpr int LinearizationImages(SsimLinearization structure) {
+  return structure == SsimLinearization::kRootCenter ? 1 : 2;
+}
+
 struct PhotometricWeights {
   double l1 = 0.8;
   double ssim = 0.2;

@@ -17,6 +17,8 @@ ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageSha
 // Measures views one after the other; keeps its working memory. Truth and rendered image are both quantised first.
 class ImageQualityMeter {
  public:
+  // Of its images.
+  static double Bytes(double pixels) { return 2 * ImageShape::kChannels * sizeof(float) * pixels; }
   // Sizes must be those of the shape, else throws Error.
   ImageQuality Measure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape);
 

@@ -10,9 +10,11 @@
 // Other costs in place of |e| and other curvatures: loss_options.h.
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "kernels/core/buffer.h"
+#include "kernels/core/parallel.h"
 #include "kernels/image/loss_options.h"
 #include "kernels/image/photometric_linearization.h"
 #include "kernels/image/row_bands.h"
@@ -39,6 +41,14 @@ class PhotometricLoss {
   using View = HostSpan<S>;
   using ConstView = HostSpan<const S>;
   using Linearization = PhotometricLinearization<S>;
+
+  // Bytes of what all objects together work in where they make a gradient, and with the products of W: scratch rows of
+  // each thread (an image is taken to be up to twice as wide as high).
+  static double GradientBytes(SsimLinearization /*structure*/, double pixels) {
+    const auto width = static_cast<int>(std::sqrt(2 * pixels));
+    return sizeof(S) * NumThreads() * static_cast<double>(RowRange<S>::kScratchRows * ScratchStride(width));
+  }
+  static double ProductBytes(SsimLinearization structure, double pixels) { return GradientBytes(structure, pixels); }
 
   // Throws Error for negative weights or a Huber threshold that is not positive.
   explicit PhotometricLoss(const PhotometricWeights& weights = {}, Isa isa = ActiveIsa());

@@ -42,8 +42,6 @@ double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
                                               : 0;
 }
 
-int LossImages(const LmStageOptions& lm) { return lm.ssim == SsimLinearization::kRootCenter ? 1 : 2; }
-
 double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing) {
   vesta::LmOptions engine = LmEngineOptions(lm);

@@ -19,9 +19,6 @@ double PerGaussianBytes(const MemoryScene& scene);
 // The bases of Adam's blocks, where it has them.
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
-// Images that the linearization of a view's loss holds.
-int LossImages(const LmStageOptions& lm);
-
 // What passes over views work in and give back.
 struct PassingBytes {
   double gram = 0;        // measuring Gram matrices

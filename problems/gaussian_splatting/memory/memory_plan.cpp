@@ -6,7 +6,6 @@
 
 #include "kernels/core/error.h"
 #include "kernels/core/process_memory.h"
-#include "problems/gaussian_splatting/memory/device_stage_bytes.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
 
 namespace vesta::gs {

@@ -3,18 +3,13 @@
 
 #include <vector>
 
+#include "kernels/gaussian_splatting/view_counts.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::gs {
 
-// What a view of a model needs memory for.
-struct ViewCounts {
-  double pixels = 0, tiles = 0;
-  double splats = 0;   // seen
-  double pairs = 0;    // of splat and tile
-  double entries = 0;  // of pixel and splat: those of a cached Jacobian
-};
+using splat::ViewCounts;
 
 // A model and its views, for the sums below.
 struct MemoryScene {

@@ -1,99 +1,120 @@
 #include "problems/gaussian_splatting/memory/stage_bytes.h"
 
 #include <algorithm>
-#include <cmath>
+#include <type_traits>
 
-#include "kernels/core/parallel.h"
-#include "kernels/gaussian_splatting/jacobian_cache.h"
-#include "kernels/gaussian_splatting/view.h"
-#include "kernels/image/image_kernels.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
 
 namespace vesta::gs {
 namespace {
 
-// A splat::View<float>.
-double ViewBytes(const ViewCounts& view, Index gaussians) {
-  const double offsets = sizeof(std::int64_t), index = sizeof(std::uint32_t);
-  return view.splats * (sizeof(splat::Splat<float>) + offsets) + index * static_cast<double>(gaussians) +
-         view.tiles * offsets + 3 * index * view.pairs;
+using Cpu = CpuBackend<float>;
+using Gpu = CudaBackend<float>;
+
+// What the stages in the memory of B are made of; whoever allocates says how much.
+template <class B>
+class Parts {
+ public:
+  using Splats = SplatBackend<B>;
+  using Workspace = typename Splats::Workspace;
+  using Loss = typename Splats::Loss;
+
+  explicit Parts(const MemoryScene& scene)
+      : scene_(scene), most_(scene.Largest()), gaussians_(static_cast<double>(scene.gaussians)) {}
+
+  const ViewCounts& most() const { return most_; }
+  double Image() const { return kImageBytes * most_.pixels; }
+  double View() const { return ViewBytes(most_); }
+  // What the passes over views work in, but for Gram matrices.
+  double Passes() const { return Workspace::BuildBytes(most_, gaussians_) + Workspace::ProductBytes(most_); }
+  double Truths() const {
+    double bytes = 0;
+    for (const ViewCounts& view : scene_.views) bytes += Splats::TruthBytes(view.pixels);
+    return bytes;
+  }
+  // Beside the workspace: a view, its image and truth, and what the meter makes of them.
+  double Evaluation() const {
+    return View() + Image() + Splats::TruthBytes(most_.pixels) + Splats::QualityMeter::Bytes(most_.pixels);
+  }
+  // Of the session's renderer, which stays.
+  double SessionWorkspace() const {
+    return std::is_same_v<typename B::Space, Host> ? Workspace::BuildBytes(most_, gaussians_) : 0;
+  }
+  // A view with its image, those of its loss, and its cached Jacobian.
+  double LinearizedView(const ViewCounts& view, const LmStageOptions& lm) const {
+    const double bytes = ViewBytes(view) + (1 + LinearizationImages(lm.ssim)) * kImageBytes * view.pixels;
+    if (!IsCached(lm.jacobian)) return bytes;
+    const auto format = lm.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+    return bytes + static_cast<double>(Splats::View::Cache::NumBytes(static_cast<Index>(view.entries),
+                                                                     static_cast<Index>(view.pairs), format));
+  }
+
+ private:
+  double ViewBytes(const ViewCounts& view) const { return Splats::View::Bytes(view, gaussians_); }
+
+  const MemoryScene& scene_;
+  ViewCounts most_;
+  double gaussians_;
+};
+
+template <class B>
+double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
+  const Parts<B> parts(scene);
+  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
+  // The model, two moments and the bases; units, and with density pulls and observations, by Gaussian.
+  const double held = parts.Truths() + 3 * vector + bases +
+                      (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
+  // The gradient; the image and its gradient; in the end the mean of the parameters.
+  const double step = vector + parts.View() + parts.Passes() + 2 * parts.Image() +
+                      Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
+                      parts.Evaluation();
+  const double average = options.adam.average_part > 0 ? vector : 0;
+  // Bases or a vector once more; sources and fates.
+  const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
+  return held + std::max(step + average, rearranging);
 }
 
-// The parts of a splat::ViewWorkspace<float> that projecting, J^T, and Gram matrices need.
-double ProjectBytes(const ViewCounts& view, Index gaussians) {
-  return static_cast<double>(gaussians) * (sizeof(std::uint32_t) + sizeof(splat::Splat<float>)) +
-         2 * sizeof(KeyValue) * view.splats;
-}
-double SumBytes(const ViewCounts& view, std::size_t record) {
-  return (view.splats + view.pairs) * static_cast<double>(record);
-}
-
-// What PhotometricLoss<float> works in, all its objects together: scratch rows for each thread (an image is taken to be
-// up to twice as wide as high).
-double LossBytes(const ViewCounts& view) {
-  const auto width = static_cast<int>(std::sqrt(2 * view.pixels));
-  return sizeof(float) * NumThreads() * static_cast<double>(RowRange<float>::kScratchRows * ScratchStride(width));
-}
-
-// What an evaluation needs while a stage is under way: a renderer, which stays; and its image, and the meters.
-double RendererBytes(const ViewCounts& view, Index gaussians) {
-  return ViewBytes(view, gaussians) + ProjectBytes(view, gaussians);
-}
-double MetersBytes(const ViewCounts& view) { return 3 * kImageBytes * view.pixels + LossBytes(view); }
-double EvaluationBytes(const ViewCounts& view, Index gaussians) {
-  return RendererBytes(view, gaussians) + MetersBytes(view);
-}
-
-double CacheBytes(const ViewCounts& view, const LmStageOptions& lm) {
-  if (!IsCached(lm.jacobian)) return 0;
-  const auto format = lm.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
-  return static_cast<double>(
-      splat::JacobianCache<float>::NumBytes(static_cast<Index>(view.entries), static_cast<Index>(view.pairs), format));
-}
-
-double LinearizedViewBytes(const ViewCounts& view, Index gaussians, const LmStageOptions& lm) {
-  // The image, and those of its loss.
-  return ViewBytes(view, gaussians) + (1 + LossImages(lm)) * kImageBytes * view.pixels + CacheBytes(view, lm);
+template <class B>
+double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
+  const Parts<B> parts(scene);
+  using Workspace = typename Parts<B>::Workspace;
+  double views_bytes = 0, rebuilt = 0;
+  if (lm.jacobian == JacobianKind::kRebuild) {
+    // One view for each linearization that is held.
+    const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
+    rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * parts.LinearizedView(parts.most(), lm);
+  } else {
+    for (const ViewCounts& view : scene.views) views_bytes += parts.LinearizedView(view, lm);
+  }
+  const PassingBytes passing{.gram = Workspace::GramBytes(parts.most()),
+                             .cost = parts.View() + parts.Image(),
+                             .evaluation = parts.Evaluation()};
+  // Units by Gaussian.
+  return parts.Truths() + EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) +
+         rebuilt + parts.Passes() + (IsCached(lm.jacobian) ? Workspace::CacheBytes(parts.most()) : 0) +
+         Parts<B>::Loss::ProductBytes(lm.ssim, parts.most().pixels) + parts.SessionWorkspace();
 }
 
 }  // namespace
 
-double AdamBytes(const MemoryScene& scene, const StageOptions& options) {
-  const bool density = options.density.enabled;
-  const ViewCounts most = scene.Largest();
-  const Index n = scene.gaussians;
-  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
-  // The model, its gradient, two moments and the bases; while Gaussians are rearranged one vector is there twice, later
-  // there is the mean of the parameters.
-  return 4 * vector + bases + (density || options.adam.average_part > 0 ? vector : 0) +
-         (density ? 3 : 1) * PerGaussianBytes(scene) + ViewBytes(most, n) + ProjectBytes(most, n) +
-         SumBytes(most, sizeof(splat::SplatTangent<float>)) + 2 * kImageBytes * most.pixels + EvaluationBytes(most, n);
+double AdamBytes(const MemoryScene& scene, const StageOptions& options) { return AdamBytesIn<Cpu>(scene, options); }
+double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options) {
+  return AdamBytesIn<Gpu>(scene, options);
 }
 
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
-  const ViewCounts most = scene.Largest();
-  const Index n = scene.gaussians;
-  double views_bytes = 0;
-  for (const ViewCounts& view : scene.views) views_bytes += LinearizedViewBytes(view, n, lm);
-  double rebuilt = 0;
-  if (lm.jacobian == JacobianKind::kRebuild) {
-    // One view for each linearization that is held.
-    const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
-    rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * LinearizedViewBytes(most, n, lm);
-    views_bytes = 0;
-  }
-  double workspace = ProjectBytes(most, n) + SumBytes(most, sizeof(splat::SplatTangent<float>));
-  if (IsCached(lm.jacobian)) workspace += kImageBytes * splat::kTileSize * splat::kTileSize * most.tiles;
-  const PassingBytes passing{.gram = SumBytes(most, sizeof(splat::SplatGram<float>)),
-                             .cost = ViewBytes(most, n) + kImageBytes * most.pixels,
-                             .evaluation = MetersBytes(most)};
-  return EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) + rebuilt + workspace +
-         RendererBytes(most, n);
+  return LmBytesIn<Cpu>(scene, lm, hold_batches);
+}
+double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
+  return LmBytesIn<Gpu>(scene, lm, hold_batches);
 }
 
 double ModelBytes(const MemoryScene& scene) {
-  return VectorBytes(scene) + EvaluationBytes(scene.Largest(), scene.gaussians);
+  const Parts<Cpu> parts(scene);
+  return VectorBytes(scene) + parts.SessionWorkspace() + parts.Evaluation() +
+         Parts<Cpu>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels);
 }
 
 }  // namespace vesta::gs

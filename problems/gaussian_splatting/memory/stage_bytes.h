@@ -1,5 +1,5 @@
-// Bytes that each stage of training holds at its peak in the memory of the host, beside the scene's images and the
-// program: the model, and all that the stage keeps.
+// Bytes that each stage of training holds at its peak, beside the scene's images and the program: the model, and all
+// that the stage keeps. Sums alone: no GPU is needed for those of one.
 #pragma once
 
 #include "problems/gaussian_splatting/memory/memory_scene.h"
@@ -7,11 +7,16 @@
 
 namespace vesta::gs {
 
+// In the memory of the host.
 double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 // lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
 // batches are there at once.
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
 // The model and what evaluating it needs: all there is between the stages.
 double ModelBytes(const MemoryScene& scene);
+
+// In that of a GPU, with the truths of all views.
+double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options);
+double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
 
 }  // namespace vesta::gs

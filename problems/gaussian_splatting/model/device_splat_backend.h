@@ -22,6 +22,7 @@ struct SplatBackend<CudaBackend<float>> {
     Show(truth, copy);
     return copy;
   }
+  static double TruthBytes(double pixels) { return ImageShape::kChannels * sizeof(float) * pixels; }
   template <class Space>
   static void Show(Span<const float, Space> from, Truth& to) {
     to.CopyFrom(from);

@@ -25,6 +25,7 @@ struct SplatBackend<CpuBackend<S>> {
   // The truth of a view: that of the scene itself, which must outlive its users.
   using Truth = HostSpan<const S>;
   static Truth MakeTruth(HostSpan<const S> truth) { return truth; }
+  static double TruthBytes(double /*pixels*/) { return 0; }
   // to becomes a truth that the quality meter may write into where it does.
   static void Show(HostSpan<const S> from, Truth& to) { to = from; }
 };

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "kernels/gaussian_splatting/types.h"
-#include "problems/gaussian_splatting/memory/device_stage_bytes.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/train/device_stages.h"
 #include "tests/problems/gaussian_splatting/memory/memory_run.h"
