@@ -14,7 +14,7 @@
 #include "bench/report.h"
 #include "kernels/core/device_kernels.h"
 #include "kernels/gaussian_splatting/device_passes.h"
-#include "kernels/gaussian_splatting/device_view.h"
+#include "kernels/gaussian_splatting/device_splat_view.h"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
@@ -36,7 +36,7 @@ class GpuBench {
     fmt::print("copy {:.0f} GB/s, multiply-adds {:.1f} TFLOP/s\n", bytes_per_second_ / 1e9, flops_per_second_ / 1e12);
     x_.CopyFrom(HostSpan<const float>(workload.model.data.data(), static_cast<Index>(workload.model.data.size())));
     Build();
-    splat::View<float> host;
+    splat::SplatView<float> host;
     splat::ViewWorkspace<float> workspace;
     host.Build(gs::ToKernelModel(workload.model), workload.views.front(), background_, workspace);
     visits_ = host.CountVisits();
@@ -209,7 +209,7 @@ class GpuBench {
   double bytes_per_second_ = 0, flops_per_second_ = 0, forward_ = 0, j_v_ = 0, jt_u_ = 0;
   std::map<std::string, double> share_;
   DeviceBuffer<float> x_;
-  splat::DeviceView view_;
+  splat::DeviceSplatView view_;
   splat::DeviceViewWorkspace workspace_;
   splat::VisitCounts visits_;
 };

@@ -14,7 +14,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/view.h"
+#include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/adam/adam.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
@@ -82,7 +82,7 @@ class Bench {
     Add("J^T u", 0, [&] { view_.AddJT(model(), image.data(), d_image.data(), gradient.data(), workspace_); });
     for (const splat::CacheFormat format : {splat::CacheFormat::kFull, splat::CacheFormat::kHalf}) {
       const int bits = format == splat::CacheFormat::kFull ? 32 : 16;
-      splat::View<float> cached;
+      splat::SplatView<float> cached;
       cached.Build(model(), workload_.views.front(), background_, workspace_);
       Add(fmt::format("cache{}: build", bits), 0, [&] { cached.CacheJacobian(image.data(), format, workspace_); });
       Add(fmt::format("cache{}: J v", bits), 0, [&] { cached.ApplyJ(model(), dx.data(), d_image.data(), workspace_); });
@@ -181,7 +181,7 @@ class Bench {
   const double rate_;
   Report& report_;
   const double background_[3] = {0, 0, 0};
-  splat::View<float> view_;
+  splat::SplatView<float> view_;
   splat::ViewWorkspace<float> workspace_;
   splat::VisitCounts visits_;
 };

@@ -19,7 +19,7 @@ Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
   workload.model = gs::ReadSplatPly(ply);
   workload.extent = scene.extent;
   for (const gs::View& view : scene.views) {
-    workload.views.push_back(gs::ToPinhole(view, gs::NearPlane(scene)));
+    workload.views.push_back(gs::ToPosedCamera(view, gs::NearPlane(scene)));
     workload.photographs.push_back(view.image.rgb);
     if (workload.views.back().width != workload.shape().width ||
         workload.views.back().height != workload.shape().height) {
@@ -35,10 +35,10 @@ Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views
   if (views > 1) workload.name += fmt::format(", {} views", views);
   const double height = std::round(std::sqrt(0.75 * static_cast<double>(pixels)));
   const double width = std::round(static_cast<double>(pixels) / height);
-  splat::PinholeView view{};
+  splat::PosedCamera view{};
   view.R[0] = view.R[4] = view.R[8] = 1;
-  view.fx = view.fy = width;
-  view.cx = width / 2, view.cy = height / 2;
+  view.lens.fx = view.lens.fy = width;
+  view.lens.cx = width / 2, view.lens.cy = height / 2;
   view.width = static_cast<int>(width), view.height = static_cast<int>(height);
   view.near = 0.1;
   for (int v = 0; v < views; ++v) {
@@ -58,10 +58,10 @@ Workload MadeUpWorkload(Index gaussians, Index pixels, double overlap, int views
       workload.model.attribute(attribute)[i] = static_cast<float>(value);
     };
     const double z = 2 + 2 * random.Uniform();
-    set(splat::kMean, (random.Uniform() - 0.5) * width * z / view.fx);
-    set(splat::kMean + 1, (random.Uniform() - 0.5) * height * z / view.fy);
+    set(splat::kMean, (random.Uniform() - 0.5) * width * z / view.lens.fx);
+    set(splat::kMean + 1, (random.Uniform() - 0.5) * height * z / view.lens.fy);
     set(splat::kMean + 2, z);
-    for (int k = 0; k < 3; ++k) set(splat::kLogScale + k, std::log(sigma * z / view.fx));
+    for (int k = 0; k < 3; ++k) set(splat::kLogScale + k, std::log(sigma * z / view.lens.fx));
     set(splat::kQuaternion, 1);
     set(splat::kOpacity, std::log(kOpacity / (1 - kOpacity)));
     for (int k = splat::kSh; k < workload.model.num_attributes(); ++k) set(k, 0.2 * (random.Uniform() - 0.5));

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/image/image_shape.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/model/scene.h"
@@ -15,7 +15,7 @@ struct Workload {
   std::string name;
   gs::SplatModel model;
   double extent = 1;  // of the scene
-  std::vector<splat::PinholeView> views;
+  std::vector<splat::PosedCamera> views;
   std::vector<std::vector<float>> photographs;  // of each view, planar
 
   ImageShape shape() const { return {views.front().width, views.front().height}; }

@@ -15,7 +15,7 @@ VESTA_HD inline T Sigmoid(const T& logit) {
 
 // Direction from the camera to the mean, unit length, and the reciprocal of the distance.
 template <class S, class T>
-VESTA_HD inline T ViewDirection(const Camera<S>& camera, const T mean[3], T dir[3]) {
+VESTA_HD inline T ViewDirection(const CameraConstants<S>& camera, const T mean[3], T dir[3]) {
   using std::sqrt;
   const T d0 = mean[0] - T(camera.centre[0]), d1 = mean[1] - T(camera.centre[1]), d2 = mean[2] - T(camera.centre[2]);
   const T inv = T(1) / sqrt(Fma(d0, d0, Fma(d1, d1, d2 * d2)));

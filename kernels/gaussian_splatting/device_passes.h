@@ -1,6 +1,7 @@
-// The launches behind DeviceView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits.
+// The launches behind DeviceSplatView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits.
 #pragma once
 
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/tile_pairs.h"
 #include "kernels/gaussian_splatting/types.h"
@@ -10,13 +11,13 @@ namespace vesta::splat::device_passes {
 using Index = std::int64_t;
 
 // ProjectKernels over all Gaussians of the model; indices[i] = i.
-void Project(const Model<float>& model, const PinholeView& view, std::uint32_t* keys, std::uint32_t* indices,
+void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats);
-void ProjectTangent(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of, const float* dx,
+void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
                     SplatTangent<float>* tangents);
-void ProjectAdjoint(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
+void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                     const SplatTangent<float>* cotangents, float* g);
-void ProjectGram(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
+void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks);
 
 // The steps of tile_pairs.h.

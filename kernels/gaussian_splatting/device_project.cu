@@ -9,7 +9,7 @@ namespace {
 template <int kDegree>
 struct ProjectOne {
   Model<float> model;
-  Camera<float> camera;
+  CameraConstants<float> camera;
   std::uint32_t *keys, *indices;
   Splat<float>* splats;
   VESTA_HD void operator()(Index i) const {
@@ -21,7 +21,7 @@ struct ProjectOne {
 template <int kDegree>
 struct TangentOne {
   Model<float> model;
-  Camera<float> camera;
+  CameraConstants<float> camera;
   const std::int32_t* rank_of;
   const float* dx;
   SplatTangent<float>* tangents;
@@ -34,7 +34,7 @@ template <int kDegree>
 struct AdjointOne {
   static constexpr int kMinBlocks = 1;
   Model<float> model;
-  Camera<float> camera;
+  CameraConstants<float> camera;
   const std::int32_t* rank_of;
   const SplatTangent<float>* cotangents;
   float* g;
@@ -46,7 +46,7 @@ struct AdjointOne {
 template <int kDegree>
 struct GramOne {
   Model<float> model;
-  Camera<float> camera;
+  CameraConstants<float> camera;
   const std::int32_t* rank_of;
   const SplatGram<float>* grams;
   float *blocks, *sh_diagonal, *sh_blocks;
@@ -57,8 +57,8 @@ struct GramOne {
 
 // One<degree>{model, camera, rest...} for every Gaussian, with the model's active degree.
 template <template <int> class One, class... Rest>
-void RunForDegree(const Model<float>& model, const PinholeView& view, const char* name, Rest... rest) {
-  const Camera<float> camera = MakeCamera<float>(view);
+void RunForDegree(const Model<float>& model, const PosedCamera& view, const char* name, Rest... rest) {
+  const CameraConstants<float> camera = ConstantsOf<float>(view);
   switch (model.active_sh_degree) {
     case 0:
       return device::ForEach(model.count, One<0>{model, camera, rest...}, name);
@@ -73,22 +73,22 @@ void RunForDegree(const Model<float>& model, const PinholeView& view, const char
 
 }  // namespace
 
-void Project(const Model<float>& model, const PinholeView& view, std::uint32_t* keys, std::uint32_t* indices,
+void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats) {
   RunForDegree<ProjectOne>(model, view, "projection", keys, indices, splats);
 }
 
-void ProjectTangent(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of, const float* dx,
+void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
                     SplatTangent<float>* tangents) {
   RunForDegree<TangentOne>(model, view, "tangent of the projection", rank_of, dx, tangents);
 }
 
-void ProjectAdjoint(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
+void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                     const SplatTangent<float>* cotangents, float* g) {
   RunForDegree<AdjointOne>(model, view, "adjoint of the projection", rank_of, cotangents, g);
 }
 
-void ProjectGram(const Model<float>& model, const PinholeView& view, const std::int32_t* rank_of,
+void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks) {
   RunForDegree<GramOne>(model, view, "Gram blocks of the projection", rank_of, grams, blocks, sh_diagonal, sh_blocks);
 }

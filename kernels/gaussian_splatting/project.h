@@ -1,21 +1,22 @@
 // Projection of one Gaussian to one view: value for any scalar (floats, SIMD batches, duals, Jets) and adjoint.
 //
 // First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + 0.3 I with
-// M = J W R_q S (2 x 3); x/z and y/z inside J are clamped to 15 % of the image beyond its borders.
+// M = J W R_q S (2 x 3); J is the lens's derivative (lens.h).
 #pragma once
 
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/types.h"
 #include "kernels/math/quaternion.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// A view with constants in the scalar of the templates. From PinholeView by MakeCamera.
-template <class S>
-struct Camera {
+// A posed camera with constants in the scalar of the templates.
+template <class S, LensModel L = LensIn<S>>
+struct CameraConstants {
   S R[9], T[3], centre[3];
-  S fx, fy, cx, cy, near;
-  S x_lo, x_hi, y_lo, y_hi;  // clamp of x/z and y/z inside the Jacobian of the projection
+  L lens;
+  S near;
   S width, height;           // of the image
   S u_lo, u_hi, v_lo, v_hi;  // guard band: means beyond are not seen
 };
@@ -31,33 +32,28 @@ inline constexpr double kGuardBand = 2;
 inline constexpr double kDepthSpread = 0.5;
 
 template <class S>
-inline Camera<S> MakeCamera(const PinholeView& view) {
-  Camera<S> c;
-  for (int i = 0; i < 9; ++i) c.R[i] = static_cast<S>(view.R[i]);
-  for (int i = 0; i < 3; ++i) c.T[i] = static_cast<S>(view.T[i]);
-  for (int i = 0; i < 3; ++i) c.centre[i] = static_cast<S>(view.centre[i]);
-  c.fx = static_cast<S>(view.fx), c.fy = static_cast<S>(view.fy);
-  c.cx = static_cast<S>(view.cx), c.cy = static_cast<S>(view.cy);
-  c.near = static_cast<S>(view.near);
-  c.x_lo = static_cast<S>((-view.cx - 0.15 * view.width) / view.fx);
-  c.x_hi = static_cast<S>((1.15 * view.width - view.cx) / view.fx);
-  c.y_lo = static_cast<S>((-view.cy - 0.15 * view.height) / view.fy);
-  c.y_hi = static_cast<S>((1.15 * view.height - view.cy) / view.fy);
-  c.u_lo = static_cast<S>(-kGuardBand * view.width), c.u_hi = static_cast<S>((1 + kGuardBand) * view.width);
-  c.v_lo = static_cast<S>(-kGuardBand * view.height), c.v_hi = static_cast<S>((1 + kGuardBand) * view.height);
-  c.width = static_cast<S>(view.width), c.height = static_cast<S>(view.height);
+inline CameraConstants<S> ConstantsOf(const PosedCamera& camera) {
+  CameraConstants<S> c;
+  for (int i = 0; i < 9; ++i) c.R[i] = static_cast<S>(camera.R[i]);
+  for (int i = 0; i < 3; ++i) c.T[i] = static_cast<S>(camera.T[i]);
+  for (int i = 0; i < 3; ++i) c.centre[i] = static_cast<S>(camera.centre[i]);
+  c.lens = LensIn<S>(camera.lens, camera.width, camera.height);
+  c.near = static_cast<S>(camera.near);
+  c.u_lo = static_cast<S>(-kGuardBand * camera.width), c.u_hi = static_cast<S>((1 + kGuardBand) * camera.width);
+  c.v_lo = static_cast<S>(-kGuardBand * camera.height), c.v_hi = static_cast<S>((1 + kGuardBand) * camera.height);
+  c.width = static_cast<S>(camera.width), c.height = static_cast<S>(camera.height);
   return c;
 }
 
 // What the adjoint needs of the forward computation.
-template <class T>
+template <class L, class T>
 struct ProjectionState {
-  T t[3];          // camera coordinates
-  T tx, ty;        // x/z, y/z after the clamp
-  T A[9];          // W R_q
-  T scale[3];      // standard deviations
-  T M0[3], M1[3];  // rows of M
-  T B, C, det;     // screen covariance: xy, yy, determinant
+  T t[3];                            // camera coordinates
+  typename L::template Point<T> at;  // where the lens's derivative is taken
+  T A[9];                            // W R_q
+  T scale[3];                        // standard deviations
+  T M0[3], M1[3];                    // rows of M
+  T B, C, det;                       // screen covariance: xy, yy, determinant
 };
 
 // The shape of a splat in whitened form: u, v, r, s, beta of types.h.
@@ -68,9 +64,9 @@ struct SplatShape {
 
 // mean[3], log_scale[3], quaternion[4] -> shape. S is the scalar type of the camera's constants. No division by zero
 // for z > 0; elsewhere the result may be not finite and must be masked by the caller.
-template <class S, class T>
-VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], const T log_scale[3],
-                                      const T quaternion[4], ProjectionState<T>& state) {
+template <class S, class L, class T>
+VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const T mean[3], const T log_scale[3],
+                                      const T quaternion[4], ProjectionState<L, T>& state) {
   using std::exp;
   using std::sqrt;
   T R[9];
@@ -81,14 +77,12 @@ VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], 
     for (int k = 0; k < 3; ++k) state.A[3 * i + k] = Fma(W0, R[k], Fma(W1, R[3 + k], W2 * R[6 + k]));
     state.scale[i] = exp(log_scale[i]);
   }
-  const T inv_z = T(1) / state.t[2];
-  const T x = state.t[0] * inv_z, y = state.t[1] * inv_z;
-  state.tx = Clamp(x, T(camera.x_lo), T(camera.x_hi));
-  state.ty = Clamp(y, T(camera.y_lo), T(camera.y_hi));
-  const T jx = T(camera.fx) * inv_z, jy = T(camera.fy) * inv_z;
+  SplatShape<T> shape;
+  camera.lens.Project(state.t, shape.u, shape.v, state.at);
+  const auto J = camera.lens.Jacobian(state.t, state.at);
   for (int k = 0; k < 3; ++k) {
-    state.M0[k] = jx * state.scale[k] * (state.A[k] - state.tx * state.A[6 + k]);
-    state.M1[k] = jy * state.scale[k] * (state.A[3 + k] - state.ty * state.A[6 + k]);
+    const T axis[3] = {state.A[k], state.A[3 + k], state.A[6 + k]};
+    J.Apply(state.scale[k], axis, state.M0[k], state.M1[k]);
   }
   const T *m = state.M0, *n = state.M1;
   const T c0 = m[1] * n[2] - m[2] * n[1], c1 = m[2] * n[0] - m[0] * n[2], c2 = m[0] * n[1] - m[1] * n[0];
@@ -99,9 +93,6 @@ VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], 
   state.C = nn + low_pass;
   // |m x n|^2 + 0.3 (|m|^2 + |n|^2) + 0.09, each term positive: A C - B^2 loses all digits in float on needles.
   state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(low_pass, mm + nn, T(kLowPass * kLowPass)))));
-  SplatShape<T> shape;
-  shape.u = Fma(T(camera.fx), x, T(camera.cx));
-  shape.v = Fma(T(camera.fy), y, T(camera.cy));
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
   shape.beta = -state.B / state.C;
@@ -109,15 +100,15 @@ VESTA_HD inline SplatShape<T> Project(const Camera<S>& camera, const T mean[3], 
 }
 
 // Whether the linear projection can stand for the Gaussian: see kDepthSpread.
-template <class T>
-VESTA_HD inline auto IsShallowOrInFront(const ProjectionState<T>& state) {
+template <class L, class T>
+VESTA_HD inline auto IsShallowOrInFront(const L& lens, const ProjectionState<L, T>& state) {
   T variance(0);
   for (int k = 0; k < 3; ++k) {
     const T along = state.scale[k] * state.A[6 + k];
     variance = Fma(along, along, variance);
   }
-  const T inv_z = T(1) / state.t[2], most = T(kDepthSpread) * state.t[2];
-  return ((state.t[0] * inv_z == state.tx) & (state.t[1] * inv_z == state.ty)) | (variance <= most * most);
+  const T most = T(kDepthSpread) * state.t[2];
+  return lens.Shows(state.t, state.at) | (variance <= most * most);
 }
 
 // Tangent in whitened coordinates from a shape and its derivative (the v and d parts of a SplatShape<Dual<T>>).
@@ -141,10 +132,10 @@ VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, co
 
 // Adjoint of Project followed by WhitenTangent: from the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3],
 // quaternion_bar[4] (overwritten).
-template <class S, class T>
-VESTA_HD inline void ProjectAdjoint(const Camera<S>& camera, const T quaternion[4], const ProjectionState<T>& state,
-                                    const SplatShape<T>& shape, const T* w_bar, T mean_bar[3], T log_scale_bar[3],
-                                    T quaternion_bar[4]) {
+template <class S, class L, class T>
+VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T quaternion[4],
+                                    const ProjectionState<L, T>& state, const SplatShape<T>& shape, const T* w_bar,
+                                    T mean_bar[3], T log_scale_bar[3], T quaternion_bar[4]) {
   using std::sqrt;
   const T two_ln2(kTwoLn2), rho_bar = two_ln2 * w_bar[kRho], sigma_bar = two_ln2 * w_bar[kSigma];
   T u_bar, v_bar;
@@ -158,35 +149,25 @@ VESTA_HD inline void ProjectAdjoint(const Camera<S>& camera, const T quaternion[
   const T *m = state.M0, *n = state.M1;
   const T c[3] = {m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]};
   const T two_det = T(2) * det_bar, low_pass(kLowPass);
-  const T inv_z = T(1) / state.t[2];
-  const T jx = T(camera.fx) * inv_z, jy = T(camera.fy) * inv_z;
+  typename L::template Adjoint<T> adjoint(camera.lens.Jacobian(state.t, state.at));
   T A_bar[9];
-  T tx_bar(0), ty_bar(0), z_sum(0);
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     const T M0_bar = Fma(two_det, n[i] * c[j] - n[j] * c[i] + low_pass * m[k], B_bar * n[k]);
     const T M1_bar = Fma(two_det, c[i] * m[j] - c[j] * m[i] + low_pass * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
     const T along0 = M0_bar * m[k], along1 = M1_bar * n[k];
     log_scale_bar[k] = along0 + along1;
-    z_sum = z_sum + along0 + along1;
-    const T E0_bar = M0_bar * jx * state.scale[k], E1_bar = M1_bar * jy * state.scale[k];
-    A_bar[k] = E0_bar;
-    A_bar[3 + k] = E1_bar;
-    A_bar[6 + k] = -(state.tx * E0_bar + state.ty * E1_bar);
-    tx_bar = tx_bar - E0_bar * state.A[6 + k];
-    ty_bar = ty_bar - E1_bar * state.A[6 + k];
+    const T axis[3] = {state.A[k], state.A[3 + k], state.A[6 + k]};
+    T axis_bar[3];
+    adjoint.Apply(state.scale[k], axis, M0_bar, M1_bar, along0, along1, axis_bar);
+    for (int row = 0; row < 3; ++row) A_bar[3 * row + k] = axis_bar[row];
   }
-  // The clamp passes its derivative on inside and on its border, as Clamp of a Dual does; beyond, tx is constant.
-  const T x = state.t[0] * inv_z, y = state.t[1] * inv_z;
-  tx_bar = Select(x >= T(camera.x_lo), Select(x <= T(camera.x_hi), tx_bar, T(0)), T(0));
-  ty_bar = Select(y >= T(camera.y_lo), Select(y <= T(camera.y_hi), ty_bar, T(0)), T(0));
-  const T x_bar = Fma(T(camera.fx), u_bar, tx_bar) * inv_z;
-  const T y_bar = Fma(T(camera.fy), v_bar, ty_bar) * inv_z;
-  const T z_bar = -(x_bar * x + y_bar * y + z_sum * inv_z);
+  T t_bar[3];
+  adjoint.Finish(camera.lens, state.t, u_bar, v_bar, t_bar);
   T R_bar[9];
   for (int i = 0; i < 3; ++i) {
     const T W0(camera.R[i]), W1(camera.R[3 + i]), W2(camera.R[6 + i]);
-    mean_bar[i] = Fma(W0, x_bar, Fma(W1, y_bar, W2 * z_bar));
+    mean_bar[i] = Fma(W0, t_bar[0], Fma(W1, t_bar[1], W2 * t_bar[2]));
     for (int k = 0; k < 3; ++k) R_bar[3 * i + k] = Fma(W0, A_bar[k], Fma(W1, A_bar[3 + k], W2 * A_bar[6 + k]));
   }
   RotationFromQuaternionAdjoint(quaternion, R_bar, quaternion_bar);

@@ -54,10 +54,10 @@ struct Block {
 template <class V, class S>
 struct ProjectedBlock {
   V mean[3], log_scale[3], quaternion[4], opacity;
-  ProjectionState<V> state;
+  ProjectionState<LensIn<S>, V> state;
   SplatShape<V> shape;
 
-  VESTA_HD ProjectedBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x) {
+  VESTA_HD ProjectedBlock(const CameraConstants<S>& camera, const Block<V, S>& block, const S* x) {
     for (int k = 0; k < 3; ++k) mean[k] = block.Load(x, kMean + k), log_scale[k] = block.Load(x, kLogScale + k);
     for (int k = 0; k < 4; ++k) quaternion[k] = block.Load(x, kQuaternion + k);
     opacity = Sigmoid(block.Load(x, kOpacity));
@@ -93,8 +93,8 @@ VESTA_HD V Log2(const V& x) {
 }
 
 template <class V, class S, int Degree>
-VESTA_HD void ProjectRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
-                           std::uint32_t* key, Splat<S>* splats) {
+VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
+                           std::int64_t end, std::uint32_t* key, Splat<S>* splats) {
   using L = Lanes<V>;
   using std::sqrt;
   const V floor_opacity(static_cast<S>(kAlphaFloor)), width(camera.width), height(camera.height),
@@ -115,7 +115,8 @@ VESTA_HD void ProjectRange(const Model<S>& model, const Camera<S>& camera, std::
                       (shape.u - reach_x < width) & (shape.v + reach_y > V(0)) & (shape.v - reach_y < height) &
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
                       (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) & (shape.u < V(camera.u_hi)) &
-                      (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) & IsShallowOrInFront(b.state);
+                      (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) &
+                      IsShallowOrInFront(camera.lens, b.state);
     bool is_seen[L::kWidth];
     L::StoreMask(is_seen, seen);
     for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;
@@ -158,8 +159,8 @@ VESTA_HD void ProjectRange(const Model<S>& model, const Camera<S>& camera, std::
 }
 
 template <class V, class S, int Degree>
-VESTA_HD void TangentRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
-                           const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
+VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
+                           std::int64_t end, const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
   using L = Lanes<V>;
   using D = Dual<V>;
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
@@ -171,7 +172,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const Camera<S>& camera, std::
     D mean[3], log_scale[3], quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
     for (int k = 0; k < 4; ++k) quaternion[k] = load(kQuaternion + k);
-    ProjectionState<D> state;
+    ProjectionState<LensIn<S>, D> state;
     const SplatShape<D> dual = Project(camera, mean, log_scale, quaternion, state);
     const SplatShape<V> shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
     const SplatShape<V> d_shape = {dual.u.d, dual.v.d, dual.r.d, dual.s.d, dual.beta.d};
@@ -201,7 +202,7 @@ template <class V, class S, int Degree>
 struct ColorBlock {
   V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
 
-  VESTA_HD ColorBlock(const Camera<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
+  VESTA_HD ColorBlock(const CameraConstants<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
     inv_distance = ViewDirection(camera, mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     for (int a = 0; a < 3 * ShCoefficients(Degree); ++a) sh[a] = block.Load(x, kSh + a);
@@ -216,8 +217,8 @@ struct ColorBlock {
 };
 
 template <class V, class S, int Degree>
-VESTA_HD void AdjointRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
-                           const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
+VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
+                           std::int64_t end, const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(model.count, i, end);
     block.PrefetchAhead(model.x, NumAttributes(Degree));
@@ -267,7 +268,7 @@ VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]
 }
 
 template <class V, class S, int Degree>
-VESTA_HD void GramRange(const Model<S>& model, const Camera<S>& camera, std::int64_t begin, std::int64_t end,
+VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin, std::int64_t end,
                         const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal,
                         S* sh_blocks) {
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
@@ -337,18 +338,18 @@ VESTA_HD void GramRange(const Model<S>& model, const Camera<S>& camera, std::int
 template <class V, class S, int Degree>
 constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
   using Index = std::int64_t;
-  return {[](const Model<S>& model, const PinholeView& view, Index begin, Index end, std::uint32_t* key,
-             Splat<S>* splats) { ProjectRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, key, splats); },
-          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+  return {[](const Model<S>& model, const PosedCamera& view, Index begin, Index end, std::uint32_t* key,
+             Splat<S>* splats) { ProjectRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, key, splats); },
+          [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
              const S* dx, SplatTangent<S>* tangents) {
-            TangentRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, dx, tangents);
+            TangentRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, dx, tangents);
           },
-          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+          [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
              const SplatTangent<S>* cotangents,
-             S* g) { AdjointRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, cotangents, g); },
-          [](const Model<S>& model, const PinholeView& view, Index begin, Index end, const std::int32_t* rank_of,
+             S* g) { AdjointRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, cotangents, g); },
+          [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
              const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks) {
-            GramRange<V, S, Degree>(model, MakeCamera<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal,
+            GramRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal,
                                     sh_blocks);
           }};
 }

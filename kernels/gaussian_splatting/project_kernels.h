@@ -1,6 +1,7 @@
 // Projection passes over ranges of Gaussians, for the instruction set chosen at run time.
 #pragma once
 
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/types.h"
 
 namespace vesta::splat {
@@ -22,19 +23,19 @@ struct ProjectKernels {
   // For Gaussians [begin, end): key[i] = the bits of the depth as float (ascending with depth), or kNotSeen; where
   // seen, splats[i]. Not seen: at or before the near plane, opacity under 1/255, support outside the image, or anything
   // not finite.
-  void (*project)(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+  void (*project)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                   std::uint32_t* key, Splat<S>* splats);
   // tangents[rank] = K dx for Gaussians [begin, end) with rank = rank_of[i] >= 0. dx is laid out as x.
-  void (*tangent)(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+  void (*tangent)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                   const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents);
   // g += K^T cotangents[rank]; Gaussians not seen add nothing.
-  void (*adjoint)(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+  void (*adjoint)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                   const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g);
   // blocks += K^T Gram K restricted to the geometric attributes (packed lower triangle (row, col) of Gaussian i at
   // [PackedLower(row, col) * count + i]), sh_diagonal[a' * count + i] += the diagonal for attribute kSh + a'. Unless
   // null, sh_blocks += the blocks of the SH coefficients, laid out likewise: the mean of the channels', which differ in
   // weight alone.
-  void (*gram)(const Model<S>& model, const PinholeView& view, std::int64_t begin, std::int64_t end,
+  void (*gram)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
                const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks);
 };
 

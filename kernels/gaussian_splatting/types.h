@@ -8,18 +8,6 @@
 
 namespace vesta::splat {
 
-// A pinhole view. World to camera: t = R mu + T; x right, y down, z forward (COLMAP). Pixel centres lie at (i + 0.5,
-// j + 0.5). Gaussians with z <= near are not seen, nor those whose means lie far outside the image (kGuardBand)
-// or outside and which are deep (kDepthSpread).
-struct PinholeView {
-  double R[9];  // row-major
-  double T[3];
-  double centre[3];  // camera centre in the world, -R^T T
-  double fx, fy, cx, cy;
-  int width, height;
-  double near;
-};
-
 // Opacity falloff that still counts, alpha cap, and the transmittance at which a pixel is closed. The same in every
 // pass, or J and J^T are no adjoints.
 inline constexpr double kAlphaFloor = 1.0 / 255.0;

@@ -78,7 +78,7 @@ TEST_F(BadScene, ImageThatIsNone) {
 
 TEST_F(BadScene, ZeroFocalLength) {
   gs::ColmapModel model = TinyModel();
-  model.cameras[0].camera.fx = 0;
+  model.cameras[0].camera.lens.fx = 0;
   WriteTinyScene(scene_, model);
   ExpectTrainRefusal("focal length");
 }

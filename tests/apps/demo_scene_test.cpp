@@ -39,7 +39,8 @@ Vec3 Project(const gs::View& view, const Vec3& p) {
   const auto& t = view.translation;
   const Vec3 c{r[0] * p.x + r[1] * p.y + r[2] * p.z + t[0], r[3] * p.x + r[4] * p.y + r[5] * p.z + t[1],
                r[6] * p.x + r[7] * p.y + r[8] * p.z + t[2]};
-  return {view.camera.fx * c.x / c.z + view.camera.cx, view.camera.fy * c.y / c.z + view.camera.cy, c.z};
+  return {view.camera.lens.fx * c.x / c.z + view.camera.lens.cx, view.camera.lens.fy * c.y / c.z + view.camera.lens.cy,
+          c.z};
 }
 
 TEST_F(DemoSceneTest, RaysEndOnSurfacesThatFaceThem) {

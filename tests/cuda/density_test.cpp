@@ -7,7 +7,7 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/cuda_backend.h"
 #include "kernels/core/device_sort.h"
-#include "kernels/gaussian_splatting/device_view.h"
+#include "kernels/gaussian_splatting/device_splat_view.h"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/length_units.h"
@@ -206,8 +206,8 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   const DeviceBuffer<float> x = vesta::test::ToDevice(host.model.data);
   const splat::Model<float> model{x.data(), 60, host.model.sh_degree, host.model.sh_degree};
   splat::DeviceViewWorkspace workspace;
-  splat::DeviceView view;
-  view.Build(model, ToPinhole(host.scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
+  splat::DeviceSplatView view;
+  view.Build(model, ToPosedCamera(host.scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
   ASSERT_EQ(view.num_splats(), host.view.num_splats());
   workspace.splat_sums = vesta::test::ToDevice(host.cotangents);
   DensityControl<Device> control({}, kExtent, kSeed);

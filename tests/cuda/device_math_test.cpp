@@ -12,12 +12,12 @@
 namespace vesta::splat {
 namespace {
 
-PinholeView TestView() {
-  PinholeView view = {};
+PosedCamera TestView() {
+  PosedCamera view = {};
   view.R[0] = view.R[4] = view.R[8] = 1.0;
   view.T[0] = 0.1, view.T[1] = -0.2, view.T[2] = 4.0;
   for (int i = 0; i < 3; ++i) view.centre[i] = -view.T[i];
-  view.fx = 410.0, view.fy = 395.0, view.cx = 260.0, view.cy = 190.0;
+  view.lens.fx = 410.0, view.lens.fy = 395.0, view.lens.cx = 260.0, view.lens.cy = 190.0;
   view.width = 504, view.height = 378, view.near = 0.01;
   return view;
 }

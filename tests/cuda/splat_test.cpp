@@ -1,5 +1,5 @@
 // Views, the loss and the splatting problem of the GPU against those of the host.
-#include "kernels/gaussian_splatting/device_view.h"
+#include "kernels/gaussian_splatting/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "tests/cuda/on_device.h"
@@ -24,7 +24,7 @@ TEST_F(CudaView, ImageProductsAndBlocksAreThoseOfTheHost) {
     const DeviceBuffer<float> x = ToDevice(host.x);
     const splat::Model<float> model = {x.data(), scene.count, scene.sh_degree, scene.active_sh_degree};
     splat::DeviceViewWorkspace workspace;
-    splat::DeviceView view;
+    splat::DeviceSplatView view;
     view.Build(model, scene.view, scene.background, workspace);
     EXPECT_NEAR(static_cast<double>(view.num_splats()), static_cast<double>(host.view.num_splats()), 1);
     const auto values = static_cast<Index>(host.image.size());

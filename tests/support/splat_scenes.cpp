@@ -9,8 +9,8 @@ double Logit(double p) { return std::log(p / (1 - p)); }
 
 }  // namespace
 
-splat::PinholeView RandomView(Random& random, int width, int height) {
-  splat::PinholeView view{};
+splat::PosedCamera RandomView(Random& random, int width, int height) {
+  splat::PosedCamera view{};
   const double quaternion[4] = {random.Normal(), random.Normal(), random.Normal(), random.Normal()};
   RotationFromQuaternion(quaternion, view.R);
   for (double& t : view.T) t = random.Normal();
@@ -18,9 +18,9 @@ splat::PinholeView RandomView(Random& random, int width, int height) {
     view.centre[i] = -(view.R[i] * view.T[0] + view.R[3 + i] * view.T[1] + view.R[6 + i] * view.T[2]);
   }
   view.width = width, view.height = height;
-  view.fx = random.Uniform(0.8, 1.5) * std::max(width, height);
-  view.fy = random.Uniform(0.9, 1.1) * view.fx;
-  view.cx = random.Uniform(0.3, 0.7) * width, view.cy = random.Uniform(0.3, 0.7) * height;
+  view.lens.fx = random.Uniform(0.8, 1.5) * std::max(width, height);
+  view.lens.fy = random.Uniform(0.9, 1.1) * view.lens.fx;
+  view.lens.cx = random.Uniform(0.3, 0.7) * width, view.lens.cy = random.Uniform(0.3, 0.7) * height;
   view.near = 0.01;
   return view;
 }
@@ -33,13 +33,13 @@ Scene RandomScene(const SceneOptions& options, std::uint64_t seed) {
   scene.sh_degree = scene.active_sh_degree = options.sh_degree;
   const int attributes = splat::NumAttributes(options.sh_degree);
   scene.x.resize(static_cast<std::size_t>(Index{attributes} * options.count));
-  const splat::PinholeView& view = scene.view;
+  const splat::PosedCamera& view = scene.view;
   const auto pixel = [&](int size) { return random.Uniform(-options.border * size, (1 + options.border) * size); };
   for (int i = 0; i < options.count; ++i) {
     const double z = random.LogUniform(1, 5) * (random.Uniform(0, 1) < options.behind ? -1 : 1);
-    const double t[3] = {(pixel(view.width) - view.cx) / view.fx * z - view.T[0],
-                         (pixel(view.height) - view.cy) / view.fy * z - view.T[1], z - view.T[2]};
-    const double sigma = random.LogUniform(options.sigma_min, options.sigma_max) * std::abs(z) / view.fx;
+    const double t[3] = {(pixel(view.width) - view.lens.cx) / view.lens.fx * z - view.T[0],
+                         (pixel(view.height) - view.lens.cy) / view.lens.fy * z - view.T[1], z - view.T[2]};
+    const double sigma = random.LogUniform(options.sigma_min, options.sigma_max) * std::abs(z) / view.lens.fx;
     for (int k = 0; k < 3; ++k) {
       scene.At(splat::kMean + k, i) = view.R[k] * t[0] + view.R[3 + k] * t[1] + view.R[6 + k] * t[2];
       scene.At(splat::kLogScale + k, i) = std::log(k == 0 ? sigma : sigma / random.LogUniform(1, options.aspect_max));

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/types.h"
-#include "kernels/gaussian_splatting/view.h"
+#include "kernels/gaussian_splatting/posed_camera.h"
+#include "kernels/gaussian_splatting/splat_view.h"
 #include "tests/support/random.h"
 
 namespace vesta::test {
 
 // A view of random pose with its principal point off the centre.
-splat::PinholeView RandomView(Random& random, int width, int height);
+splat::PosedCamera RandomView(Random& random, int width, int height);
 
 // How a random model looks. Lengths are in pixels of the view it is made for.
 struct SceneOptions {
@@ -33,7 +33,7 @@ inline std::ostream& operator<<(std::ostream& os, const SceneOptions& options) {
 
 // A model and a view. Parameters are exact in float, so that both precisions see the same model.
 struct Scene {
-  splat::PinholeView view;
+  splat::PosedCamera view;
   int count = 0, sh_degree = 0, active_sh_degree = 0;
   std::vector<double> x;  // layout.h
   double background[3] = {0.2, 0.5, 0.9};
@@ -53,7 +53,7 @@ template <class S>
 struct RenderedView {
   std::vector<S> x;
   splat::Model<S> model;
-  splat::View<S> view;
+  splat::SplatView<S> view;
   splat::ViewWorkspace<S> workspace;
   std::vector<S> image;
 

@@ -44,8 +44,8 @@ class DensityControl {
                    density::Observe{.rank_of = view.rank_of().data(),
                                     .splats = view.splats().data(),
                                     .cotangents = splat_cotangents,
-                                    .half_width = static_cast<float>(0.5 * view.pinhole().width / loss_scale),
-                                    .half_height = static_cast<float>(0.5 * view.pinhole().height / loss_scale),
+                                    .half_width = static_cast<float>(0.5 * view.camera().width / loss_scale),
+                                    .half_height = static_cast<float>(0.5 * view.camera().height / loss_scale),
                                     .pull = pull_.data(),
                                     .seen = seen_.data()});
   }

@@ -20,14 +20,14 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
   EvaluationSum sum;
   typename Splats::QualityMeter meter;
   typename Splats::Loss loss;
-  typename Splats::View splats;
+  typename Splats::SplatView splats;
   typename B::Vector rendered;
   typename Splats::Truth truth;
   std::size_t next = 0;
   for (const View& view : scene.views) {
     const ImageShape shape{view.camera.width, view.camera.height};
     rendered.ResizeForOverwrite(shape.NumValues());
-    splats.Build(model, ToPinhole(view, NearPlane(scene)), background.data(), workspace);
+    splats.Build(model, ToPosedCamera(view, NearPlane(scene)), background.data(), workspace);
     splats.Render(rendered.data());
     if (view.is_test || held.empty()) {
       Splats::Show(HostSpan<const float>(view.image.rgb.data(), shape.NumValues()), truth);

@@ -6,7 +6,7 @@ namespace vesta::gs {
 
 Image Renderer::Render(const SplatModel& model, const View& view) {
   Image image(view.camera.width, view.camera.height);
-  splats_.Build(ToKernelModel(model), ToPinhole(view, near_), background_.data(), workspace_);
+  splats_.Build(ToKernelModel(model), ToPosedCamera(view, near_), background_.data(), workspace_);
   splats_.Render(image.rgb.data());
   return image;
 }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "kernels/gaussian_splatting/view.h"
+#include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/metrics.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
@@ -50,7 +50,7 @@ class Renderer {
  private:
   std::array<double, 3> background_;
   double near_;
-  splat::View<float> splats_;
+  splat::SplatView<float> splats_;
   splat::ViewWorkspace<float> workspace_;
 };
 

@@ -61,12 +61,12 @@ void CheckColmapCamera(const ColmapCamera& record, const std::string& where) {
   if (c.width <= 0 || c.height <= 0) {
     Fail("{}: camera {} has the size {} x {}; calibrate it again", where, record.id, c.width, c.height);
   }
-  if (!(c.fx > 0 && c.fy > 0 && std::isfinite(c.fx) && std::isfinite(c.fy))) {
+  if (!(c.lens.fx > 0 && c.lens.fy > 0 && std::isfinite(c.lens.fx) && std::isfinite(c.lens.fy))) {
     Fail("{}: camera {} has the focal lengths {}, {}; they must be positive: calibrate it again", where, record.id,
-         c.fx, c.fy);
+         c.lens.fx, c.lens.fy);
   }
-  if (!std::isfinite(c.cx) || !std::isfinite(c.cy)) {
-    Fail("{}: camera {} has the principal point {}, {}; calibrate it again", where, record.id, c.cx, c.cy);
+  if (!std::isfinite(c.lens.cx) || !std::isfinite(c.lens.cy)) {
+    Fail("{}: camera {} has the principal point {}, {}; calibrate it again", where, record.id, c.lens.cx, c.lens.cy);
   }
 }
 

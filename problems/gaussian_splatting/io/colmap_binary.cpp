@@ -40,10 +40,10 @@ std::vector<ColmapCamera> ReadCameras(const std::string& folder) {
     Camera& c = record.camera;
     c.width = ImageSide(in.Read<std::uint64_t>("a camera's width"));
     c.height = ImageSide(in.Read<std::uint64_t>("a camera's height"));
-    c.fx = in.Read<double>("a camera's focal length");
-    c.fy = record.is_simple ? c.fx : in.Read<double>("a camera's focal length");
-    c.cx = in.Read<double>("a camera's principal point");
-    c.cy = in.Read<double>("a camera's principal point");
+    c.lens.fx = in.Read<double>("a camera's focal length");
+    c.lens.fy = record.is_simple ? c.lens.fx : in.Read<double>("a camera's focal length");
+    c.lens.cx = in.Read<double>("a camera's principal point");
+    c.lens.cy = in.Read<double>("a camera's principal point");
     CheckColmapCamera(record, where);
   }
   in.ExpectEnd();
@@ -102,10 +102,10 @@ void WriteColmapBinary(const ColmapModel& model, const std::string& folder) {
     Append(&bytes, record.is_simple ? kSimplePinhole : kPinhole);
     Append(&bytes, static_cast<std::uint64_t>(c.width));
     Append(&bytes, static_cast<std::uint64_t>(c.height));
-    Append(&bytes, c.fx);
-    if (!record.is_simple) Append(&bytes, c.fy);
-    Append(&bytes, c.cx);
-    Append(&bytes, c.cy);
+    Append(&bytes, c.lens.fx);
+    if (!record.is_simple) Append(&bytes, c.lens.fy);
+    Append(&bytes, c.lens.cx);
+    Append(&bytes, c.lens.cy);
   }
   WriteFileAtomically(folder + "/cameras.bin", bytes);
 

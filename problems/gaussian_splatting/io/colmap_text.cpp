@@ -83,10 +83,10 @@ std::vector<ColmapCamera> ReadCameras(const std::string& folder) {
     Camera& c = record.camera;
     c.width = in.Whole<int>("the camera's width");
     c.height = in.Whole<int>("the camera's height");
-    c.fx = in.Number("the camera's focal length");
-    c.fy = record.is_simple ? c.fx : in.Number("the camera's focal length");
-    c.cx = in.Number("the camera's principal point");
-    c.cy = in.Number("the camera's principal point");
+    c.lens.fx = in.Number("the camera's focal length");
+    c.lens.fy = record.is_simple ? c.lens.fx : in.Number("the camera's focal length");
+    c.lens.cx = in.Number("the camera's principal point");
+    c.lens.cy = in.Number("the camera's principal point");
     CheckColmapCamera(record, in.Where());
     cameras.push_back(record);
   }
@@ -136,9 +136,9 @@ void WriteColmapText(const ColmapModel& model, const std::string& folder) {
   for (const ColmapCamera& record : model.cameras) {
     const Camera& c = record.camera;
     text += fmt::format("{} {} {} {} {}", record.id, record.is_simple ? "SIMPLE_PINHOLE" : "PINHOLE", c.width, c.height,
-                        c.fx);
-    if (!record.is_simple) text += fmt::format(" {}", c.fy);
-    text += fmt::format(" {} {}\n", c.cx, c.cy);
+                        c.lens.fx);
+    if (!record.is_simple) text += fmt::format(" {}", c.lens.fy);
+    text += fmt::format(" {} {}\n", c.lens.cx, c.lens.cy);
   }
   WriteFileAtomically(folder + "/cameras.txt", text);
 

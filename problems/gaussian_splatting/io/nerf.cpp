@@ -87,15 +87,16 @@ Camera ReadCamera(const FrameValues& values, const std::string& image_path) {
     if (values.Has(length_key) || !values.Has(angle_key)) return values.Number(length_key, fallback);
     return 0.5 * side / std::tan(0.5 * values.Number(angle_key, 0));
   };
-  camera.fx = focal("fl_x", "camera_angle_x", camera.width, 0);
-  camera.fy = focal("fl_y", "camera_angle_y", camera.height, camera.fx);
-  camera.cx = values.Number("cx", 0.5 * camera.width);
-  camera.cy = values.Number("cy", 0.5 * camera.height);
-  if (!(camera.fx > 0 && camera.fy > 0 && std::isfinite(camera.fx) && std::isfinite(camera.fy))) {
-    Fail("{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), camera.fx,
-         camera.fy);
+  camera.lens.fx = focal("fl_x", "camera_angle_x", camera.width, 0);
+  camera.lens.fy = focal("fl_y", "camera_angle_y", camera.height, camera.lens.fx);
+  camera.lens.cx = values.Number("cx", 0.5 * camera.width);
+  camera.lens.cy = values.Number("cy", 0.5 * camera.height);
+  if (!(camera.lens.fx > 0 && camera.lens.fy > 0 && std::isfinite(camera.lens.fx) && std::isfinite(camera.lens.fy))) {
+    Fail("{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), camera.lens.fx,
+         camera.lens.fy);
   }
-  if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) Fail("{}: cx or cy is not finite", values.where());
+  if (!std::isfinite(camera.lens.cx) || !std::isfinite(camera.lens.cy))
+    Fail("{}: cx or cy is not finite", values.where());
   return camera;
 }
 

@@ -48,7 +48,7 @@ class SplatLinearization final : public Linearization<B> {
   struct Unit {
     const TargetView<B>* target;
     ImageShape shape;
-    typename SplatBackend<B>::View view;
+    typename SplatBackend<B>::SplatView view;
     Vector image;
     typename Loss::Linearization loss;
   };

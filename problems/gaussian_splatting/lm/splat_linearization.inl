@@ -74,7 +74,7 @@ template <Backend B>
 void SplatLinearization<B>::Project(const TargetView<B>& target, Unit& unit) const {
   unit.target = &target;
   unit.shape = target.shape();
-  unit.view.Build(model_, target.pinhole, options_.background.data(), *workspace_);
+  unit.view.Build(model_, target.camera, options_.background.data(), *workspace_);
   unit.image.ResizeForOverwrite(unit.shape.NumValues());
 }
 

@@ -28,7 +28,7 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
   }
   for (const TargetView<B>& view : views) {
     VESTA_CHECK(view.truth.size() == view.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
-                view.truth.size(), view.pinhole.width, view.pinhole.height);
+                view.truth.size(), view.camera.width, view.camera.height);
   }
 }
 
@@ -47,12 +47,12 @@ double SplatProblem<B>::Cost(ConstView x) {
 template <Backend B>
 double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
   const splat::Model<typename B::Scalar> model{x.data(), options_.count, options_.sh_degree, options_.sh_degree};
-  typename SplatBackend<B>::View view;
+  typename SplatBackend<B>::SplatView view;
   typename B::Vector image;
   double cost = 0;
   for (const Index unit : units) {
     const TargetView<B>& target = views_[static_cast<std::size_t>(unit)];
-    view.Build(model, target.pinhole, options_.background.data(), *workspace_);
+    view.Build(model, target.camera, options_.background.data(), *workspace_);
     image.ResizeForOverwrite(target.truth.size());
     view.Render(image.data());
     cost += loss_->Evaluate(image, target.truth, target.shape()).cost;

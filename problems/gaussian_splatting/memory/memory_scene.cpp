@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kernels/gaussian_splatting/view.h"
+#include "kernels/gaussian_splatting/splat_view.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "solver/trust_region/line_search.h"
 
@@ -11,14 +11,14 @@ namespace vesta::gs {
 MemoryScene CountMemory(const SplatModel& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries) {
   const double background[3] = {0, 0, 0};
-  splat::View<float> view;
+  splat::SplatView<float> view;
   splat::ViewWorkspace<float> workspace;
   std::vector<ViewCounts> counts(views.size());
   ViewCounts sum;
   const double share = std::min(1.0, static_cast<double>(most) / static_cast<double>(views.size()));
   const std::vector<Index> counted = SpreadUnits(static_cast<Index>(views.size()), share, 0);
   for (const Index v : counted) {
-    view.Build(ToKernelModel(model), ToPinhole(*views[static_cast<std::size_t>(v)], near), background, workspace);
+    view.Build(ToKernelModel(model), ToPosedCamera(*views[static_cast<std::size_t>(v)], near), background, workspace);
     sum.splats += static_cast<double>(view.num_splats());
     sum.pairs += static_cast<double>(view.num_pairs());
     const double entries = with_entries ? static_cast<double>(view.CountVisits().pixels) : 0;

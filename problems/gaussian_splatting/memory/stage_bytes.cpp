@@ -47,12 +47,12 @@ class Parts {
     const double bytes = ViewBytes(view) + (1 + LinearizationImages(lm.ssim)) * kImageBytes * view.pixels;
     if (!IsCached(lm.jacobian)) return bytes;
     const auto format = lm.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
-    return bytes + static_cast<double>(Splats::View::Cache::NumBytes(static_cast<Index>(view.entries),
-                                                                     static_cast<Index>(view.pairs), format));
+    return bytes + static_cast<double>(Splats::SplatView::Cache::NumBytes(static_cast<Index>(view.entries),
+                                                                          static_cast<Index>(view.pairs), format));
   }
 
  private:
-  double ViewBytes(const ViewCounts& view) const { return Splats::View::Bytes(view, gaussians_); }
+  double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
 
   const MemoryScene& scene_;
   ViewCounts most_;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/core/cuda_backend.h"
-#include "kernels/gaussian_splatting/device_view.h"
+#include "kernels/gaussian_splatting/device_splat_view.h"
 #include "kernels/image/device_metrics.h"
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -11,7 +11,7 @@ namespace vesta::gs {
 
 template <>
 struct SplatBackend<CudaBackend<float>> {
-  using View = splat::DeviceView;
+  using SplatView = splat::DeviceSplatView;
   using Workspace = splat::DeviceViewWorkspace;
   using Loss = DevicePhotometricLoss;
   using QualityMeter = DeviceImageQualityMeter;

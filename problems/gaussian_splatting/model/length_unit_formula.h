@@ -2,14 +2,14 @@
 #pragma once
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "problems/gaussian_splatting/model/depth_in_view.h"
 
 namespace vesta::gs {
 inline namespace VESTA_ISA {
 
 // Half the depth of the mean in the nearest of `count` views that hold it beyond their near planes, or `otherwise`.
-VESTA_HD inline float LengthUnit(const splat::PinholeView* views, Index count, double otherwise, const float mean[3]) {
+VESTA_HD inline float LengthUnit(const splat::PosedCamera* views, Index count, double otherwise, const float mean[3]) {
   double nearest = 0;  // none so far
   for (Index k = 0; k < count; ++k) {
     const double depth = DepthInView(views[k].R, views[k].T, views[k], mean);

@@ -6,17 +6,17 @@
 
 namespace vesta::gs {
 
-std::vector<splat::PinholeView> UnitViews(const std::vector<const View*>& views, double near) {
+std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views, double near) {
   constexpr std::size_t kMostViews = 64;
   const std::size_t most = std::min(kMostViews, views.size());
-  std::vector<splat::PinholeView> chosen;
-  for (std::size_t k = 0; k < most; ++k) chosen.push_back(ToPinhole(*views[k * views.size() / most], near));
+  std::vector<splat::PosedCamera> chosen;
+  for (std::size_t k = 0; k < most; ++k) chosen.push_back(ToPosedCamera(*views[k * views.size() / most], near));
   return chosen;
 }
 
 std::vector<float> LengthUnits(const SplatModel& model, const std::vector<const View*>& views, double near,
                                double otherwise) {
-  const std::vector<splat::PinholeView> chosen = UnitViews(views, near);
+  const std::vector<splat::PosedCamera> chosen = UnitViews(views, near);
   std::vector<float> units(static_cast<std::size_t>(model.count));
   ForEach<Host>(model.count, 256,
                 MeasureUnit{model.count, model.data.data(), chosen.data(), static_cast<Index>(chosen.size()), otherwise,

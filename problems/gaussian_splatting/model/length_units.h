@@ -6,7 +6,7 @@
 #include "kernels/core/buffer.h"
 #include "kernels/core/for_each.h"
 #include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "problems/gaussian_splatting/model/length_unit_formula.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
@@ -14,13 +14,13 @@
 namespace vesta::gs {
 
 // The views that are looked at for it: of many only 64, evenly spread. near: distance of the near plane.
-std::vector<splat::PinholeView> UnitViews(const std::vector<const View*>& views, double near);
+std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views, double near);
 
 // LengthUnit of Gaussian i by its mean; all pointers to one memory space.
 struct MeasureUnit {
   Index count;
   const float* x;  // of `count` Gaussians (kernels/gaussian_splatting/layout.h)
-  const splat::PinholeView* views;
+  const splat::PosedCamera* views;
   Index num_views;
   double otherwise;
   float* units;
@@ -36,7 +36,7 @@ struct MeasureUnit {
 // `otherwise` where none does: a learning rate for positions is then one in pixels, at most so many in any view, near
 // and far alike. (Kerbl et al. 2023 have one unit for the scene.) views: UnitViews; x: of `count` Gaussians.
 template <class Space>
-Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<splat::PinholeView, Space>& views,
+Buffer<float, Space> MeasureUnits(Index count, const float* x, const Buffer<splat::PosedCamera, Space>& views,
                                   double otherwise) {
   Buffer<float, Space> units;
   units.ResizeForOverwrite(count);

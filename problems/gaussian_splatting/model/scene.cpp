@@ -8,9 +8,9 @@
 namespace vesta::gs {
 
 Camera ResizeCamera(const Camera& camera, int width, int height) {
-  const double sx = static_cast<double>(width) / camera.width;
-  const double sy = static_cast<double>(height) / camera.height;
-  return {width, height, sx * camera.fx, sy * camera.fy, sx * camera.cx, sy * camera.cy};
+  const double across = static_cast<double>(width) / camera.width;
+  const double down = static_cast<double>(height) / camera.height;
+  return {width, height, camera.lens.Scaled(across, down)};
 }
 
 std::array<double, 3> CameraCenter(const View& view) {

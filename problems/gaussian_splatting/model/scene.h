@@ -6,14 +6,15 @@
 #include <vector>
 
 #include "kernels/core/span.h"
+#include "kernels/gaussian_splatting/lens.h"
 #include "problems/gaussian_splatting/model/image.h"
 
 namespace vesta::gs {
 
-// Pinhole camera, in pixels; pixel (i, j) covers [i, i + 1) x [j, j + 1), so its centre is at (i + 0.5, j + 0.5).
+// Pixel (i, j) covers [i, i + 1) x [j, j + 1), so its centre is at (i + 0.5, j + 0.5).
 struct Camera {
-  int width = 0, height = 0;
-  double fx = 0, fy = 0, cx = 0, cy = 0;
+  int width = 0, height = 0;  // of the image, pixels
+  splat::Lens lens;
 };
 
 // The same camera for its image resized to width x height.

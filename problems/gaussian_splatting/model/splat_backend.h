@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/core/vector_backend.h"
-#include "kernels/gaussian_splatting/view.h"
+#include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/image_shape.h"
 #include "kernels/image/metrics.h"
 #include "kernels/image/photometric_loss.h"
@@ -18,7 +18,7 @@ struct SplatBackend;
 
 template <class S>
 struct SplatBackend<CpuBackend<S>> {
-  using View = splat::View<S>;
+  using SplatView = splat::SplatView<S>;
   using Workspace = splat::ViewWorkspace<S>;
   using Loss = PhotometricLoss<S>;
   using QualityMeter = ImageQualityMeter;
@@ -33,10 +33,10 @@ struct SplatBackend<CpuBackend<S>> {
 // One view to fit.
 template <class B>
 struct TargetView {
-  splat::PinholeView pinhole;
+  splat::PosedCamera camera;
   typename SplatBackend<B>::Truth truth;  // 3 planes
 
-  ImageShape shape() const { return {pinhole.width, pinhole.height}; }
+  ImageShape shape() const { return {camera.width, camera.height}; }
 };
 
 // Views of the host in the memory of B, for whom the former must stay where that is the host's.
@@ -44,7 +44,7 @@ template <class B>
 std::vector<TargetView<B>> TargetsIn(const std::vector<TargetView<CpuBackend<typename B::Scalar>>>& views) {
   std::vector<TargetView<B>> targets;
   targets.reserve(views.size());
-  for (const auto& view : views) targets.push_back({view.pinhole, SplatBackend<B>::MakeTruth(view.truth)});
+  for (const auto& view : views) targets.push_back({view.camera, SplatBackend<B>::MakeTruth(view.truth)});
   return targets;
 }
 

@@ -18,7 +18,7 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
   for (const View* view : views) {
     const std::vector<float>& rgb = view->image.rgb;
     targets.push_back(
-        {ToPinhole(*view, near), SplatBackend<B>::MakeTruth({rgb.data(), static_cast<Index>(rgb.size())})});
+        {ToPosedCamera(*view, near), SplatBackend<B>::MakeTruth({rgb.data(), static_cast<Index>(rgb.size())})});
   }
   return targets;
 }

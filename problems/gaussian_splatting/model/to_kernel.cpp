@@ -6,17 +6,16 @@ namespace vesta::gs {
 
 double NearPlane(const Scene& scene) { return 0.01 * scene.extent; }
 
-splat::PinholeView ToPinhole(const View& view, double near) {
-  splat::PinholeView pinhole{};
-  std::copy(view.rotation.begin(), view.rotation.end(), pinhole.R);
-  std::copy(view.translation.begin(), view.translation.end(), pinhole.T);
+splat::PosedCamera ToPosedCamera(const View& view, double near) {
+  splat::PosedCamera camera{};
+  std::copy(view.rotation.begin(), view.rotation.end(), camera.R);
+  std::copy(view.translation.begin(), view.translation.end(), camera.T);
   const auto centre = CameraCenter(view);
-  std::copy(centre.begin(), centre.end(), pinhole.centre);
-  pinhole.fx = view.camera.fx, pinhole.fy = view.camera.fy;
-  pinhole.cx = view.camera.cx, pinhole.cy = view.camera.cy;
-  pinhole.width = view.camera.width, pinhole.height = view.camera.height;
-  pinhole.near = near;
-  return pinhole;
+  std::copy(centre.begin(), centre.end(), camera.centre);
+  camera.lens = view.camera.lens;
+  camera.width = view.camera.width, camera.height = view.camera.height;
+  camera.near = near;
+  return camera;
 }
 
 splat::Model<float> ToKernelModel(const SplatModel& model) {

@@ -1,8 +1,8 @@
 // Views and models in the form of the kernels.
 #pragma once
 
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
-#include "kernels/gaussian_splatting/types.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
@@ -13,7 +13,7 @@ namespace vesta::gs {
 double NearPlane(const Scene& scene);
 
 // The kernels' form of a view and of a model.
-splat::PinholeView ToPinhole(const View& view, double near);
+splat::PosedCamera ToPosedCamera(const View& view, double near);
 splat::Model<float> ToKernelModel(const SplatModel& model);
 
 }  // namespace vesta::gs

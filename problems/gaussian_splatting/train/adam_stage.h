@@ -118,7 +118,7 @@ class AdamStage {
   struct Passes {
     // |e| itself, as in 3DGS: Adam needs no floor.
     typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
-    typename SplatBackend<B>::View view;
+    typename SplatBackend<B>::SplatView view;
     typename SplatBackend<B>::Workspace workspace;
     Vector image, image_gradient;
   };
@@ -185,12 +185,12 @@ class AdamStage {
       const ImageShape shape = target.shape();
       passes_->image.ResizeForOverwrite(shape.NumValues());
       passes_->image_gradient.ResizeForOverwrite(shape.NumValues());
-      passes_->view.Build(x, target.pinhole, options_.background.data(), passes_->workspace);
+      passes_->view.Build(x, target.camera, options_.background.data(), passes_->workspace);
       passes_->view.Render(passes_->image.data());
       passes_->loss.Gradient(passes_->image, target.truth, shape, passes_->image_gradient);
       passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
       if (observes) {
-        const double share = PullShare(shape.width, targets_[next].pinhole.width);
+        const double share = PullShare(shape.width, targets_[next].camera.width);
         state_->model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
                                         share * static_cast<double>(shape.NumValues()));
       }

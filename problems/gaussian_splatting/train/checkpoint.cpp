@@ -42,8 +42,7 @@ std::uint64_t FingerprintOf(const Scene& scene) {
     bool is_test = view.is_test;
     auto rotation = view.rotation;
     auto translation = view.translation;
-    writer(name, camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, is_test, rotation,
-           translation);
+    writer(name, camera.width, camera.height, camera.lens, is_test, rotation, translation);
   }
   return hash;
 }

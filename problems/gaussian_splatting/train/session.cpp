@@ -67,7 +67,8 @@ std::vector<TargetView<CpuBackend<float>>> TargetsOf(const std::vector<const Vie
   std::vector<TargetView<CpuBackend<float>>> targets;
   targets.reserve(views.size());
   for (const View* view : views) {
-    targets.push_back({ToPinhole(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
+    targets.push_back(
+        {ToPosedCamera(*view, near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});
   }
   return targets;
 }

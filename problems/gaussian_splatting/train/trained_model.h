@@ -21,14 +21,14 @@ class TrainedModel {
 
   // unit_views: UnitViews; unit: of length, of Gaussians that none of them sees.
   TrainedModel(const SplatModel& model, Adam<B> adam, DensityControl<Space> density,
-               const std::vector<splat::PinholeView>& unit_views, double unit)
+               const std::vector<splat::PosedCamera>& unit_views, double unit)
       : sh_degree_(model.sh_degree),
         count_(model.count),
         adam_(std::move(adam)),
         density_(std::move(density)),
         unit_(unit) {
     x_.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
-    unit_views_.CopyFrom(HostSpan<const splat::PinholeView>(unit_views.data(), static_cast<Index>(unit_views.size())));
+    unit_views_.CopyFrom(HostSpan<const splat::PosedCamera>(unit_views.data(), static_cast<Index>(unit_views.size())));
     StartAnew();
   }
 
@@ -132,7 +132,7 @@ class TrainedModel {
   DensityControl<Space> density_;
   Vector x_, gradient_;
   ParameterMean<B> average_;
-  Buffer<splat::PinholeView, Space> unit_views_;
+  Buffer<splat::PosedCamera, Space> unit_views_;
   double unit_;
 };
 

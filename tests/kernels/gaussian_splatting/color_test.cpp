@@ -27,8 +27,8 @@ void CheckColor(double distance) {
   constexpr int kCount = ShCoefficients(Degree);
   test::Random random(7 + Degree);
   for (int trial = 0; trial < 20; ++trial) {
-    const PinholeView view = test::RandomView(random, 64, 48);
-    const Camera<double> camera = MakeCamera<double>(view);
+    const PosedCamera view = test::RandomView(random, 64, 48);
+    const CameraConstants<double> camera = ConstantsOf<double>(view);
     double mean[3], sh[3 * kCount], color_bar[3], norm2 = 0;
     for (int i = 0; i < 3; ++i) mean[i] = random.Normal(), norm2 += mean[i] * mean[i];
     for (int i = 0; i < 3; ++i) mean[i] = view.centre[i] + distance * mean[i] / std::sqrt(norm2);

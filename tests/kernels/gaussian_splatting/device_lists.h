@@ -44,7 +44,7 @@ struct DeviceLists {
   S background[3];
 
   // rows: as TileLists::rows, and must stay as they are.
-  DeviceLists(const splat::Model<S>& model, const splat::PinholeView& view, const double* background_color,
+  DeviceLists(const splat::Model<S>& model, const splat::PosedCamera& view, const double* background_color,
               const std::uint16_t* rows = nullptr)
       : grid(view.width, view.height, rows) {
     for (int c = 0; c < 3; ++c) background[c] = static_cast<S>(background_color[c]);

@@ -1,21 +1,17 @@
 #include "kernels/gaussian_splatting/project.h"
 
-#include <ceres/jet.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/dual.h"
+#include "tests/kernels/gaussian_splatting/projection_rows.h"
 #include "tests/kernels/gaussian_splatting/reference.h"
 #include "tests/support/random.h"
 #include "tests/support/splat_scenes.h"
 
 namespace vesta::splat {
 namespace {
-
-constexpr int kParameters = 10;  // mean, log-scale, quaternion
-using Jet = ceres::Jet<double, kParameters>;
 
 // One Gaussian in camera coordinates x / z, y / z, z, and how it looks.
 struct Case {
@@ -32,12 +28,12 @@ class Projection : public testing::TestWithParam<Case> {
   void Make(int seed) {
     test::Random random(static_cast<std::uint64_t>(seed));
     view_ = test::RandomView(random, 64, 48);
-    camera_ = MakeCamera<double>(view_);
+    camera_ = ConstantsOf<double>(view_);
     const Case& c = GetParam();
     // 1 stands for the border of the clamp.
     const auto place = [&](double share, double lo, double hi) { return share < 0 ? -share * lo : share * hi; };
-    const double t[3] = {place(c.x_over_z, camera_.x_lo, camera_.x_hi) * c.z - view_.T[0],
-                         place(c.y_over_z, camera_.y_lo, camera_.y_hi) * c.z - view_.T[1], c.z - view_.T[2]};
+    const double t[3] = {place(c.x_over_z, camera_.lens.x_lo, camera_.lens.x_hi) * c.z - view_.T[0],
+                         place(c.y_over_z, camera_.lens.y_lo, camera_.lens.y_hi) * c.z - view_.T[1], c.z - view_.T[2]};
     for (int k = 0; k < 3; ++k) {
       p_[kMean + k] = view_.R[k] * t[0] + view_.R[3 + k] * t[1] + view_.R[6 + k] * t[2];
       p_[kLogScale + k] = std::log(k == 0 ? c.sigma : c.sigma / random.LogUniform(0.5 * c.aspect, c.aspect));
@@ -47,8 +43,8 @@ class Projection : public testing::TestWithParam<Case> {
     for (int k = 0; k < 4; ++k) p_[kQuaternion + k] *= c.quaternion_length / std::sqrt(norm2);
   }
 
-  PinholeView view_;
-  Camera<double> camera_;
+  PosedCamera view_;
+  CameraConstants<double> camera_;
   double p_[kParameters];
 };
 
@@ -79,7 +75,7 @@ TEST_P(Projection, WhitenedFormIsTheConic) {
     double attributes[kMaxAttributes] = {};
     std::copy_n(p_, kParameters, attributes);
     const reference::ScreenGaussian<double> conic = reference::ProjectGaussian(attributes, 0, view_);
-    ProjectionState<double> state;
+    ProjectionState<LensIn<double>, double> state;
     const SplatShape<double> shape = Project(camera_, p_ + kMean, p_ + kLogScale, p_ + kQuaternion, state);
     EXPECT_NEAR(shape.u, conic.u, 1e-12 * (1 + std::abs(conic.u)));
     EXPECT_NEAR(shape.v, conic.v, 1e-12 * (1 + std::abs(conic.v)));
@@ -93,46 +89,6 @@ TEST_P(Projection, WhitenedFormIsTheConic) {
       const double exponent = -0.5 * (conic.a * dx * dx + 2 * conic.b * dx * dy + conic.c * dy * dy);
       EXPECT_NEAR(std::exp2(-(p * p + q * q)), std::exp(exponent), 1e-12);
     }
-  }
-}
-
-// K by Jets through Project and WhitenTangent: rows are the entries of the splat tangent.
-void JetRows(const Camera<double>& camera, const double* p, double K[kLambda][kParameters]) {
-  Jet jets[kParameters];
-  for (int i = 0; i < kParameters; ++i) jets[i] = Jet(p[i], i);
-  ProjectionState<Jet> state;
-  const SplatShape<Jet> jet = Project(camera, jets + kMean, jets + kLogScale, jets + kQuaternion, state);
-  const SplatShape<double> shape = {jet.u.a, jet.v.a, jet.r.a, jet.s.a, jet.beta.a};
-  for (int i = 0; i < kParameters; ++i) {
-    double w[kLambda];
-    WhitenTangent(shape, {jet.u.v[i], jet.v.v[i], jet.r.v[i], jet.s.v[i], jet.beta.v[i]}, w);
-    for (int row = 0; row < kLambda; ++row) K[row][i] = w[row];
-  }
-}
-
-// Rows relative to their largest entry within a group of parameters; a quaternion's to that of the scales as well,
-// since its derivative is a difference of terms of that size that cancels for round splats.
-void ExpectRowsNear(const double K[kLambda][kParameters], const double expected[kLambda][kParameters]) {
-  for (int row = 0; row < kLambda; ++row) {
-    double scale[3] = {};
-    const auto group = [](int i) { return i < kLogScale ? 0 : i < kQuaternion ? 1 : 2; };
-    for (int i = 0; i < kParameters; ++i) {
-      scale[group(i)] = std::max(scale[group(i)], std::abs(expected[row][i]));
-    }
-    for (int i = 0; i < kParameters; ++i) {
-      EXPECT_NEAR(K[row][i], expected[row][i], 1e-9 * scale[group(i)]) << "row " << row << ", parameter " << i;
-    }
-  }
-}
-
-void AdjointRows(const Camera<double>& camera, const double* p, double K[kLambda][kParameters]) {
-  ProjectionState<double> state;
-  const SplatShape<double> shape = Project(camera, p + kMean, p + kLogScale, p + kQuaternion, state);
-  for (int row = 0; row < kLambda; ++row) {
-    double unit[kLambda] = {};
-    unit[row] = 1;
-    ProjectAdjoint(camera, p + kQuaternion, state, shape, unit, K[row] + kMean, K[row] + kLogScale,
-                   K[row] + kQuaternion);
   }
 }
 
@@ -158,7 +114,7 @@ TEST_P(Projection, DualAgreesWithJets) {
     for (int i = 0; i < kParameters; ++i) {
       D duals[kParameters];
       for (int k = 0; k < kParameters; ++k) duals[k] = D(p_[k], k == i ? 1.0 : 0.0);
-      ProjectionState<D> state;
+      ProjectionState<LensIn<double>, D> state;
       const SplatShape<D> dual = Project(camera_, duals + kMean, duals + kLogScale, duals + kQuaternion, state);
       double w[kLambda];
       WhitenTangent<double>({dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v},
@@ -176,7 +132,7 @@ TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
     Jet attributes[kMaxAttributes];
     for (int i = 0; i < kParameters; ++i) attributes[i] = Jet(p_[i], i);
     const reference::ScreenGaussian<Jet> conic = reference::ProjectGaussian(attributes, 0, view_);
-    ProjectionState<double> state;
+    ProjectionState<LensIn<double>, double> state;
     const SplatShape<double> shape = Project(camera_, p_ + kMean, p_ + kLogScale, p_ + kQuaternion, state);
     const double condition = state.C * conic.c.a;
     if (condition > 100) continue;
@@ -203,13 +159,13 @@ TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
 
 // Exactly on the clamp, where both one-sided derivatives are right, tangent and adjoint must take the same one.
 TEST(ProjectionOnTheClamp, TangentAndAdjointTakeTheSameSide) {
-  PinholeView view{};
+  PosedCamera view{};
   for (int i = 0; i < 9; ++i) view.R[i] = i % 4 == 0 ? 1 : 0;
   // Chosen so that borders and x / z are exact in binary: x / z = +-1 on the border.
-  view.width = view.height = 20, view.cx = view.cy = 10, view.fx = view.fy = 13, view.near = 0.01;
-  const Camera<double> camera = MakeCamera<double>(view);
-  ASSERT_EQ(camera.x_lo, -1);
-  ASSERT_EQ(camera.x_hi, 1);
+  view.width = view.height = 20, view.lens.cx = view.lens.cy = 10, view.lens.fx = view.lens.fy = 13, view.near = 0.01;
+  const CameraConstants<double> camera = ConstantsOf<double>(view);
+  ASSERT_EQ(camera.lens.x_lo, -1);
+  ASSERT_EQ(camera.lens.x_hi, 1);
   for (const double sign : {-1.0, 1.0}) {
     const double p[kParameters] = {sign, -sign, 1, -1, -2, -3, 1, 0.4, -0.3, 0.2};
     double expected[kLambda][kParameters], K[kLambda][kParameters];

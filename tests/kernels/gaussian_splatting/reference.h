@@ -13,7 +13,7 @@
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "tests/support/legendre.h"
 
 namespace vesta::splat::reference {
@@ -47,7 +47,7 @@ void Rotation(const T* q, T R[3][3]) {
 
 // p: the attributes of one Gaussian, in the order of layout.h.
 template <class T>
-ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PinholeView& view) {
+ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const PosedCamera& view) {
   using std::exp, std::sqrt;
   ScreenGaussian<T> g{};
   T t[3], R[3][3], covariance[3][3], J[2][3], JW[2][3], screen[2][2];
@@ -64,15 +64,17 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const Pinhol
     }
   }
   const auto clamp = [](const T& x, double lo, double hi) { return x < T(lo) ? T(lo) : x > T(hi) ? T(hi) : x; };
-  const T x = clamp(t[0] / t[2], (-0.15 * view.width - view.cx) / view.fx, (1.15 * view.width - view.cx) / view.fx);
-  const T y = clamp(t[1] / t[2], (-0.15 * view.height - view.cy) / view.fy, (1.15 * view.height - view.cy) / view.fy);
+  const T x = clamp(t[0] / t[2], (-0.15 * view.width - view.lens.cx) / view.lens.fx,
+                    (1.15 * view.width - view.lens.cx) / view.lens.fx);
+  const T y = clamp(t[1] / t[2], (-0.15 * view.height - view.lens.cy) / view.lens.fy,
+                    (1.15 * view.height - view.lens.cy) / view.lens.fy);
   T variance(0.0);  // along the optical axis
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) variance += view.R[6 + i] * covariance[i][j] * view.R[6 + j];
   }
   const bool is_beside = x != t[0] / t[2] || y != t[1] / t[2];
-  J[0][0] = view.fx / t[2], J[0][1] = T(0.0), J[0][2] = -view.fx * x / t[2];
-  J[1][0] = T(0.0), J[1][1] = view.fy / t[2], J[1][2] = -view.fy * y / t[2];
+  J[0][0] = view.lens.fx / t[2], J[0][1] = T(0.0), J[0][2] = -view.lens.fx * x / t[2];
+  J[1][0] = T(0.0), J[1][1] = view.lens.fy / t[2], J[1][2] = -view.lens.fy * y / t[2];
   for (int i = 0; i < 2; ++i) {
     for (int j = 0; j < 3; ++j) {
       JW[i][j] = J[i][0] * view.R[j] + J[i][1] * view.R[3 + j] + J[i][2] * view.R[6 + j];
@@ -88,7 +90,7 @@ ScreenGaussian<T> ProjectGaussian(const T* p, int active_sh_degree, const Pinhol
   }
   const T det = screen[0][0] * screen[1][1] - screen[0][1] * screen[0][1];
   g.a = screen[1][1] / det, g.b = -screen[0][1] / det, g.c = screen[0][0] / det;
-  g.u = view.fx * t[0] / t[2] + view.cx, g.v = view.fy * t[1] / t[2] + view.cy;
+  g.u = view.lens.fx * t[0] / t[2] + view.lens.cx, g.v = view.lens.fy * t[1] / t[2] + view.lens.cy;
   g.opacity = 1.0 / (1.0 + exp(-p[kOpacity]));
 
   T direction[3], basis[16];
@@ -124,7 +126,7 @@ struct Image {
 
 // x: a model in the layout of layout.h with `count` Gaussians.
 template <class T>
-Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const PinholeView& view,
+Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const PosedCamera& view,
                 const double background[3]) {
   using std::exp;
   const int attributes = static_cast<int>(x.size()) / count;

@@ -137,10 +137,7 @@ Scene OneGaussianOnTheAxis() {
   scene.view = {.R = {1, 0, 0, 0, 1, 0, 0, 0, 1},
                 .T = {},
                 .centre = {},
-                .fx = 30,
-                .fy = 30,
-                .cx = 15,
-                .cy = 10,
+                .lens = {.fx = 30, .fy = 30, .cx = 15, .cy = 10},
                 .width = options.width,
                 .height = options.height,
                 .near = 0.1};
@@ -157,7 +154,7 @@ TEST(Rendering, MeansBeyondTheGuardBandAreNotSeen) {
   scene.At(kOpacity, 0) = 3;
   // At depth 1 the mean lies at the pixel that its coordinate says.
   const auto seen_at = [&](int axis, double pixel) {
-    const double centre[2] = {scene.view.cx, scene.view.cy};
+    const double centre[2] = {scene.view.lens.cx, scene.view.lens.cy};
     for (int k = 0; k < 2; ++k) scene.At(kMean + k, 0) = k == axis ? (pixel - centre[k]) / 30 : 0;
     scene.At(kMean + 2, 0) = 1;
     const RenderedView<double> rendered(scene);
@@ -183,7 +180,7 @@ TEST(Rendering, DeepGaussiansBesideTheImageAreNotSeen) {
   constexpr double kDepth = 3;
   const auto seen_at = [&](int axis, double pixel, double spread) {
     for (int k = 0; k < 3; ++k) scene.At(kLogScale + k, 0) = std::log(k == 1 ? 2.0 : spread * kDepth);
-    const double centre[2] = {scene.view.cx, scene.view.cy};
+    const double centre[2] = {scene.view.lens.cx, scene.view.lens.cy};
     for (int k = 0; k < 2; ++k) scene.At(kMean + k, 0) = k == axis ? (pixel - centre[k]) / 30 * kDepth : 0;
     scene.At(kMean + 2, 0) = kDepth;
     const RenderedView<double> rendered(scene);

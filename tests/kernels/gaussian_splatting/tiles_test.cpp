@@ -18,7 +18,7 @@ using test::SceneOptions;
 template <class S>
 TileBins BinsOf(const RenderedView<S>& rendered) {
   TileBins bins;
-  bins.Build<S>(rendered.view.splats(), rendered.view.pinhole().width, rendered.view.pinhole().height);
+  bins.Build<S>(rendered.view.splats(), rendered.view.camera().width, rendered.view.camera().height);
   return bins;
 }
 

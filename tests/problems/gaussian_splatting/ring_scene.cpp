@@ -110,7 +110,7 @@ RingProblem<S>::RingProblem(int num_views, Index gaussians, int sh_degree, std::
   for (const View& view : scene.views) {
     HostBuffer<S>& image = truth.emplace_back(static_cast<Index>(view.image.rgb.size()));
     std::copy(view.image.rgb.begin(), view.image.rgb.end(), image.begin());
-    views.push_back({ToPinhole(view, NearPlane(scene)), image.view()});
+    views.push_back({ToPosedCamera(view, NearPlane(scene)), image.view()});
   }
 }
 

@@ -17,7 +17,7 @@ struct DensityScene {
   static constexpr double kLossScale = 100;
   Scene scene = RingOfCameras(1, 64, 48, false);
   SplatModel model;
-  splat::View<float> view;
+  splat::SplatView<float> view;
   splat::ViewWorkspace<float> workspace;
   std::vector<splat::SplatTangent<float>> cotangents;  // by rank, of the last view shown
 
@@ -26,7 +26,7 @@ struct DensityScene {
   // Shows `control` a view of the model in which Gaussian i is pulled by pull[i], normalised device coordinates, along
   // the image's rows.
   void Observe(DensityControl<Host>& control, const std::vector<float>& pull) {
-    view.Build(ToKernelModel(model), ToPinhole(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
+    view.Build(ToKernelModel(model), ToPosedCamera(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
     cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});
     for (Index i = 0; i < model.count; ++i) {
       const std::int32_t rank = view.rank_of()[i];

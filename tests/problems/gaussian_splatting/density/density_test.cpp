@@ -86,7 +86,7 @@ TEST(Density, PullIsTheGradientByTheScreenMean) {
   camera.translation = {0, 0, 4};
   SplatModel model = test::RandomModel(1, 0, 2);
   for (int k = 0; k < 3; ++k) model.attribute(splat::kMean + k)[0] = 0, model.attribute(splat::kLogScale + k)[0] = -2;
-  scene.view.Build(ToKernelModel(model), ToPinhole(camera, 0.01), std::array<double, 3>{}.data(), scene.workspace);
+  scene.view.Build(ToKernelModel(model), ToPosedCamera(camera, 0.01), std::array<double, 3>{}.data(), scene.workspace);
   Image image(64, 48);
   scene.view.Render(image.rgb.data());
   vesta::test::Random random(3);

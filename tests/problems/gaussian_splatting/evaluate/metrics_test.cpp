@@ -143,16 +143,16 @@ TEST(Evaluate, ViewsOfDifferentSizes) {
 TEST(Pinhole, IsTheViewsCamera) {
   const Scene scene = test::RingOfCameras(5, 40, 30, false);
   const View& view = scene.views[2];
-  const splat::PinholeView pinhole = ToPinhole(view, 0.25);
-  EXPECT_EQ(pinhole.width, 40);
-  EXPECT_EQ(pinhole.height, 30);
-  EXPECT_EQ(pinhole.cx, view.camera.cx);
-  EXPECT_EQ(pinhole.fy, view.camera.fy);
-  EXPECT_EQ(pinhole.near, 0.25);
+  const splat::PosedCamera camera = ToPosedCamera(view, 0.25);
+  EXPECT_EQ(camera.width, 40);
+  EXPECT_EQ(camera.height, 30);
+  EXPECT_EQ(camera.lens.cx, view.camera.lens.cx);
+  EXPECT_EQ(camera.lens.fy, view.camera.lens.fy);
+  EXPECT_EQ(camera.near, 0.25);
   for (int r = 0; r < 3; ++r) {
     // The centre is mapped to the origin.
-    double t = pinhole.T[r];
-    for (int k = 0; k < 3; ++k) t += pinhole.R[3 * r + k] * pinhole.centre[k];
+    double t = camera.T[r];
+    for (int k = 0; k < 3; ++k) t += camera.R[3 * r + k] * camera.centre[k];
     EXPECT_NEAR(t, 0, 1e-14);
   }
 }

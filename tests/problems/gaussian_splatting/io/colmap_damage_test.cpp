@@ -74,11 +74,11 @@ TEST_P(ColmapDamageFormats, UnusableValuesAreNamed) {
     const char* message;
   };
   const Case cases[] = {
-      {[](ColmapModel* m) { m->cameras[0].camera.fx = 0; }, "camera 1 has the focal lengths 0, "},
-      {[](ColmapModel* m) { m->cameras[0].camera.fy = -5; }, "they must be positive"},
-      {[&](ColmapModel* m) { m->cameras[1].camera.fx = nan; }, "camera 4000000000 has the focal lengths nan"},
-      {[&](ColmapModel* m) { m->cameras[0].camera.fx = infinity; }, "focal lengths inf"},
-      {[&](ColmapModel* m) { m->cameras[0].camera.cx = nan; }, "principal point nan"},
+      {[](ColmapModel* m) { m->cameras[0].camera.lens.fx = 0; }, "camera 1 has the focal lengths 0, "},
+      {[](ColmapModel* m) { m->cameras[0].camera.lens.fy = -5; }, "they must be positive"},
+      {[&](ColmapModel* m) { m->cameras[1].camera.lens.fx = nan; }, "camera 4000000000 has the focal lengths nan"},
+      {[&](ColmapModel* m) { m->cameras[0].camera.lens.fx = infinity; }, "focal lengths inf"},
+      {[&](ColmapModel* m) { m->cameras[0].camera.lens.cx = nan; }, "principal point nan"},
       {[](ColmapModel* m) { m->cameras[0].camera.width = 0; }, "camera 1 has the size 0 x 40"},
       {[](ColmapModel* m) { m->cameras[0].camera.height = 0; }, "camera 1 has the size 60 x 0"},
       {[](ColmapModel* m) { m->images[1].camera_id = 7; }, "image a 1.jpg refers to camera 7"},

@@ -46,8 +46,8 @@ TEST(Colmap, ReadsTextOfOtherHands) {
   EXPECT_EQ(model.images[0].translation, (std::array<double, 3>{0.5, 0, -1}));
   EXPECT_EQ(model.images[1].name, "name with space.png");
   EXPECT_EQ(model.images[2].rotation, (std::array<double, 4>{0, 1, 0, 0}));
-  EXPECT_EQ(model.cameras[0].camera.fy, 50.5);
-  EXPECT_EQ(model.cameras[0].camera.cy, 20);
+  EXPECT_EQ(model.cameras[0].camera.lens.fy, 50.5);
+  EXPECT_EQ(model.cameras[0].camera.lens.cy, 20);
   EXPECT_EQ(model.points[0].color, (std::array<std::uint8_t, 3>{10, 20, 30}));
 }
 

@@ -41,7 +41,7 @@ TEST_F(LoadSceneTest, LoadsAllPixels) {
   const Image expected = LoadImage(ImagePath(0));
   for (const View& view : scene.views) {
     EXPECT_EQ(view.image.rgb, expected.rgb);
-    EXPECT_EQ(view.camera.fx, model_.cameras[0].camera.fx);
+    EXPECT_EQ(view.camera.lens.fx, model_.cameras[0].camera.lens.fx);
   }
   EXPECT_TRUE(scene.views[0].is_test && scene.views[8].is_test);
   EXPECT_EQ(scene.points.size(), 4);
@@ -55,8 +55,8 @@ TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
   EXPECT_EQ(view.image.width, 8);
   EXPECT_EQ(view.image.height, 5);
   EXPECT_EQ(view.camera.width, 8);
-  EXPECT_DOUBLE_EQ(view.camera.fx, model_.cameras[0].camera.fx * 8 / 60);
-  EXPECT_DOUBLE_EQ(view.camera.cy, model_.cameras[0].camera.cy * 5 / 40);
+  EXPECT_DOUBLE_EQ(view.camera.lens.fx, model_.cameras[0].camera.lens.fx * 8 / 60);
+  EXPECT_DOUBLE_EQ(view.camera.lens.cy, model_.cameras[0].camera.lens.cy * 5 / 40);
   EXPECT_EQ(view.image.rgb, ResizeArea(LoadImage(ImagePath(3)), 8, 5).rgb);
 }
 
@@ -80,7 +80,7 @@ TEST_F(LoadSceneTest, SmallerCopiesOfTheImagesRescaleTheCamera) {
   options.image_folder = "images_4";
   const Scene scene = LoadScene(folder_.path(), options);
   EXPECT_EQ(scene.views[1].camera.width, 16);
-  EXPECT_DOUBLE_EQ(scene.views[1].camera.fx, model_.cameras[0].camera.fx * 16 / 60);
+  EXPECT_DOUBLE_EQ(scene.views[1].camera.lens.fx, model_.cameras[0].camera.lens.fx * 16 / 60);
   WriteBytes(folder_ / "images_4/view5.png", ExampleJpeg(16, 12));
   ExpectRefused("images_4/view5.png: 16 x 12 pixels, but its camera has 60 x 40", options);
 }

@@ -44,9 +44,9 @@ TEST_F(NerfTest, ReadsIntrinsicsNamesAndRandomPoints) {
   EXPECT_EQ(scene.views[2].name, "images/c.JPG");
   EXPECT_TRUE(scene.views[0].is_test && !scene.views[1].is_test);
   const Camera& camera = scene.views[0].camera;
-  EXPECT_TRUE(camera.width == 40 && camera.height == 30 && camera.fx == 50 && camera.fy == 51 && camera.cx == 19.5 &&
-              camera.cy == 15.5);
-  EXPECT_EQ(scene.views[2].camera.fx, 60) << "a frame's own value comes first";
+  EXPECT_TRUE(camera.width == 40 && camera.height == 30 && camera.lens.fx == 50 && camera.lens.fy == 51 &&
+              camera.lens.cx == 19.5 && camera.lens.cy == 15.5);
+  EXPECT_EQ(scene.views[2].camera.lens.fx, 60) << "a frame's own value comes first";
   ASSERT_EQ(scene.points.size(), 10000);
   double mean = 0;
   for (const auto& p : scene.points.positions) {
@@ -91,10 +91,10 @@ TEST_F(NerfTest, BlenderScenesHaveAnAngleAndTheirOwnSplit) {
   EXPECT_TRUE(scene.views[0].is_test);
   EXPECT_FALSE(scene.views[1].is_test || scene.views[2].is_test);
   EXPECT_EQ(scene.views[0].camera.width, 20) << "the size comes from the image";
-  EXPECT_DOUBLE_EQ(scene.views[1].camera.fx, 20 / std::tan(0.4));
-  EXPECT_EQ(scene.views[1].camera.fy, scene.views[1].camera.fx);
-  EXPECT_EQ(scene.views[1].camera.cx, 20);
-  EXPECT_EQ(scene.views[1].camera.cy, 15);
+  EXPECT_DOUBLE_EQ(scene.views[1].camera.lens.fx, 20 / std::tan(0.4));
+  EXPECT_EQ(scene.views[1].camera.lens.fy, scene.views[1].camera.lens.fx);
+  EXPECT_EQ(scene.views[1].camera.lens.cx, 20);
+  EXPECT_EQ(scene.views[1].camera.lens.cy, 15);
   std::filesystem::remove(folder_ / "transforms_test.json");
   EXPECT_TRUE(Read().views[0].is_test) << "every 8th without a test file";
 }

@@ -35,8 +35,8 @@ inline void ExpectSameModel(const ColmapModel& a, const ColmapModel& b) {
     const Camera &c = a.cameras[i].camera, &d = b.cameras[i].camera;
     EXPECT_EQ(a.cameras[i].id, b.cameras[i].id);
     EXPECT_EQ(a.cameras[i].is_simple, b.cameras[i].is_simple);
-    EXPECT_TRUE(c.width == d.width && c.height == d.height && c.fx == d.fx && c.fy == d.fy && c.cx == d.cx &&
-                c.cy == d.cy);
+    EXPECT_TRUE(c.width == d.width && c.height == d.height && c.lens.fx == d.lens.fx && c.lens.fy == d.lens.fy &&
+                c.lens.cx == d.lens.cx && c.lens.cy == d.lens.cy);
   }
   ASSERT_EQ(a.images.size(), b.images.size());
   for (std::size_t i = 0; i < a.images.size(); ++i) {

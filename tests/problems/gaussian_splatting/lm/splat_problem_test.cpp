@@ -245,11 +245,11 @@ TYPED_TEST(SplatProblemTest, CostIsThatOfTheRenderedViews) {
   SplatProblem<CpuBackend<S>> problem = ring.Make();
   PhotometricLoss<S> loss(ring.options.weights);
   splat::ViewWorkspace<S> workspace;
-  splat::View<S> view;
+  splat::SplatView<S> view;
   double expected = 0;
   for (const TargetView<CpuBackend<S>>& target : ring.views) {
     HostBuffer<S> image(target.truth.size());
-    view.Build({ring.x.data(), kCount, 1, 1}, target.pinhole, ring.options.background.data(), workspace);
+    view.Build({ring.x.data(), kCount, 1, 1}, target.camera, ring.options.background.data(), workspace);
     view.Render(image.data());
     expected += loss.Evaluate(image, target.truth, {40, 30}).cost;
   }

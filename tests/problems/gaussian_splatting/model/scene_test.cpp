@@ -57,10 +57,10 @@ TEST(Scene, ResizedCameraSeesTheSame) {
   const Camera camera = ResizeCamera({100, 51, 80, 90, 49, 26}, 50, 25);
   EXPECT_EQ(camera.width, 50);
   EXPECT_EQ(camera.height, 25);
-  EXPECT_DOUBLE_EQ(camera.fx, 40);
-  EXPECT_DOUBLE_EQ(camera.cx, 24.5);
-  EXPECT_DOUBLE_EQ(camera.fy, 90 * 25.0 / 51);
-  EXPECT_DOUBLE_EQ(camera.cy, 26 * 25.0 / 51);
+  EXPECT_DOUBLE_EQ(camera.lens.fx, 40);
+  EXPECT_DOUBLE_EQ(camera.lens.cx, 24.5);
+  EXPECT_DOUBLE_EQ(camera.lens.fy, 90 * 25.0 / 51);
+  EXPECT_DOUBLE_EQ(camera.lens.cy, 26 * 25.0 / 51);
 }
 
 }  // namespace

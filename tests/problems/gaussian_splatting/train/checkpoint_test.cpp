@@ -103,7 +103,7 @@ TEST_F(Checkpoints, LmGoesOnForLonger) {
 
 TEST_F(Checkpoints, OfAnotherSceneAreRefused) {
   TrainUntil(Options(), Stage::kAdam, 3, false);
-  scene_.views[2].camera.fx *= 1.01;
+  scene_.views[2].camera.lens.fx *= 1.01;
   EXPECT_THAT(ErrorOf([&] { TrainUntil(Options(), Stage::kAdam, 6, true); }),
               AllOf(HasSubstr(Path("checkpoint")), HasSubstr("of other photographs or cameras")));
 }

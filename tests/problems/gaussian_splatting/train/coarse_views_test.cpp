@@ -23,10 +23,10 @@ TEST(CoarseViews, HalveImagesAndCameras) {
   const View& half = coarse[0];
   EXPECT_EQ(half.camera.width, 100);
   EXPECT_EQ(half.camera.height, 65);
-  EXPECT_DOUBLE_EQ(half.camera.fx, 150);
-  EXPECT_DOUBLE_EQ(half.camera.fy, 155);
-  EXPECT_DOUBLE_EQ(half.camera.cx, 51.5);
-  EXPECT_DOUBLE_EQ(half.camera.cy, 31.5);
+  EXPECT_DOUBLE_EQ(half.camera.lens.fx, 150);
+  EXPECT_DOUBLE_EQ(half.camera.lens.fy, 155);
+  EXPECT_DOUBLE_EQ(half.camera.lens.cx, 51.5);
+  EXPECT_DOUBLE_EQ(half.camera.lens.cy, 31.5);
   EXPECT_EQ(half.rotation, full.rotation);
   EXPECT_EQ(half.translation, full.translation);
   ASSERT_EQ(half.image.width, 100);
@@ -46,7 +46,7 @@ TEST(CoarseViews, LeaveSmallOnesAsTheyAre) {
   const std::vector<View> coarse = CoarseViews({&large, &small});
   EXPECT_EQ(coarse[0].image.height, 64);
   EXPECT_EQ(coarse[1].image.height, 127);
-  EXPECT_EQ(coarse[1].camera.fx, small.camera.fx);
+  EXPECT_EQ(coarse[1].camera.lens.fx, small.camera.lens.fx);
   EXPECT_EQ(coarse[1].image.rgb, small.image.rgb);
   EXPECT_TRUE(CoarseViews({&small, &small}).empty());
 }

@@ -1,4 +1,4 @@
-#include "kernels/gaussian_splatting/device_view.h"
+#include "kernels/gaussian_splatting/device_splat_view.h"
 
 #include <algorithm>
 
@@ -24,9 +24,9 @@ Index ReadBack(const Index* on_device) {
 
 }  // namespace
 
-void DeviceView::Build(const Model<float>& model, const PinholeView& view, const double background[3],
-                       DeviceViewWorkspace& workspace) {
-  pinhole_ = view;
+void DeviceSplatView::Build(const Model<float>& model, const PosedCamera& view, const double background[3],
+                            DeviceViewWorkspace& workspace) {
+  camera_ = view;
   for (int c = 0; c < 3; ++c) background_[c] = static_cast<float>(background[c]);
   const Index count = model.count;
   for (auto* buffer : {&workspace.keys, &workspace.indices, &workspace.other_keys, &workspace.other_indices}) {
@@ -50,8 +50,8 @@ void DeviceView::Build(const Model<float>& model, const PinholeView& view, const
   ListTiles(workspace);
 }
 
-void DeviceView::ListTiles(DeviceViewWorkspace& workspace) {
-  const TileGrid grid(pinhole_.width, pinhole_.height, rows());
+void DeviceSplatView::ListTiles(DeviceViewWorkspace& workspace) {
+  const TileGrid grid(camera_.width, camera_.height, rows());
   const Index seen = num_splats();
   // One more than there are splats: the last running sum is the number of pairs.
   workspace.counts.Resize(seen + 1);
@@ -76,38 +76,38 @@ void DeviceView::ListTiles(DeviceViewWorkspace& workspace) {
   entries_.CopyFrom(Span<const std::uint32_t, Device>(workspace.entries.data(), pairs));
 }
 
-TileLists<float> DeviceView::Lists() const {
-  const TileGrid grid(pinhole_.width, pinhole_.height);
+TileLists<float> DeviceSplatView::Lists() const {
+  const TileGrid grid(camera_.width, camera_.height);
   return {splats_.data(), tile_begin_.data(), ranks_.data(), grid.width,
           grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]},
           rows()};
 }
 
-Index DeviceView::num_tiles() const { return TileGrid(pinhole_.width, pinhole_.height).num_tiles(); }
+Index DeviceSplatView::num_tiles() const { return TileGrid(camera_.width, camera_.height).num_tiles(); }
 
-void DeviceView::KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace) {
+void DeviceSplatView::KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace) {
   VESTA_CHECK(static_cast<Index>(rows.size()) == num_tiles(), "{} flags for {} tiles", rows.size(), num_tiles());
   kept_rows_.CopyFrom(HostSpan<const std::uint16_t>(rows.data(), static_cast<Index>(rows.size())));
   // Where each tile keeps a row, the lists stay as they are.
   if (std::find(rows.begin(), rows.end(), 0) != rows.end()) ListTiles(workspace);
 }
 
-void DeviceView::CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace) {
+void DeviceSplatView::CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace) {
   cache_.Build(Lists(), entries_.data(), num_pairs(), image, format, workspace.counts, workspace.temporary);
 }
 
-void DeviceView::Render(float* image) const { device_passes::Forward(Lists(), image); }
+void DeviceSplatView::Render(float* image) const { device_passes::Forward(Lists(), image); }
 
-void DeviceView::ApplyJ(const Model<float>& model, const float* dx, float* d_image,
-                        DeviceViewWorkspace& workspace) const {
+void DeviceSplatView::ApplyJ(const Model<float>& model, const float* dx, float* d_image,
+                             DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
-  device_passes::ProjectTangent(model, pinhole_, rank_of_.data(), dx, workspace.splat_sums.data());
+  device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, workspace.splat_sums.data());
   if (!cache_.empty()) return cache_.Tangent(Lists(), entries_.data(), workspace.splat_sums.data(), d_image);
   device_passes::Tangent(Lists(), workspace.splat_sums.data(), d_image);
 }
 
-void DeviceView::AddJT(const Model<float>& model, const float* image, const float* u, float* g,
-                       DeviceViewWorkspace& workspace) const {
+void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const float* u, float* g,
+                            DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.pair_sums, num_pairs());
   EnsureSize(workspace.splat_sums, num_splats());
   if (cache_.empty()) {
@@ -116,17 +116,17 @@ void DeviceView::AddJT(const Model<float>& model, const float* image, const floa
     cache_.Adjoint(Lists(), u, workspace.pair_sums.data());
   }
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
-  device_passes::ProjectAdjoint(model, pinhole_, rank_of_.data(), workspace.splat_sums.data(), g);
+  device_passes::ProjectAdjoint(model, camera_, rank_of_.data(), workspace.splat_sums.data(), g);
 }
 
-void DeviceView::AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks,
-                         float* sh_diagonal, DeviceViewWorkspace& workspace, float* sh_blocks) const {
+void DeviceSplatView::AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks,
+                              float* sh_diagonal, DeviceViewWorkspace& workspace, float* sh_blocks) const {
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   device_passes::Gram(Lists(), entries_.data(), image, omega, workspace.pair_grams.data());
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), workspace.pair_grams.data(),
                             workspace.splat_grams.data());
-  device_passes::ProjectGram(model, pinhole_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
+  device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
                              sh_blocks);
 }
 

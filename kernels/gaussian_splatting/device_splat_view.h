@@ -1,4 +1,4 @@
-// One view of a model in the memory of a GPU: the same operators as View, in float.
+// One view of a model in the memory of a GPU: the same operators as SplatView, in float.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 
 #include "kernels/core/device_buffer.h"
 #include "kernels/gaussian_splatting/device_cache.h"
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/types.h"
 #include "kernels/gaussian_splatting/view_counts.h"
@@ -43,22 +44,22 @@ struct DeviceViewWorkspace {
 
 // All pointers are to memory of the GPU. Build waits for the device twice, to learn how much memory the lists take; the
 // operators neither wait nor, after their first call, allocate. The same bits every time: no sum is made by atomics.
-class DeviceView {
+class DeviceSplatView {
  public:
   using Cache = DeviceJacobianCache;
 
-  // As View's.
+  // As SplatView's.
   static double Bytes(const ViewCounts& view, double gaussians) {
     return sizeof(Splat<float>) * view.splats + sizeof(std::int32_t) * gaussians +
            sizeof(Index) * (view.splats + view.tiles) + 2 * sizeof(std::uint32_t) * view.pairs;
   }
 
-  // As View::Build.
-  void Build(const Model<float>& model, const PinholeView& view, const double background[3],
+  // As SplatView::Build.
+  void Build(const Model<float>& model, const PosedCamera& view, const double background[3],
              DeviceViewWorkspace& workspace);
 
-  const PinholeView& pinhole() const { return pinhole_; }
-  Index num_pixels() const { return Index{pinhole_.width} * pinhole_.height; }
+  const PosedCamera& camera() const { return camera_; }
+  Index num_pixels() const { return Index{camera_.width} * camera_.height; }
   Index num_splats() const { return splats_.size(); }
   Index num_pairs() const { return ranks_.size(); }
   Span<const std::int32_t, Device> rank_of() const { return rank_of_; }
@@ -68,13 +69,14 @@ class DeviceView {
 
   TileLists<float> Lists() const;
   void Render(float* image) const;
-  // As View::KeepRows, rows being in the memory of the host. Waits for the device, once more where tiles are left out.
+  // As SplatView::KeepRows, rows being in the memory of the host. Waits for the device, once more where tiles are left
+  // out.
   void KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace);
-  // As View::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
+  // As SplatView::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
-  // As View's, one pass after the other.
+  // As SplatView's, one pass after the other.
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
                        DeviceViewWorkspace& workspace) const {
     Render(image);
@@ -90,7 +92,7 @@ class DeviceView {
   void ListTiles(DeviceViewWorkspace& workspace);
   const std::uint16_t* rows() const { return kept_rows_.empty() ? nullptr : kept_rows_.data(); }
 
-  PinholeView pinhole_{};
+  PosedCamera camera_{};
   float background_[3]{};
   DeviceBuffer<Splat<float>> splats_;
   DeviceBuffer<std::int32_t> rank_of_;

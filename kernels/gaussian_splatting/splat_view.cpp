@@ -1,4 +1,4 @@
-#include "kernels/gaussian_splatting/view.h"
+#include "kernels/gaussian_splatting/splat_view.h"
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
@@ -33,9 +33,9 @@ void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, R
 }  // namespace
 
 template <class S>
-void View<S>::Build(const Model<S>& model, const PinholeView& view, const double background[3],
-                    ViewWorkspace<S>& workspace) {
-  pinhole_ = view;
+void SplatView<S>::Build(const Model<S>& model, const PosedCamera& view, const double background[3],
+                         ViewWorkspace<S>& workspace) {
+  camera_ = view;
   cache_.Clear();
   kept_rows_.Shrink(0);
   for (int c = 0; c < 3; ++c) background_[c] = static_cast<S>(background[c]);
@@ -66,12 +66,12 @@ void View<S>::Build(const Model<S>& model, const PinholeView& view, const double
 }
 
 template <class S>
-TileLists<S> View<S>::Lists() const {
+TileLists<S> SplatView<S>::Lists() const {
   return {splats_.data(),
           bins_.tile_begin(),
           bins_.ranks(),
-          pinhole_.width,
-          pinhole_.height,
+          camera_.width,
+          camera_.height,
           bins_.tiles_x(),
           bins_.tiles_y(),
           {background_[0], background_[1], background_[2]},
@@ -79,14 +79,14 @@ TileLists<S> View<S>::Lists() const {
 }
 
 template <class S>
-void View<S>::KeepRows(const std::vector<std::uint16_t>& rows) {
+void SplatView<S>::KeepRows(const std::vector<std::uint16_t>& rows) {
   bins_.Keep(rows);
   kept_rows_.ResizeForOverwrite(static_cast<Index>(rows.size()));
   std::copy(rows.begin(), rows.end(), kept_rows_.begin());
 }
 
 template <class S>
-VisitCounts View<S>::CountVisits() const {
+VisitCounts SplatView<S>::CountVisits() const {
   const TileLists<S> lists = Lists();
   VisitCounts sum;
   for (int tile = 0; tile < bins_.num_tiles(); ++tile) {
@@ -100,7 +100,7 @@ VisitCounts View<S>::CountVisits() const {
 }
 
 template <class S>
-void View<S>::Render(S* image) const {
+void SplatView<S>::Render(S* image) const {
   const TileLists<S> lists = Lists();
   const auto& kernels = GetRasterKernels<S>();
   ParallelFor(bins_.num_tiles(), kTileGrain,
@@ -108,19 +108,20 @@ void View<S>::Render(S* image) const {
 }
 
 template <class S>
-const SplatTangent<S>* View<S>::ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const {
+const SplatTangent<S>* SplatView<S>::ProjectTangents(const Model<S>& model, const S* dx,
+                                                     ViewWorkspace<S>& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   SplatTangent<S>* tangents = workspace.splat_sums.data();
   const auto& project = GetProjectKernels<S>(model.active_sh_degree);
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
-    project.tangent(model, pinhole_, begin, end, rank_of_.data(), dx, tangents);
+    project.tangent(model, camera_, begin, end, rank_of_.data(), dx, tangents);
   });
   return tangents;
 }
 
 template <class S>
-void View<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image,
-                              ViewWorkspace<S>& workspace) const {
+void SplatView<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image,
+                                   ViewWorkspace<S>& workspace) const {
   VESTA_CHECK(kept_rows_.empty() && cache_.empty(), "rendering and J in one pass is of all rows, without a cache");
   const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
   const TileLists<S> lists = Lists();
@@ -130,7 +131,7 @@ void View<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d
 }
 
 template <class S>
-void View<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const {
+void SplatView<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const {
   const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) return cache_.Tangent(lists, bins_, tangents, d_image);
@@ -140,7 +141,7 @@ void View<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspa
 }
 
 template <class S>
-void View<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const {
+void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) {
@@ -155,13 +156,13 @@ void View<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, Vie
   }
   const auto& project = GetProjectKernels<S>(model.active_sh_degree);
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
-    project.adjoint(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_sums.data(), g);
+    project.adjoint(model, camera_, begin, end, rank_of_.data(), workspace.splat_sums.data(), g);
   });
 }
 
 template <class S>
-void View<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-                      ViewWorkspace<S>& workspace, S* sh_blocks) const {
+void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
+                           ViewWorkspace<S>& workspace, S* sh_blocks) const {
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   const TileLists<S> lists = Lists();
@@ -172,12 +173,12 @@ void View<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* 
   SumPairs<S>(bins_, num_splats(), workspace.pair_grams.data(), workspace.splat_grams.data());
   const auto& project = GetProjectKernels<S>(model.active_sh_degree);
   ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
-    project.gram(model, pinhole_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
+    project.gram(model, camera_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
                  sh_blocks);
   });
 }
 
-template class View<float>;
-template class View<double>;
+template class SplatView<float>;
+template class SplatView<double>;
 
 }  // namespace vesta::splat

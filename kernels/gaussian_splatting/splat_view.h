@@ -40,7 +40,7 @@ struct ViewWorkspace {
 // The image of a model in a view is y -> image after x -> y: J = J_raster J_project, both linear maps below at the x
 // given to Build. All parallel; every result is bit-identical for any number of threads.
 template <class S>
-class View {
+class SplatView {
  public:
   using Cache = JacobianCache<S>;
 
@@ -51,10 +51,10 @@ class View {
 
   // Projects, sorts by (depth, index) and bins. x is read here and again by the operators, which must be given the
   // same.
-  void Build(const Model<S>& model, const PinholeView& view, const double background[3], ViewWorkspace<S>& workspace);
+  void Build(const Model<S>& model, const PosedCamera& view, const double background[3], ViewWorkspace<S>& workspace);
 
-  const PinholeView& pinhole() const { return pinhole_; }
-  Index num_pixels() const { return Index{pinhole_.width} * pinhole_.height; }
+  const PosedCamera& camera() const { return camera_; }
+  Index num_pixels() const { return Index{camera_.width} * camera_.height; }
   // Number of splats seen, and of (splat, tile) pairs.
   Index num_splats() const { return splats_.size(); }
   Index num_pairs() const { return bins_.num_pairs(); }
@@ -93,7 +93,7 @@ class View {
   // The tangents of the splats, by rank, that dx makes; in the workspace.
   const SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
 
-  PinholeView pinhole_{};
+  PosedCamera camera_{};
   S background_[3]{};
   HostBuffer<Splat<S>> splats_;
   HostBuffer<std::int32_t> rank_of_;

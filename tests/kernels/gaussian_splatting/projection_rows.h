@@ -1,0 +1,60 @@
+// The derivative K of a splat's whitened shape by its parameters, twice: by Jets, and by the adjoint.
+#pragma once
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/project.h"
+
+namespace vesta::splat {
+
+inline constexpr int kParameters = 10;  // mean, log-scale, quaternion
+using Jet = ceres::Jet<double, kParameters>;
+
+// K by Jets through Project and WhitenTangent: rows are the entries of the splat tangent.
+template <class L>
+void JetRows(const CameraConstants<double, L>& camera, const double* p, double K[kLambda][kParameters]) {
+  Jet jets[kParameters];
+  for (int i = 0; i < kParameters; ++i) jets[i] = Jet(p[i], i);
+  ProjectionState<L, Jet> state;
+  const SplatShape<Jet> jet = Project(camera, jets + kMean, jets + kLogScale, jets + kQuaternion, state);
+  const SplatShape<double> shape = {jet.u.a, jet.v.a, jet.r.a, jet.s.a, jet.beta.a};
+  for (int i = 0; i < kParameters; ++i) {
+    double w[kLambda];
+    WhitenTangent(shape, {jet.u.v[i], jet.v.v[i], jet.r.v[i], jet.s.v[i], jet.beta.v[i]}, w);
+    for (int row = 0; row < kLambda; ++row) K[row][i] = w[row];
+  }
+}
+
+// Rows relative to their largest entry within a group of parameters; a quaternion's to that of the scales as well,
+// since its derivative is a difference of terms of that size that cancels for round splats.
+inline void ExpectRowsNear(const double K[kLambda][kParameters], const double expected[kLambda][kParameters]) {
+  for (int row = 0; row < kLambda; ++row) {
+    double scale[3] = {};
+    const auto group = [](int i) { return i < kLogScale ? 0 : i < kQuaternion ? 1 : 2; };
+    for (int i = 0; i < kParameters; ++i) {
+      scale[group(i)] = std::max(scale[group(i)], std::abs(expected[row][i]));
+    }
+    for (int i = 0; i < kParameters; ++i) {
+      EXPECT_NEAR(K[row][i], expected[row][i], 1e-9 * scale[group(i)]) << "row " << row << ", parameter " << i;
+    }
+  }
+}
+
+template <class L>
+void AdjointRows(const CameraConstants<double, L>& camera, const double* p, double K[kLambda][kParameters]) {
+  ProjectionState<L, double> state;
+  const SplatShape<double> shape = Project(camera, p + kMean, p + kLogScale, p + kQuaternion, state);
+  for (int row = 0; row < kLambda; ++row) {
+    double unit[kLambda] = {};
+    unit[row] = 1;
+    ProjectAdjoint(camera, p + kQuaternion, state, shape, unit, K[row] + kMean, K[row] + kLogScale,
+                   K[row] + kQuaternion);
+  }
+}
+
+}  // namespace vesta::splat
