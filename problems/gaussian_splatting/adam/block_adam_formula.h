@@ -33,8 +33,8 @@ inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
 inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = kBlockSize * (kBlockSize + 1) / 2;
-// Second moments are taken to be at least this part of their sum: directions hardly ever pulled at may go at most about
-// thirty times as far for the same pull as an average one. (docs/results)
+// Second moments are taken to be at least this part of their sum: in directions that are hardly ever pulled at, steps
+// are at most about thirty times as long for the same pull (docs/results/2026-11-22-block-adam.md).
 inline constexpr float kBlockFloor = 1e-3f;
 
 // Q and C of a Gaussian are 187 numbers. Those of 16 Gaussians lie together, number by number: a vector of them is

@@ -27,15 +27,16 @@ struct AdamOptions {
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
   double rate_factor = 4.0;
   double rate_decay = 0.5;
-  // In the last part of the stage, so long, they fall besides by another factor: high rates come far and end in noise,
-  // which a short cooldown takes out. So does the mean below, and finds a better place (docs/results).
+  // In the last part of the stage, this long, they fall by another factor. High rates come far and end in noise, which
+  // a cooldown takes out. The mean below does so too, and ends better
+  // (docs/results/archive/2026-11-23-parameter-mean.md).
   double cooldown = 0;
   double cooldown_to = 0.03;
-  // In the last part of the stage, so long, what it shows and leaves is the weighted mean of its parameters since the
-  // last densification (parameter_mean.h); 0: the last ones. Counted from the end that was asked for: where LM takes
+  // In the last part of the stage, this long, it shows and leaves the weighted mean of its parameters since the last
+  // densification (parameter_mean.h); 0: the last ones. Counted from the end that was asked for: where LM takes
   // over before this part there is no mean.
   double average_part = 0.5;
-  // The first part of the stage, so long, sees the views at half their size (coarse_views.h).
+  // The first part of the stage, this long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;
   // One more band of spherical harmonics after each of these parts of the run.
   double sh_band_every = 0.08;

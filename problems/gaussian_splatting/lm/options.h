@@ -47,12 +47,14 @@ struct SplatMetricOptions {
   // 0: the engine's own, diag(H).
   double rates_damping = 1.2;
   // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
-  // see: where the order has been fitted, that costs in proportion to the way (docs/results).
+  // see. Where the order has been fitted, the cost rises in proportion to the way
+  // (docs/results/archive/2026-11-21-lm-damping.md).
   double position_damping = 5;
   // Weight of what a splat's length adds to D of its quaternion (lm/length_metric.h).
   double rotation_damping = 1;
-  // Factor on D of the bands of the harmonics above the constant. Adam's rate of theirs, a twentieth, holds them 400
-  // times as fast, and the steps of all others with them; free, they over-fit (docs/results).
+  // Factor on D of the bands of the harmonics above the constant. By Adam's rates, where theirs is a twentieth, D would
+  // be 400 times the constant's and slow all other steps down; undamped they over-fit
+  // (docs/results/2026-11-23-harmonics-blocks.md).
   double sh_damping = 0.02;
   // How strongly each entry of the descent is shrunk by the disagreement of the batch's views about it
   // (lm/view_agreement.h). 0: not at all.
@@ -62,8 +64,8 @@ struct SplatMetricOptions {
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmStageOptions : SplatMetricOptions {
   int iterations = 8;
-  // The stage ends before where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
-  // next to nothing to gain (docs/results).
+  // The stage ends sooner where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
+  // next to nothing to gain (docs/results/2026-11-22-stage-switch.md).
   double min_gain = 0.006;
   int pcg_iterations = 4;
   int batches = 1;
@@ -78,7 +80,8 @@ struct LmStageOptions : SplatMetricOptions {
   // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
   double pcg_tolerance = 0;
   StepRule step_control = StepRule::kSoft;
-  // Views that are held make iterations a quarter shorter and take several times the memory of all else (docs/results).
+  // Views that are held shorten an iteration by a quarter and take several times the memory of all else
+  // (docs/results/2026-11-22-lm-memory.md).
   JacobianKind jacobian = JacobianKind::kRebuild;
   bool line_search = false;
   double line_search_views = 0.3;

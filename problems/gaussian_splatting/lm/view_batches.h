@@ -28,7 +28,8 @@ class ViewBatches {
   // Throws Error for options out of range. Without views there is one batch, of none.
   ViewBatches(const ViewBatchOptions& options, Index num_views);
 
-  // Batches that `count` of `size` views come to where there are `num_views`: not more than those fill, at least one.
+  // The number of batches for `num_views` views when `count` batches of `size` views are asked for: at most as many as
+  // the views fill, at least one.
   static Index CutCount(int count, int size, Index num_views);
   int num_batches() const { return static_cast<int>(batches_.size()); }
   void BeginTurn(int turn);

@@ -55,8 +55,8 @@ void SortAndSplit(std::vector<View>* views);
 // The unit of lengths of the training schedule: half the median depth of the points in the training views' images.
 // So a learning rate for positions is one in pixels, whatever the cameras do. Kerbl et al. 2023 (after NeRF++) take 1.1
 // times the largest distance of a camera from their mean, which is about the same for cameras all round an object, and
-// stands in where no point is seen (1 where all centres coincide); for cameras side by side it says how long the row
-// is, and nothing of the scene (docs/results).
+// stands in where no point is seen (1 where all centres coincide). For cameras side by side it measures the length of
+// the row, not the scene.
 double SceneExtent(const std::vector<View>& views, const PointCloud& points);
 
 }  // namespace vesta::gs

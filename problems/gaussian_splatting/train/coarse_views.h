@@ -7,14 +7,15 @@
 
 namespace vesta::gs {
 
-// The views with images and cameras of half the size (DownscaledSize by 2), but for those whose half would have a side
-// of fewer than 64 pixels, which stay as they are; none where that is so of all of them. Of an iteration a half takes
-// about a third of the time, and steps are no shorter: what is large is in place sooner (docs/results).
+// The views with images and cameras of half the size (DownscaledSize by 2). A view whose half would have a side of
+// fewer than 64 pixels stays as it is; the result is empty where that holds for all views. An iteration at half size
+// takes about a third of the time and its step is as long, so large structures are in place sooner
+// (docs/results/2026-11-22-coarse-first.md).
 std::vector<View> CoarseViews(const std::vector<const View*>& views);
 
-// What part of its pull at the splats (screen_pull.h) a view keeps that is so wide instead of `full_width`: fine detail
-// is gone from a half. Divided by it, halves at first make as many Gaussians as whole views do, or up to a third more
-// (docs/results).
+// What a view's pull at the splats (screen_pull.h) is divided by when the view is `width` pixels wide instead of
+// `full_width`. Fine detail is missing at half size, and pulls are smaller. With this factor half-size views make as
+// many Gaussians as full-size views, or up to a third more (docs/results/2026-11-22-coarse-first.md).
 inline double PullShare(int width, int full_width) { return width < full_width ? 0.6 : 1.0; }
 
 }  // namespace vesta::gs

@@ -14,8 +14,8 @@ TrainOptions Fast() {
   TrainOptions options;
   options.adam.iterations = 1000;
   options.lm.iterations = 4;
-  options.lm.view_agreement = 0;  // so early the views agree on more than LM gets done
-  // The whole gradient has much to say of the harmonics; their blocks let it (docs/results).
+  options.lm.view_agreement = 0;  // after so short an Adam stage the views still agree on most of the gradient
+  // With the whole gradient, blocks of the harmonics pay (docs/results/2026-11-23-harmonics-blocks.md).
   options.lm.preconditioner = LmPreconditioner::kBlockSh;
   options.lm.sh_damping = 0.0025;
   return options;

@@ -48,7 +48,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   LmPlan plan{options.lm};
   try {
     plan = PlanLm(counts, options, MemoryOf(stages, options));
-    // A device holds views in any case; that is nothing to tell of.
+    // A device always holds views where they fit, so that choice needs no note.
     const bool as_ever = stages.device_memory && options.lm.jacobian == JacobianKind::kRebuild &&
                          plan.lm.jacobian == JacobianKind::kRecompute;
     if (plan.lm.jacobian != options.lm.jacobian && !as_ever) {
