@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "solver/lm_options.h"
@@ -21,7 +22,10 @@ class BatchedSystem {
   BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
                 ColumnScale<B>& scale, LmSummary& summary);
 
-  bool finite() const { return finite_; }
+  // Of the first system that has one.
+  const SystemFault& fault() const { return fault_; }
+  // DescribeFrozenGradient of the first system that has one above the gradient tolerance and what underflow explains.
+  const std::string& frozen_gradient() const { return frozen_gradient_; }
   // -g of all batches.
   typename B::ConstView negative_gradient() const {
     return whole() ? whole()->negative_gradient() : negative_gradient_.view();
@@ -56,7 +60,8 @@ class BatchedSystem {
   LmSummary& summary_;
   std::vector<std::unique_ptr<NormalSystem<B>>> systems_;  // null where made anew at each use
   typename B::Vector negative_gradient_, diagonal_;        // sums over the systems; empty where there is one
-  bool finite_ = true;
+  SystemFault fault_;
+  std::string frozen_gradient_;
 };
 
 }  // namespace vesta

@@ -1,6 +1,7 @@
 // Bodies of solver/batched_system.h.
 #pragma once
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
@@ -21,7 +22,11 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, Problem<B>
   summary.num_residuals = 0;
   for (int s = 0; s < systems; ++s) {
     auto system = MakeSystem(s, systems == 1 ? batches : 1);
-    finite_ = finite_ && system->finite();
+    if (fault_.kind == SystemFault::Kind::kNone) fault_ = system->fault();
+    if (fault_.kind == SystemFault::Kind::kNone && frozen_gradient_.empty()) {
+      frozen_gradient_ = system->DescribeFrozen(
+          x_, std::max(options.gradient_tolerance, UnderflownGradient<B>(system->num_residuals(), summary.final_cost)));
+    }
     if (systems > 1) {
       backend.Axpby(1.0, system->negative_gradient(), 1.0, negative_gradient_);
       backend.Axpby(1.0, system->diagonal(), 1.0, diagonal_);
@@ -29,9 +34,9 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, Problem<B>
     summary.num_residuals += system->num_residuals();
     systems_.push_back(systems == 1 || options.hold_batches ? std::move(system) : nullptr);
   }
-  if (!finite_) return;
+  if (fault_.kind != SystemFault::Kind::kNone) return;
   const typename B::ConstView diagonal = whole() ? whole()->diagonal() : diagonal_.view();
-  summary.num_frozen = backend.CountNonPositive(diagonal);
+  summary.num_frozen = whole() ? whole()->num_frozen() : backend.CountNonPositive(diagonal);
   if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal);
   for (auto& system : systems_) {
     if (!system) continue;

@@ -86,6 +86,9 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   bool IsFeasible(ConstView x) override;
   void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
+  // In the terms of parameter blocks and residual blocks, numbered from 0 in the order of being added.
+  std::string NameTangent(Index k) override;
+  std::string DescribeDegenerate(ConstView x) override;
 
  private:
   friend class BlockLinearization;

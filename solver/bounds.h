@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "solver/problem.h"
@@ -48,6 +49,10 @@ class BoundedProblem final : public Problem<B> {
   bool IsFeasible(ConstView x) override;
   void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
+  std::string NameTangent(Index k) override { return inner_.NameTangent(k); }
+  std::string NameResidual(int batch, Index row) override { return inner_.NameResidual(batch, row); }
+  std::string DescribeNonFinite(ConstView x, bool jacobians) override { return inner_.DescribeNonFinite(x, jacobians); }
+  std::string DescribeDegenerate(ConstView x) override { return inner_.DescribeDegenerate(x); }
 
  private:
   using S = typename B::Scalar;

@@ -73,6 +73,8 @@ class LmStepper {
     return copy;
   }
   double Seconds() const;
+  // Stop, unless columns that have a gradient are frozen: then nothing has converged.
+  void StopConverged(LmStatus status, std::string message);
   // Linearizes at x_ where that is not done, and tests the gradient. false when the solve ended.
   bool Linearize();
   double FullCost(typename B::ConstView x);
@@ -106,6 +108,7 @@ class LmStepper {
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;
   std::unique_ptr<BatchedSystem<B>> system_;  // null when x_ has moved
+  std::string frozen_gradient_;               // BatchedSystem::frozen_gradient() at the last linearization
   LmSummary summary_;
 };
 

@@ -58,8 +58,10 @@ template <Backend B>
 LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x)
     : LmStepper(options, backend, problem) {
   x_ = std::move(x);
-  VESTA_CHECK(x_.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x_.size(),
-              problem.num_parameters());
+  if (x_.size() != problem.num_parameters()) {
+    Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x_.size(),
+         problem.num_parameters());
+  }
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));
   summary_.num_parameters = problem.num_parameters();
   summary_.num_tangent = problem.num_tangent();
@@ -71,11 +73,14 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   cost_ = FullCost(x_);
   summary_.initial_cost = summary_.final_cost = cost_;
   if (!std::isfinite(cost_)) {
-    Stop(LmStatus::kNonFinite, fmt::format("the cost at the start is {}", cost_));
+    const std::string where = problem.DescribeNonFinite(x_, false);
+    Stop(LmStatus::kNonFinite, fmt::format("the cost at the start is {}{}{}", cost_, where.empty() ? "" : ": ", where));
   } else if (problem.has_bounds() && !problem.IsFeasible(x_)) {
     Stop(LmStatus::kInfeasible, "the start violates a bound; move it inside");
   } else if (problem.num_tangent() == 0) {
     Stop(LmStatus::kGradientTolerance, "the problem has no parameters");
+  } else if (const std::string why = problem.DescribeDegenerate(x_); !why.empty()) {
+    Stop(LmStatus::kDegenerateStart, why);
   } else if (Linearize()) {
     TestLimits();
   }
@@ -93,6 +98,12 @@ void LmStepper<B>::Stop(LmStatus status, std::string message) {
   summary_.status = status;
   summary_.message = std::move(message);
   summary_.total_seconds = Seconds();
+}
+
+template <Backend B>
+void LmStepper<B>::StopConverged(LmStatus status, std::string message) {
+  if (frozen_gradient_.empty()) return Stop(status, std::move(message));
+  Stop(LmStatus::kFrozenGradient, frozen_gradient_);
 }
 
 template <Backend B>
@@ -119,14 +130,20 @@ bool LmStepper<B>::Linearize() {
   const lm_internal::Stopwatch watch(summary_.linearize_seconds);
   problem_.BeginTurn(turn_++);
   system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
-  if (!system_->finite()) {
-    Stop(LmStatus::kNonFinite, "the gradient or the diagonal of H is not finite although the cost is");
+  frozen_gradient_ = system_->frozen_gradient();
+  if (const SystemFault& fault = system_->fault(); fault.kind != SystemFault::Kind::kNone) {
+    if (fault.kind == SystemFault::Kind::kDiagonal) {
+      Stop(LmStatus::kBadDiagonal, fault.message);
+    } else {
+      const std::string where = problem_.DescribeNonFinite(x_, true);
+      Stop(LmStatus::kNonFinite, where.empty() ? fault.message : "the derivatives are not finite: " + where);
+    }
     return false;
   }
   gradient_norm_ = GradientNorm();
   if (gradient_norm_ <= options_.gradient_tolerance) {
-    Stop(LmStatus::kGradientTolerance,
-         fmt::format("gradient {:.3e} <= tolerance {:.3e}", gradient_norm_, options_.gradient_tolerance));
+    StopConverged(LmStatus::kGradientTolerance,
+                  fmt::format("gradient {:.3e} <= tolerance {:.3e}", gradient_norm_, options_.gradient_tolerance));
     return false;
   }
   return true;
@@ -219,11 +236,11 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
     return backend_.Dot(system.negative_gradient(), scaled_step_);
   };
   const double share = trial.zone == Zone::kDoubtful ? 0.5 : 1.0;
-  trial.accepted = at_trial->finite() && squared(*at_trial) < share * squared(*system_);
+  trial.accepted = at_trial->fault().kind == SystemFault::Kind::kNone && squared(*at_trial) < share * squared(*system_);
   // A gain ratio of 1: as good as predicted, for all that can be told.
   if (trial.accepted) trial.rho = 1;
   if (!trial.accepted && trial.zone == Zone::kRounding)
-    Stop(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding");
+    StopConverged(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding");
 }
 
 template <Backend B>
@@ -298,10 +315,12 @@ void LmStepper<B>::TestStep(const LmIteration& row, const Trial& trial) {
   const bool by_gradient = trial.accepted && trial.zone != Zone::kCost;
   const double smallest = options_.parameter_tolerance * (x_norm_ + options_.parameter_tolerance);
   if (solved && row.step_norm <= smallest) {
-    Stop(LmStatus::kParameterTolerance, fmt::format("step {:.3e} <= tolerance {:.3e}", row.step_norm, smallest));
+    StopConverged(LmStatus::kParameterTolerance,
+                  fmt::format("step {:.3e} <= tolerance {:.3e}", row.step_norm, smallest));
   } else if (solved && !by_gradient && change <= options_.function_tolerance * before) {
-    Stop(LmStatus::kFunctionTolerance, fmt::format("|change of cost| / cost = {:.3e} <= tolerance {:.3e}",
-                                                   before > 0 ? change / before : 0.0, options_.function_tolerance));
+    StopConverged(LmStatus::kFunctionTolerance,
+                  fmt::format("|change of cost| / cost = {:.3e} <= tolerance {:.3e}",
+                              before > 0 ? change / before : 0.0, options_.function_tolerance));
   } else if (consecutive_rejects_ >= options_.max_consecutive_rejects) {
     Stop(LmStatus::kNoDecrease, fmt::format("{} steps in a row were rejected", consecutive_rejects_));
   }

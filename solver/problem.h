@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
@@ -125,6 +126,23 @@ class Problem {
   // Shortens entries of a step that go further than the model is trusted. Returns whether any was: then the predicted
   // decrease is measured anew, at one product a batch.
   virtual bool LimitStep(ConstView x, View step);
+
+  // Words for messages, asked for where a solve fails. All are one line.
+  // Names of an entry of a step, and of a residual: "entry 4 of the step", "residual 4".
+  virtual std::string NameTangent(Index k);
+  virtual std::string NameResidual(int batch, Index row);
+  // Which value, or with `jacobians` which value or derivative, is not finite at x, where, and at what parameters.
+  // Default: nothing, for what the problem cannot tell.
+  virtual std::string DescribeNonFinite(ConstView x, bool jacobians);
+  // Why no step can lead away from x (a quaternion of zeros stays one). Default: nothing, for there is no such x.
+  virtual std::string DescribeDegenerate(ConstView x);
+
+  // Linearize, for callers. Throws Error where it gives null or something of another size.
+  std::unique_ptr<Linearization<B>> CheckedLinearize(ConstView x, int batch);
+
+ protected:
+  // Throws Error where x is not of num_parameters() entries.
+  void CheckSize(ConstView x) const;
 };
 
 }  // namespace vesta

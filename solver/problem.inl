@@ -84,6 +84,45 @@ bool Problem<B>::LimitStep(ConstView, View) {
 }
 
 template <Backend B>
+std::string Problem<B>::NameTangent(Index k) {
+  return fmt::format("entry {} of the step", k);
+}
+
+template <Backend B>
+std::string Problem<B>::NameResidual(int batch, Index row) {
+  return num_batches() == 1 ? fmt::format("residual {}", row) : fmt::format("residual {} of batch {}", row, batch);
+}
+
+template <Backend B>
+std::string Problem<B>::DescribeNonFinite(ConstView, bool) {
+  return "";
+}
+
+template <Backend B>
+std::string Problem<B>::DescribeDegenerate(ConstView) {
+  return "";
+}
+
+template <Backend B>
+std::unique_ptr<Linearization<B>> Problem<B>::CheckedLinearize(ConstView x, int batch) {
+  CheckSize(x);
+  auto linearization = Linearize(x, batch);
+  if (!linearization) Fail("Linearize of batch {} gave null; it must give a linearization at every x", batch);
+  if (linearization->num_parameters() != num_tangent()) {
+    Fail("the linearization of batch {} has {} columns, a step of the problem {} entries; make them the same", batch,
+         linearization->num_parameters(), num_tangent());
+  }
+  return linearization;
+}
+
+template <Backend B>
+void Problem<B>::CheckSize(ConstView x) const {
+  if (x.size() != num_parameters()) {
+    Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(), num_parameters());
+  }
+}
+
+template <Backend B>
 bool Problem<B>::DampingMetric(ConstView, ConstView, View) {
   return false;
 }

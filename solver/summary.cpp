@@ -28,6 +28,12 @@ const char* ToString(LmStatus status) {
       return "failed (start violates a bound)";
     case LmStatus::kNonFinite:
       return "failed (not finite)";
+    case LmStatus::kBadDiagonal:
+      return "failed (diagonal of H)";
+    case LmStatus::kFrozenGradient:
+      return "failed (a frozen column has a gradient)";
+    case LmStatus::kDegenerateStart:
+      return "failed (degenerate start)";
   }
   return "unknown";
 }
@@ -35,6 +41,11 @@ const char* ToString(LmStatus status) {
 bool IsConverged(LmStatus status) {
   return status == LmStatus::kFunctionTolerance || status == LmStatus::kGradientTolerance ||
          status == LmStatus::kParameterTolerance;
+}
+
+bool IsFailure(LmStatus status) {
+  return status == LmStatus::kInfeasible || status == LmStatus::kNonFinite || status == LmStatus::kBadDiagonal ||
+         status == LmStatus::kFrozenGradient || status == LmStatus::kDegenerateStart;
 }
 
 std::string LmSummary::BriefReport() const {

@@ -19,13 +19,19 @@ enum class LmStatus {
   kMaxIterations,
   kTimeLimit,
   kStoppedByCallback,
-  kNoDecrease,  // lambda is at its upper bound, or too many rejects in a row
-  kInfeasible,  // failed: the x given violates a bound
-  // Failed: the x given, or the derivatives at an x with a finite cost, hold NaN or infinity.
-  kNonFinite,
+  kNoDecrease,  // lambda is at its upper bound, too many rejects in a row, or no step kept what the model promised
+  // Failed: the problem, or the x given, is not what a solve needs; the message says what to do.
+  kInfeasible,       // the x given violates a bound
+  kNonFinite,        // the x given, or the derivatives at an x with a finite cost, hold NaN or infinity
+  kBadDiagonal,      // DiagJTJ gives what no sum of squares can be: negative, NaN, infinite
+  kFrozenGradient,   // nothing else is left to gain, but a column that DiagJTJ says is zero has a gradient
+  kDegenerateStart,  // at the x given no step leads anywhere (a quaternion of zeros)
 };
 const char* ToString(LmStatus status);
+// One of the three tolerances was met.
 bool IsConverged(LmStatus status);
+// The problem, or the x given, is not what a solve needs.
+bool IsFailure(LmStatus status);
 
 // One iteration: one solve of the (batches') normal equations, and the trial steps along the result.
 struct LmIteration {
@@ -54,7 +60,7 @@ struct LmSummary {
   Index num_tangent = 0;
   Index num_residuals = 0;
   int num_batches = 0;
-  Index num_frozen = 0;  // columns zero in every batch at the last linearization
+  Index num_frozen = 0;  // columns without a positive entry of DiagJTJ in any batch at the last linearization
   int num_accepted = 0;
   int num_rejected = 0;
   int num_linearizations = 0;    // of a batch

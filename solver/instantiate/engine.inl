@@ -14,6 +14,7 @@
 #include "solver/normal_equations/normal_system.inl"
 #include "solver/normal_equations/preconditioner.inl"
 #include "solver/normal_equations/step_solver.inl"
+#include "solver/normal_equations/system_fault.inl"
 #include "solver/problem.inl"
 
 namespace vesta {

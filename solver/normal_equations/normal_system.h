@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/normal_equations/step_solver.h"
+#include "solver/normal_equations/system_fault.h"
 
 namespace vesta {
 
@@ -22,9 +23,15 @@ class NormalSystem {
   typename B::ConstView diagonal() const { return diagonal_.view(); }
   // D, after Prepare.
   typename B::ConstView metric() const { return metric_.view(); }
-  // Gradient, right-hand side and diagonal hold no NaN or infinity.
-  bool finite() const { return finite_; }
+  // Of gradient, right-hand side and diagonal.
+  const SystemFault& fault() const { return fault_; }
   Index num_frozen() const { return num_frozen_; }
+  // DescribeFrozenGradient of this system; before Prepare.
+  std::string DescribeFrozen(typename B::ConstView x, double threshold) {
+    return num_frozen_ == 0
+               ? ""
+               : DescribeFrozenGradient<B>(backend_, problem_, x, negative_gradient(), diagonal(), threshold);
+  }
   Index num_residuals() const;
 
   // Chooses the metric and makes the solver; before the first Solve. The diagonal is let go of unless the solver reads
@@ -44,7 +51,7 @@ class NormalSystem {
   std::vector<Linearization<B>*> pointers_;
   typename B::Vector negative_gradient_, diagonal_, metric_, mask_;
   typename B::Vector descent_;  // d; empty where it is -g
-  bool finite_ = false;
+  SystemFault fault_;
   Index num_frozen_ = 0;
   std::unique_ptr<StepSolver<B>> solver_;
 };

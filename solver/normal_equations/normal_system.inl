@@ -1,8 +1,11 @@
 // Bodies of solver/normal_equations/normal_system.h.
 #pragma once
 
+#include <limits>
+
 #include "kernels/core/check.h"
 #include "solver/normal_equations/normal_system.h"
+#include "solver/normal_equations/system_fault.inl"
 
 namespace vesta {
 
@@ -10,27 +13,31 @@ template <Backend B>
 NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches)
     : backend_(backend), problem_(problem) {
   const Index n = problem.num_tangent();
-  for (typename B::Vector* vector : {&negative_gradient_, &diagonal_}) vector->Resize(n);
+  for (typename B::Vector* vector : {&negative_gradient_, &diagonal_}) vector->ResizeForOverwrite(n);
   typename B::Vector part;  // of one batch after the first
+  // What the problem does not write stays NaN.
+  const auto fill = [&](auto&& give, typename B::View to) {
+    backend_.Fill(std::numeric_limits<double>::quiet_NaN(), to);
+    give(to);
+  };
   const auto add = [&](auto&& give, typename B::Vector& sum) {
-    if (batches_.size() == 1) return give(sum.view());
-    if (part.empty()) part.Resize(n);
-    give(part.view());
+    if (batches_.size() == 1) return fill(give, sum.view());
+    if (part.empty()) part.ResizeForOverwrite(n);
+    fill(give, part.view());
     backend_.Axpby(1.0, part, 1.0, sum);
   };
   for (const int batch : batches) {
-    batches_.push_back(problem.Linearize(x, batch));
+    batches_.push_back(problem.CheckedLinearize(x, batch));
     pointers_.push_back(batches_.back().get());
     Linearization<B>& linearization = *batches_.back();
-    VESTA_CHECK(linearization.num_parameters() == n, "batch {} has {} columns, the problem {} tangent entries", batch,
-                linearization.num_parameters(), n);
     add([&](typename B::View g) { linearization.Gradient(g); }, negative_gradient_);
-    if (batches_.size() == 1 && linearization.has_own_descent()) descent_.Resize(n);
+    if (batches_.size() == 1 && linearization.has_own_descent()) descent_.ResizeForOverwrite(n);
     if (!descent_.empty()) add([&](typename B::View d) { linearization.Descent(d); }, descent_);
     add([&](typename B::View d) { linearization.DiagJTJ(d); }, diagonal_);
   }
   backend_.Axpby(-1.0, negative_gradient_, 0.0, negative_gradient_);
-  finite_ = backend_.AllFinite(negative_gradient_) && backend_.AllFinite(descent_) && backend_.AllFinite(diagonal_);
+  fault_ = FindFault<B>(backend_, problem_, negative_gradient(), descent_.view(), diagonal());
+  num_frozen_ = backend_.CountNonPositive(diagonal_);
 }
 
 template <Backend B>
@@ -48,7 +55,6 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
     DiagonalMetric(options.metric, backend_, diagonal_.view(), scale, pointers_.front()->block_groups(),
                    metric_.view());
   }
-  num_frozen_ = backend_.CountNonPositive(diagonal_);
   if (num_frozen_ > 0 || problem_.has_bounds()) {
     mask_.Resize(diagonal_.size());
     backend_.SelectPositive(diagonal_, 1, 0, mask_);

@@ -1,0 +1,92 @@
+// A linear problem of three parameters with a mistake put into one of its parts.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "solver/problem.h"
+#include "tests/solver/dense_operator.h"
+
+namespace vesta {
+
+class FaultyProblem final : public Problem<Cpu> {
+ public:
+  // Each takes the place of the right answer, which is written before it is called.
+  std::function<void(Cpu::View d)> on_diagonal;
+  std::function<void(Cpu::ConstView u, Cpu::View g)> on_transpose;
+  std::function<void(Cpu::ConstView v, Cpu::View u)> on_jacobian;
+  std::function<void(Cpu::View g)> on_gradient;
+  std::function<void(Cpu::ConstView v, Cpu::View Hv)> on_product;
+  std::function<void(Cpu::View values)> on_blocks;
+  std::function<void(Cpu::ConstView x, Cpu::ConstView delta, Cpu::View out)> on_plus;
+  std::function<double(double cost)> on_cost;
+  // Nothing is written at all by these.
+  bool skips_diagonal = false, skips_transpose = false;
+  bool gives_null = false;
+
+  const Eigen::Matrix<double, 4, 3> a =
+      (Eigen::Matrix<double, 4, 3>() << 2, 0.5, 0, 0, 1, -0.3, 0.2, 0, 3, 1, 1, 1).finished();
+  const Eigen::Vector4d b{1, -2, 0.5, 4};
+
+  Index num_parameters() const override { return 3; }
+  double Cost(Cpu::ConstView x) override {
+    const double cost = 0.5 * (a * AsEigen(x) - b).squaredNorm();
+    return on_cost ? on_cost(cost) : cost;
+  }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override {
+    return gives_null ? nullptr : std::make_unique<At>(*this, x);
+  }
+  void Plus(Cpu& backend, Cpu::ConstView x, Cpu::ConstView delta, Cpu::View out) override {
+    Problem::Plus(backend, x, delta, out);
+    if (on_plus) on_plus(x, delta, out);
+  }
+
+ private:
+  class At final : public Linearization<Cpu> {
+   public:
+    At(const FaultyProblem& problem, Cpu::ConstView x) : problem_(problem), residuals_(4) {
+      AsEigen(residuals_.view()) = problem.a * AsEigen(x) - problem.b;
+    }
+    Index num_residuals() const override { return 4; }
+    Index num_parameters() const override { return 3; }
+    Cpu::ConstView residuals() const override { return residuals_.view(); }
+    void ApplyJ(Cpu::ConstView v, Cpu::View u) override {
+      AsEigen(u) = problem_.a * AsEigen(v);
+      if (problem_.on_jacobian) problem_.on_jacobian(v, u);
+    }
+    void ApplyJT(Cpu::ConstView u, Cpu::View g) override {
+      if (problem_.skips_transpose) return;
+      AsEigen(g) = problem_.a.transpose() * AsEigen(u);
+      if (problem_.on_transpose) problem_.on_transpose(u, g);
+    }
+    void DiagJTJ(Cpu::View d) override {
+      if (problem_.skips_diagonal) return;
+      AsEigen(d) = problem_.a.colwise().squaredNorm().transpose();
+      if (problem_.on_diagonal) problem_.on_diagonal(d);
+    }
+    void Gradient(Cpu::View g) override {
+      Linearization::Gradient(g);
+      if (problem_.on_gradient) problem_.on_gradient(g);
+    }
+    void ApplyH(Cpu::ConstView v, Cpu::View Hv) override {
+      Linearization::ApplyH(v, Hv);
+      if (problem_.on_product) problem_.on_product(v, Hv);
+    }
+    std::vector<BlockGroup> block_groups() const override {
+      return {{.size = 3, .count = 1, .offset = 0, .component_stride = 1, .block_stride = 3}};
+    }
+    void BlockGram(BlockDiagonal<Cpu>& blocks) override {
+      const Eigen::Matrix3d h = problem_.a.transpose() * problem_.a;
+      for (int row = 0; row < 3; ++row) {
+        for (int col = 0; col <= row; ++col) blocks.values(0)[PackedLower(row, col)] = h(row, col);
+      }
+      if (problem_.on_blocks) problem_.on_blocks(blocks.values(0));
+    }
+
+   private:
+    const FaultyProblem& problem_;
+    Cpu::Vector residuals_;
+  };
+};
+
+}  // namespace vesta
