@@ -7,20 +7,13 @@
 #include "kernels/core/parallel.h"
 #include "solver/blocks/block_reduced_system.h"
 #include "solver/sparse_cholesky/block_normal_matrix.h"
+#include "solver/unwritten.h"
 
 namespace vesta {
 
 namespace {
 constexpr Index kGrain = 64;
 }
-
-// Room for one residual block's evaluation, used again from block to block.
-struct BlockLinearization::Scratch {
-  std::vector<const double*> arguments;
-  std::vector<double*> jacobians;
-  std::vector<double> ambient;        // the Jacobians by the blocks' own numbers, one after another
-  std::vector<double> plus_jacobian;  // of one block
-};
 
 BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstView x)
     : problem_(problem),
@@ -39,26 +32,9 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, I
   const BlockRow& row = structure.rows()[static_cast<std::size_t>(r)];
   const auto term = static_cast<std::size_t>(r);
   const std::vector<int>& parameters = problem.residuals_[term].parameters;
-  scratch.arguments.resize(parameters.size());
-  scratch.jacobians.assign(parameters.size(), nullptr);
-  std::size_t ambient = 0;
-  for (const BlockCell& cell : structure.cells(row)) {
-    const auto p = static_cast<std::size_t>(parameters[static_cast<std::size_t>(cell.argument)]);
-    ambient += static_cast<std::size_t>(row.num_residuals * problem.parameters_[p].ambient_size);
-  }
-  scratch.ambient.resize(ambient);
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    scratch.arguments[i] = x.data() + problem.parameters_[static_cast<std::size_t>(parameters[i])].ambient_offset;
-  }
-  double* next = scratch.ambient.data();
-  for (const BlockCell& cell : structure.cells(row)) {
-    const auto argument = static_cast<std::size_t>(cell.argument);
-    scratch.jacobians[argument] = next;
-    next += row.num_residuals * problem.parameters_[static_cast<std::size_t>(parameters[argument])].ambient_size;
-  }
   double* f = residuals_.data() + row.residual_offset;
   double* values = jacobian_.row_values(r);
-  if (!problem.terms_[term].cost->Evaluate(scratch.arguments.data(), f, scratch.jacobians.data())) {
+  if (!problem.EvaluateTerm(x, term, true, f, scratch)) {
     for (int i = 0; i < row.num_residuals; ++i) f[i] = std::numeric_limits<double>::quiet_NaN();
     return;
   }
@@ -69,7 +45,7 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, I
     const double* own = scratch.jacobians[argument];
     const Manifold* manifold = problem.manifolds_[p].get();
     if (manifold) {
-      scratch.plus_jacobian.resize(static_cast<std::size_t>(from) * static_cast<std::size_t>(to));
+      scratch.plus_jacobian.assign(static_cast<std::size_t>(from) * static_cast<std::size_t>(to), Unwritten<double>());
       manifold->PlusJacobian(scratch.arguments[argument], scratch.plus_jacobian.data());
     }
     const double* plus = scratch.plus_jacobian.data();

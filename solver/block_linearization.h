@@ -27,7 +27,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>, publi
   const BlockMatrix& NormalMatrix() override;
 
  private:
-  struct Scratch;
+  using Scratch = BlockProblem::Scratch;
   void EvaluateRow(const BlockProblem& problem, ConstView x, Index row, Scratch& scratch);
 
   const BlockProblem& problem_;

@@ -12,6 +12,7 @@
 #include "solver/bounds.h"
 #include "solver/sparse_cholesky/block_normal_matrix.h"
 #include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/unwritten.h"
 
 namespace vesta {
 
@@ -108,14 +109,33 @@ Index BlockProblem::tangent_offset(int block) {
 
 int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
 
-double BlockProblem::TermCost(ConstView x, std::size_t term, Scratch& scratch) const {
+bool BlockProblem::EvaluateTerm(ConstView x, std::size_t term, bool jacobians, double* residuals,
+                                Scratch& scratch) const {
   const ResidualBlock& residual = residuals_[term];
   scratch.arguments.clear();
+  std::size_t entries = 0;
   for (const int p : residual.parameters) {
-    scratch.arguments.push_back(x.data() + parameters_[static_cast<std::size_t>(p)].ambient_offset);
+    const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
+    scratch.arguments.push_back(x.data() + parameter.ambient_offset);
+    if (parameter.tangent_size > 0)
+      entries += static_cast<std::size_t>(residual.num_residuals * parameter.ambient_size);
   }
-  scratch.residuals.resize(static_cast<std::size_t>(residual.num_residuals));
-  if (!terms_[term].cost->Evaluate(scratch.arguments.data(), scratch.residuals.data(), nullptr)) {
+  std::fill_n(residuals, residual.num_residuals, Unwritten<double>());
+  if (!jacobians) return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, nullptr);
+  scratch.ambient.assign(entries, Unwritten<double>());
+  scratch.jacobians.clear();
+  double* next = scratch.ambient.data();
+  for (const int p : residual.parameters) {
+    const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
+    scratch.jacobians.push_back(parameter.tangent_size > 0 ? next : nullptr);
+    if (parameter.tangent_size > 0) next += residual.num_residuals * parameter.ambient_size;
+  }
+  return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, scratch.jacobians.data());
+}
+
+double BlockProblem::TermCost(ConstView x, std::size_t term, Scratch& scratch) const {
+  scratch.residuals.resize(static_cast<std::size_t>(residuals_[term].num_residuals));
+  if (!EvaluateTerm(x, term, false, scratch.residuals.data(), scratch)) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   double s = 0;
@@ -135,14 +155,19 @@ double BlockProblem::SumCosts(ConstView x, Index count, const UnitOf& unit_of) c
 }
 
 double BlockProblem::Cost(ConstView x) {
+  CheckSize(x);
   return SumCosts(x, num_units(), [](Index i) { return i; });
 }
 
 double BlockProblem::Cost(ConstView x, std::span<const Index> units) {
+  CheckSize(x);
+  CheckUnits(units);
   return SumCosts(x, static_cast<Index>(units.size()), [&](Index i) { return units[static_cast<std::size_t>(i)]; });
 }
 
-std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstView x, int) {
+std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstView x, int batch) {
+  CheckSize(x);
+  CheckBatch(batch);
   if (options_.evaluation_callback) options_.evaluation_callback(x, true);
   return std::make_unique<BlockLinearization>(*this, x);
 }
@@ -208,6 +233,7 @@ void BlockProblem::Plus(B& backend, ConstView x, ConstView delta, View out) {
 }
 
 bool BlockProblem::IsFeasible(ConstView x) {
+  if (!has_bounds()) return true;
   for (std::size_t p = 0; p < parameters_.size(); ++p) {
     if (constant_[p]) continue;
     for (int c = 0; c < parameters_[p].ambient_size; ++c) {
@@ -221,6 +247,7 @@ bool BlockProblem::IsFeasible(ConstView x) {
 
 template <class Visit>
 void BlockProblem::VisitEuclidean(const Visit& visit) const {
+  if (!has_bounds()) return;
   for (const FreeBlock& block : Structure().free_blocks()) {
     const auto p = static_cast<std::size_t>(block.parameter);
     if (manifolds_[p]) continue;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "solver/blocks/block_structure.h"
@@ -88,6 +89,8 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   void ClipStep(ConstView x, View step) override;
   // In the terms of parameter blocks and residual blocks, numbered from 0 in the order of being added.
   std::string NameTangent(Index k) override;
+  std::string NameResidual(int batch, Index row) override;
+  std::string DescribeNonFinite(ConstView x, bool jacobians) override;
   std::string DescribeDegenerate(ConstView x) override;
 
  private:
@@ -102,12 +105,19 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   BlockNormalMatrix& NormalMatrix() const;
   // Null where the factor would be over max_factor_gib or the multiplications.
   std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications) const;
-  // Room for one residual block's evaluation.
+  // Room for one residual block's evaluation, used again from block to block.
   struct Scratch {
     std::vector<const double*> arguments;
+    std::vector<double*> jacobians;  // of each argument, by its own numbers; null where it is constant
     std::vector<double> residuals;
+    std::vector<double> ambient;        // the Jacobians, one after another
+    std::vector<double> plus_jacobian;  // of one block
   };
+  // Calls the cost function on entries that hold Unwritten. Returns what it returns.
+  bool EvaluateTerm(ConstView x, std::size_t term, bool jacobians, double* residuals, Scratch& scratch) const;
   double TermCost(ConstView x, std::size_t term, Scratch& scratch) const;
+  // What is not finite of one residual block; empty: nothing.
+  std::string DescribeTerm(ConstView x, std::size_t term, bool jacobians, Scratch& scratch) const;
   template <class UnitOf>
   double SumCosts(ConstView x, Index count, const UnitOf& unit_of) const;
   // visit(x entry, step entry) for each free entry of a bounded problem that moves by itself.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/math/dual.h"
+#include "solver/functor_call.h"
 
 namespace vesta {
 
@@ -23,8 +24,8 @@ class CostFunction {
   const std::vector<int>& block_sizes() const { return block_sizes_; }
 
   // residuals: num_residuals() numbers. jacobians: null, or one pointer a block, null where not asked for, to
-  // num_residuals() rows of block_sizes()[i] numbers, row after row. false: the residuals have no value at these
-  // parameters; the step that led there is rejected.
+  // num_residuals() rows of block_sizes()[i] numbers, row after row. All of them are to be written, zeros too. false:
+  // the residuals have no value at these parameters; the step that led there is rejected.
   virtual bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const = 0;
 
  private:
@@ -74,12 +75,7 @@ class AutoDiffCost final : public CostFunction {
   static constexpr auto kIndices = std::make_index_sequence<sizeof...(kBlocks)>{};
   template <class T, std::size_t... I>
   bool Call(const T* const* blocks, T* residuals, std::index_sequence<I...>) const {
-    if constexpr (std::is_same_v<decltype(functor_(blocks[I]..., residuals)), bool>) {
-      return functor_(blocks[I]..., residuals);
-    } else {
-      functor_(blocks[I]..., residuals);
-      return true;
-    }
+    return CallFunctor(functor_, kResiduals, residuals, blocks[I]...);
   }
   F functor_;
 };

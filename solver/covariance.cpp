@@ -20,7 +20,7 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<d
   std::vector<Linearization<CpuBackend<double>>*> pointers;
   Index rows = 0;
   for (int b = 0; b < problem.num_batches(); ++b) {
-    batches.push_back(problem.Linearize(x, b));
+    batches.push_back(problem.CheckedLinearize(x, b));
     pointers.push_back(batches.back().get());
     if (batches.back()->weighted()) Fail("a covariance needs a problem without weights W");
     rows += batches.back()->num_residuals();

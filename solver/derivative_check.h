@@ -23,12 +23,24 @@ double AdjointError(B& backend, LinearMap<B>& a, typename B::ConstView u, typena
 template <Backend B>
 double WorstAdjointError(B& backend, LinearMap<B>& a, std::uint64_t seed, int ranges = 4);
 
-// max_k |DiagJTJ_k - (J e_k)^T W (J e_k)| / max(largest of both, tiny), over the columns first, first + stride, ...
+// An entry of H that was given, and what it is by J and W.
+struct Deviation {
+  double error = 0;
+  Index row = -1, col = -1;
+  double given = 0, exact = 0;
+};
+
+// The largest |DiagJTJ_k - (J e_k)^T W (J e_k)| / max(largest of both, tiny), over the columns first, first + stride,
+// ..., and where it is.
+template <Backend B>
+Deviation WorstDiagonal(B& backend, Linearization<B>& linearization, Index first = 0, Index stride = 1);
 template <Backend B>
 double DiagonalError(B& backend, Linearization<B>& linearization, Index first = 0, Index stride = 1);
 
 // The same for the blocks of BlockGram, each entry relative to the root of the product of its row's and its column's
-// diagonal entries. A block with copies is compared with the mean of theirs.
+// diagonal entries. A block with copies is compared with the mean of theirs; the place is in the first of them.
+template <Backend B>
+Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_stride = 1);
 template <Backend B>
 double BlockError(B& backend, Linearization<B>& linearization, Index block_stride = 1);
 

@@ -97,6 +97,11 @@ double WorstAdjointError(B& backend, LinearMap<B>& a, std::uint64_t seed, int ra
 
 template <Backend B>
 double DiagonalError(B& backend, Linearization<B>& linearization, Index first, Index stride) {
+  return WorstDiagonal(backend, linearization, first, stride).error;
+}
+
+template <Backend B>
+Deviation WorstDiagonal(B& backend, Linearization<B>& linearization, Index first, Index stride) {
   using S = typename B::Scalar;
   const Index n = linearization.num_parameters();
   typename B::Vector diagonal(n), column;
@@ -104,24 +109,30 @@ double DiagonalError(B& backend, Linearization<B>& linearization, Index first, I
   std::vector<S> host(static_cast<std::size_t>(n));
   backend.ToHost(diagonal, {host.data(), n});
   check_internal::Columns<B> columns(backend, linearization);
-  double worst = 0;
+  Deviation worst;
   for (Index k = first; k < n; k += stride) {
     columns.Column(k, column);
     const double exact = columns.WeightedProduct(column, column);
-    worst = std::max(worst,
-                     check_internal::RelativeDifference(static_cast<double>(host[static_cast<std::size_t>(k)]), exact));
+    const auto given = static_cast<double>(host[static_cast<std::size_t>(k)]);
+    const double error = check_internal::RelativeDifference(given, exact);
+    if (error > worst.error) worst = {error, k, k, given, exact};
   }
   return worst;
 }
 
 template <Backend B>
 double BlockError(B& backend, Linearization<B>& linearization, Index block_stride) {
+  return WorstBlock(backend, linearization, block_stride).error;
+}
+
+template <Backend B>
+Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_stride) {
   using S = typename B::Scalar;
   const std::vector<BlockGroup> groups = linearization.block_groups();
   BlockDiagonal<B> blocks(linearization.num_parameters(), groups);
   linearization.BlockGram(blocks);
   check_internal::Columns<B> columns(backend, linearization);
-  double worst = 0;
+  Deviation worst;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const BlockGroup& group = groups[g];
     std::vector<S> values(static_cast<std::size_t>(group.NumValues()));
@@ -147,8 +158,11 @@ double BlockError(B& backend, Linearization<B>& linearization, Index block_strid
               static_cast<double>(values[static_cast<std::size_t>(PackedLower(row, col) * group.count + block)]);
           if (exact_at(row, col) == value) continue;
           const double scale = std::sqrt(exact_at(row, row) * exact_at(col, col));
-          worst = std::max(worst,
-                           std::abs(value - exact_at(row, col)) / std::max(scale, std::numeric_limits<double>::min()));
+          const double error =
+              std::abs(value - exact_at(row, col)) / std::max(scale, std::numeric_limits<double>::min());
+          if (error > worst.error) {
+            worst = {error, group.Parameter(block, row), group.Parameter(block, col), value, exact_at(row, col)};
+          }
         }
       }
     }
@@ -161,7 +175,7 @@ double GradientError(B& backend, Problem<B>& problem, typename B::ConstView x, t
   double slope = 0;
   typename B::Vector gradient(problem.num_tangent()), step(problem.num_tangent()), moved(problem.num_parameters());
   for (int batch = 0; batch < problem.num_batches(); ++batch) {
-    problem.Linearize(x, batch)->Gradient(gradient);
+    problem.CheckedLinearize(x, batch)->Gradient(gradient);
     slope += backend.Dot(gradient, v);
   }
   const auto cost_at = [&](double t) {
@@ -175,14 +189,14 @@ double GradientError(B& backend, Problem<B>& problem, typename B::ConstView x, t
 template <Backend B>
 double TangentError(B& backend, Problem<B>& problem, typename B::ConstView x, int batch, typename B::ConstView v,
                     double h) {
-  const auto linearization = problem.Linearize(x, batch);
+  const auto linearization = problem.CheckedLinearize(x, batch);
   const Index rows = linearization->num_residuals();
   typename B::Vector tangent(rows), difference(rows), step(problem.num_tangent()), moved(problem.num_parameters());
   linearization->ApplyJ(v, tangent);
   for (const double sign : {1.0, -1.0}) {
     backend.Axpby(sign * h, v, 0.0, step);
     problem.Plus(backend, x, step, moved);
-    backend.Axpby(sign / (2 * h), problem.Linearize(moved, batch)->residuals(), 1.0, difference);
+    backend.Axpby(sign / (2 * h), problem.CheckedLinearize(moved, batch)->residuals(), 1.0, difference);
   }
   const double norm = std::sqrt(backend.Dot(tangent, tangent));
   backend.Axpby(-1.0, tangent, 1.0, difference);

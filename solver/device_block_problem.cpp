@@ -95,6 +95,7 @@ Index DeviceBlockProblem<S>::num_parameters() const {
 
 template <class S>
 double DeviceBlockProblem<S>::Cost(ConstView x) {
+  this->CheckSize(x);
   DeviceBuffer<S>& r = data_->cost_residuals;
   r.ResizeForOverwrite(data_->num_residuals());
   data_->residuals->Evaluate(data_->index.data(), x.data(), r.data(), nullptr);
@@ -102,7 +103,9 @@ double DeviceBlockProblem<S>::Cost(ConstView x) {
 }
 
 template <class S>
-std::unique_ptr<Linearization<CudaBackend<S>>> DeviceBlockProblem<S>::Linearize(ConstView x, int) {
+std::unique_ptr<Linearization<CudaBackend<S>>> DeviceBlockProblem<S>::Linearize(ConstView x, int batch) {
+  this->CheckSize(x);
+  this->CheckBatch(batch);
   return std::make_unique<Linear>(*data_, x);
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/core/span.h"
-#include "kernels/math/dual.h"
+#include "solver/functor_call.h"
 
 namespace vesta {
 
@@ -20,19 +20,20 @@ struct EvaluateFunctor {
     if (jacobian == nullptr) {
       S p[kParameters], r[kResiduals];
       for (int c = 0; c < kParameters; ++c) p[c] = x[index[c * blocks + b]];
-      functors[b](p, r);
-      for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = r[k];
+      const bool valid = CallFunctor(functors[b], kResiduals, r, p);
+      for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = valid ? r[k] : Unwritten<S>();
       return;
     }
     Dual<S> p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c * blocks + b]]);
+    bool valid = true;
     for (int column = 0; column < kParameters; ++column) {
       p[column].d = S(1);
-      functors[b](p, r);
+      valid = CallFunctor(functors[b], kResiduals, r, p) && valid;
       p[column].d = S(0);
       for (int k = 0; k < kResiduals; ++k) jacobian[(k * kParameters + column) * blocks + b] = r[k].d;
     }
-    for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = r[k].v;
+    for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = valid ? r[k].v : Unwritten<S>();
   }
 };
 

@@ -10,6 +10,7 @@
 #include "solver/lm_options.h"
 #include "solver/problem.h"
 #include "solver/summary.h"
+#include "solver/trust_region/step_doubt.h"
 
 namespace vesta {
 
@@ -57,13 +58,14 @@ class LmStepper {
   struct Trial {
     double gamma = 1;
     double cost = 0;
+    double predicted = 0;  // decrease of the cost, by the model
     double rho = 0;
     bool accepted = false;
     Zone zone = Zone::kCost;
   };
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(x_, *control_, consecutive_rejects_, turn_, scale_, summary_);
+    archive(x_, *control_, consecutive_rejects_, doubt_, turn_, scale_, summary_);
   }
   // Checks the options; x_ and the summary are still to be filled.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
@@ -73,8 +75,10 @@ class LmStepper {
     return copy;
   }
   double Seconds() const;
-  // Stop, unless columns that have a gradient are frozen: then nothing has converged.
-  void StopConverged(LmStatus status, std::string message);
+  // Stop, unless there is a doubt (see Doubt) or columns that have a gradient are frozen: then nothing has converged.
+  void StopConverged(LmStatus status, std::string message, const std::string& doubt = "");
+  // CheckProblem, where it is asked for. false when the solve ended.
+  bool PassesCheck();
   // Linearizes at x_ where that is not done, and tests the gradient. false when the solve ended.
   bool Linearize();
   double FullCost(typename B::ConstView x);
@@ -89,10 +93,12 @@ class LmStepper {
   double ChooseGamma();
   Trial Try(double gamma, const typename BatchedSystem<B>::Direction& direction, LmIteration& row);
   double GradientNorm();
-  Zone ZoneOf(const Trial& trial, double predicted) const;
+  Zone ZoneOf(const Trial& trial) const;
   // Linearizes at the trial point.
   void AcceptByGradient(Trial& trial);
   void TestStep(const LmIteration& row, const Trial& trial);
+  // Gains and losses up to this are what the tolerance, or the rounding of the cost, explains.
+  double DoubtfulGain() const;
   void TestLimits();
   const LmIteration& Record(LmIteration row);
 
@@ -104,6 +110,7 @@ class LmStepper {
   typename B::Vector x_, trial_x_, step_, scaled_step_;
   double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;
   int consecutive_rejects_ = 0;
+  StepDoubt doubt_;
   int turn_ = 0;  // of the next linearisation at a new x
   ColumnScale<B> scale_;
   PcgWorkspace<B> workspace_;

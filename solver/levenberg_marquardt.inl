@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "solver/batched_system.inl"
+#include "solver/check_problem.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/trust_region/line_search.h"
 
@@ -81,7 +82,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
     Stop(LmStatus::kGradientTolerance, "the problem has no parameters");
   } else if (const std::string why = problem.DescribeDegenerate(x_); !why.empty()) {
     Stop(LmStatus::kDegenerateStart, why);
-  } else if (Linearize()) {
+  } else if (PassesCheck() && Linearize()) {
     TestLimits();
   }
   row.gradient_max_norm = gradient_norm_;
@@ -101,9 +102,27 @@ void LmStepper<B>::Stop(LmStatus status, std::string message) {
 }
 
 template <Backend B>
-void LmStepper<B>::StopConverged(LmStatus status, std::string message) {
+double LmStepper<B>::DoubtfulGain() const {
+  const double rounding = sizeof(typename B::Scalar) == sizeof(double) ? 1e-9 : 1e-4;
+  return std::max(std::max(10 * options_.function_tolerance, rounding) * cost_, 1e-20 * summary_.initial_cost);
+}
+
+template <Backend B>
+void LmStepper<B>::StopConverged(LmStatus status, std::string message, const std::string& doubt) {
+  if (!doubt.empty()) return Stop(LmStatus::kNoDecrease, "no step lowers the cost as it should, however short" + doubt);
   if (frozen_gradient_.empty()) return Stop(status, std::move(message));
   Stop(LmStatus::kFrozenGradient, frozen_gradient_);
+}
+
+template <Backend B>
+bool LmStepper<B>::PassesCheck() {
+  if (!options_.check_derivatives) return true;
+  const ProblemCheck check = CheckProblem<B>(backend_, problem_, x_);
+  if (check.ok()) return true;
+  Stop(LmStatus::kCheckFailed, check.faults.size() == 1 ? check.faults.front()
+                                                        : fmt::format("{} (and {} more: CheckProblem has them)",
+                                                                      check.faults.front(), check.faults.size() - 1));
+  return false;
 }
 
 template <Backend B>
@@ -196,13 +215,13 @@ template <Backend B>
 typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename BatchedSystem<B>::Direction& direction,
                                                LmIteration& row) {
   MakeTrial(gamma);
-  Trial trial{.gamma = gamma, .cost = FullCost(trial_x_)};
+  Trial trial{.gamma = gamma, .cost = FullCost(trial_x_), .predicted = direction.Predicted(gamma)};
   const double change = cost_ - trial.cost;
-  trial.rho = change / direction.Predicted(gamma);
+  // Of the sign of the change, whatever the model predicts.
+  trial.rho = trial.predicted == 0 && change == 0 ? 0 : change / std::abs(trial.predicted);
   // A model that predicts no decrease cannot be trusted, even when the cost fell.
-  trial.accepted =
-      std::isfinite(trial.cost) && change > 0 && direction.Predicted(gamma) > 0 && control_->Accepts(trial.rho);
-  trial.zone = ZoneOf(trial, direction.Predicted(gamma));
+  trial.accepted = std::isfinite(trial.cost) && change > 0 && trial.predicted > 0 && control_->Accepts(trial.rho);
+  trial.zone = ZoneOf(trial);
   row.gamma = gamma;
   row.cost_change = change;
   row.rho = trial.rho;
@@ -212,14 +231,14 @@ typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename Batc
 }
 
 template <Backend B>
-typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial, double predicted) const {
+typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial) const {
   constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon(), kDoubt = 1e-9;
   const auto within = [&](double share) {
-    return options_.function_tolerance < share && predicted <= share * cost_ &&
+    return options_.function_tolerance < share && trial.predicted <= share * cost_ &&
            std::abs(cost_ - trial.cost) <= share * cost_;
   };
   // Never above the start; and gradients at bounds say something else.
-  if (!(predicted > 0) || !(trial.cost <= summary_.initial_cost) || problem_.has_bounds()) return Zone::kCost;
+  if (!(trial.predicted > 0) || !(trial.cost <= summary_.initial_cost) || problem_.has_bounds()) return Zone::kCost;
   if (within(kRounding)) return Zone::kRounding;
   return within(kDoubt) && !trial.accepted ? Zone::kDoubtful : Zone::kCost;
 }
@@ -293,7 +312,8 @@ const LmIteration& LmStepper<B>::Step() {
   if (!done()) TestStep(row, trial);
   if (!trial.accepted) {
     if (!done() && control_->at_upper_bound()) {
-      Stop(LmStatus::kNoDecrease, fmt::format("step rejected with lambda at its upper bound {:.3e}", row.lambda));
+      Stop(LmStatus::kNoDecrease, fmt::format("step rejected with lambda at its upper bound {:.3e}{}", row.lambda,
+                                              doubt_.Words(false, DoubtfulGain())));
     }
     control_->OnReject();
   } else {
@@ -314,15 +334,21 @@ void LmStepper<B>::TestStep(const LmIteration& row, const Trial& trial) {
   const bool solved = row.pcg_iterations > 0 || row.pcg_status == PcgStatus::kConverged;
   const bool by_gradient = trial.accepted && trial.zone != Zone::kCost;
   const double smallest = options_.parameter_tolerance * (x_norm_ + options_.parameter_tolerance);
+  // By the steps before this one, and with it.
+  const std::string doubt_before = doubt_.Words(trial.accepted, DoubtfulGain());
+  if (!trial.accepted) doubt_.OnReject(trial.predicted, std::isfinite(trial.cost));
+  const std::string doubt = doubt_.Words(trial.accepted, DoubtfulGain());
+  if (trial.accepted) doubt_.OnAccept();
   if (solved && row.step_norm <= smallest) {
     StopConverged(LmStatus::kParameterTolerance,
-                  fmt::format("step {:.3e} <= tolerance {:.3e}", row.step_norm, smallest));
+                  fmt::format("step {:.3e} <= tolerance {:.3e}", row.step_norm, smallest), doubt_before);
   } else if (solved && !by_gradient && change <= options_.function_tolerance * before) {
     StopConverged(LmStatus::kFunctionTolerance,
                   fmt::format("|change of cost| / cost = {:.3e} <= tolerance {:.3e}",
-                              before > 0 ? change / before : 0.0, options_.function_tolerance));
+                              before > 0 ? change / before : 0.0, options_.function_tolerance),
+                  doubt);
   } else if (consecutive_rejects_ >= options_.max_consecutive_rejects) {
-    Stop(LmStatus::kNoDecrease, fmt::format("{} steps in a row were rejected", consecutive_rejects_));
+    Stop(LmStatus::kNoDecrease, fmt::format("{} steps in a row were rejected{}", consecutive_rejects_, doubt));
   }
 }
 
@@ -330,7 +356,7 @@ template <Backend B>
 void LmStepper<B>::TestLimits() {
   const int iterations = summary_.num_accepted + summary_.num_rejected;
   if (iterations >= options_.max_iterations) {
-    Stop(LmStatus::kMaxIterations, fmt::format("{} iterations", iterations));
+    Stop(LmStatus::kMaxIterations, fmt::format("{} iterations{}", iterations, doubt_.IncreaseWords(DoubtfulGain())));
   } else if (Seconds() >= options_.max_seconds) {
     Stop(LmStatus::kTimeLimit, fmt::format("{:.3f} s of {:.3f} s", Seconds(), options_.max_seconds));
   }

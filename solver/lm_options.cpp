@@ -16,6 +16,10 @@ void LmOptions::Validate() const {
     if (!(tolerance >= 0)) Fail("a tolerance of the solve is {}; choose 0 or more", tolerance);
   }
   step_control.Validate();
+  if (step_control.rule != step_rule) {
+    Fail("step_rule is {}, while step_control has the values of {}; choose a rule by SetStepRule, then change values",
+         ToString(step_rule), ToString(step_control.rule));
+  }
   const double preconditioner_lambda = normal_system.preconditioner_lambda.value_or(0);
   if (!(preconditioner_lambda >= 0 && preconditioner_lambda <= std::numeric_limits<double>::max())) {
     Fail("normal_system.preconditioner_lambda is {}; choose 0 or more", preconditioner_lambda);

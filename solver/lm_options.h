@@ -31,6 +31,7 @@ struct LmOptions {
   // Wall-clock limit, checked before each iteration: the one decision that reads the clock.
   double max_seconds = std::numeric_limits<double>::infinity();
 
+  // Set by SetStepRule, for the two go together.
   StepRule step_rule = StepRule::kCeres;
   StepControlOptions step_control = DefaultStepControl(StepRule::kCeres);
   ColumnScaling column_scaling = ColumnScaling::kInverseRoot;
@@ -40,6 +41,10 @@ struct LmOptions {
   // needed, so that the caches of one batch at a time are held.
   bool hold_batches = true;
   LineSearchOptions line_search;
+
+  // CheckProblem at the start: a fault ends the solve, as kCheckFailed. For while a problem is written; it takes some
+  // hundred evaluations.
+  bool check_derivatives = false;
 
   // Sets step_rule and the step_control that belongs to it.
   void SetStepRule(StepRule rule) {

@@ -141,8 +141,11 @@ class Problem {
   std::unique_ptr<Linearization<B>> CheckedLinearize(ConstView x, int batch);
 
  protected:
-  // Throws Error where x is not of num_parameters() entries.
+  // Throw Error where x is not of num_parameters() entries, the batch none of num_batches(), a unit none of
+  // num_units().
   void CheckSize(ConstView x) const;
+  void CheckBatch(int batch) const;
+  void CheckUnits(std::span<const Index> units) const;
 };
 
 }  // namespace vesta

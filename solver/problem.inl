@@ -123,6 +123,18 @@ void Problem<B>::CheckSize(ConstView x) const {
 }
 
 template <Backend B>
+void Problem<B>::CheckBatch(int batch) const {
+  if (batch < 0 || batch >= num_batches()) Fail("batch {} of {}; they count from 0", batch, num_batches());
+}
+
+template <Backend B>
+void Problem<B>::CheckUnits(std::span<const Index> units) const {
+  for (const Index unit : units) {
+    if (unit < 0 || unit >= num_units()) Fail("unit {} of {}; they count from 0", unit, num_units());
+  }
+}
+
+template <Backend B>
 bool Problem<B>::DampingMetric(ConstView, ConstView, View) {
   return false;
 }

@@ -2,21 +2,29 @@
 // kept for as long as a linearization lives.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <concepts>
+#include <limits>
 #include <memory>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/math/dual.h"
+#include "solver/evaluation_words.h"
+#include "solver/functor_call.h"
 #include "solver/loss.h"
 #include "solver/problem.h"
 
 namespace vesta {
 
 // kResiduals values from kParameters numbers, for any scalar: f(p, r) reads p[0..kParameters) and writes
-// r[0..kResiduals). Calls to mathematics are unqualified after `using std::exp;`, constants are T(0.5).
+// r[0..kResiduals). It may return bool: false says that the residuals have no value there, and a step to there is
+// rejected. Calls to mathematics are unqualified after `using std::exp;`, constants are T(0.5).
 template <class F, class S>
 concept ResidualFunctor = requires(const F f, const Dual<S>* p, Dual<S>* r, const S* q, S* s) {
   { F::kResiduals } -> std::convertible_to<int>;
@@ -108,6 +116,7 @@ class ResidualBlocks final : public Problem<B> {
                 index_.size(), functors_.size(), kParameters);
     for (const Index k : index_)
       VESTA_CHECK(k >= 0 && k < num_parameters, "index {} of {} parameters", k, num_parameters);
+    for (std::size_t first = 0; first < index_.size(); first += kParameters) CheckDifferent(first);
     VESTA_CHECK(options_.num_batches >= 1, "num_batches is {}", options_.num_batches);
     for (int batch = 0; batch < options_.num_batches; ++batch) {
       batches_.push_back(BlocksOf(batch));
@@ -120,6 +129,7 @@ class ResidualBlocks final : public Problem<B> {
   // A unit is one functor.
   Index num_units() const override { return static_cast<Index>(functors_.size()); }
   double Cost(ConstView x) override {
+    this->CheckSize(x);
     return ParallelSum<double>(num_units(), kGrain, [&](Index begin, Index end) {
       double sum = 0;
       for (Index i = begin; i < end; ++i) sum += UnitCost(x, i);
@@ -127,6 +137,8 @@ class ResidualBlocks final : public Problem<B> {
     });
   }
   double Cost(ConstView x, std::span<const Index> units) override {
+    this->CheckSize(x);
+    this->CheckUnits(units);
     return ParallelSum<double>(static_cast<Index>(units.size()), kGrain, [&](Index begin, Index end) {
       double sum = 0;
       for (Index i = begin; i < end; ++i) sum += UnitCost(x, units[static_cast<std::size_t>(i)]);
@@ -134,8 +146,16 @@ class ResidualBlocks final : public Problem<B> {
     });
   }
   std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override {
+    this->CheckSize(x);
+    this->CheckBatch(batch);
     return std::make_unique<Blocks>(*this, x, static_cast<std::size_t>(batch));
   }
+  std::string NameTangent(Index k) override { return fmt::format("parameter {}", k); }
+  std::string NameResidual(int batch, Index row) override {
+    return NameOf(batches_[static_cast<std::size_t>(batch)][static_cast<std::size_t>(row / kResiduals)],
+                  static_cast<int>(row % kResiduals));
+  }
+  std::string DescribeNonFinite(ConstView x, bool jacobians) override;
 
  private:
   static constexpr Index kGrain = 256;
@@ -198,17 +218,11 @@ class ResidualBlocks final : public Problem<B> {
     void Evaluate(ConstView x, Index b) {
       const F& functor = problem_.functors_[static_cast<std::size_t>(blocks_[static_cast<std::size_t>(b)])];
       const Index* index = Parameters(b);
-      Dual<S> p[kParameters], r[kResiduals];
-      for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c]], S(0));
       S* f = residuals_.data() + b * kResiduals;
-      for (int c = 0; c < kParameters; ++c) {
-        p[c].d = S(1);
-        functor(p, r);
-        p[c].d = S(0);
-        for (int i = 0; i < kResiduals; ++i) {
-          f[i] = r[i].v;
-          Column(b, c)[i] = r[i].d;
-        }
+      if (!Differentiate(functor, x, index, f, Column(b, 0))) {
+        std::fill_n(f, kResiduals, std::numeric_limits<S>::quiet_NaN());
+        std::fill_n(Column(b, 0), kResiduals * kParameters, std::numeric_limits<S>::quiet_NaN());
+        return;
       }
       if (!problem_.options_.loss) return;
       const double s = SquaredNorm(f);
@@ -223,6 +237,35 @@ class ResidualBlocks final : public Problem<B> {
     typename B::Vector jacobian_;   // one residual block after another, column after column
   };
 
+  // f and its Jacobian, column after column. Returns what the functor returns.
+  static bool Differentiate(const F& functor, ConstView x, const Index* index, S* f, S* jacobian) {
+    Dual<S> p[kParameters], r[kResiduals];
+    for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c]], S(0));
+    for (int c = 0; c < kParameters; ++c) {
+      p[c].d = S(1);
+      if (!CallFunctor(functor, kResiduals, r, p)) return false;
+      p[c].d = S(0);
+      for (int i = 0; i < kResiduals; ++i) {
+        f[i] = r[i].v;
+        jacobian[c * kResiduals + i] = r[i].d;
+      }
+    }
+    return true;
+  }
+  static std::string NameOf(Index block, int residual) {
+    return fmt::format("residual {} of residual block {}", residual, block);
+  }
+  // What is not finite of one functor; empty: nothing.
+  std::string DescribeFunctor(ConstView x, Index i, bool jacobians) const;
+  void CheckDifferent(std::size_t first) const {
+    for (std::size_t c = first; c < first + kParameters; ++c) {
+      if (std::find(index_.begin() + static_cast<std::ptrdiff_t>(first),
+                    index_.begin() + static_cast<std::ptrdiff_t>(c),
+                    index_[c]) != index_.begin() + static_cast<std::ptrdiff_t>(c)) {
+        Fail("functor {} reads parameter {} twice; give it different parameters", first / kParameters, index_[c]);
+      }
+    }
+  }
   static double SquaredNorm(const S* f) {
     double s = 0;
     for (int i = 0; i < kResiduals; ++i) s += static_cast<double>(f[i]) * static_cast<double>(f[i]);
@@ -231,7 +274,9 @@ class ResidualBlocks final : public Problem<B> {
   double UnitCost(ConstView x, Index i) const {
     S p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = x[index_[static_cast<std::size_t>(i * kParameters + c)]];
-    functors_[static_cast<std::size_t>(i)](p, r);
+    if (!CallFunctor(functors_[static_cast<std::size_t>(i)], kResiduals, r, p)) {
+      return std::numeric_limits<double>::quiet_NaN();
+    }
     const double s = SquaredNorm(r);
     return 0.5 * (options_.loss ? options_.loss->Evaluate(s).rho : s);
   }
@@ -288,6 +333,42 @@ void ResidualBlocks<F, B>::Blocks::BlockGram(BlockDiagonal<B>& out) {
       }
     }
   }
+}
+
+template <class F, Backend B>
+requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host> std::string
+ResidualBlocks<F, B>::DescribeFunctor(ConstView x, Index i, bool jacobians)
+const {
+  const Index* index = index_.data() + i * kParameters;
+  std::vector<double> parameters;
+  for (int c = 0; c < kParameters; ++c) parameters.push_back(static_cast<double>(x[index[c]]));
+  const std::string at = fmt::format(", at parameters {}", NumbersInWords(parameters));
+  S f[kResiduals], jacobian[kResiduals * kParameters];
+  if (!Differentiate(functors_[static_cast<std::size_t>(i)], x, index, f, jacobian)) {
+    return fmt::format("residual block {} returns false{}", i, at);
+  }
+  for (int r = 0; r < kResiduals; ++r) {
+    if (!std::isfinite(f[r])) return fmt::format("{} {}{}", NameOf(i, r), ValueInWords(f[r]), at);
+  }
+  if (options_.loss) {
+    const double s = SquaredNorm(f), rho = options_.loss->Evaluate(s).rho;
+    if (!std::isfinite(rho)) return LossInWords(i, s, rho) + at;
+  }
+  for (int k = 0; jacobians && k < kResiduals * kParameters; ++k) {
+    if (std::isfinite(jacobian[k])) continue;
+    return fmt::format("the derivative of {} by parameter {} {}{}", NameOf(i, k % kResiduals), index[k / kResiduals],
+                       ValueInWords(jacobian[k]), at);
+  }
+  return "";
+}
+
+template <class F, Backend B>
+requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host> std::string
+ResidualBlocks<F, B>::DescribeNonFinite(ConstView x, bool jacobians) {
+  for (Index i = 0; i < num_units(); ++i) {
+    if (std::string what = DescribeFunctor(x, i, jacobians); !what.empty()) return what;
+  }
+  return "";
 }
 
 }  // namespace vesta

@@ -34,6 +34,8 @@ const char* ToString(LmStatus status) {
       return "failed (a frozen column has a gradient)";
     case LmStatus::kDegenerateStart:
       return "failed (degenerate start)";
+    case LmStatus::kCheckFailed:
+      return "failed (check of the problem)";
   }
   return "unknown";
 }
@@ -45,7 +47,8 @@ bool IsConverged(LmStatus status) {
 
 bool IsFailure(LmStatus status) {
   return status == LmStatus::kInfeasible || status == LmStatus::kNonFinite || status == LmStatus::kBadDiagonal ||
-         status == LmStatus::kFrozenGradient || status == LmStatus::kDegenerateStart;
+         status == LmStatus::kFrozenGradient || status == LmStatus::kDegenerateStart ||
+         status == LmStatus::kCheckFailed;
 }
 
 std::string LmSummary::BriefReport() const {

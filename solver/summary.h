@@ -26,6 +26,7 @@ enum class LmStatus {
   kBadDiagonal,      // DiagJTJ gives what no sum of squares can be: negative, NaN, infinite
   kFrozenGradient,   // nothing else is left to gain, but a column that DiagJTJ says is zero has a gradient
   kDegenerateStart,  // at the x given no step leads anywhere (a quaternion of zeros)
+  kCheckFailed,      // LmOptions::check_derivatives has found a fault
 };
 const char* ToString(LmStatus status);
 // One of the three tolerances was met.

@@ -4,15 +4,23 @@
 
 #include <algorithm>
 #include <functional>
+#include <string>
 #include <vector>
 
+#include "kernels/core/error.h"
 #include "kernels/core/span.h"
 
 namespace vesta {
 
-// Number of threads used by all parallel loops, the caller's included; 0 means one for each core.
+// Number of threads used by all parallel loops, the caller's included; 0 means one for each core. Throws Error where it
+// is negative.
 void SetNumThreads(int num_threads);
 int NumThreads();
+// What SetNumThreads checks.
+inline void CheckNumThreads(int num_threads) {
+  if (num_threads < 0)
+    throw Error("num_threads is " + std::to_string(num_threads) + "; choose 0 for all cores, or more");
+}
 
 // Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, count), on all threads, in any
 // order. Chunk boundaries are multiples of grain whatever the number of threads. An exception of the body's is

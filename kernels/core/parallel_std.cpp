@@ -17,7 +17,10 @@ thread_local bool t_inside = false;  // nested loops run on the thread they are 
 
 }  // namespace
 
-void SetNumThreads(int num_threads) { g_num_threads = num_threads; }
+void SetNumThreads(int num_threads) {
+  CheckNumThreads(num_threads);
+  g_num_threads = num_threads;
+}
 
 int NumThreads() {
   return g_num_threads > 0 ? g_num_threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

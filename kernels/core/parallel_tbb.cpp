@@ -19,6 +19,7 @@ int g_num_threads = 0;
 }  // namespace
 
 void SetNumThreads(int num_threads) {
+  CheckNumThreads(num_threads);
   g_num_threads = num_threads;
   Control().reset();
   if (num_threads > 0) {

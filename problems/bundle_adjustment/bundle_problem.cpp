@@ -88,6 +88,7 @@ double BundleProblem::SquaredError(ConstView x) {
 }
 
 double BundleProblem::Cost(ConstView x) {
+  CheckSize(x);
   const Loss* loss = context_->options.loss.get();
   if (loss == nullptr) return 0.5 * SquaredError(x);
   return 0.5 * SumOverSlices(x, [loss](Index count, const double* squared) {
@@ -98,7 +99,8 @@ double BundleProblem::Cost(ConstView x) {
 }
 
 std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(ConstView x, int batch) {
-  VESTA_CHECK(batch == 0 && x.size() == num_parameters(), "batch {}, x of {} entries", batch, x.size());
+  CheckSize(x);
+  CheckBatch(batch);
   if (context_->options.storage == JacobianStorage::kFloat) {
     return internal::MakeLinearization<float>(*context_, x);
   }

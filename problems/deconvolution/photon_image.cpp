@@ -108,6 +108,7 @@ double PhotonImage::UniformStart() const {
 }
 
 double PhotonImage::Cost(ConstView x) {
+  CheckSize(x);
   blur_.SetImage([&](Index k) { return std::exp(x[k]); });
   double cost = 0;
   for (int f = 0; f < blur_.num_frames(); ++f) {
@@ -125,7 +126,9 @@ double PhotonImage::Cost(ConstView x) {
   return 0.5 * cost;
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> PhotonImage::Linearize(ConstView x, int) {
+std::unique_ptr<Linearization<CpuBackend<double>>> PhotonImage::Linearize(ConstView x, int batch) {
+  CheckSize(x);
+  CheckBatch(batch);
   return std::make_unique<AtX>(*this, x);
 }
 

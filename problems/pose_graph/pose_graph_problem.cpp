@@ -1,5 +1,7 @@
 #include "problems/pose_graph/pose_graph_problem.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -117,6 +119,7 @@ Index PoseGraphProblem::num_tangent() const { return impl_->layout.num_tangent()
 Index PoseGraphProblem::num_units() const { return impl_->layout.terms.num_edges(); }
 
 double PoseGraphProblem::Cost(ConstView x) {
+  CheckSize(x);
   return ParallelSum<double>(num_units(), kGrain, [&](Index begin, Index end) {
     double sum = 0;
     for (Index e = begin; e < end; ++e) sum += impl_->layout.terms.Cost(e, x.data());
@@ -125,6 +128,8 @@ double PoseGraphProblem::Cost(ConstView x) {
 }
 
 double PoseGraphProblem::Cost(ConstView x, std::span<const Index> units) {
+  CheckSize(x);
+  CheckUnits(units);
   return ParallelSum<double>(static_cast<Index>(units.size()), kGrain, [&](Index begin, Index end) {
     double sum = 0;
     for (Index k = begin; k < end; ++k) sum += impl_->layout.terms.Cost(units[static_cast<std::size_t>(k)], x.data());
@@ -132,7 +137,9 @@ double PoseGraphProblem::Cost(ConstView x, std::span<const Index> units) {
   });
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(ConstView x, int /*batch*/) {
+std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(ConstView x, int batch) {
+  CheckSize(x);
+  CheckBatch(batch);
   return std::make_unique<PoseGraphLinearization>(impl_->layout, x);
 }
 
@@ -153,6 +160,26 @@ void PoseGraphProblem::Plus(B& /*backend*/, ConstView x, ConstView delta, View o
   } else {
     MovePoses<Se3>(impl_->layout, x.data(), delta.data(), out.data());
   }
+}
+
+std::string PoseGraphProblem::NameTangent(Index k) {
+  const Index d = impl_->layout.tangent();
+  return fmt::format("tangent entry {} of pose {}", k % d, impl_->layout.pose_of_row[static_cast<std::size_t>(k / d)]);
+}
+
+std::string PoseGraphProblem::NameResidual(int /*batch*/, Index row) {
+  const Index d = impl_->layout.tangent();
+  return fmt::format("residual {} of edge {}", row % d, row / d);
+}
+
+std::string PoseGraphProblem::DescribeDegenerate(ConstView x) {
+  if (impl_->layout.terms.space == PoseSpace::kSe2) return "";
+  for (const Index pose : impl_->layout.pose_of_row) {
+    const double* q = x.data() + pose * Se3::kPose + 3;
+    if (std::any_of(q, q + 4, [](double value) { return value != 0; })) continue;
+    return fmt::format("the quaternion of pose {} is all zeros, and no step turns it; start it at length 1", pose);
+  }
+  return "";
 }
 
 const std::vector<double>& PoseGraphProblem::start() const { return impl_->start; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "problems/pose_graph/pose_graph.h"
@@ -50,6 +51,10 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>> {
   // The same; throws Error where it would be larger.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  // In the terms of poses and edges.
+  std::string NameTangent(Index k) override;
+  std::string NameResidual(int batch, Index row) override;
+  std::string DescribeDegenerate(ConstView x) override;
 
   // The poses of the graph it was made from, a start for the solver.
   const std::vector<double>& start() const;

@@ -14,8 +14,7 @@ struct CeresFunctor {
   F functor;
   template <class T>
   bool operator()(const T* p, T* r) const {
-    functor(p, r);
-    return true;
+    return InvokeFunctor(functor, p, r);
   }
 };
 

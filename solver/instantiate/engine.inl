@@ -4,6 +4,7 @@
 
 #include "solver/batched_system.inl"
 #include "solver/bounds.inl"
+#include "solver/check_problem.inl"
 #include "solver/compose.inl"
 #include "solver/derivative_check.inl"
 #include "solver/levenberg_marquardt.inl"
@@ -56,6 +57,10 @@ template void FillRandom(InstantiatedBackend&, std::uint64_t, InstantiatedBacken
 template double AdjointError(InstantiatedBackend&, LinearMap<InstantiatedBackend>&, InstantiatedBackend::ConstView,
                              InstantiatedBackend::ConstView);
 template double WorstAdjointError(InstantiatedBackend&, LinearMap<InstantiatedBackend>&, std::uint64_t, int);
+template ProblemCheck CheckProblem(InstantiatedBackend&, Problem<InstantiatedBackend>&, InstantiatedBackend::ConstView,
+                                   const CheckProblemOptions&);
+template Deviation WorstDiagonal(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index, Index);
+template Deviation WorstBlock(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index);
 template double DiagonalError(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index, Index);
 template double BlockError(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index);
 template double GradientError(InstantiatedBackend&, Problem<InstantiatedBackend>&, InstantiatedBackend::ConstView,

@@ -92,12 +92,12 @@ StepControlOptions DefaultStepControl(StepRule rule) {
     case StepRule::kCeres:
       return {};
     case StepRule::k3dgsLmCode:
-      return {.initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 0};
+      return {.rule = rule, .initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 0};
     case StepRule::k3dgsLmV1:
     case StepRule::k3dgsLmV2:
-      return {.initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 1e-5};
+      return {.rule = rule, .initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 1e-5};
     case StepRule::kSoft:
-      return {.initial_lambda = 1e-2, .min_relative_decrease = 0, .backtracking = {0.5, 0.2}};
+      return {.rule = rule, .initial_lambda = 1e-2, .min_relative_decrease = 0, .backtracking = {0.5, 0.2}};
   }
   return {};
 }

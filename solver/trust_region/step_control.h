@@ -23,6 +23,8 @@ enum class StepRule {
 const char* ToString(StepRule rule);
 
 struct StepControlOptions {
+  // The rule that the values below belong to. DefaultStepControl sets it.
+  StepRule rule = StepRule::kCeres;
   double initial_lambda = 1e-4;
   // 0 < min_lambda <= initial_lambda <= max_lambda.
   double min_lambda = 1e-16;

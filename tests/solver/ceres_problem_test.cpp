@@ -194,5 +194,41 @@ TEST(CeresProblemTest, OptionsCarryOver) {
   EXPECT_TRUE(IsConverged(ceres_bridge::Solve(options, empty).status));
 }
 
+// A cost function that leaves an entry out is named, as without the bridge.
+class Incomplete final : public ceres::SizedCostFunction<2, 1> {
+ public:
+  Incomplete(bool value, bool derivative) : value_(value), derivative_(derivative) {}
+  bool Evaluate(double const* const* p, double* r, double** j) const override {
+    r[0] = p[0][0];
+    if (value_) r[1] = p[0][0] - 2;
+    if (j && j[0]) {
+      j[0][0] = 1;
+      if (derivative_) j[0][1] = 1;
+    }
+    return true;
+  }
+
+ private:
+  bool value_, derivative_;
+};
+
+TEST(CeresProblem, EntriesThatNobodyWritesAreNamed) {
+  for (const bool value : {true, false}) {
+    double x = 5;
+    ceres::Problem problem;
+    problem.AddResidualBlock(new Incomplete(true, true), nullptr, &x);
+    problem.AddResidualBlock(new Incomplete(value, !value), nullptr, &x);
+    const LmSummary summary = ceres_bridge::Solve(LmOptions(), problem);
+    EXPECT_EQ(summary.status, LmStatus::kNonFinite) << summary.message;
+    EXPECT_NE(
+        summary.message.find(value ? "the derivative of residual 1 of residual block 1 by entry 0 of parameter "
+                                     "block 0 was not written, at parameter block 0 = [5]"
+                                   : "residual 1 of residual block 1 was not written, at parameter block 0 = [5]"),
+        std::string::npos)
+        << summary.message;
+    EXPECT_EQ(x, 5);
+  }
+}
+
 }  // namespace
 }  // namespace vesta

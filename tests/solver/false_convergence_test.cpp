@@ -113,6 +113,57 @@ TEST_P(FalseConvergence, ADirectionOfZerosAtTheStart) {
   EXPECT_EQ(Solve(problem).status, LmStatus::kDegenerateStart);
 }
 
+TEST_P(FalseConvergence, AGradientOfTheWrongSign) {
+  FaultyProblem problem;
+  const auto negate = [](Cpu::ConstView, Cpu::View out) { Cpu().Axpby(-1.0, out, 0.0, out); };
+  // What is wrong in the step by each solver: normal equations see J^T, the others J.
+  (GetParam() == LinearSolverKind::kDenseQr ? problem.on_jacobian : problem.on_transpose) = negate;
+  const LmSummary summary = Solve(problem);
+  EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
+  EXPECT_TRUE(Says(summary, "CheckProblem")) << summary.message;
+  EXPECT_EQ(summary.num_accepted, 0);
+}
+
+// r = x^2 + 1 with a derivative of the wrong sign.
+struct WrongSign final : CostFunction {
+  WrongSign() : CostFunction(1, {1}) {}
+  bool Evaluate(const double* const* p, double* r, double** j) const override {
+    r[0] = p[0][0] * p[0][0] + 1;
+    if (j && j[0]) j[0][0] = -2 * p[0][0];
+    return true;
+  }
+};
+
+TEST_P(FalseConvergence, ADerivativeOfTheWrongSign) {
+  BlockProblem problem;
+  problem.AddResidualBlock(std::make_shared<WrongSign>(), nullptr, {problem.AddParameterBlock(1)});
+  x_ = Vector({2});
+  const LmSummary summary = Solve(problem);
+  EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
+  EXPECT_TRUE(Says(summary, "are the derivatives right?")) << summary.message;
+}
+
+// LSMR solves with J and J^T, and where these are not adjoint its steps go uphill by the model too.
+TEST(FalseConvergenceOfLsmr, AModelThatPredictsAnIncrease) {
+  FaultyProblem problem;
+  problem.on_transpose = [](Cpu::ConstView, Cpu::View g) { Cpu().Axpby(-1.0, g, 0.0, g); };
+  LmOptions options;
+  options.normal_system.linear_solver = LinearSolverKind::kLsmr;
+  Cpu backend;
+  Cpu::Vector x = Vector({1, 2, 3});
+  const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x.view());
+  EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
+  EXPECT_TRUE(Says(summary, "J and J^T are not adjoint?")) << summary.message;
+  // The gain ratio has the sign of the change.
+  for (const LmIteration& row : summary.iterations) EXPECT_GE(row.rho * row.cost_change, 0) << summary.FullReport();
+  // The same where a limit ends it.
+  options.max_iterations = 5;
+  x = Vector({1, 2, 3});
+  const LmSummary limited = SolveLm<Cpu>(options, backend, problem, x.view());
+  EXPECT_EQ(limited.status, LmStatus::kMaxIterations);
+  EXPECT_TRUE(Says(limited, "J and J^T are not adjoint?")) << limited.message;
+}
+
 INSTANTIATE_TEST_SUITE_P(Solvers, FalseConvergence,
                          ::testing::Values(LinearSolverKind::kPcg, LinearSolverKind::kLsmr, LinearSolverKind::kDenseQr),
                          [](const auto& each) {

@@ -25,6 +25,8 @@ TEST(LmOptionsTest, EachIsCheckedWithOneLine) {
       [](LmOptions& o) { o.max_seconds = 0; },
       [](LmOptions& o) { o.max_consecutive_rejects = 0; },
       [](LmOptions& o) { o.step_control.initial_lambda = -1; },
+      [](LmOptions& o) { o.step_rule = StepRule::kSoft; },
+      [](LmOptions& o) { o.SetStepRule(StepRule::kSoft), o.step_rule = StepRule::kCeres; },
       [](LmOptions& o) { o.normal_system.pcg.max_iterations = -1; },
       [](LmOptions& o) { o.normal_system.pcg.relative_tolerance = -1; },
       [](LmOptions& o) { o.normal_system.lsmr.relative_tolerance = 0; },

@@ -46,6 +46,7 @@ double SplatProblem<B>::Cost(ConstView x) {
 
 template <Backend B>
 double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
+  this->CheckSize(x);
   const splat::Model<typename B::Scalar> model{x.data(), options_.count, options_.sh_degree, options_.sh_degree};
   typename SplatBackend<B>::SplatView view;
   typename B::Vector image;
@@ -62,6 +63,8 @@ double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
 
 template <Backend B>
 std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstView x, int batch) {
+  this->CheckSize(x);
+  this->CheckBatch(batch);
   std::vector<const TargetView<B>*> views;
   for (const Index v : batches_.views(batch)) views.push_back(&views_[static_cast<std::size_t>(v)]);
   return std::make_unique<SplatLinearization<B>>(options_, x, std::move(views), batches_.scale(), loss_, workspace_);

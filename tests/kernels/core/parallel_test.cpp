@@ -106,5 +106,12 @@ TEST(ParallelDeathTest, APlantedRaceIsReported) {
 #endif
 }
 
+TEST(ParallelThreads, ANegativeNumberIsRefused) {
+  SetNumThreads(2);
+  EXPECT_THROW(SetNumThreads(-1), Error);
+  EXPECT_EQ(NumThreads(), 2);
+  SetNumThreads(0);
+}
+
 }  // namespace
 }  // namespace vesta

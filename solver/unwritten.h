@@ -1,0 +1,31 @@
+// The value that entries hold before code of the user's is called to write them: a NaN of bits that no arithmetic
+// makes.
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "kernels/core/hd.h"
+
+namespace vesta {
+
+// NaN, so that an entry nobody wrote spoils what is made of it, as one that was computed wrongly does.
+template <std::floating_point S>
+VESTA_HD constexpr S Unwritten() {
+  using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
+  constexpr Bits kPayload = 0x2f6e;
+  return std::bit_cast<S>(std::bit_cast<Bits>(std::numeric_limits<S>::quiet_NaN()) | kPayload);
+}
+
+// Whether v is still that. Sums and products keep the bits, so `r[0] += ...` to an entry that was not set counts too.
+template <std::floating_point S>
+bool IsUnwritten(S v) {
+  using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
+  constexpr Bits kSign = Bits{1} << (8 * sizeof(Bits) - 1);
+  return (std::bit_cast<Bits>(v) & ~kSign) == std::bit_cast<Bits>(Unwritten<S>());
+}
+
+}  // namespace vesta
