@@ -237,8 +237,8 @@ typename LmStepper<B>::Zone LmStepper<B>::ZoneOf(const Trial& trial) const {
     return options_.function_tolerance < share && trial.predicted <= share * cost_ &&
            std::abs(cost_ - trial.cost) <= share * cost_;
   };
-  // Never above the start; and gradients at bounds say something else.
-  if (!(trial.predicted > 0) || !(trial.cost <= summary_.initial_cost) || problem_.has_bounds()) return Zone::kCost;
+  // Never above the start. At bounds the gradient is that of the entries that are free to move.
+  if (!(trial.predicted > 0) || !(trial.cost <= summary_.initial_cost)) return Zone::kCost;
   if (within(kRounding)) return Zone::kRounding;
   return within(kDoubt) && !trial.accepted ? Zone::kDoubtful : Zone::kCost;
 }
