@@ -34,7 +34,7 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, I
   const std::vector<int>& parameters = problem.residuals_[term].parameters;
   double* f = residuals_.data() + row.residual_offset;
   double* values = jacobian_.row_values(r);
-  if (!problem.EvaluateTerm(x, term, true, f, scratch)) {
+  if (!problem.EvaluateTerm(x, term, f, scratch)) {
     for (int i = 0; i < row.num_residuals; ++i) f[i] = std::numeric_limits<double>::quiet_NaN();
     return;
   }

@@ -109,33 +109,40 @@ Index BlockProblem::tangent_offset(int block) {
 
 int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
 
-bool BlockProblem::EvaluateTerm(ConstView x, std::size_t term, bool jacobians, double* residuals,
-                                Scratch& scratch) const {
-  const ResidualBlock& residual = residuals_[term];
-  scratch.arguments.clear();
-  std::size_t entries = 0;
-  for (const int p : residual.parameters) {
-    const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
-    scratch.arguments.push_back(x.data() + parameter.ambient_offset);
-    if (parameter.tangent_size > 0)
-      entries += static_cast<std::size_t>(residual.num_residuals * parameter.ambient_size);
+inline void BlockProblem::Prepare(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const {
+  const ResidualBlock& block = residuals_[term];
+  const std::size_t count = block.parameters.size();
+  scratch.arguments.resize(count);
+  const double** arguments = scratch.arguments.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    arguments[i] = x.data() + parameters_[static_cast<std::size_t>(block.parameters[i])].ambient_offset;
   }
-  std::fill_n(residuals, residual.num_residuals, Unwritten<double>());
-  if (!jacobians) return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, nullptr);
-  scratch.ambient.assign(entries, Unwritten<double>());
+  for (int i = 0; i < block.num_residuals; ++i) residuals[i] = Unwritten<double>();
+}
+
+bool BlockProblem::EvaluateTerm(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const {
+  Prepare(x, term, residuals, scratch);
+  const ResidualBlock& block = residuals_[term];
+  const auto entries = [&](int p) {
+    const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
+    return parameter.tangent_size > 0 ? block.num_residuals * parameter.ambient_size : 0;
+  };
+  int all = 0;
+  for (const int p : block.parameters) all += entries(p);
+  scratch.ambient.assign(static_cast<std::size_t>(all), Unwritten<double>());
   scratch.jacobians.clear();
   double* next = scratch.ambient.data();
-  for (const int p : residual.parameters) {
-    const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
-    scratch.jacobians.push_back(parameter.tangent_size > 0 ? next : nullptr);
-    if (parameter.tangent_size > 0) next += residual.num_residuals * parameter.ambient_size;
+  for (const int p : block.parameters) {
+    scratch.jacobians.push_back(entries(p) > 0 ? next : nullptr);
+    next += entries(p);
   }
   return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, scratch.jacobians.data());
 }
 
 double BlockProblem::TermCost(ConstView x, std::size_t term, Scratch& scratch) const {
   scratch.residuals.resize(static_cast<std::size_t>(residuals_[term].num_residuals));
-  if (!EvaluateTerm(x, term, false, scratch.residuals.data(), scratch)) {
+  Prepare(x, term, scratch.residuals.data(), scratch);
+  if (!terms_[term].cost->Evaluate(scratch.arguments.data(), scratch.residuals.data(), nullptr)) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   double s = 0;

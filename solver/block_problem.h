@@ -113,8 +113,11 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
     std::vector<double> ambient;        // the Jacobians, one after another
     std::vector<double> plus_jacobian;  // of one block
   };
-  // Calls the cost function on entries that hold Unwritten. Returns what it returns.
-  bool EvaluateTerm(ConstView x, std::size_t term, bool jacobians, double* residuals, Scratch& scratch) const;
+  // The arguments, and residuals that hold Unwritten.
+  void Prepare(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const;
+  // Residuals and Jacobians of a residual block, on entries that hold Unwritten before. Returns what the cost function
+  // returns.
+  bool EvaluateTerm(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const;
   double TermCost(ConstView x, std::size_t term, Scratch& scratch) const;
   // What is not finite of one residual block; empty: nothing.
   std::string DescribeTerm(ConstView x, std::size_t term, bool jacobians, Scratch& scratch) const;

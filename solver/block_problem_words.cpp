@@ -44,7 +44,7 @@ std::string BlockProblem::DescribeTerm(ConstView x, std::size_t term, bool jacob
   };
   std::vector<double>& residuals = scratch.residuals;
   residuals.resize(static_cast<std::size_t>(block.num_residuals));
-  if (!EvaluateTerm(x, term, jacobians, residuals.data(), scratch)) {
+  if (!EvaluateTerm(x, term, residuals.data(), scratch)) {
     return fmt::format("residual block {} returns false{}", term, at());
   }
   double square = 0;
@@ -83,7 +83,7 @@ std::string BlockProblem::DescribeTerm(ConstView x, std::size_t term, bool jacob
 }
 
 std::string BlockProblem::DescribeNonFinite(ConstView x, bool jacobians) {
-  if (options_.evaluation_callback) options_.evaluation_callback(x, jacobians);
+  if (options_.evaluation_callback) options_.evaluation_callback(x, true);
   Scratch scratch;
   for (std::size_t term = 0; term < residuals_.size(); ++term) {
     if (std::string what = DescribeTerm(x, term, jacobians, scratch); !what.empty()) return what;

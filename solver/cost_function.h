@@ -54,6 +54,7 @@ class AutoDiffCost final : public CostFunction {
       for (int i = 0; i < sizes[b]; ++i, ++k) p[k] = T(parameters[b][i], 0.0);
     }
     std::array<T, kResiduals> r;
+    Forget(kResiduals, r.data());
     bool evaluated = false;
     for (std::size_t b = 0, k = 0; b < sizes.size(); ++b) {
       for (int i = 0; i < sizes[b]; ++i, ++k) {
@@ -75,7 +76,7 @@ class AutoDiffCost final : public CostFunction {
   static constexpr auto kIndices = std::make_index_sequence<sizeof...(kBlocks)>{};
   template <class T, std::size_t... I>
   bool Call(const T* const* blocks, T* residuals, std::index_sequence<I...>) const {
-    return CallFunctor(functor_, kResiduals, residuals, blocks[I]...);
+    return InvokeFunctor(functor_, blocks[I]..., residuals);
   }
   F functor_;
 };

@@ -20,16 +20,18 @@ struct EvaluateFunctor {
     if (jacobian == nullptr) {
       S p[kParameters], r[kResiduals];
       for (int c = 0; c < kParameters; ++c) p[c] = x[index[c * blocks + b]];
-      const bool valid = CallFunctor(functors[b], kResiduals, r, p);
+      Forget(kResiduals, r);
+      const bool valid = InvokeFunctor(functors[b], p, r);
       for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = valid ? r[k] : Unwritten<S>();
       return;
     }
     Dual<S> p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c * blocks + b]]);
+    Forget(kResiduals, r);
     bool valid = true;
     for (int column = 0; column < kParameters; ++column) {
       p[column].d = S(1);
-      valid = CallFunctor(functors[b], kResiduals, r, p) && valid;
+      valid = InvokeFunctor(functors[b], p, r) && valid;
       p[column].d = S(0);
       for (int k = 0; k < kResiduals; ++k) jacobian[(k * kParameters + column) * blocks + b] = r[k].d;
     }

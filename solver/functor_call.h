@@ -1,5 +1,4 @@
-// How a functor of residuals is called, everywhere: on entries that hold Unwritten, and with the bool that it may
-// return.
+// How a functor of residuals is called, everywhere.
 #pragma once
 
 #include <concepts>
@@ -10,8 +9,6 @@
 
 namespace vesta {
 
-namespace functor_internal {
-
 template <std::floating_point S>
 VESTA_HD void Forget(S& entry) {
   entry = Unwritten<S>();
@@ -21,8 +18,12 @@ VESTA_HD void Forget(Dual<S>& entry) {
   Forget(entry.v);
   Forget(entry.d);
 }
-
-}  // namespace functor_internal
+// Before the functor is called on them, however often: what it never writes stays Unwritten. Where the compiler sees
+// that it writes all, nothing is filled.
+template <class T>
+VESTA_HD void Forget(int count, T* entries) {
+  for (int i = 0; i < count; ++i) Forget(entries[i]);
+}
 
 // f(arguments...), which returns bool, or void for true.
 template <class F, class... Arguments>
@@ -33,14 +34,6 @@ VESTA_HD bool InvokeFunctor(const F& f, Arguments... arguments) {
     f(arguments...);
     return true;
   }
-}
-
-// f(blocks..., r), where r has `residuals` entries. false: f returned false, so that r has no value. Where the compiler
-// sees that f writes all of r, nothing is filled.
-template <class F, class T, class... Blocks>
-VESTA_HD bool CallFunctor(const F& f, int residuals, T* r, const Blocks*... blocks) {
-  for (int i = 0; i < residuals; ++i) functor_internal::Forget(r[i]);
-  return InvokeFunctor(f, blocks..., r);
 }
 
 }  // namespace vesta

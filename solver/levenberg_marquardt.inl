@@ -259,7 +259,8 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
   // A gain ratio of 1: as good as predicted, for all that can be told.
   if (trial.accepted) trial.rho = 1;
   if (!trial.accepted && trial.zone == Zone::kRounding)
-    StopConverged(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding");
+    StopConverged(LmStatus::kFunctionTolerance, "cost and gradient have reached their rounding",
+                  doubt_.Words(false, DoubtfulGain()));
 }
 
 template <Backend B>

@@ -241,9 +241,10 @@ class ResidualBlocks final : public Problem<B> {
   static bool Differentiate(const F& functor, ConstView x, const Index* index, S* f, S* jacobian) {
     Dual<S> p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c]], S(0));
+    Forget(kResiduals, r);
     for (int c = 0; c < kParameters; ++c) {
       p[c].d = S(1);
-      if (!CallFunctor(functor, kResiduals, r, p)) return false;
+      if (!InvokeFunctor(functor, p, r)) return false;
       p[c].d = S(0);
       for (int i = 0; i < kResiduals; ++i) {
         f[i] = r[i].v;
@@ -274,7 +275,8 @@ class ResidualBlocks final : public Problem<B> {
   double UnitCost(ConstView x, Index i) const {
     S p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = x[index_[static_cast<std::size_t>(i * kParameters + c)]];
-    if (!CallFunctor(functors_[static_cast<std::size_t>(i)], kResiduals, r, p)) {
+    Forget(kResiduals, r);
+    if (!InvokeFunctor(functors_[static_cast<std::size_t>(i)], p, r)) {
       return std::numeric_limits<double>::quiet_NaN();
     }
     const double s = SquaredNorm(r);

@@ -17,7 +17,9 @@ template <std::floating_point S>
 VESTA_HD constexpr S Unwritten() {
   using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
   constexpr Bits kPayload = 0x2f6e;
-  return std::bit_cast<S>(std::bit_cast<Bits>(std::numeric_limits<S>::quiet_NaN()) | kPayload);
+  // Made when compiled: device code may not call what makes it.
+  constexpr S kValue = std::bit_cast<S>(std::bit_cast<Bits>(std::numeric_limits<S>::quiet_NaN()) | kPayload);
+  return kValue;
 }
 
 // Whether v is still that. Sums and products keep the bits, so `r[0] += ...` to an entry that was not set counts too.

@@ -141,6 +141,12 @@ TEST_P(FalseConvergence, ADerivativeOfTheWrongSign) {
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
   EXPECT_TRUE(Says(summary, "are the derivatives right?")) << summary.message;
+  // Nor by its rounding.
+  options_.function_tolerance = options_.gradient_tolerance = options_.parameter_tolerance = 0;
+  x_ = Vector({2});
+  const LmSummary endless = Solve(problem);
+  EXPECT_FALSE(IsConverged(endless.status)) << endless.message;
+  EXPECT_TRUE(Says(endless, "are the derivatives right?")) << endless.message;
 }
 
 // LSMR solves with J and J^T, and where these are not adjoint its steps go uphill by the model too.

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/solver_race/snavely_error.h"
+#include "solver/check_problem.h"
 #include "solver/derivative_check.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/adjoint.h"
@@ -115,6 +116,10 @@ TEST(BundleProblem, TangentIsThatOfDifferences) {
   FillRandom(backend, 2, v.view());
   EXPECT_LE(TangentError(backend, problem, x, 0, v, 1e-6), 1e-6);
   EXPECT_LE(GradientError(backend, problem, x, v, 1e-6), 1e-6);
+  const ProblemCheck check = CheckProblem<Cpu>(backend, problem, x);
+  EXPECT_TRUE(check.ok()) << check.Report();
+  EXPECT_THROW(problem.Cost(v.view().subspan(0, 5)), Error);
+  EXPECT_THROW(problem.Linearize(v.view().subspan(0, 5), 0), Error);
 }
 
 TEST(BundleProblem, InstructionSetsAgree) {

@@ -7,6 +7,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/math/dual.h"
+#include "solver/check_problem.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
 #include "solver/levenberg_marquardt.h"
@@ -124,6 +125,15 @@ TEST(PhotonImage, JacobianIsTheDerivative) {
   }
 }
 
+TEST(PhotonImage, HasNoFault) {
+  PhotonImage problem = MakeProblem(kSide);
+  B backend;
+  CheckProblemOptions options;
+  options.max_columns = 20;
+  const ProblemCheck check = CheckProblem<B>(backend, problem, SomePoint(kSide), options);
+  EXPECT_TRUE(check.ok()) << check.Report();
+}
+
 TEST(PhotonImage, ProductsAgree) {
   PhotonImage problem = MakeProblem(kSide);
   B backend;
@@ -184,6 +194,10 @@ TEST(PhotonImage, RefusesWrongSizes) {
   EXPECT_THROW(PhotonImage(8, CodedApertures(2), HostBuffer<double>(10)), Error);
   EXPECT_THROW(CodedBlur(0, CodedApertures(1)), Error);
   EXPECT_THROW(CodedApertures(0), Error);
+  PhotonImage problem = MakeProblem(kSide);
+  const B::Vector x(5);
+  EXPECT_THROW(problem.Cost(x), Error);
+  EXPECT_THROW(problem.Linearize(x, 0), Error);
 }
 
 }  // namespace

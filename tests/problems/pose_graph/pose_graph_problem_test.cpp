@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "solver/check_problem.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
@@ -136,6 +137,20 @@ TEST(PoseGraphProblem, RefusesGraphsThatDoNotFit) {
   bad.information[6] = -1;
   refuses(bad, "the information matrix of edge 1 is not positive definite");
   ExpectError([&] { PoseGraphProblem problem(good, {.max_factor_gib = 0}); }, "max_factor_gib is 0");
+}
+
+TEST(PoseGraphProblem, AQuaternionOfZerosIsNoStart) {
+  PoseGraphProblem problem(test::RingGraph<Se3>(8, 0.2, 1));
+  B backend;
+  B::Vector x = Start(problem);
+  const ProblemCheck check = CheckProblem<B>(backend, problem, x);
+  EXPECT_TRUE(check.ok()) << check.Report();
+  std::fill_n(x.data() + 5 * Se3::kPose + 3, 4, 0.0);
+  const LmSummary summary = SolveLm<B>(PoseGraphOptions(), backend, problem, x.view());
+  EXPECT_EQ(summary.status, LmStatus::kDegenerateStart) << summary.message;
+  EXPECT_NE(summary.message.find("pose 5"), std::string::npos) << summary.message;
+  EXPECT_THROW(problem.Cost(x.view().subspan(0, 7)), Error);
+  EXPECT_THROW(problem.Linearize(x.view().subspan(0, 7), 0), Error);
 }
 
 }  // namespace
