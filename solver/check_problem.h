@@ -29,8 +29,8 @@ struct ProblemCheck {
   std::string Report() const;
 };
 
-// Calls everything that a solve calls, at x and close to it: whether Cost, Plus and every product write all they
-// should, give the same twice, and are finite; ApplyJ and ApplyJT are adjoint; ApplyW is symmetric and not negative;
+// Calls everything that a solve calls, at x and close to it: whether Plus and every product write all they should,
+// and finite numbers; Cost gives the same twice; ApplyJ and ApplyJT are adjoint; ApplyW is symmetric and not negative;
 // ApplyH, Curvature, Gradient, DiagJTJ and BlockGram are those of J and W; J is the derivative of the residuals along
 // Plus (where there are no weights and no loss), and Gradient of Cost. Takes some 100 evaluations of each, and a
 // product with each column that is looked at. At kinks of the residuals nothing can be told of the derivatives. A
