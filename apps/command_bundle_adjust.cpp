@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -10,7 +12,8 @@
 #include "apps/commands.h"
 #include "apps/device.h"
 #include "apps/interrupt.h"
-#include "apps/output_folder.h"
+#include "apps/outputs.h"
+#include "apps/print.h"
 #include "apps/process.h"
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
@@ -50,8 +53,8 @@ bool SolvesOnGpu(const Flags& flags) {
 
 CallbackResult AfterIteration(const LmIteration& row, bool log) {
   if (log) {
-    fmt::print(stderr, "{:4} cost {:.6e} lambda {:.1e} pcg {:4}{}\n", row.iteration, row.cost, row.lambda,
-               row.pcg_iterations, row.accepted || row.iteration == 0 ? "" : " rejected");
+    PrintText(stderr, fmt::format("{:4} cost {:.6e} lambda {:.1e} pcg {:4}{}\n", row.iteration, row.cost, row.lambda,
+                                  row.pcg_iterations, row.accepted || row.iteration == 0 ? "" : " rejected"));
   }
   return Interrupted() ? CallbackResult::kStop : CallbackResult::kContinue;
 }
@@ -67,8 +70,8 @@ nlohmann::ordered_json ToJson(const LmIteration& row) {
           {"pcg_iterations", row.pcg_iterations}, {"accepted", row.accepted}};
 }
 
-void WriteJson(const std::string& path, const LmSummary& summary, const bundle::BundleData& data, double rms_before,
-               double rms_after, const char* device) {
+std::string ToJson(const LmSummary& summary, const bundle::BundleData& data, double rms_before, double rms_after,
+                   const char* device) {
   nlohmann::ordered_json json = {{"cameras", data.num_cameras},
                                  {"points", data.num_points},
                                  {"observations", data.observations.size()},
@@ -83,7 +86,7 @@ void WriteJson(const std::string& path, const LmSummary& summary, const bundle::
                                  {"threads", NumThreads()},
                                  {"history", nlohmann::ordered_json::array()}};
   for (const LmIteration& row : summary.iterations) json["history"].push_back(ToJson(row));
-  WriteFileAtomically(path, json.dump(1) + "\n");
+  return json.dump(1) + "\n";
 }
 
 }  // namespace
@@ -92,6 +95,10 @@ int RunBundleAdjust(const CommandLine& line) {
   const Flags& flags = line.flags;
   const std::string& file = line.arguments[0];
   const bool on_gpu = SolvesOnGpu(flags);
+  RunFiles files = FilesOf(line);
+  files.Writes(Given("out", flags.out), flags.out);
+  if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+  files.Check();
   CheckWritable("out", flags.out);
   if (!flags.json.empty()) CheckWritable("json", flags.json);
   bundle::BundleData data = bundle::ReadBal(file);
@@ -100,6 +107,9 @@ int RunBundleAdjust(const CommandLine& line) {
   const double rms_before = RmsError(problem, x);
 
   CatchInterrupts();
+  // The result is about as long as what it comes from; its room is kept until it is there.
+  AtomicFile out(flags.out);
+  out.Reserve(static_cast<std::int64_t>(std::filesystem::file_size(file)));
   const auto set_options = [&](LmOptions& options) { SetOptions(flags, options); };
   const auto after_iteration = [&](const LmIteration& row) { return AfterIteration(row, flags.log_lm); };
   LmOptions options = bundle::BundleLmOptions();
@@ -107,17 +117,19 @@ int RunBundleAdjust(const CommandLine& line) {
   Cpu backend;
   const LmSummary summary = on_gpu ? SolveBundleOnGpu(data, set_options, after_iteration)
                                    : SolveLm<Cpu>(options, backend, problem, x, after_iteration);
-  if (flags.log_lm) fmt::print(stderr, "{}", summary.FullReport());
+  if (flags.log_lm) PrintText(stderr, fmt::format("{}", summary.FullReport()));
   if (summary.status == LmStatus::kNonFinite) {
     Fail("{}: {}; a point may lie in the plane of a camera that sees it", file, summary.message);
   }
-  bundle::WriteBal(flags.out, data);
+  bundle::WriteBal(out, data);
+  out.Commit();
   const double rms_after = RmsError(problem, x);
-  if (!flags.json.empty()) WriteJson(flags.json, summary, data, rms_before, rms_after, on_gpu ? "cuda" : "cpu");
-  fmt::print("{} cameras, {} points, {} observations\n{}\n", data.num_cameras, data.num_points,
-             data.observations.size(), summary.BriefReport());
-  fmt::print("reprojection error {:.4f} -> {:.4f} pixels (root mean square); wrote {}\n", rms_before, rms_after,
-             flags.out);
+  if (!flags.json.empty()) {
+    WriteFileAtomically(flags.json, ToJson(summary, data, rms_before, rms_after, on_gpu ? "cuda" : "cpu"));
+  }
+  Print("{} cameras, {} points, {} observations\n{}\n", data.num_cameras, data.num_points, data.observations.size(),
+        summary.BriefReport());
+  Print("reprojection error {:.4f} -> {:.4f} pixels (root mean square); wrote {}\n", rms_before, rms_after, flags.out);
   return Interrupted() ? kInterruptedStatus : 0;
 }
 

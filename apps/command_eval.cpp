@@ -1,10 +1,10 @@
 // eval: the image quality of a splat.
-#include <fmt/format.h>
-
 #include "apps/commands.h"
 #include "apps/metrics_json.h"
-#include "apps/output_folder.h"
+#include "apps/outputs.h"
 #include "apps/posed_model.h"
+#include "apps/print.h"
+#include "kernels/core/atomic_file.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 
@@ -12,17 +12,23 @@ namespace vesta::app {
 
 int RunEval(const CommandLine& line) {
   const Flags& flags = line.flags;
+  RunFiles files = FilesOf(line);
+  if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+  files.Check();
   if (!flags.json.empty()) CheckWritable("json", flags.json);
   const PosedModel posed = LoadPosedModel(line);
+  files.ReadsScene(line.arguments[1], posed.scene);
+  files.Check();
   gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
   const gs::Evaluation evaluation = renderer.Evaluate(posed.model, posed.scene);
-  fmt::print("{:<6}{:>6}{:>9}{:>9}\n", "views", "", "PSNR", "SSIM");
-  fmt::print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "test", evaluation.test.views, evaluation.test.psnr, evaluation.test.ssim);
-  fmt::print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "train", evaluation.train.views, evaluation.train.psnr,
-             evaluation.train.ssim);
-  fmt::print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
-  fmt::print("{}", DoubtOfScene(evaluation.train.psnr));
-  if (!flags.json.empty()) WriteEvaluationJson(flags.json, evaluation, posed.model, {.threads = NumThreads()});
+  Print("{:<6}{:>6}{:>9}{:>9}\n", "views", "", "PSNR", "SSIM");
+  Print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "test", evaluation.test.views, evaluation.test.psnr, evaluation.test.ssim);
+  Print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "train", evaluation.train.views, evaluation.train.psnr, evaluation.train.ssim);
+  Print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
+  Print("{}", DoubtOfScene(evaluation.train.psnr));
+  if (!flags.json.empty()) {
+    WriteFileAtomically(flags.json, EvaluationJson(evaluation, posed.model, {.threads = NumThreads()}));
+  }
   return 0;
 }
 

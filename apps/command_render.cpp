@@ -6,8 +6,9 @@
 #include <set>
 
 #include "apps/commands.h"
-#include "apps/output_folder.h"
+#include "apps/outputs.h"
 #include "apps/posed_model.h"
+#include "apps/print.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/io/image.h"
 
@@ -22,15 +23,26 @@ std::string FileName(const gs::View& view, bool with_extension) {
   return name + ".png";
 }
 
-// One for each view, all different as far as the views' names are.
+// One for each view, all different: with extensions where names are the same without, and numbered where with them too
+// ("a/b.jpg" beside "a_b.jpg").
 std::vector<std::string> FileNames(const std::vector<const gs::View*>& views) {
+  std::vector<std::string> names;
+  std::set<std::string> taken;
   for (const bool with_extension : {false, true}) {
-    std::vector<std::string> names;
-    names.reserve(views.size());
+    names.clear();
     for (const gs::View* view : views) names.push_back(FileName(*view, with_extension));
-    if (with_extension || std::set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
+    taken = {names.begin(), names.end()};
+    if (taken.size() == names.size()) return names;
   }
-  return {};
+  std::set<std::string> seen;
+  for (std::string& name : names) {
+    const std::string stem = name.substr(0, name.rfind('.'));
+    for (int number = 2; !seen.insert(name).second; ++number) {
+      std::string numbered = fmt::format("{}_{}.png", stem, number);
+      if (taken.insert(numbered).second) name = std::move(numbered);
+    }
+  }
+  return names;
 }
 
 // Both of the same size.
@@ -51,20 +63,27 @@ gs::Image SideBySide(const gs::Image& left, const gs::Image& right) {
 
 int RunRender(const CommandLine& line) {
   const Flags& flags = line.flags;
+  const std::string given = Given("out", flags.out);
+  RunFiles files = FilesOf(line);
+  files.WritesInto(given, flags.out);
+  files.Check();
   OutputFolder out(flags.out);
   const PosedModel posed = LoadPosedModel(line);
+  files.ReadsScene(line.arguments[1], posed.scene);
   std::vector<const gs::View*> views;
   for (const gs::View& view : posed.scene.views) {
     if (view.is_test) views.push_back(&view);
   }
   const std::vector<std::string> names = FileNames(views);
+  for (const std::string& name : names) files.Writes(given, out.File(name));
+  files.Check();
   gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
   for (std::size_t i = 0; i < views.size(); ++i) {
     const gs::Image image = renderer.Render(posed.model, *views[i]);
     gs::SavePng(out.File(names[i]), flags.truth ? SideBySide(image, views[i]->image) : image);
     out.Keep();
   }
-  fmt::print("wrote {} images to {}\n", views.size(), flags.out);
+  Print("wrote {} images to {}\n", views.size(), flags.out);
   return 0;
 }
 

@@ -3,7 +3,6 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <optional>
 
 #include "apps/checkpointing.h"
@@ -11,31 +10,33 @@
 #include "apps/device.h"
 #include "apps/interrupt.h"
 #include "apps/metrics_json.h"
-#include "apps/output_folder.h"
+#include "apps/outputs.h"
 #include "apps/posed_model.h"
+#include "apps/print.h"
 #include "apps/process.h"
 #include "apps/progress.h"
 #include "apps/train_settings.h"
+#include "apps/training_results.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
+#include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
 namespace {
 
 void CheckSceneFolder(const std::string& path) {
-  if (std::filesystem::is_regular_file(path)) {
-    Fail("{}: a file, where the scene's folder is to be named; `vesta help` shows the order", path);
-  }
-  if (!std::filesystem::is_directory(path)) Fail("{}: no such scene folder", path);
+  if (FolderExists(path)) return;
+  if (FileExists(path)) Fail("{}: a file, where the scene's folder is to be named; `vesta help` shows the order", path);
+  Fail("{}: no such scene folder", path);
 }
 
 void PrintScene(const gs::Scene& scene) {
   const auto is_test = [](const gs::View& view) { return view.is_test; };
   const auto tests = std::count_if(scene.views.begin(), scene.views.end(), is_test);
-  fmt::print("{} views to train on, {} to test; {} points; loaded in {:.1f} s\n",
-             static_cast<std::ptrdiff_t>(scene.views.size()) - tests, tests, scene.points.size(), SecondsSinceStart());
+  Print("{} views to train on, {} to test; {} points; loaded in {:.1f} s\n",
+        static_cast<std::ptrdiff_t>(scene.views.size()) - tests, tests, scene.points.size(), SecondsSinceStart());
   std::fflush(stdout);
 }
 
@@ -59,25 +60,24 @@ gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm) {
 // The last row of each stage; where there is LM alone, the row it started from too.
 void PrintTable(const gs::TrainResult& result) {
   constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
-  fmt::print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
-             "test SSIM");
+  Print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
+        "test SSIM");
   const auto number = [](double value, int digits) { return fmt::format("{:.{}f}", value, digits); };
   for (std::size_t i = 0; i < result.history.size(); ++i) {
     const gs::HistoryRow& row = result.history[i];
     const bool is_last_of_stage = i + 1 == result.history.size() || result.history[i + 1].stage != row.stage;
     const bool is_given_model = i == 0 && row.stage == gs::Stage::kLm;
     if (!is_given_model && !is_last_of_stage) continue;
-    fmt::print(kRow, gs::StageName(row.stage), row.iteration, number(row.seconds, 1), row.gaussians,
-               number(row.cost, 6), number(row.train.psnr, 3), number(row.train.ssim, 4), number(row.test.psnr, 3),
-               number(row.test.ssim, 4));
+    Print(kRow, gs::StageName(row.stage), row.iteration, number(row.seconds, 1), row.gaussians, number(row.cost, 6),
+          number(row.train.psnr, 3), number(row.train.ssim, 4), number(row.test.psnr, 3), number(row.test.ssim, 4));
   }
 }
 
 // By how much a given model is better now.
 void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
-  fmt::print("refined: cost {:+.1f} %, train PSNR {:+.3f} dB, test PSNR {:+.3f} dB, test SSIM {:+.4f}\n",
-             100 * (after.cost / before.cost - 1), after.train.psnr - before.train.psnr,
-             after.test.psnr - before.test.psnr, after.test.ssim - before.test.ssim);
+  Print("refined: cost {:+.1f} %, train PSNR {:+.3f} dB, test PSNR {:+.3f} dB, test SSIM {:+.4f}\n",
+        100 * (after.cost / before.cost - 1), after.train.psnr - before.train.psnr, after.test.psnr - before.test.psnr,
+        after.test.ssim - before.test.ssim);
 }
 
 double ModelMib(const gs::SplatModel& model) {
@@ -99,37 +99,70 @@ void SaveOnTheWay(const Flags& flags, const OutputFolder& out, gs::TrainCallback
   };
 }
 
+// The files that a training will write, as far as their names are known.
+void WritesResults(const CommandLine& line, const std::string& out, RunFiles* files) {
+  const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
+  file("point_cloud.ply"), file("metrics.json");
+  if (!line.flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
+}
+
+// How many Gaussians there may be in the end, to begin with, and the degree of their harmonics.
+struct ExpectedModel {
+  Index most, least;
+  int sh_degree;
+};
+
+ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options) {
+  const Index least = std::min(scene.points.size(), options.density.max_gaussians);
+  const bool grows = options.density.enabled && options.adam.iterations > 0;
+  // Room for the cap, which most scenes are far from, need not be there: few grow by more.
+  constexpr Index kUsualGrowth = 8, kFew = 50000;
+  const Index usual = std::max(kUsualGrowth * least, kFew);
+  constexpr int kHighestDegree = 3;
+  return {grows ? std::min(options.density.max_gaussians, usual) : least, least,
+          options.sh_degree.value_or(kHighestDegree)};
+}
+
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
 int TrainAndWrite(const Flags& flags, const TrainSettings& settings, const gs::StageRunners& stages,
-                  double load_seconds, OutputFolder* out, const Run& run) {
+                  const ExpectedModel& expected, double load_seconds, OutputFolder* out, const Run& run) {
   CatchInterrupts();
+  TrainingResults results(out);
+  if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
+    Print("The disk of {} has no room for {} Gaussians, which there may be in the end\n", out->path(), expected.most);
+  }
   ProgressLine line(stdout);
   gs::TrainCallbacks callbacks = Callbacks(&line, flags.log_lm);
   SaveOnTheWay(flags, *out, &callbacks);
-  gs::TrainResult result = run(callbacks);
+  callbacks.before_lm = [&](const gs::SplatModel& model) { results.SaveModel(model); };
+  gs::TrainResult result;
+  try {
+    result = run(callbacks);
+  } catch (const Error& error) {
+    if (!results.has_saved_model()) throw;
+    line.Finish();
+    Fail("{}; Adam's result is in {}", error.what(), results.model_path());
+  }
   line.Finish();
   if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
-  for (const std::string& note : result.notes) fmt::print("{}\n", note);
-  if (!result.lm_left_out.empty()) fmt::print("LM is left out: {}\n", result.lm_left_out);
+  for (const std::string& note : result.notes) Print("{}\n", note);
+  if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
 
-  const std::string ply = out->File("point_cloud.ply"), json = out->File("metrics.json");
-  gs::WriteSplatPly(ply, result.model);
-  WriteMetricsJson(json, result,
-                   {.load_seconds = load_seconds,
-                    .total_seconds = SecondsSinceStart(),
-                    .peak_memory_mib = PeakMemoryMib(),
-                    .device = stages.device.c_str(),
-                    .threads = NumThreads()},
-                   settings);
-  out->Keep();
+  results.Save(result.model, MetricsJson(result,
+                                         {.load_seconds = load_seconds,
+                                          .total_seconds = SecondsSinceStart(),
+                                          .peak_memory_mib = PeakMemoryMib(),
+                                          .device = stages.device.c_str(),
+                                          .threads = NumThreads()},
+                                         settings));
   PrintTable(result);
   if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
     if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
-    fmt::print("{}", DoubtOfScene(result.history.front().train.psnr));
+    Print("{}", DoubtOfScene(result.history.front().train.psnr));
   }
-  fmt::print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", ply, json);
+  Print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path());
   return Interrupted() ? kInterruptedStatus : 0;
 }
 
@@ -148,13 +181,22 @@ int RunTrain(const CommandLine& line) {
   gs::TrainOptions& options = settings.options;
   if (checkpoint) CheckResumable(*checkpoint, origin->settings.options, options);
   CheckSceneFolder(path);
-  OutputFolder out(flags.out.empty() ? flags.resume : flags.out);
+  // A checkpoint is not among what is read: that it makes way for the next one is what it is for.
+  RunFiles files = FilesOf(line);
+  files.ReadsScene(path);
+  const std::string folder = flags.out.empty() ? flags.resume : flags.out;
+  WritesResults(line, folder, &files);
+  files.Check();
+  OutputFolder out(folder);
   const gs::Scene scene = gs::LoadScene(path, SceneOptions(options));
+  files.ReadsScene(path, scene);
+  files.Check();
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
-  return TrainAndWrite(flags, settings, stages, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
+  const ExpectedModel expected = ExpectedOf(scene, options);
+  return TrainAndWrite(flags, settings, stages, expected, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
     callbacks.checkpoint.origin = OriginOf(path, settings);
     callbacks.resume = checkpoint ? &*checkpoint : nullptr;
     return gs::Train(scene, options, load_seconds, callbacks, stages);
@@ -167,20 +209,23 @@ int RunRefine(const CommandLine& line) {
   TrainSettings settings = SettingsOf(line);
   gs::TrainOptions& options = settings.options;
   CheckSceneFolder(path);
+  RunFiles files = FilesOf(line);
+  WritesResults(line, line.flags.out, &files);
+  files.Check();
   OutputFolder out(line.flags.out);
   PosedModel posed = LoadPosedModel(ply, path, line.flags.background, SceneOptions(options));
-  std::error_code none;
-  if (std::filesystem::equivalent(ply, out.File("point_cloud.ply"), none)) {
-    Fail("--out={}: its point_cloud.ply is the splat that is to be refined; choose another folder", line.flags.out);
-  }
+  files.ReadsScene(path, posed.scene);
+  files.Check();
   options.background = ToDouble(posed.model.background);
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
-  return TrainAndWrite(line.flags, settings, stages, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
-    return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
-  });
+  const ExpectedModel expected{posed.model.count, posed.model.count, posed.model.sh_degree};
+  return TrainAndWrite(
+      line.flags, settings, stages, expected, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
+        return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
+      });
 }
 
 }  // namespace vesta::app

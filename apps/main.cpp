@@ -1,13 +1,14 @@
 // The `vesta` program: train | refine | eval | render | config | bundle_adjust | help. `vesta help` says more.
-#include <fmt/format.h>
 #include <glog/logging.h>
 
 #include <cstdio>
 #include <new>
+#include <string>
 
 #include "apps/command_line.h"
 #include "apps/commands.h"
 #include "apps/help.h"
+#include "apps/print.h"
 #include "apps/process.h"
 #include "apps/train_settings.h"
 #include "kernels/core/process_memory.h"
@@ -20,7 +21,7 @@ constexpr int kFailed = 1, kUsage = 2;  // exit statuses
 int Run(int argc, char** argv) {
   const CommandLine line = ParseCommandLine({argv + 1, argv + argc});
   if (!line.command) {
-    fmt::print("{}", HelpText(line.arguments));
+    Print("{}", HelpText(line.arguments));
     return 0;
   }
   UseComputeFlags(line.flags);
@@ -42,7 +43,7 @@ int Run(int argc, char** argv) {
 }
 
 int Complain(const char* message, int status) {
-  fmt::print(stderr, "vesta: {}\n", message);
+  PrintText(stderr, fmt::format("vesta: {}\n", OneLine(message)));
   return status;
 }
 
@@ -56,7 +57,9 @@ int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
   try {
-    return app::Run(argc, argv);
+    const int status = app::Run(argc, argv);
+    const std::string error = app::PrintError();
+    return error.empty() || status != 0 ? status : app::Complain(error.c_str(), app::kFailed);
   } catch (const app::UsageError& error) {
     return app::Complain(error.what(), app::kUsage);
   } catch (const std::bad_alloc&) {

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/config_json.h"
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 
 namespace vesta::app {
@@ -30,12 +29,11 @@ void AddModel(const gs::SplatModel& model, Json* json) {
   (*json)["parameters"] = model.count * model.num_attributes();
 }
 
-void WriteJson(const std::string& path, const Json& json) { WriteFileAtomically(path, json.dump(1) + "\n"); }
+std::string Text(const Json& json) { return json.dump(1) + "\n"; }
 
 }  // namespace
 
-void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts,
-                      const TrainSettings& settings) {
+std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings) {
   VESTA_CHECK(!result.history.empty(), "no evaluation to write");
   const double adam_end = facts.load_seconds + result.adam_seconds;
   Json json;
@@ -66,11 +64,10 @@ void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, co
   if (!result.notes.empty()) json["notes"] = result.notes;
   json["history"] = Json::array();
   for (const gs::HistoryRow& row : result.history) json["history"].push_back(ToJson(row));
-  WriteJson(path, json);
+  return Text(json);
 }
 
-void WriteEvaluationJson(const std::string& path, const gs::Evaluation& evaluation, const gs::SplatModel& model,
-                         const RunFacts& facts) {
+std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::SplatModel& model, const RunFacts& facts) {
   Json json;
   json["test"] = ToJson(evaluation.test);
   json["train"] = ToJson(evaluation.train);
@@ -78,7 +75,7 @@ void WriteEvaluationJson(const std::string& path, const gs::Evaluation& evaluati
   AddModel(model, &json);
   json["device"] = facts.device;
   json["threads"] = facts.threads;
-  WriteJson(path, json);
+  return Text(json);
 }
 
 }  // namespace vesta::app

@@ -1,4 +1,4 @@
-// The numbers of a run as JSON, for scripts.
+// The numbers of a run as the text of a JSON file, for scripts.
 #pragma once
 
 #include <string>
@@ -24,11 +24,9 @@ struct RunFacts {
 // test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
 // in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; options: as --config
 // reads them; notes: where something was done otherwise than asked for. A figure that is not finite is null.
-void WriteMetricsJson(const std::string& path, const gs::TrainResult& result, const RunFacts& facts,
-                      const TrainSettings& settings);
+std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
 // {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above.
-void WriteEvaluationJson(const std::string& path, const gs::Evaluation& evaluation, const gs::SplatModel& model,
-                         const RunFacts& facts);
+std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::SplatModel& model, const RunFacts& facts);
 
 }  // namespace vesta::app

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/print.h"
+
 namespace vesta::app {
 namespace {
 
@@ -59,9 +61,9 @@ void ProgressLine::Update(const gs::TrainProgress& p) {
   if (!is_new_stage && !IsDue(p)) return;
   const std::string line = FormatLine(p, SecondsLeft(p));
   if (is_terminal_) {
-    fmt::print(out_, "\r{}\033[K", CutToTerminal(line, out_));
+    PrintText(out_, fmt::format("\r{}\033[K", CutToTerminal(line, out_)));
   } else {
-    fmt::print(out_, "{}\n", line);
+    PrintText(out_, line + "\n");
   }
   std::fflush(out_);
   line_open_ = is_terminal_;
@@ -69,7 +71,7 @@ void ProgressLine::Update(const gs::TrainProgress& p) {
 }
 
 void ProgressLine::Finish() {
-  if (line_open_) fmt::print(out_, "\n");
+  if (line_open_) PrintText(out_, "\n");
   line_open_ = false;
 }
 

@@ -116,6 +116,11 @@ BundleData ReadBal(const std::string& path) {
 
 void WriteBal(const std::string& path, const BundleData& data) {
   AtomicFile file(path);
+  WriteBal(file, data);
+  file.Commit();
+}
+
+void WriteBal(AtomicFile& file, const BundleData& data) {
   std::string text;
   constexpr std::size_t kPiece = 1 << 20;
   const auto flush = [&](std::size_t limit) {
@@ -134,7 +139,6 @@ void WriteBal(const std::string& path, const BundleData& data) {
     flush(kPiece);
   }
   flush(1);
-  file.Commit();
 }
 
 }  // namespace vesta::bundle

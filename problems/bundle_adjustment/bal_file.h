@@ -6,6 +6,10 @@
 
 #include "problems/bundle_adjustment/bundle_data.h"
 
+namespace vesta {
+class AtomicFile;
+}
+
 namespace vesta::bundle {
 
 // Throws Error, one line that names the file and the line at fault: not such a file, cut short, indices out of range,
@@ -14,5 +18,7 @@ BundleData ReadBal(const std::string& path);
 
 // Written whole or not at all; reads back bit for bit. Throws Error where the file cannot be written.
 void WriteBal(const std::string& path, const BundleData& data);
+// The same into a file that is open, and stays so.
+void WriteBal(AtomicFile& file, const BundleData& data);
 
 }  // namespace vesta::bundle

@@ -104,9 +104,24 @@ void FailDistorted(const std::string& folder, const std::string& where, const st
       where, model, scene.string(), folder, scene.string());
 }
 
+namespace {
+
+bool IsText(const std::string& folder) {
+  return !FileExists(folder + "/cameras.bin") && FileExists(folder + "/cameras.txt");
+}
+
+std::vector<std::string> ModelFiles(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const char* name : {"/cameras", "/images", "/points3D"}) {
+    files.push_back(folder + name + (IsText(folder) ? ".txt" : ".bin"));
+  }
+  return files;
+}
+
+}  // namespace
+
 ColmapModel ReadColmapModel(const std::string& folder) {
-  const bool is_text = !FileExists(folder + "/cameras.bin") && FileExists(folder + "/cameras.txt");
-  ColmapModel model = is_text ? ReadColmapText(folder) : ReadColmapBinary(folder);
+  ColmapModel model = IsText(folder) ? ReadColmapText(folder) : ReadColmapBinary(folder);
   CheckModel(model, folder);
   return model;
 }
@@ -138,6 +153,7 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   for (const ColmapCamera& record : model.cameras) cameras[record.id] = record.camera;
 
   Scene scene;
+  scene.files = ModelFiles(folder);
   for (const ColmapImage& image : model.images) {
     View view;
     view.name = image.name;

@@ -174,8 +174,7 @@ json ReadJson(const std::string& path) {
 }
 
 // Views of one transforms file, appended. Returns its JSON.
-json ReadFrames(const fs::path& folder, const char* file, std::vector<View>* views) {
-  const std::string path = (folder / file).string();
+json ReadFrames(const std::string& path, const fs::path& folder, std::vector<View>* views) {
   json top = ReadJson(path);
   const auto frames = top.find("frames");
   if (!top.is_object() || frames == top.end() || !frames->is_array() || frames->empty()) {
@@ -211,14 +210,15 @@ PointCloud UniformPoints(const RandomPoints& random) {
   return cloud;
 }
 
-PointCloud FindPoints(const fs::path& folder, const json& top, const RandomPoints& random) {
-  const std::string named = FrameValues(top, top, (folder / "transforms").string()).Text("ply_file_path", "");
-  if (!named.empty()) return ReadPointPly((folder / named).string());
+// The file that holds the points; empty where there is none. transforms: the file that may name it.
+std::string FindPoints(const fs::path& folder, const std::string& transforms, const json& top) {
+  const std::string named = FrameValues(top, top, transforms).Text("ply_file_path", "");
+  if (!named.empty()) return (folder / named).string();
   for (const char* name : {"points3D.ply", "points3d.ply", "sparse_pc.ply"}) {
-    const std::string path = (folder / name).string();
-    if (FileExists(path)) return ReadPointPly(path);
+    std::string path = (folder / name).string();
+    if (FileExists(path)) return path;
   }
-  return UniformPoints(random);
+  return {};
 }
 
 }  // namespace
@@ -231,11 +231,13 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random)
   const fs::path folder(scene_folder);
   const bool has_train_file = FileExists(scene_folder + "/transforms_train.json");
   Scene scene;
-  const json top = ReadFrames(folder, has_train_file ? "transforms_train.json" : "transforms.json", &scene.views);
+  const auto read = [&](const char* name) {
+    scene.files.push_back((folder / name).string());
+    return ReadFrames(scene.files.back(), folder, &scene.views);
+  };
+  const json top = read(has_train_file ? "transforms_train.json" : "transforms.json");
   const std::size_t num_train = scene.views.size();
-  if (has_train_file && FileExists(scene_folder + "/transforms_test.json")) {
-    ReadFrames(folder, "transforms_test.json", &scene.views);
-  }
+  if (has_train_file && FileExists(scene_folder + "/transforms_test.json")) read("transforms_test.json");
   std::set<std::string> test_names;
   for (std::size_t i = num_train; i < scene.views.size(); ++i) test_names.insert(scene.views[i].name);
   SortAndSplit(&scene.views);
@@ -246,7 +248,9 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random)
     }
     if (!test_names.empty()) view.is_test = test_names.contains(view.name);
   }
-  scene.points = FindPoints(folder, top, random);
+  const std::string points = FindPoints(folder, scene.files.front(), top);
+  if (!points.empty()) scene.files.push_back(points);
+  scene.points = points.empty() ? UniformPoints(random) : ReadPointPly(points);
   scene.extent = SceneExtent(scene.views, scene.points);
   return scene;
 }

@@ -127,7 +127,17 @@ SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options
   return model;
 }
 
+std::int64_t SplatPlyBytes(Index gaussians, int sh_degree) {
+  return gaussians * static_cast<std::int64_t>(FileColumns(sh_degree).size() * sizeof(float));
+}
+
 void WriteSplatPly(const std::string& path, const SplatModel& model) {
+  AtomicFile file(path);
+  WriteSplatPly(file, model);
+  file.Commit();
+}
+
+void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
   VESTA_CHECK(model.sh_degree >= 0 && model.sh_degree <= 3, "degree {}", model.sh_degree);
   VESTA_CHECK(static_cast<Index>(model.data.size()) == model.count * model.num_attributes(),
               "{} values for {} Gaussians of degree {}", model.data.size(), model.count, model.sh_degree);
@@ -141,7 +151,6 @@ void WriteSplatPly(const std::string& path, const SplatModel& model) {
   for (const FileColumn& column : columns) header += fmt::format("property float {}\n", column.property);
   header += "end_header\n";
 
-  AtomicFile file(path);
   file.Write(header);
   constexpr Index kRowsAtOnce = 4096;
   std::vector<float> rows;
@@ -155,7 +164,6 @@ void WriteSplatPly(const std::string& path, const SplatModel& model) {
     }
     file.Write({reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof(float)});
   }
-  file.Commit();
 }
 
 PointCloud ReadPointPly(const std::string& path) {

@@ -1,10 +1,15 @@
 // Splats and point clouds in .ply files.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+
+namespace vesta {
+class AtomicFile;
+}
 
 namespace vesta::gs {
 
@@ -22,6 +27,10 @@ SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options
 
 // Writes that layout, little-endian float, whole or not at all (atomic_file.h); reading it back gives the same bits.
 void WriteSplatPly(const std::string& path, const SplatModel& model);
+// The same into a file that is open, and stays so.
+void WriteSplatPly(AtomicFile& file, const SplatModel& model);
+// About how long it is of so many Gaussians, bytes; not more.
+std::int64_t SplatPlyBytes(Index gaussians, int sh_degree);
 
 // x y z, and red green blue (8 or 16 bits, or float in 0..1); mid-grey without colours. Throws Error where a point is
 // not finite or there is none.

@@ -1,6 +1,7 @@
 #include "problems/gaussian_splatting/lm/options.h"
 
 #include "kernels/core/check.h"
+#include "solver/normal_equations/damping_metric.h"
 
 namespace vesta::gs {
 namespace {
@@ -97,8 +98,11 @@ void CheckTogether(const LmStageOptions& lm) {
     Fail("lm.initial_lambda={}: it must be from lm.min_lambda, which is {}, to lm.max_lambda, which is {}",
          lm.initial_lambda, lm.min_lambda, lm.max_lambda);
   }
-  if (lm.max_diagonal > 0 && lm.max_diagonal < lm.min_diagonal) {
-    Fail("lm.max_diagonal={}: it must be 0 or at least lm.min_diagonal, which is {}", lm.max_diagonal, lm.min_diagonal);
+  // Where there is none of ours the engine's holds.
+  const double least = lm.min_diagonal > 0 ? lm.min_diagonal : DampingMetricOptions{}.min_diagonal;
+  if (lm.max_diagonal > 0 && lm.max_diagonal < least) {
+    Fail("lm.max_diagonal={}: it must be 0 or at least {}, the least that lm.min_diagonal={} allows", lm.max_diagonal,
+         least, lm.min_diagonal);
   }
 }
 

@@ -46,7 +46,8 @@ struct PointCloud {
 struct Scene {
   std::vector<View> views;  // sorted by name
   PointCloud points;
-  double extent = 1;  // see SceneExtent
+  double extent = 1;               // see SceneExtent
+  std::vector<std::string> files;  // that all this was read from, beside the images
 };
 
 // Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.

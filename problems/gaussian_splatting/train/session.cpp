@@ -16,6 +16,16 @@ bool TrainingSession::Timer::IsDue(const Interval& interval, Stage stage, int it
   return by_iterations || by_time;
 }
 
+void TrainingSession::NoteError(const char* what, const std::function<void()>& write) {
+  try {
+    write();
+  } catch (const Error& error) {
+    // What has been trained so far is not lost for want of a file.
+    const std::string line = fmt::format("{}: {}", what, error.what());
+    if (notes_.empty() || notes_.back() != line) Note(line);
+  }
+}
+
 void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state) {
   if (!saves()) return;
   const CheckpointOptions& options = callbacks_.checkpoint;
@@ -28,20 +38,14 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
                .eval_seconds = clock_.Paused(),
                .history = history_,
                .notes = notes_};
-  try {
-    WriteCheckpoint(options.path, run, state);
-  } catch (const Error& error) {
-    // What has been trained so far is not lost for want of a file.
-    const std::string line = fmt::format("no checkpoint: {}", error.what());
-    if (notes_.empty() || notes_.back() != line) Note(line);
-  }
+  NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
 }
 
 void TrainingSession::SnapshotWhereDue(Stage stage, int iteration,
                                        const std::function<splat::Model<float>()>& on_host) {
   if (!callbacks_.snapshot) return;
   if (!snapshot_timer_.IsDue(callbacks_.snapshot_every, stage, iteration, clock_.Seconds())) return;
-  callbacks_.snapshot(stage, iteration, on_host());
+  NoteError("no snapshot", [&] { callbacks_.snapshot(stage, iteration, on_host()); });
 }
 
 std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {

@@ -128,6 +128,8 @@ class TrainingSession {
    private:
     double last_seconds_ = 0;
   };
+  // Writes what is written on the way; where that fails it says so in a note.
+  void NoteError(const char* what, const std::function<void()>& write);
   // Throws Error where the checkpoint is of another scene.
   void Resume(const Checkpoint& checkpoint);
 

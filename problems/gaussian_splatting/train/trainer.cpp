@@ -37,6 +37,23 @@ void CheckViews(const Scene& scene) {
   if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
 }
 
+void SetBackground(const TrainOptions& options, SplatModel& model) {
+  for (std::size_t c = 0; c < 3; ++c) model.background[c] = static_cast<float>(options.background[c]);
+  model.has_background = true;
+}
+
+// Hands out Adam's result, where LM is to come.
+void SaveBeforeLm(const TrainingSession& session, const TrainCallbacks& callbacks, const SplatModel& model,
+                  TrainOptions& options, TrainResult& result) {
+  if (!callbacks.before_lm || options.lm.iterations == 0 || session.stopped()) return;
+  try {
+    callbacks.before_lm(model);
+  } catch (const Error& error) {
+    result.lm_left_out = error.what();
+    options.lm.iterations = 0;
+  }
+}
+
 // LM as memory allows; what was foreseen and chosen goes into the result. options are those of the session.
 void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
                   TrainResult& result) {
@@ -99,7 +116,11 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
     }
     options.density.max_gaussians = fit;
   }
-  if (options.adam.iterations > 0 && session.first_stage() == Stage::kAdam) stages.adam(session, model);
+  SetBackground(options, model);
+  if (options.adam.iterations > 0 && session.first_stage() == Stage::kAdam) {
+    stages.adam(session, model);
+    SaveBeforeLm(session, callbacks, model, options, result);
+  }
   const double between = session.Seconds();
   PlanAndRunLm(session, options, model, stages, result);
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
@@ -107,10 +128,6 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   result.lm_seconds = session.Seconds() - between;
   result.eval_seconds = session.EvalSeconds();
   result.stopped = session.stopped();
-  for (int c = 0; c < 3; ++c) {
-    model.background[static_cast<std::size_t>(c)] = static_cast<float>(options.background[static_cast<std::size_t>(c)]);
-  }
-  model.has_background = true;
   result.model = std::move(model);
   result.history = session.TakeHistory();
   result.notes = session.TakeNotes();

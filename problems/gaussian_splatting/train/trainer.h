@@ -47,6 +47,8 @@ struct TrainCallbacks {
   Interval snapshot_every;
   std::function<void(Stage, int iteration, const splat::Model<float>&)> snapshot;
   CheckpointOptions checkpoint;
+  // With Adam's result, before LM begins. LM is left out where it throws Error, for the reason that it gives.
+  std::function<void(const SplatModel&)> before_lm;
   // To go on from; null: from the start. Must outlive the training.
   const Checkpoint* resume = nullptr;
 };

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <cstdint>
 
 #include "tests/support/test_files.h"
 
@@ -63,6 +64,50 @@ TEST(AtomicFile, ReportsAFullDiskAndKeepsTheOldFile) {
   EXPECT_THAT(message, testing::HasSubstr("free some space"));
   EXPECT_EQ(ReadBytes(path), "old");
   EXPECT_EQ(NumFiles(folder), 1);
+}
+
+TEST(AtomicFile, KeepsTheRoomThatItReservesUntilItIsWritten) {
+  const TempFolder folder;
+  const std::string path = folder / "out.bin";
+  AtomicFile file(path);
+  file.Reserve(100000);
+  const std::filesystem::directory_entry temporary = *std::filesystem::directory_iterator(folder.path());
+  EXPECT_EQ(temporary.file_size(), 100000u);
+  file.Reserve(10);
+  EXPECT_EQ(std::filesystem::file_size(temporary.path()), 100000u);
+  file.Write("short");
+  file.Finish();
+  EXPECT_FALSE(std::filesystem::exists(path));
+  file.Commit();
+  EXPECT_EQ(ReadBytes(path), "short");
+}
+
+TEST(AtomicFile, ReservesNothingWhereThereIsNoRoom) {
+  const TempFolder folder;
+  AtomicFile file(folder / "out.bin");
+  file.Reserve(1000);
+  constexpr std::int64_t kMoreThanAnyDisk = std::int64_t{1} << 62;
+  ExpectError([&] { file.Reserve(kMoreThanAnyDisk); }, "out.bin: cannot be written");
+  EXPECT_EQ(std::filesystem::directory_iterator(folder.path())->file_size(), 1000u);
+  file.Write("still of use");
+  file.Commit();
+  EXPECT_EQ(ReadBytes(folder / "out.bin"), "still of use");
+}
+
+TEST(AtomicFile, TidiesWhatNobodyWritesAnyMore) {
+  const TempFolder folder;
+  AtomicFile open(folder / "out.bin");
+  for (const char* name : {"out.bin.1.tmp", "other.bin.1.tmp", "out.bin.tmp", "out.bin.x1.tmp", "out.bin.1.tmp.bak"}) {
+    WriteBytes(folder / name, "half");
+  }
+  std::filesystem::create_directory(folder / "out.bin.2.tmp");
+  ASSERT_EQ(NumFiles(folder), 7);
+  RemoveAbandonedTemporaries(folder.path(), [](const std::string& name) { return name == "out.bin"; });
+  EXPECT_EQ(NumFiles(folder), 6);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.bin.1.tmp"));
+  open.Write("whole");
+  open.Commit();
+  EXPECT_EQ(ReadBytes(folder / "out.bin"), "whole");
 }
 
 }  // namespace

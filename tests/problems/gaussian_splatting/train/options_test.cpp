@@ -9,6 +9,7 @@
 #include <set>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/lm/engine_options.h"
 
 namespace vesta::gs {
 namespace {
@@ -87,6 +88,21 @@ TEST_P(EachOption, EndsWhereItsRangeEnds) {
   // The next whole number that a double tells from it.
   ExpectRefused(TextOf(is_whole ? std::max(max + 1, std::nextafter(max, kInf)) : std::nextafter(max, kInf)));
   ExpectRefused(TextOf(kInf));
+}
+
+// The engine checks its own options as LM begins, after the whole of Adam: nothing may be left for that.
+TEST_P(EachOption, IsRefusedHereOrNotByTheEngine) {
+  if (!option_.name.starts_with("lm.") || option_.kind == Kind::kSwitch || option_.kind == Kind::kChoice) return;
+  for (const double value : {option_.range.min, option_.range.max}) {
+    TrainOptions options;
+    ASSERT_TRUE(option_.Set(TextOf(value), options));
+    const std::string refusal = MessageOf([&] { ValidateOptions(options); });
+    if (refusal != "no error") {
+      EXPECT_THAT(refusal, HasSubstr(option_.name));
+      continue;
+    }
+    EXPECT_EQ(MessageOf([&] { LmEngineOptions(options.lm).Validate(); }), "no error") << value;
+  }
 }
 
 TEST(TrainOptions, NamesAreUnique) {
@@ -178,6 +194,8 @@ TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
               StartsWith("lm.initial_lambda="));
   EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.min_diagonal = 2, o.lm.max_diagonal = 1; }),
               StartsWith("lm.max_diagonal=1: "));
+  EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.max_diagonal = 1e-29; }),
+              StartsWith("lm.max_diagonal=1e-29: it must be 0 or at least "));
 }
 
 }  // namespace

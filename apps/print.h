@@ -1,0 +1,29 @@
+// What the program says.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace vesta::app {
+
+// What cannot be written (a full disk) is no reason to lose what is computed: it is noted, and told by PrintError.
+void PrintText(std::FILE* out, std::string_view text);
+
+// To stdout.
+template <class... Args>
+void Print(fmt::format_string<Args...> format, Args&&... args) {
+  PrintText(stdout, fmt::format(format, std::forward<Args>(args)...));
+}
+
+// After all has been printed: why some of it could not be written to stdout, a line; else empty. That nobody reads it
+// any more is no error.
+std::string PrintError();
+
+// One line that a terminal can bear: without control characters, and of an overlong text both ends.
+std::string OneLine(std::string_view text);
+
+}  // namespace vesta::app
