@@ -21,6 +21,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
@@ -85,16 +86,17 @@ double ModelMib(const gs::SplatModel& model) {
 }
 
 // What --checkpoint_every and --snapshot_every ask for.
-void SaveOnTheWay(const Flags& flags, const OutputFolder& out, gs::TrainCallbacks* callbacks) {
+void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const OutputFolder& out, gs::TrainCallbacks* callbacks) {
   callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
   if (!callbacks->checkpoint.every.never()) callbacks->checkpoint.path = CheckpointFile(out.path());
   callbacks->snapshot_every = ParseInterval("snapshot_every", flags.snapshot_every);
   if (callbacks->snapshot_every.never()) return;
-  callbacks->snapshot = [&out](gs::Stage stage, int iteration, const splat::Model<float>& model) {
+  callbacks->snapshot = [&scene, &out](gs::Stage stage, int iteration, const splat::Model<float>& model) {
     gs::SplatModel copy;
     copy.sh_degree = model.sh_degree;
     copy.count = model.count;
     copy.data.assign(model.x, model.x + copy.num_attributes() * model.count);
+    gs::MoveToWorld(scene, &copy);
     gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
   };
 }
@@ -104,6 +106,20 @@ void WritesResults(const CommandLine& line, const std::string& out, RunFiles* fi
   const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
   file("point_cloud.ply"), file("metrics.json");
   if (!line.flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
+}
+
+// A model as its file has it.
+gs::SplatModel InWorld(const gs::Scene& scene, gs::SplatModel model) {
+  gs::MoveToWorld(scene, &model);
+  return model;
+}
+
+void NoteOrigin(const gs::SplatModel& model, std::vector<std::string>* notes) {
+  const auto& o = model.origin;
+  if (o == std::array<double, 3>{}) return;
+  notes->push_back(fmt::format(
+      "The splat lies about ({}, {}, {}) of the scene's frame, where its floats are fine enough; its file says so",
+      o[0], o[1], o[2]));
 }
 
 // How many Gaussians there may be in the end, to begin with, and the degree of their harmonics.
@@ -125,8 +141,9 @@ ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options
 
 // Trains by `run(callbacks)` and writes the results, complete or stopped.
 template <class Run>
-int TrainAndWrite(const Flags& flags, const TrainSettings& settings, const gs::StageRunners& stages,
-                  const ExpectedModel& expected, double load_seconds, OutputFolder* out, const Run& run) {
+int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSettings& settings,
+                  const gs::StageRunners& stages, const ExpectedModel& expected, double load_seconds, OutputFolder* out,
+                  const Run& run) {
   CatchInterrupts();
   TrainingResults results(out);
   if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
@@ -134,8 +151,12 @@ int TrainAndWrite(const Flags& flags, const TrainSettings& settings, const gs::S
   }
   ProgressLine line(stdout);
   gs::TrainCallbacks callbacks = Callbacks(&line, flags.log_lm);
-  SaveOnTheWay(flags, *out, &callbacks);
-  callbacks.before_lm = [&](const gs::SplatModel& model) { results.SaveModel(model); };
+  SaveOnTheWay(flags, scene, *out, &callbacks);
+  callbacks.before_lm = [&](const gs::SplatModel& model) {
+    // Nothing is copied where the frames are one.
+    if (scene.origin == std::array<double, 3>{}) return results.SaveModel(model);
+    results.SaveModel(InWorld(scene, model));
+  };
   gs::TrainResult result;
   try {
     result = run(callbacks);
@@ -147,9 +168,10 @@ int TrainAndWrite(const Flags& flags, const TrainSettings& settings, const gs::S
   line.Finish();
   if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
+  gs::MoveToWorld(scene, &result.model);
+  NoteOrigin(result.model, &result.notes);
   for (const std::string& note : result.notes) Print("{}\n", note);
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
-
   results.Save(result.model, MetricsJson(result,
                                          {.load_seconds = load_seconds,
                                           .total_seconds = SecondsSinceStart(),
@@ -196,11 +218,12 @@ int RunTrain(const CommandLine& line) {
   options.memory.before_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
   const ExpectedModel expected = ExpectedOf(scene, options);
-  return TrainAndWrite(flags, settings, stages, expected, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
-    callbacks.checkpoint.origin = OriginOf(path, settings);
-    callbacks.resume = checkpoint ? &*checkpoint : nullptr;
-    return gs::Train(scene, options, load_seconds, callbacks, stages);
-  });
+  return TrainAndWrite(flags, scene, settings, stages, expected, load_seconds, &out,
+                       [&](gs::TrainCallbacks& callbacks) {
+                         callbacks.checkpoint.origin = OriginOf(path, settings);
+                         callbacks.resume = checkpoint ? &*checkpoint : nullptr;
+                         return gs::Train(scene, options, load_seconds, callbacks, stages);
+                       });
 }
 
 int RunRefine(const CommandLine& line) {
@@ -222,10 +245,11 @@ int RunRefine(const CommandLine& line) {
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
   const ExpectedModel expected{posed.model.count, posed.model.count, posed.model.sh_degree};
-  return TrainAndWrite(
-      line.flags, settings, stages, expected, load_seconds, &out, [&](const gs::TrainCallbacks& callbacks) {
-        return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
-      });
+  return TrainAndWrite(line.flags, posed.scene, settings, stages, expected, load_seconds, &out,
+                       [&](const gs::TrainCallbacks& callbacks) {
+                         return gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks,
+                                           stages);
+                       });
 }
 
 }  // namespace vesta::app

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "problems/gaussian_splatting/model/scene_frame.h"
+
 namespace vesta::app {
 
 PosedModel LoadPosedModel(const std::string& ply, const std::string& scene,
@@ -11,6 +13,7 @@ PosedModel LoadPosedModel(const std::string& ply, const std::string& scene,
   if (background) posed.model.background = ToFloat(*background);
   options.background = posed.model.background;
   posed.scene = gs::LoadScene(scene, options);
+  gs::MoveToScene(posed.scene, &posed.model);
   return posed;
 }
 

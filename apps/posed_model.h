@@ -13,7 +13,7 @@
 namespace vesta::app {
 
 struct PosedModel {
-  gs::SplatModel model;  // its background is the one to render over
+  gs::SplatModel model;  // in the frame of the scene; its background is the one to render over
   gs::Scene scene;
 };
 

@@ -11,6 +11,7 @@
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
 #include "problems/gaussian_splatting/io/colmap_files.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
 
 namespace vesta::gs {
 
@@ -163,17 +164,15 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
     view.translation = image.translation;
     scene.views.push_back(std::move(view));
   }
+  WorldPoints points;
   for (const ColmapPoint& point : model.points) {
-    std::array<float, 3> position, color;
-    for (std::size_t i = 0; i < 3; ++i) {
-      position[i] = static_cast<float>(point.position[i]);
-      color[i] = static_cast<float>(point.color[i]) / 255.0f;
-    }
-    scene.points.positions.push_back(position);
-    scene.points.colors.push_back(color);
+    std::array<float, 3> color;
+    for (std::size_t i = 0; i < 3; ++i) color[i] = static_cast<float>(point.color[i]) / 255.0f;
+    points.positions.push_back(point.position);
+    points.colors.push_back(color);
   }
   SortAndSplit(&scene.views);
-  scene.extent = SceneExtent(scene.views, scene.points);
+  PlaceInScene(points, &scene);
   return scene;
 }
 

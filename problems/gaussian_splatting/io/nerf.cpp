@@ -194,15 +194,16 @@ json ReadFrames(const std::string& path, const fs::path& folder, std::vector<Vie
   return top;
 }
 
-PointCloud UniformPoints(const RandomPoints& random) {
+WorldPoints UniformPoints(const RandomPoints& random) {
   constexpr float kHalfSide = 1.3f;
   std::mt19937_64 generator(random.seed);
   // The same numbers everywhere: std::uniform_real_distribution is left to each standard library.
   const auto uniform = [&] { return static_cast<float>(generator() >> 40) * 0x1p-24f; };
-  PointCloud cloud;
+  WorldPoints cloud;
   for (Index i = 0; i < random.count; ++i) {
-    std::array<float, 3> position, color;
-    for (float& v : position) v = kHalfSide * (2 * uniform() - 1);
+    std::array<double, 3> position;
+    std::array<float, 3> color;
+    for (double& v : position) v = static_cast<double>(kHalfSide * (2 * uniform() - 1));
     for (float& v : color) v = uniform();
     cloud.positions.push_back(position);
     cloud.colors.push_back(color);
@@ -250,8 +251,7 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random)
   }
   const std::string points = FindPoints(folder, scene.files.front(), top);
   if (!points.empty()) scene.files.push_back(points);
-  scene.points = points.empty() ? UniformPoints(random) : ReadPointPly(points);
-  scene.extent = SceneExtent(scene.views, scene.points);
+  PlaceInScene(points.empty() ? UniformPoints(random) : ReadPointPly(points), &scene);
   return scene;
 }
 

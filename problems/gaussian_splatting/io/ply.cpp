@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <type_traits>
 
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
@@ -12,7 +14,7 @@
 namespace vesta::gs {
 namespace {
 
-constexpr std::string_view kBackgroundComment = "vesta background";
+constexpr std::string_view kBackgroundComment = "vesta background", kOriginComment = "vesta origin";
 
 // A property of the file and the attribute it holds; -1 for the normals, which are zero.
 struct FileColumn {
@@ -47,20 +49,34 @@ int DegreeOf(const std::string& path, int num_rest) {
   Fail("{}: {} properties f_rest_*; a splat of degree 0, 1, 2 or 3 has 0, 9, 24 or 45", path, num_rest);
 }
 
-void ReadBackground(const std::string& path, const std::vector<std::string>& comments, SplatModel* model) {
+// The three numbers after a comment of that beginning, where there is one; each must be one that is_valid.
+template <class T>
+bool ReadComment(const std::string& path, const std::vector<std::string>& comments, std::string_view beginning,
+                 const char* what, bool (*is_valid)(double), std::array<T, 3>* numbers) {
+  bool is_there = false;
   for (std::string_view comment : comments) {
-    if (!comment.starts_with(kBackgroundComment)) continue;
-    comment.remove_prefix(kBackgroundComment.size());
-    for (float& channel : model->background) {
+    if (!comment.starts_with(beginning)) continue;
+    comment.remove_prefix(beginning.size());
+    for (T& number : *numbers) {
       double value = 0;
-      if (!ParseNumber(NextWord(&comment), &value) || !(value >= 0 && value <= 1)) {
-        Fail("{}: the comment '{}' is not followed by three numbers in 0..1; correct or remove it", path,
-             kBackgroundComment);
+      if (!ParseNumber(NextWord(&comment), &value) || !is_valid(value)) {
+        Fail("{}: the comment '{}' is not followed by three {}; correct or remove it", path, beginning, what);
       }
-      channel = static_cast<float>(value);
+      number = static_cast<T>(value);
     }
-    model->has_background = true;
+    is_there = true;
   }
+  return is_there;
+}
+
+void ReadComments(const std::string& path, const std::vector<std::string>& comments, SplatModel* model) {
+  const auto is_color = [](double value) { return value >= 0 && value <= 1; };
+  const auto is_place = [](double value) {
+    return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
+  };
+  model->has_background =
+      ReadComment(path, comments, kBackgroundComment, "numbers in 0..1", +is_color, &model->background);
+  ReadComment(path, comments, kOriginComment, "finite numbers", +is_place, &model->origin);
 }
 
 // The Gaussians that can be drawn, in order.
@@ -111,8 +127,8 @@ SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options
   }
   if (vertices.count() == 0) Fail("{}: it holds no Gaussians", path);
   model.Resize(model.sh_degree, vertices.count());
-  ReadBackground(path, vertices.comments(), &model);
-  std::vector<PlyVertices::Column> copies;
+  ReadComments(path, vertices.comments(), &model);
+  std::vector<PlyVertices::Column<float>> copies;
   copies.reserve(columns.size());
   for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
   vertices.Copy(copies);
@@ -147,6 +163,10 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
     const auto& b = model.background;
     header += fmt::format("comment {} {} {} {}\n", kBackgroundComment, b[0], b[1], b[2]);
   }
+  if (model.origin != std::array<double, 3>{}) {
+    const auto& o = model.origin;
+    header += fmt::format("comment {} {} {} {}\n", kOriginComment, o[0], o[1], o[2]);
+  }
   header += fmt::format("element vertex {}\n", model.count);
   for (const FileColumn& column : columns) header += fmt::format("property float {}\n", column.property);
   header += "end_header\n";
@@ -166,25 +186,31 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
   }
 }
 
-PointCloud ReadPointPly(const std::string& path) {
+WorldPoints ReadPointPly(const std::string& path) {
   const PlyVertices vertices(path);
   if (vertices.count() == 0) Fail("{}: it holds no points", path);
-  std::vector<PlyVertices::Column> columns;
   const auto n = static_cast<std::size_t>(vertices.count());
-  const bool has_colors = vertices.Has("red") && vertices.Has("green") && vertices.Has("blue");
-  const char* const names[6] = {"x", "y", "z", "red", "green", "blue"};
-  std::vector<float> values(6 * n, 0.5f);
-  for (std::size_t k = 0; k < (has_colors ? 6u : 3u); ++k) columns.push_back({names[k], values.data() + k * n});
-  vertices.Copy(columns);
+  const char* const axes[3] = {"x", "y", "z"};
+  const char* const channels[3] = {"red", "green", "blue"};
+  const bool has_colors = std::ranges::all_of(channels, [&](const char* name) { return vertices.Has(name); });
+  std::vector<double> positions(3 * n);
+  std::vector<float> colors(3 * n, 0.5f);
+  const auto columns = [n](const char* const(&names)[3], auto* values) {
+    std::vector<PlyVertices::Column<std::remove_pointer_t<decltype(values)>>> result;
+    for (std::size_t k = 0; k < 3; ++k) result.push_back({names[k], values + k * n});
+    return result;
+  };
+  vertices.Copy(columns(axes, positions.data()));
+  if (has_colors) vertices.Copy(columns(channels, colors.data()));
 
-  PointCloud cloud;
+  WorldPoints cloud;
   cloud.positions.resize(n);
   cloud.colors.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const float position = values[k * n + i];
-      const float color = values[(3 + k) * n + i] / (has_colors ? vertices.FullScale(names[3 + k]) : 1.0f);
-      if (!std::isfinite(position) || !std::isfinite(color)) {
+      const double position = positions[k * n + i];
+      const float color = colors[k * n + i] / (has_colors ? vertices.FullScale(channels[k]) : 1.0f);
+      if (!std::isfinite(static_cast<float>(position)) || !std::isfinite(color)) {
         Fail("{}: point {} is not finite; remove it", path, i);
       }
       cloud.positions[i][k] = position;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta {
@@ -21,8 +21,8 @@ struct ReadSplatOptions {
 
 // The layout of the INRIA code (Kerbl et al. 2023): x y z nx ny nz f_dc_0..2 f_rest_0.. opacity scale_0..2 rot_0..3,
 // f_rest channel by channel. Read in any order, float or double, binary or ascii, other properties ignored; the number
-// of f_rest (0, 9, 24, 45) gives the degree. The comment "vesta background R G B" gives the background.
-// Throws Error, one line with the file and what is wrong.
+// of f_rest (0, 9, 24, 45) gives the degree. The comment "vesta background R G B" gives the background, "vesta origin X
+// Y Z" the point of the world that the means are about. Throws Error, one line with the file and what is wrong.
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options = {});
 
 // Writes that layout, little-endian float, whole or not at all (atomic_file.h); reading it back gives the same bits.
@@ -34,6 +34,6 @@ std::int64_t SplatPlyBytes(Index gaussians, int sh_degree);
 
 // x y z, and red green blue (8 or 16 bits, or float in 0..1); mid-grey without colours. Throws Error where a point is
 // not finite or there is none.
-PointCloud ReadPointPly(const std::string& path);
+WorldPoints ReadPointPly(const std::string& path);
 
 }  // namespace vesta::gs

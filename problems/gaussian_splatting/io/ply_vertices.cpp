@@ -156,10 +156,10 @@ float PlyVertices::FullScale(std::string_view property) const {
   return found == nullptr ? 1.0f : found->full_scale;
 }
 
-float PlyVertices::Value(const char* bytes, Type type) {
+double PlyVertices::Value(const char* bytes, Type type) {
   const auto read = [bytes](auto value) {
     std::memcpy(&value, bytes, sizeof(value));
-    return static_cast<float>(value);
+    return static_cast<double>(value);
   };
   switch (type) {
     case Type::kInt8:
@@ -182,9 +182,10 @@ float PlyVertices::Value(const char* bytes, Type type) {
   return read(float{});
 }
 
-void PlyVertices::Copy(const std::vector<Column>& columns) const {
-  std::vector<std::pair<const Property*, float*>> copies;
-  for (const Column& column : columns) {
+template <class T>
+void PlyVertices::Copy(const std::vector<Column<T>>& columns) const {
+  std::vector<std::pair<const Property*, T*>> copies;
+  for (const Column<T>& column : columns) {
     copies.emplace_back(Find(column.property), column.out);
     if (copies.back().first == nullptr) Fail("{}: its vertices have no property {}", path_, column.property);
   }
@@ -192,9 +193,12 @@ void PlyVertices::Copy(const std::vector<Column>& columns) const {
   ParallelForChunks(count_, 1024, [&](Index begin, Index end) {
     for (const auto& [property, out] : copies) {
       const char* bytes = bytes_.data() + first_ + property->offset;
-      for (Index i = begin; i < end; ++i) out[i] = Value(bytes + i * stride_, property->type);
+      for (Index i = begin; i < end; ++i) out[i] = static_cast<T>(Value(bytes + i * stride_, property->type));
     }
   });
 }
+
+template void PlyVertices::Copy(const std::vector<Column<float>>& columns) const;
+template void PlyVertices::Copy(const std::vector<Column<double>>& columns) const;
 
 }  // namespace vesta::gs

@@ -24,12 +24,15 @@ class PlyVertices {
   // The largest value of an 8- or 16-bit unsigned property, 1 for other types: colours divide by it.
   float FullScale(std::string_view property) const;
 
+  // T: float or double.
+  template <class T>
   struct Column {
     std::string property;
-    float* out;  // count() values
+    T* out;  // count() values
   };
   // Fills the columns, in parallel over vertices.
-  void Copy(const std::vector<Column>& columns) const;
+  template <class T>
+  void Copy(const std::vector<Column<T>>& columns) const;
 
  private:
   enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
@@ -45,7 +48,7 @@ class PlyVertices {
   void ReadHeader(std::string_view* rest);
   void ParseAscii(std::string_view words);
   const Property* Find(std::string_view property) const;
-  static float Value(const char* bytes, Type type);
+  static double Value(const char* bytes, Type type);
 
   std::string path_;
   std::string bytes_;

@@ -10,7 +10,7 @@
 
 namespace vesta::gs {
 
-SplatModel InitializeFromPoints(const PointCloud& points, int sh_degree, Index max_gaussians) {
+SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_degree, Index max_gaussians) {
   VESTA_CHECK(points.size() > 0, "no points to start from");
   const Index count = std::min(points.size(), max_gaussians);
   std::vector<std::array<float, 3>> positions(static_cast<std::size_t>(count)), colors(positions);
@@ -24,12 +24,13 @@ SplatModel InitializeFromPoints(const PointCloud& points, int sh_degree, Index m
   SplatModel model;
   model.Resize(sh_degree, count);
   constexpr float kInitialOpacity = 0.1f;
-  constexpr float kSmallest = 1e-7f;  // squared distance of coinciding points
+  constexpr double kSmallest = 1e-4;  // size of coinciding points, in extents
+  const auto smallest = static_cast<float>(std::log(kSmallest * extent));
   for (Index i = 0; i < count; ++i) {
     const auto p = static_cast<std::size_t>(i);
     for (int k = 0; k < 3; ++k) {
       model.attribute(splat::kMean + k)[i] = positions[p][static_cast<std::size_t>(k)];
-      model.attribute(splat::kLogScale + k)[i] = 0.5f * std::log(std::max(distance2[p], kSmallest));
+      model.attribute(splat::kLogScale + k)[i] = std::max(0.5f * std::log(distance2[p]), smallest);
       model.attribute(splat::kSh + k)[i] = (colors[p][static_cast<std::size_t>(k)] - 0.5f) / static_cast<float>(sh::k0);
     }
     model.attribute(splat::kQuaternion)[i] = 1;

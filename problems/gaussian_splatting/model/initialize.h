@@ -7,9 +7,9 @@
 namespace vesta::gs {
 
 // Mean and colour of the point, an isotropic size equal to the root mean square distance to its three nearest
-// neighbours, opacity 0.1, no rotation (Kerbl et al. 2023, section 5.1). Where there are more points than
-// max_gaussians, evenly strided ones are kept. Points must not be empty.
-SplatModel InitializeFromPoints(const PointCloud& points, int sh_degree, Index max_gaussians);
+// neighbours but at least 1e-4 of the scene's extent, opacity 0.1, no rotation (Kerbl et al. 2023, section 5.1). Where
+// there are more points than max_gaussians, evenly strided ones are kept. Points must not be empty.
+SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_degree, Index max_gaussians);
 
 // The degree of spherical harmonics that so many training views bear: 2 for fewer than 24, else 3. Degree 3 has 16
 // coefficients a channel, and with 17 and 21 views those of degree 2 gave the better test views

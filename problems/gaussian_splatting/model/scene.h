@@ -43,10 +43,12 @@ struct PointCloud {
   Index size() const { return static_cast<Index>(positions.size()); }
 };
 
+// All in a frame whose origin may lie elsewhere than that of the files (scene_frame.h).
 struct Scene {
   std::vector<View> views;  // sorted by name
   PointCloud points;
   double extent = 1;               // see SceneExtent
+  std::array<double, 3> origin{};  // of this frame in the world of the files
   std::vector<std::string> files;  // that all this was read from, beside the images
 };
 

@@ -17,6 +17,7 @@ struct SplatModel {
   std::vector<float> data;
   std::array<float, 3> background{};  // the colour it was trained over, 0..1
   bool has_background = false;
+  std::array<double, 3> origin{};  // of the frame that the means are in; zero: the world's
 
   int num_attributes() const { return splat::NumAttributes(sh_degree); }
   void Resize(int degree, Index gaussians) {

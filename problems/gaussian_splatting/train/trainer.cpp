@@ -37,7 +37,9 @@ void CheckViews(const Scene& scene) {
   if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
 }
 
-void SetBackground(const TrainOptions& options, SplatModel& model) {
+// What a model tells of itself beside its Gaussians.
+void SetOrigins(const Scene& scene, const TrainOptions& options, SplatModel& model) {
+  model.origin = scene.origin;
   for (std::size_t c = 0; c < 3; ++c) model.background[c] = static_cast<float>(options.background[c]);
   model.has_background = true;
 }
@@ -116,7 +118,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
     }
     options.density.max_gaussians = fit;
   }
-  SetBackground(options, model);
+  SetOrigins(scene, options, model);
   if (options.adam.iterations > 0 && session.first_stage() == Stage::kAdam) {
     stages.adam(session, model);
     SaveBeforeLm(session, callbacks, model, options, result);
@@ -147,7 +149,7 @@ TrainResult Train(const Scene& scene, const TrainOptions& options, double second
                   const TrainCallbacks& callbacks, const StageRunners& stages) {
   const auto training_views = std::ranges::count_if(scene.views, [](const View& view) { return !view.is_test; });
   const int sh_degree = options.sh_degree.value_or(DefaultShDegree(static_cast<Index>(training_views)));
-  SplatModel model = InitializeFromPoints(scene.points, sh_degree, options.density.max_gaussians);
+  SplatModel model = InitializeFromPoints(scene.points, scene.extent, sh_degree, options.density.max_gaussians);
   const std::vector<Index> order = SpatialOrder(model);
   model = InOrder(std::move(model), order);
   return RunStages(scene, std::move(model), options, true, seconds_before, callbacks, stages);

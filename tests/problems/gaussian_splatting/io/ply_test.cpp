@@ -104,7 +104,7 @@ TEST(PointPly, ColoursOfEveryKind) {
   EXPECT_EQ(ReadPointPly(folder / "p.ply").colors[0], expected);
   write("", "");
   EXPECT_EQ(ReadPointPly(folder / "p.ply").colors[0], (std::array<float, 3>{0.5f, 0.5f, 0.5f}));
-  EXPECT_EQ(ReadPointPly(folder / "p.ply").positions[0], (std::array<float, 3>{1, 2, 3}));
+  EXPECT_EQ(ReadPointPly(folder / "p.ply").positions[0], (std::array<double, 3>{1, 2, 3}));
   write("float", "nan 0 0");
   ExpectError([&] { ReadPointPly(folder / "p.ply"); }, "p.ply: point 0 is not finite");
 }
@@ -123,7 +123,7 @@ TEST(PointPly, BinaryTypesOfEveryWidth) {
   WriteBytes(folder / "v.ply", text + "end_header\n" + bytes);
   const PlyVertices vertices(folder / "v.ply");
   std::array<float, 6> values{};
-  std::vector<PlyVertices::Column> copies;
+  std::vector<PlyVertices::Column<float>> copies;
   for (std::size_t i = 0; i < 6; ++i) copies.push_back({std::string(1, static_cast<char>('a' + i)), &values[i]});
   vertices.Copy(copies);
   EXPECT_EQ(values, (std::array<float, 6>{-2, 254, -2, 65534, -2, 4278190080.0f}));

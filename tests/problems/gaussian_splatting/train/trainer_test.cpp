@@ -72,7 +72,7 @@ TrainResult* FullTraining::result_ = nullptr;
 int FullTraining::evaluations_ = 0;
 
 TEST_F(FullTraining, AdamImprovesByDecibels) {
-  const SplatModel start = InitializeFromPoints(scene_->points, 1, 100);
+  const SplatModel start = InitializeFromPoints(scene_->points, scene_->extent, 1, 100);
   Renderer renderer({0, 0, 0}, NearPlane(*scene_));
   const Evaluation before = renderer.Evaluate(start, *scene_);
   const HistoryRow after = Rows(Stage::kAdam).back();
