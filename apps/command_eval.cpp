@@ -1,5 +1,6 @@
 // eval: the image quality of a splat.
 #include "apps/commands.h"
+#include "apps/doubts.h"
 #include "apps/metrics_json.h"
 #include "apps/outputs.h"
 #include "apps/posed_model.h"
@@ -22,8 +23,11 @@ int RunEval(const CommandLine& line) {
   gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
   const gs::Evaluation evaluation = renderer.Evaluate(posed.model, posed.scene);
   Print("{:<6}{:>6}{:>9}{:>9}\n", "views", "", "PSNR", "SSIM");
-  Print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "test", evaluation.test.views, evaluation.test.psnr, evaluation.test.ssim);
-  Print("{:<6}{:>6}{:>9.3f}{:>9.4f}\n", "train", evaluation.train.views, evaluation.train.psnr, evaluation.train.ssim);
+  const auto print_row = [](const char* name, const gs::Quality& quality) {
+    Print("{:<6}{:>6}{:>9}{:>9}\n", name, quality.views, Figure(quality.psnr, 3), Figure(quality.ssim, 4));
+  };
+  print_row("test", evaluation.test);
+  print_row("train", evaluation.train);
   Print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
   Print("{}", DoubtOfScene(evaluation.train.psnr));
   if (!flags.json.empty()) {

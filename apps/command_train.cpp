@@ -8,6 +8,7 @@
 #include "apps/checkpointing.h"
 #include "apps/commands.h"
 #include "apps/device.h"
+#include "apps/doubts.h"
 #include "apps/interrupt.h"
 #include "apps/metrics_json.h"
 #include "apps/outputs.h"
@@ -38,6 +39,7 @@ void PrintScene(const gs::Scene& scene) {
   const auto tests = std::count_if(scene.views.begin(), scene.views.end(), is_test);
   Print("{} views to train on, {} to test; {} points; loaded in {:.1f} s\n",
         static_cast<std::ptrdiff_t>(scene.views.size()) - tests, tests, scene.points.size(), SecondsSinceStart());
+  for (const std::string& note : scene.notes) Print("{}\n", note);
   std::fflush(stdout);
 }
 
@@ -63,22 +65,21 @@ void PrintTable(const gs::TrainResult& result) {
   constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
   Print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
         "test SSIM");
-  const auto number = [](double value, int digits) { return fmt::format("{:.{}f}", value, digits); };
   for (std::size_t i = 0; i < result.history.size(); ++i) {
     const gs::HistoryRow& row = result.history[i];
     const bool is_last_of_stage = i + 1 == result.history.size() || result.history[i + 1].stage != row.stage;
     const bool is_given_model = i == 0 && row.stage == gs::Stage::kLm;
     if (!is_given_model && !is_last_of_stage) continue;
-    Print(kRow, gs::StageName(row.stage), row.iteration, number(row.seconds, 1), row.gaussians, number(row.cost, 6),
-          number(row.train.psnr, 3), number(row.train.ssim, 4), number(row.test.psnr, 3), number(row.test.ssim, 4));
+    Print(kRow, gs::StageName(row.stage), row.iteration, Figure(row.seconds, 1), row.gaussians, Figure(row.cost, 6),
+          Figure(row.train.psnr, 3), Figure(row.train.ssim, 4), Figure(row.test.psnr, 3), Figure(row.test.ssim, 4));
   }
 }
 
 // By how much a given model is better now.
 void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
-  Print("refined: cost {:+.1f} %, train PSNR {:+.3f} dB, test PSNR {:+.3f} dB, test SSIM {:+.4f}\n",
-        100 * (after.cost / before.cost - 1), after.train.psnr - before.train.psnr, after.test.psnr - before.test.psnr,
-        after.test.ssim - before.test.ssim);
+  Print("refined: cost {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
+        Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
+        Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
 }
 
 double ModelMib(const gs::SplatModel& model) {
@@ -112,6 +113,16 @@ void WritesResults(const CommandLine& line, const std::string& out, RunFiles* fi
 gs::SplatModel InWorld(const gs::Scene& scene, gs::SplatModel model) {
   gs::MoveToWorld(scene, &model);
   return model;
+}
+
+// Memory is foreseen, and what is foreseen can be wrong.
+void NoteMemory(const gs::MemoryOptions& options, const gs::MemoryReport& report, std::vector<std::string>* notes) {
+  constexpr double kMibInGib = 1024;
+  const bool is_of_gpu = report.device_free_mib > 0;
+  const double budget = kMibInGib * options.budget_gib, peak = is_of_gpu ? report.device_peak_mib : PeakMemoryMib();
+  if (budget <= 0 || peak <= budget) return;
+  notes->push_back(fmt::format("--memory_budget={}: at most {:.1f} MiB were to be taken, {:.1f} were",
+                               options.budget_gib, budget, peak));
 }
 
 void NoteOrigin(const gs::SplatModel& model, std::vector<std::string>* notes) {
@@ -170,8 +181,10 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
 
   gs::MoveToWorld(scene, &result.model);
   NoteOrigin(result.model, &result.notes);
+  NoteMemory(settings.options.memory, result.memory, &result.notes);
   for (const std::string& note : result.notes) Print("{}\n", note);
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
+  result.notes.insert(result.notes.begin(), scene.notes.begin(), scene.notes.end());  // told at the start
   results.Save(result.model, MetricsJson(result,
                                          {.load_seconds = load_seconds,
                                           .total_seconds = SecondsSinceStart(),
@@ -183,6 +196,8 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
   if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
     if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
     Print("{}", DoubtOfScene(result.history.front().train.psnr));
+  } else if (!result.stopped) {
+    Print("{}", DoubtOfTraining(scene, result.history.back().train.psnr));
   }
   Print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path());
   return Interrupted() ? kInterruptedStatus : 0;

@@ -23,15 +23,6 @@ PosedModel LoadPosedModel(const CommandLine& line) {
   return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags.background, options);
 }
 
-std::string DoubtOfScene(double train_psnr) {
-  constexpr double kAnyTwoPhotographs = 14;  // about what pictures of two different things have
-  if (train_psnr >= kAnyTwoPhotographs) return "";
-  return fmt::format(
-      "The splat meets the photographs at {:.1f} dB only: is it of this scene, in the same frame and scale, and over "
-      "--background?\n",
-      train_psnr);
-}
-
 std::array<double, 3> ToDouble(const std::array<float, 3>& color) {
   return {static_cast<double>(color[0]), static_cast<double>(color[1]), static_cast<double>(color[2])};
 }

@@ -23,10 +23,6 @@ PosedModel LoadPosedModel(const std::string& ply, const std::string& scene,
 // Those that eval or render name.
 PosedModel LoadPosedModel(const CommandLine& line);
 
-// A line that doubts whether splat and scene belong together, where the photographs are met so badly (the mean PSNR of
-// the training views, dB) that they hardly can; else empty.
-std::string DoubtOfScene(double train_psnr);
-
 std::array<double, 3> ToDouble(const std::array<float, 3>& color);
 std::array<float, 3> ToFloat(const std::array<double, 3>& color);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <string>
 #include <system_error>
 
@@ -26,6 +27,15 @@ std::string PrintError() {
   NoteError(stdout, std::fflush(stdout) != 0);
   if (stdout_error == 0) return {};
   return fmt::format("stdout: cannot be written: {}", std::generic_category().message(stdout_error));
+}
+
+std::string Figure(double value, int digits) {
+  if (std::isfinite(value)) return fmt::format("{:.{}f}", value, digits);
+  return value > 0 ? "exact" : "-";
+}
+
+std::string Gain(double difference, int digits) {
+  return std::isfinite(difference) ? fmt::format("{:+.{}f}", difference, digits) : "-";
 }
 
 std::string OneLine(std::string_view text) {

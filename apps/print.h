@@ -23,6 +23,13 @@ void Print(fmt::format_string<Args...> format, Args&&... args) {
 // any more is no error.
 std::string PrintError();
 
+// A figure of quality, dB or SSIM, with so many digits: "exact" where images are equal to the last bit and it has no
+// end,
+// "-" where there is none.
+std::string Figure(double value, int digits);
+// A difference of two, with its sign.
+std::string Gain(double difference, int digits);
+
 // One line that a terminal can bear: without control characters, and of an overlong text both ends.
 std::string OneLine(std::string_view text);
 

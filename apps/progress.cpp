@@ -17,7 +17,7 @@ constexpr double kTerminalInterval = 0.2, kLogInterval = 10.0;  // seconds
 std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
   std::string line = fmt::format("{:<4} {:>{}}/{}  cost {:.5f}", gs::StageName(p.stage), p.iteration,
                                  fmt::formatted_size("{}", p.iterations), p.iterations, p.cost);
-  if (p.psnr > 0) line += fmt::format("  PSNR {:.2f}", p.psnr);
+  if (p.psnr > 0) line += "  PSNR " + Figure(p.psnr, 2);
   line += fmt::format("  {} Gaussians  {} left", p.gaussians, FormatDuration(seconds_left));
   if (!p.note.empty()) line += fmt::format("  {}", p.note);
   return line;

@@ -99,7 +99,8 @@ class Ablation {
     const Variant& variant = outcome->variant;
     TrainingJob job{.name = variant.knob + ", " + variant.name, .options = variant.options};
     if (job.options.lm.iterations > 0) job.options.lm.iterations = kUntilTheTimeIsUp, job.options.lm.min_gain = 0;
-    job.options.time_limit = end_seconds_;
+    job.options.time_limit = 0;
+    job.training_seconds = end_seconds_;
     if (!variant.from_points) job.start = &start_, job.seconds_before = start_seconds_;
     const TrainingRun run = TrainAlone(setup_.scene, job, setup_.threads);
     const gs::HistoryRow end = At(run.curve, end_seconds_);

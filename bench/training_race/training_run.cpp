@@ -38,6 +38,9 @@ void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
         has_lm ? row.stage == gs::Stage::kLm && row.iteration == 0 : row.iteration == job.options.adam.iterations;
     SendRow(row, is_start ? &model : nullptr, send);
   };
+  double seconds = 0;
+  callbacks.progress = [&](const gs::TrainProgress& progress) { seconds = progress.seconds; };
+  callbacks.stop = [&] { return job.training_seconds > 0 && seconds >= job.training_seconds; };
   if (job.start) {
     gs::Refine(scene, *job.start, job.options, job.seconds_before, callbacks);
   } else {

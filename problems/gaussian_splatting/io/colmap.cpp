@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <unordered_map>
 #include <unordered_set>
@@ -11,6 +13,7 @@
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
 #include "problems/gaussian_splatting/io/colmap_files.h"
+#include "problems/gaussian_splatting/io/scene_path.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 
 namespace vesta::gs {
@@ -119,6 +122,32 @@ std::vector<std::string> ModelFiles(const std::string& folder) {
   return files;
 }
 
+// " of 12 images", by the count that a binary file begins with; empty where there is none.
+std::string OfImages(const std::string& folder) {
+  std::ifstream file(folder + "/images.bin", std::ios::binary);
+  std::uint64_t count = 0;
+  file.read(reinterpret_cast<char*>(&count), sizeof(count));
+  constexpr std::uint64_t kMost = 1'000'000'000;
+  return file && count <= kMost ? fmt::format(" of {} images", count) : std::string();
+}
+
+// A mapper that cannot join all images writes several models, and the first need not be the largest.
+void NoteOtherModels(const std::string& folder, Scene* scene) {
+  std::vector<std::string> others;
+  std::error_code ignored;
+  for (fs::directory_iterator it(fs::path(folder).parent_path(), ignored), end; !ignored && it != end;
+       it.increment(ignored)) {
+    const std::string other = it->path().string();
+    if (it->path().filename() == fs::path(folder).filename()) continue;
+    if (FileExists(other + "/images.bin") || FileExists(other + "/images.txt")) others.push_back(other);
+  }
+  std::sort(others.begin(), others.end());
+  for (const std::string& other : others) {
+    scene->notes.push_back(fmt::format("the model in {}{} is passed over; read is that in {}{}", other, OfImages(other),
+                                       folder, OfImages(folder)));
+  }
+}
+
 }  // namespace
 
 ColmapModel ReadColmapModel(const std::string& folder) {
@@ -155,7 +184,12 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
 
   Scene scene;
   scene.files = ModelFiles(folder);
+  if (fs::path(folder).parent_path().filename() == "sparse") NoteOtherModels(folder, &scene);
   for (const ColmapImage& image : model.images) {
+    if (LeavesScene(image_folder, image.name)) {
+      Fail("{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name), scene_folder,
+           image_folder);
+    }
     View view;
     view.name = image.name;
     view.image_path = (fs::path(scene_folder) / image_folder / image.name).string();

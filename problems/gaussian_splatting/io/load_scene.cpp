@@ -30,6 +30,15 @@ void CheckImageFiles(const std::string& path, const std::vector<View>& views) {
       first->image_path, path, std::count_if(first, views.end(), is_missing), views.size());
 }
 
+// What a scene may hold beside what is read.
+void NotePassedOver(const std::string& path, Scene* scene) {
+  for (const char* name : {"masks", "mask"}) {
+    if (FolderExists(path + "/" + name)) {
+      scene->notes.push_back(fmt::format("{}/ is passed over: all of every image is trained on", name));
+    }
+  }
+}
+
 // By the sizes of the cameras, before any image is decoded.
 void CheckMemory(const LoadSceneOptions& options, const std::vector<View>& views) {
   double bytes = 0;
@@ -70,6 +79,7 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   if (std::all_of(scene.views.begin(), scene.views.end(), [](const View& view) { return view.is_test; })) {
     Fail("{}: no view is left to train on, as every 8th from the first is for testing; add images", path);
   }
+  NotePassedOver(path, &scene);
   CheckMemory(options, scene.views);
   ParallelFor(static_cast<Index>(scene.views.size()), 1,
               [&](Index i) { LoadPixels(options, &scene.views[static_cast<std::size_t>(i)]); });

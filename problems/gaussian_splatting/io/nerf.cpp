@@ -11,6 +11,7 @@
 #include "problems/gaussian_splatting/io/byte_reader.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/scene_path.h"
 
 namespace vesta::gs {
 
@@ -160,6 +161,9 @@ std::string ImageName(const FrameValues& values) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
   if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") name += ".png";
+  if (LeavesScene("", name)) {
+    Fail("{}: the image {} lies outside the scene; move it there", values.where(), Printable(name));
+  }
   return fs::path(name).lexically_normal().string();
 }
 

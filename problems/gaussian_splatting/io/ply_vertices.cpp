@@ -74,6 +74,7 @@ PlyVertices::PlyVertices(const std::string& path) : path_(path), bytes_(ReadFile
 
 void PlyVertices::ReadHeader(std::string_view* rest) {
   std::string_view line;
+  if (rest->starts_with("\x1f\x8b")) Fail("{}: compressed by gzip; unpack it first: gunzip", path_);
   if (!TakeLine(rest, &line) || line != "ply") Fail("{}: not a .ply file", path_);
   bool has_format = false;
   int elements = 0;  // seen so far
@@ -93,7 +94,10 @@ void PlyVertices::ReadHeader(std::string_view* rest) {
       has_format = is_ascii_ || format == "binary_little_endian";
       if (!has_format) Fail("{}: its format {} is not read; export as binary_little_endian", path_, Printable(format));
     } else if (key == "element") {
-      in_vertex = NextWord(&words) == "vertex";
+      const std::string_view element = NextWord(&words);
+      // The chunks of the compressed splats that PlayCanvas and SuperSplat write.
+      if (element == "chunk") Fail("{}: a compressed splat; export it as an ordinary .ply, uncompressed", path_);
+      in_vertex = element == "vertex";
       if (in_vertex && elements > 0) Fail("{}: the vertices are not the first element; export the file again", path_);
       if (in_vertex && (!ParseNumber(NextWord(&words), &count_) || count_ < 0)) {
         Fail("{}: the header's number of vertices is not a whole number that can be used; export the file again",

@@ -50,6 +50,7 @@ struct Scene {
   double extent = 1;               // see SceneExtent
   std::array<double, 3> origin{};  // of this frame in the world of the files
   std::vector<std::string> files;  // that all this was read from, beside the images
+  std::vector<std::string> notes;  // a line for each thing beside them that was passed over
 };
 
 // Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.

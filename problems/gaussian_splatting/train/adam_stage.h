@@ -197,6 +197,7 @@ class AdamStage {
       // Read last, so that on a device all of the iteration's work is under way.
       cost += passes_->loss.Value().objective;
       values += static_cast<double>(shape.NumValues());
+      worked_pixels_ += static_cast<double>(shape.width) * shape.height;
     }
     return cost / values;
   }
@@ -207,6 +208,7 @@ class AdamStage {
     const int degree = ActiveDegreeAt(it), attributes = splat::NumAttributes(degree);
     const bool observes = options_.density.enabled && it <= options_.density.end * n;
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
+    const double begin = session_.Seconds();
     const double cost =
         AddGradients(state_->model.kernel_model(degree), TargetsAt(it), state_->model.gradient(attributes), observes);
     state_->model.Step(attributes, RateFactor(options_.adam, it, stage_switch.end()));
@@ -215,8 +217,11 @@ class AdamStage {
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     ForgetGrowthThatHolds();
     if (state_->averages && AveragesAt(options_.adam, it, stage_switch.end())) Average();
-    const bool is_end = it == stage_switch.end(), is_last = is_end || session_.ShouldStop();
-    if (is_last || it % std::max(1, n / options_.adam.evaluations) == 0) Record();
+    worked_seconds_ += session_.Seconds() - begin;
+    const double ahead = session_.EvaluationAhead(worked_pixels_, worked_seconds_);
+    const bool is_end = it == stage_switch.end(), is_last = is_end || session_.ShouldStop(ahead);
+    const bool is_due = it % std::max(1, n / options_.adam.evaluations) == 0;
+    if (is_last || (is_due && session_.HasTimeToRecord(ahead))) Record();
     session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); });
     if (is_last && !is_end) {
       state_->model.DownloadResult(result_);
@@ -279,6 +284,7 @@ class AdamStage {
   std::optional<Passes> passes_{std::in_place};
   std::string before_growth_;  // of AdamStageState
   int growth_at_ = 0, recorded_ = 0;
+  double worked_pixels_ = 0, worked_seconds_ = 0;  // of views that were trained on here
 };
 
 // The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not

@@ -68,7 +68,9 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageS
     session.Record(Stage::kLm, 0, best);
     if (!stepper.done()) session.SaveWhereDue(Stage::kLm, 0, save);
   }
-  while (!stepper.done() && !session.ShouldStop()) {
+  // The next step takes as long as the latest, its evaluation included.
+  for (double latest = 0; !stepper.done() && !session.ShouldStop(latest);) {
+    const double begin = session.TotalSeconds();
     const LmIteration& row = stepper.Step();
     moved();
     session.Record(Stage::kLm, first + row.iteration, best);
@@ -78,6 +80,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageS
                                 row.pcg_iterations, row.accepted ? "" : " rejected")});
     session.SnapshotWhereDue(Stage::kLm, first + row.iteration, best.on_host);
     if (!stepper.done()) session.SaveWhereDue(Stage::kLm, first + row.iteration, save);
+    latest = session.TotalSeconds() - begin;
   }
   if (session.stopped() && !stepper.done()) {
     session.SaveWhereDue(Stage::kLm, first + stepper.summary().iterations.back().iteration, save);

@@ -18,7 +18,7 @@ schema::Table<TrainOptions> OwnFields() {
       {"train.time_limit",
        &O::time_limit,
        {0, 1e9},
-       "stop after so many seconds, loading included; 0: none",
+       "end after so many seconds, loading and evaluation included; 0: none",
        "time_limit"},
       // Up to what every reader of JSON has exactly.
       {"train.seed", &O::seed, {0, 9007199254740992}, "start of the random numbers", "seed"},

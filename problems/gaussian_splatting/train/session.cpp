@@ -48,6 +48,15 @@ void TrainingSession::SnapshotWhereDue(Stage stage, int iteration,
   NoteError("no snapshot", [&] { callbacks_.snapshot(stage, iteration, on_host()); });
 }
 
+double TrainingSession::EvaluationAhead(double pixels, double seconds) const {
+  // Of training on a view, which has a backward pass too.
+  constexpr double kShareOfEvaluation = 0.5;
+  if (latest_evaluation_ > 0 || pixels <= 0) return latest_evaluation_;
+  double all = 0;
+  for (const View& view : scene_.views) all += static_cast<double>(view.camera.width) * view.camera.height;
+  return kShareOfEvaluation * seconds * all / pixels;
+}
+
 std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {
   return stage == first_stage() ? std::exchange(saved_stage_, std::nullopt) : std::nullopt;
 }

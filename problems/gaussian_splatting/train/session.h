@@ -17,6 +17,8 @@ class TrainingClock {
  public:
   explicit TrainingClock(double before) : start_(Now() - before) {}
   double Seconds() const { return Now() - start_ - paused_; }
+  // With the time that it has stood still.
+  double Total() const { return Now() - start_; }
   // Time the clock has stood still.
   double Paused() const { return paused_; }
 
@@ -67,6 +69,8 @@ class TrainingSession {
   const TrainOptions& options() const { return options_; }
   const std::vector<const View*>& training_views() const { return training_views_; }
   double Seconds() const { return clock_.Seconds(); }
+  // With evaluation.
+  double TotalSeconds() const { return clock_.Total(); }
   double EvalSeconds() const { return clock_.Paused(); }
   // Whether the last row of the history is of this stage.
   bool ends_with(Stage stage) const { return !history_.empty() && history_.back().stage == stage; }
@@ -80,12 +84,14 @@ class TrainingSession {
   void Record(Stage stage, int iteration, const ModelToRecord& model) {
     HistoryRow row;
     row.seconds = clock_.Seconds();
+    const double begin = clock_.Total();
     const TrainingClock::Pause pause(clock_);
     const Evaluation evaluation = model.evaluate();
     row.stage = stage, row.iteration = iteration, row.cost = evaluation.cost;
     row.train = evaluation.train, row.test = evaluation.test, row.gaussians = model.gaussians;
     history_.push_back(row);
     if (callbacks_.evaluated) callbacks_.evaluated(row, model.on_host());
+    latest_evaluation_ = clock_.Total() - begin;
   }
   // The same of a model in the memory of the host.
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
@@ -110,9 +116,18 @@ class TrainingSession {
   // A line for the user on what is done otherwise than asked for.
   void Note(std::string line) { notes_.push_back(std::move(line)); }
   std::vector<std::string> TakeNotes() { return std::move(notes_); }
-  // True when the caller or the time limit asks to stop; stays true.
-  bool ShouldStop() {
-    if (options_.time_limit > 0 && clock_.Seconds() >= options_.time_limit) stopped_ = true;
+  // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views have been
+  // trained on: `pixels` of them in so many seconds of the clock.
+  double EvaluationAhead(double pixels, double seconds) const;
+  // Whether there is time for a row of the history that is not the last: under a time limit a quarter of the time may
+  // go into such.
+  bool HasTimeToRecord(double ahead) const {
+    return options_.time_limit <= 0 || clock_.Paused() + ahead <= 0.25 * (clock_.Total() + ahead);
+  }
+  // True when the caller or the time limit asks to stop; stays true. ahead: seconds that are still to be spent, on what
+  // cannot be broken off.
+  bool ShouldStop(double ahead = 0) {
+    if (options_.time_limit > 0 && clock_.Total() + ahead >= options_.time_limit) stopped_ = true;
     if (callbacks_.stop && callbacks_.stop()) stopped_ = true;
     return stopped_;
   }
@@ -143,6 +158,7 @@ class TrainingSession {
   std::vector<std::string> notes_;
   Timer checkpoint_timer_, snapshot_timer_;
   std::optional<std::string> saved_stage_;
+  double latest_evaluation_ = 0;  // seconds; 0: none yet
   bool stopped_ = false;
 };
 

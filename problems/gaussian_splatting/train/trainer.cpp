@@ -56,10 +56,25 @@ void SaveBeforeLm(const TrainingSession& session, const TrainCallbacks& callback
   }
 }
 
+// What of LM's options cannot be done, or does nothing.
+void NoteOddities(const LmStageOptions& lm, Index batches, Index views, TrainingSession& session) {
+  if (lm.iterations == 0) return;
+  if (batches < lm.batches) {
+    session.Note(fmt::format("LM in {} of the lm.batches={} asked for: there are {} training views", batches,
+                             lm.batches, views));
+  }
+  if (lm.l1_weight == 0 && lm.ssim_weight == 0) {
+    session.Note("LM has nothing to lower: lm.l1_weight and lm.ssim_weight are both 0");
+  }
+}
+
 // LM as memory allows; what was foreseen and chosen goes into the result. options are those of the session.
 void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
                   TrainResult& result) {
   const std::vector<const View*>& views = session.training_views();
+  const Index batches =
+      ViewBatches::CutCount(options.lm.batches, options.lm.batch_size, static_cast<Index>(views.size()));
+  NoteOddities(options.lm, batches, static_cast<Index>(views.size()), session);
   const bool has_cache = IsCached(options.lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;
@@ -87,7 +102,6 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   } else {
     plan.bytes = 0;
   }
-  const Index batches = ViewBatches::CutCount(plan.lm.batches, plan.lm.batch_size, static_cast<Index>(views.size()));
   result.memory.jacobian = plan.lm.jacobian;
   result.memory.batches = static_cast<int>(batches);
   if (stages.device_memory) {
