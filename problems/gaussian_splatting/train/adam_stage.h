@@ -197,10 +197,17 @@ class AdamStage {
       // Read last, so that on a device all of the iteration's work is under way.
       cost += passes_->loss.Value().objective;
       values += static_cast<double>(shape.NumValues());
-      worked_pixels_ += static_cast<double>(shape.width) * shape.height;
     }
+    pixels_ = values / ImageShape::kChannels;
     return cost / values;
   }
+  // By the latest iteration; the first takes longer than any other and does not count.
+  void MeasurePace(double seconds) {
+    if (!std::exchange(is_warm_, true)) return;
+    worked_seconds_ += seconds, worked_pixels_ += pixels_;
+  }
+  // Of training; 0: not known.
+  double SecondsPerPixel() const { return worked_pixels_ > 0 ? worked_seconds_ / worked_pixels_ : 0; }
 
   void Iterate() {
     const int n = options_.adam.iterations, it = state_->iteration + 1;
@@ -208,17 +215,18 @@ class AdamStage {
     const int degree = ActiveDegreeAt(it), attributes = splat::NumAttributes(degree);
     const bool observes = options_.density.enabled && it <= options_.density.end * n;
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
+    const StageTargets<B>& targets = TargetsAt(it);
     const double begin = session_.Seconds();
     const double cost =
-        AddGradients(state_->model.kernel_model(degree), TargetsAt(it), state_->model.gradient(attributes), observes);
+        AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), observes);
     state_->model.Step(attributes, RateFactor(options_.adam, it, stage_switch.end()));
     stage_switch.Observe(it, cost);
     state_->iteration = it;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     ForgetGrowthThatHolds();
     if (state_->averages && AveragesAt(options_.adam, it, stage_switch.end())) Average();
-    worked_seconds_ += session_.Seconds() - begin;
-    const double ahead = session_.EvaluationAhead(worked_pixels_, worked_seconds_);
+    MeasurePace(session_.Seconds() - begin);
+    const double ahead = session_.EvaluationAhead(SecondsPerPixel());
     const bool is_end = it == stage_switch.end(), is_last = is_end || session_.ShouldStop(ahead);
     const bool is_due = it % std::max(1, n / options_.adam.evaluations) == 0;
     if (is_last || (is_due && session_.HasTimeToRecord(ahead))) Record();
@@ -284,7 +292,9 @@ class AdamStage {
   std::optional<Passes> passes_{std::in_place};
   std::string before_growth_;  // of AdamStageState
   int growth_at_ = 0, recorded_ = 0;
-  double worked_pixels_ = 0, worked_seconds_ = 0;  // of views that were trained on here
+  double pixels_ = 0;  // of the latest iteration's views
+  double worked_seconds_ = 0, worked_pixels_ = 0;
+  bool is_warm_ = false;
 };
 
 // The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not

@@ -48,13 +48,13 @@ void TrainingSession::SnapshotWhereDue(Stage stage, int iteration,
   NoteError("no snapshot", [&] { callbacks_.snapshot(stage, iteration, on_host()); });
 }
 
-double TrainingSession::EvaluationAhead(double pixels, double seconds) const {
+double TrainingSession::EvaluationAhead(double seconds_per_pixel) const {
   // Of training on a view, which has a backward pass too.
   constexpr double kShareOfEvaluation = 0.5;
-  if (latest_evaluation_ > 0 || pixels <= 0) return latest_evaluation_;
-  double all = 0;
-  for (const View& view : scene_.views) all += static_cast<double>(view.camera.width) * view.camera.height;
-  return kShareOfEvaluation * seconds * all / pixels;
+  if (latest_evaluation_ > 0) return latest_evaluation_;
+  double pixels = 0;
+  for (const View& view : scene_.views) pixels += static_cast<double>(view.camera.width) * view.camera.height;
+  return kShareOfEvaluation * seconds_per_pixel * pixels;
 }
 
 std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {

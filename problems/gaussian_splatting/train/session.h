@@ -116,9 +116,9 @@ class TrainingSession {
   // A line for the user on what is done otherwise than asked for.
   void Note(std::string line) { notes_.push_back(std::move(line)); }
   std::vector<std::string> TakeNotes() { return std::move(notes_); }
-  // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views have been
-  // trained on: `pixels` of them in so many seconds of the clock.
-  double EvaluationAhead(double pixels, double seconds) const;
+  // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views are trained
+  // on; 0: not known.
+  double EvaluationAhead(double seconds_per_pixel) const;
   // Whether there is time for a row of the history that is not the last: under a time limit a quarter of the time may
   // go into such.
   bool HasTimeToRecord(double ahead) const {

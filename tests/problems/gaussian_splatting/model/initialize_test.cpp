@@ -20,7 +20,7 @@ PointCloud Square() {
 
 TEST(Initialize, PutsAGaussianAtEachPoint) {
   const PointCloud points = Square();
-  const SplatModel model = InitializeFromPoints(points, 2, 100);
+  const SplatModel model = InitializeFromPoints(points, 5, 2, 100);
   ASSERT_EQ(model.count, 4);
   ASSERT_EQ(model.sh_degree, 2);
   ASSERT_EQ(model.data.size(), 4u * (11 + 27));
@@ -45,7 +45,7 @@ TEST(Initialize, StridesThroughMorePointsThanAreAllowed) {
     points.positions.push_back({static_cast<float>(i), 0, 0});
     points.colors.push_back({0, 0, 0});
   }
-  const SplatModel model = InitializeFromPoints(points, 0, 4);
+  const SplatModel model = InitializeFromPoints(points, 5, 0, 4);
   ASSERT_EQ(model.count, 4);
   const float expected[] = {0, 2, 5, 7};
   for (Index i = 0; i < 4; ++i) EXPECT_EQ(model.attribute(0)[i], expected[i]);
@@ -58,10 +58,32 @@ TEST(Initialize, CoincidingPointsAndASinglePointHaveASize) {
   points.positions.assign(5, {1, 2, 3});
   points.colors.assign(5, {0.5f, 0.5f, 0.5f});
   for (const Index count : {5, 1}) {
-    const SplatModel model = InitializeFromPoints(points, 1, count);
+    const SplatModel model = InitializeFromPoints(points, 5, 1, count);
     ASSERT_EQ(model.count, count);
     for (const float value : model.data) EXPECT_TRUE(std::isfinite(value));
   }
+}
+
+// Twice as large a scene has twice as large Gaussians, however small both are.
+TEST(Initialize, SizesFollowTheScale) {
+  PointCloud points = Square();
+  points.positions.push_back(points.positions[0]);
+  points.colors.push_back(points.colors[0]);
+  const SplatModel model = InitializeFromPoints(points, 5, 1, 100);
+  for (const int exponent : {-30, -13, 1, 26}) {
+    PointCloud scaled = points;
+    for (auto& position : scaled.positions) {
+      for (float& value : position) value = std::ldexp(value, exponent);
+    }
+    const SplatModel of_scaled = InitializeFromPoints(scaled, std::ldexp(5, exponent), 1, 100);
+    for (Index i = 0; i < model.count; ++i) {
+      EXPECT_NEAR(of_scaled.attribute(splat::kLogScale)[i] - model.attribute(splat::kLogScale)[i],
+                  exponent * std::log(2.0), 1e-5);
+    }
+  }
+  // Points that are one have a part of the extent.
+  points.positions.assign(5, {1, 2, 3});
+  EXPECT_NEAR(InitializeFromPoints(points, 5e-8, 1, 5).attribute(splat::kLogScale)[0], std::log(5e-12), 1e-5);
 }
 
 TEST(DefaultShDegree, GrowsWithTheTrainingViews) {
@@ -70,7 +92,7 @@ TEST(DefaultShDegree, GrowsWithTheTrainingViews) {
   EXPECT_EQ(DefaultShDegree(24), 3);
 }
 
-TEST(Initialize, RefusesNoPoints) { EXPECT_THROW(InitializeFromPoints({}, 1, 10), Error); }
+TEST(Initialize, RefusesNoPoints) { EXPECT_THROW(InitializeFromPoints({}, 5, 1, 10), Error); }
 
 }  // namespace
 }  // namespace vesta::gs
