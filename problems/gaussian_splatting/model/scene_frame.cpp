@@ -48,7 +48,7 @@ Point OriginOf(const std::vector<Point>& points, const std::vector<View>& views)
   // A round number of few digits.
   const double step = std::exp2(std::floor(std::log2(size)));
   Point origin;
-  for (std::size_t k = 0; k < 3; ++k) origin[k] = step * std::round(middle[k] / step);
+  for (std::size_t k = 0; k < 3; ++k) origin[k] = step * std::round(middle[k] / step) + 0.0;  // no -0
   return origin;
 }
 

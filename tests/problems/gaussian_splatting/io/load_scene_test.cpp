@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/io/colmap.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "tests/problems/gaussian_splatting/io/test_images.h"
@@ -116,6 +117,51 @@ TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
   ExpectRefused("not a scene; it has neither sparse/0 (COLMAP) nor transforms.json");
   ExpectError([&] { LoadScene(folder_ / "nowhere"); }, "nowhere: no such scene folder");
   ExpectError([&] { LoadScene(ImagePath(0)); }, "no such scene folder");
+}
+
+// What a model says must not be a way to files elsewhere.
+TEST_F(LoadSceneTest, ImagesOutsideTheSceneAreRefused) {
+  const std::string elsewhere = folder_.path() + "_elsewhere.jpg";
+  WriteBytes(elsewhere, ExampleJpeg(60, 40));
+  const std::string name = std::filesystem::path(elsewhere).filename().string();
+  for (const std::string& outside : {"../../" + name, "a/../../../" + name, elsewhere}) {
+    model_.images[4].name = outside;
+    WriteModel();
+    ExpectRefused("sparse/0: image " + Printable(outside) + " lies outside the scene");
+  }
+  model_.images[4].name = "../images/view4.png";
+  WriteModel();
+  EXPECT_EQ(LoadScene(folder_.path()).views.size(), 9u);
+  std::filesystem::remove_all(folder_ / "sparse");
+  for (const std::string& outside : {"../" + name, elsewhere}) {
+    WriteBytes(folder_ / "transforms.json",
+               R"({"camera_angle_x": 1.0, "frames": [{"file_path": ")" + outside + "\"}]}");
+    ExpectRefused("frame 0: the image " + Printable(outside) + " lies outside the scene");
+  }
+  std::filesystem::remove(elsewhere);
+}
+
+TEST_F(LoadSceneTest, WhatIsPassedOverIsNoted) {
+  EXPECT_THAT(LoadScene(folder_.path()).notes, testing::IsEmpty());
+  std::filesystem::create_directory(folder_ / "masks");
+  std::filesystem::create_directory(folder_ / "sparse/empty");
+  ColmapModel larger = model_;
+  larger.images.resize(5);
+  WriteColmapModel(larger, folder_ / "sparse/1", ColmapFormat::kBinary);
+  WriteColmapModel(larger, folder_ / "sparse/2", ColmapFormat::kText);
+  const std::string sparse = folder_ / "sparse/";
+  EXPECT_THAT(
+      LoadScene(folder_.path()).notes,
+      testing::ElementsAre(
+          "the model in " + sparse + "1 of 5 images is passed over; read is that in " + sparse + "0 of 9 images",
+          "the model in " + sparse + "2 is passed over; read is that in " + sparse + "0 of 9 images",
+          "masks/ is passed over: all of every image is trained on"));
+}
+
+TEST_F(LoadSceneTest, NamesTheFilesItReads) {
+  EXPECT_THAT(LoadScene(folder_.path()).files,
+              testing::UnorderedElementsAre(folder_ / "sparse/0/cameras.bin", folder_ / "sparse/0/images.bin",
+                                            folder_ / "sparse/0/points3D.bin"));
 }
 
 TEST_F(LoadSceneTest, ATruncatedModelIsRefusedAtEveryPlace) {

@@ -111,6 +111,11 @@ TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
   top["ply_file_path"] = "mine.ply";
   Write(top);
   ExpectError([&] { Read(); }, "mine.ply: no such file");
+  top["ply_file_path"] = 7;
+  Write(top);
+  ExpectError([&] { Read(); }, (folder_ / "transforms.json") + ": ply_file_path is not a text");
+  top["ply_file_path"] = "mine.ply";
+  Write(top);
   WriteBytes(folder_ / "mine.ply", header + "7 8 9 0 0 0\n4 5 6 0 0 0\n");
   EXPECT_EQ(Read().points.positions[0], (std::array<float, 3>{7, 8, 9}));
 }

@@ -61,6 +61,11 @@ TEST_F(PlyDamage, MessagesSayWhatIsWrong) {
                 "not a splat in the INRIA layout: its vertices have no property f_rest_3");
   ExpectRefused(Replaced("element", "comment vesta background 1 2 3\nelement"), "the comment 'vesta background'");
   ExpectRefused(Replaced("element", "comment vesta background 1 0\nelement"), "the comment 'vesta background'");
+  ExpectRefused(Replaced("element", "comment vesta origin 1 two 3\nelement"), "the comment 'vesta origin'");
+  ExpectRefused(Replaced("element", "comment vesta origin 1 2 inf\nelement"), "the comment 'vesta origin'");
+  ExpectRefused(Replaced("element vertex", "element chunk 1\nproperty float min_x\nelement vertex"),
+                "a compressed splat; export it as an ordinary .ply");
+  ExpectRefused("\x1f\x8b\x08 and so on", "compressed by gzip");
   ExpectRefused(Replaced("binary_little_endian", "ascii"), "");
 }
 

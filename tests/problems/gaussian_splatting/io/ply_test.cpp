@@ -26,6 +26,20 @@ TEST(SplatPly, RoundTripIsExactForEveryDegree) {
   }
 }
 
+// Of a model that does not lie about the origin of its scene's frame.
+TEST(SplatPly, TellsItsOrigin) {
+  const TempFolder folder;
+  SplatModel model;
+  model.Resize(0, 1);
+  model.attribute(splat::kQuaternion)[0] = 1;
+  WriteSplatPly(folder / "a.ply", model);
+  EXPECT_THAT(ReadBytes(folder / "a.ply"), testing::Not(testing::HasSubstr("origin")));
+  model.origin = {448262.5, -5411932.0625, 1.0 / 3};
+  WriteSplatPly(folder / "b.ply", model);
+  EXPECT_THAT(ReadBytes(folder / "b.ply"), testing::HasSubstr("comment vesta origin 448262.5 -5411932.0625 0.333"));
+  EXPECT_EQ(ReadSplatPly(folder / "b.ply").origin, model.origin);
+}
+
 // The file's columns by name: what other programs rely on.
 TEST(SplatPly, LayoutIsInrias) {
   const TempFolder folder;

@@ -136,6 +136,15 @@ TEST_F(Checkpoints, ThatCannotBeWrittenDoNotEndTheTraining) {
   EXPECT_THAT(result.notes[0], HasSubstr("no_folder/checkpoint"));
 }
 
+TEST_F(Checkpoints, NorDoSnapshots) {
+  TrainCallbacks callbacks;
+  callbacks.snapshot_every.iterations = 20;
+  callbacks.snapshot = [](Stage, int, const splat::Model<float>&) { throw Error("no room"); };
+  const TrainResult result = Train(scene_, Options(), 0, callbacks);
+  EXPECT_EQ(result.model.data, Train(scene_, Options(), 0, {}).model.data);
+  EXPECT_THAT(result.notes, testing::ElementsAre("no snapshot: no room"));
+}
+
 TEST_F(Checkpoints, SnapshotsAreTheModelOnTheWay) {
   TrainCallbacks callbacks;
   std::vector<std::pair<Stage, int>> taken;

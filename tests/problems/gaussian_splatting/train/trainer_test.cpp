@@ -1,6 +1,8 @@
 #include "problems/gaussian_splatting/train/trainer.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <string>
@@ -8,6 +10,7 @@
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/model/initialize.h"
+#include "problems/gaussian_splatting/train/session.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 
 namespace vesta::gs {
@@ -252,6 +255,95 @@ TEST(Trainer, StopEndsEarlyWithAModel) {
     ExpectUsable(result.model);
     ExpectLastRowIsOf(result, scene, {0, 0, 0});
   }
+}
+
+// A length is a length in the scene's own units.
+TEST(Trainer, ScaleDoesNotMatter) {
+  const auto train_at = [](int exponent) {
+    Scene scene = TrainingScene();
+    for (View& view : scene.views) {
+      for (double& value : view.translation) value = std::ldexp(value, exponent);
+    }
+    for (auto& position : scene.points.positions) {
+      for (float& value : position) value = std::ldexp(value, exponent);
+    }
+    scene.extent = std::ldexp(scene.extent, exponent);
+    return Train(scene, ShortTraining(250, 2), 0, {}).history.back();
+  };
+  const HistoryRow own = train_at(0);
+  ASSERT_GT(own.train.psnr, 25);
+  for (const int exponent : {-27, -13, 27}) {
+    const HistoryRow scaled = train_at(exponent);
+    EXPECT_NEAR(scaled.train.psnr, own.train.psnr, 0.5) << exponent;
+    EXPECT_NEAR(scaled.test.psnr, own.test.psnr, 0.5) << exponent;
+  }
+}
+
+TEST(Trainer, AdamsResultIsHandedOutBeforeLm) {
+  const Scene scene = TrainingScene();
+  SplatModel handed_out;
+  TrainCallbacks callbacks;
+  callbacks.before_lm = [&](const SplatModel& model) { handed_out = model; };
+  TrainOptions options = ShortTraining(30, 1);
+  options.background = {0.25, 0.5, 1};
+  Train(scene, options, 0, callbacks);
+  TrainOptions adam_alone = options;
+  adam_alone.lm.iterations = 0;
+  EXPECT_EQ(handed_out.data, Train(scene, adam_alone, 0, {}).model.data);
+  EXPECT_EQ(handed_out.background[0], 0.25f);
+  // Where it cannot be kept LM is left out, and it is the result.
+  callbacks.before_lm = [](const SplatModel&) { throw Error("no room"); };
+  const TrainResult result = Train(scene, options, 0, callbacks);
+  EXPECT_EQ(result.lm_left_out, "no room");
+  EXPECT_EQ(result.history.back().stage, Stage::kAdam);
+  EXPECT_EQ(result.model.data, handed_out.data);
+  // Without LM there is nothing to hand out before it.
+  EXPECT_EQ(Train(scene, adam_alone, 0, callbacks).lm_left_out, "");
+}
+
+TEST(Trainer, OptionsOfLmThatCannotBeFollowedAreNoted) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(2, 1);
+  EXPECT_THAT(Train(scene, options, 0, {}).notes, testing::IsEmpty());
+  options.lm.batches = 1000;
+  EXPECT_THAT(Train(scene, options, 0, {}).notes,
+              testing::ElementsAre("LM in 10 of the lm.batches=1000 asked for: there are 10 training views"));
+  options.lm.batches = 1;
+  options.lm.l1_weight = options.lm.ssim_weight = 0;
+  EXPECT_THAT(Train(scene, options, 0, {}).notes, testing::Contains(testing::HasSubstr("are both 0")));
+}
+
+// Evaluation is part of the time, and so is what is foreseen of it.
+TEST(TrainingSession, TimeLimitIsOfAllTime) {
+  const Scene scene = TrainingScene();
+  TrainOptions options;
+  options.time_limit = 100;
+  const TrainCallbacks callbacks;
+  TrainingSession session(scene, options, 50, callbacks);
+  EXPECT_FALSE(session.ShouldStop(10));
+  EXPECT_TRUE(session.HasTimeToRecord(5));
+  EXPECT_FALSE(session.HasTimeToRecord(50));
+  EXPECT_TRUE(session.ShouldStop(60));
+  EXPECT_TRUE(session.ShouldStop()) << "once and for all";
+  // Half of what training on as many pixels takes, until one has been measured.
+  EXPECT_DOUBLE_EQ(session.EvaluationAhead(1e-3), 0.5e-3 * 12 * 40 * 30);
+
+  TrainingSession evaluating(scene, options, 99.999, callbacks);
+  evaluating.Record(Stage::kAdam, 1,
+                    {0,
+                     [] {
+                       ::usleep(2000);
+                       return Evaluation();
+                     },
+                     {}});
+  EXPECT_GE(evaluating.EvaluationAhead(0), 0.002);
+  EXPECT_LT(evaluating.EvaluationAhead(1e3), 1e3) << "measured";
+  EXPECT_GE(evaluating.TotalSeconds(), 100);
+  EXPECT_TRUE(evaluating.ShouldStop());
+  options.time_limit = 0;
+  TrainingSession unlimited(scene, options, 1e6, callbacks);
+  EXPECT_FALSE(unlimited.ShouldStop(1e6));
+  EXPECT_TRUE(unlimited.HasTimeToRecord(1e6));
 }
 
 TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
