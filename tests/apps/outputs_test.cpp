@@ -183,7 +183,7 @@ TEST_F(Outputs, TwoViewsAreTwoFiles) {
   const auto write = [&](const char* file, const std::vector<std::string>& names) {
     nlohmann::json json = {{"fl_x", 40}, {"frames", nlohmann::json::array()}};
     for (const std::string& name : names) {
-      fs::copy_file(scene_ + "/images/000.png", nerf + "/" + name);
+      fs::copy_file(fs::path(scene_) / "images/000.png", fs::path(nerf) / name);
       json["frames"].push_back(
           {{"file_path", name}, {"transform_matrix", {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 4}, {0, 0, 0, 1}}}});
     }

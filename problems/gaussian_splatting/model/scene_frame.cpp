@@ -41,6 +41,7 @@ Point OriginOf(const std::vector<Point>& points, const std::vector<View>& views)
   double size = MedianDistance(points, middle);
   if (size == 0) {
     std::vector<Point> centers;
+    centers.reserve(views.size());
     for (const View& view : views) centers.push_back(CameraCenter(view));
     size = MedianDistance(centers, middle);
   }

@@ -18,7 +18,8 @@ struct Moved {
       }
     }
     for (int i = 0; i < 27; ++i) {
-      points.positions.push_back({by[0] + i % 3 - 1, by[1] + i / 3 % 3 - 1, by[2] + i / 9 - 1});
+      const int x = i % 3, y = i / 3 % 3, z = i / 9;
+      points.positions.push_back({by[0] + x - 1, by[1] + y - 1, by[2] + z - 1});
       points.colors.push_back({0, 0.5f, 1});
     }
     PlaceInScene(points, &scene);
