@@ -46,10 +46,12 @@ std::string CheckpointFile(const std::string& folder) {
   return (std::filesystem::path(folder) / "checkpoint.vesta").string();
 }
 
-std::string OriginOf(const std::string& scene, const TrainSettings& settings) {
-  const Json json = {{"scene", std::filesystem::absolute(scene).lexically_normal().string()},
-                     {"preset", settings.preset},
-                     {"options", OptionsJson(settings.options)}};
+std::string OriginText(const Origin& origin) {
+  const Json json = {{"scene", std::filesystem::absolute(origin.scene).lexically_normal().string()},
+                     {"checkpoint_every", origin.checkpoint_every},
+                     {"snapshot_every", origin.snapshot_every},
+                     {"preset", origin.settings.preset},
+                     {"options", OptionsJson(origin.settings.options)}};
   return json.dump();
 }
 
@@ -57,6 +59,8 @@ Origin ReadOrigin(const gs::Checkpoint& checkpoint) {
   const ConfigFile config(checkpoint.path, checkpoint.run.origin);
   Origin origin;
   origin.scene = config.Text("scene");
+  origin.checkpoint_every = config.Text("checkpoint_every");
+  origin.snapshot_every = config.Text("snapshot_every");
   origin.settings.preset = config.preset();
   if (origin.settings.preset.empty()) origin.settings.preset = kDefaultPreset;
   origin.settings.options = gs::PresetOptions(origin.settings.preset);

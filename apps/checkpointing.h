@@ -14,14 +14,16 @@ gs::Interval ParseInterval(const char* flag, const std::string& text);
 // DIR/checkpoint.vesta.
 std::string CheckpointFile(const std::string& folder);
 
-// What a checkpoint keeps for the program: the scene's folder, as an absolute path, and the options.
-std::string OriginOf(const std::string& scene, const TrainSettings& settings);
-
-// The run that wrote a checkpoint. Throws Error naming its file where that does not say.
+// The run that writes a checkpoint, as the checkpoint keeps it: the folder of its scene, its options, and how often it
+// saves (--checkpoint_every, --snapshot_every).
 struct Origin {
   std::string scene;
   TrainSettings settings;
+  std::string checkpoint_every, snapshot_every;
 };
+// The scene as an absolute path.
+std::string OriginText(const Origin& origin);
+// Throws Error naming the checkpoint's file where it does not say.
 Origin ReadOrigin(const gs::Checkpoint& checkpoint);
 
 // Throws Error, one line naming what was changed, unless a training with the options of `before` can go on with these

@@ -103,10 +103,10 @@ void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const OutputFolder
 }
 
 // The files that a training will write, as far as their names are known.
-void WritesResults(const CommandLine& line, const std::string& out, RunFiles* files) {
+void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
   const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
   file("point_cloud.ply"), file("metrics.json");
-  if (!line.flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
+  if (!flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
 }
 
 // A model as its file has it.
@@ -206,12 +206,15 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
 }  // namespace
 
 int RunTrain(const CommandLine& line) {
-  const Flags& flags = line.flags;
+  Flags flags = line.flags;
   std::optional<gs::Checkpoint> checkpoint;
   std::optional<Origin> origin;
   if (!flags.resume.empty()) {
     checkpoint = gs::ReadCheckpoint(CheckpointFile(flags.resume));
     origin = ReadOrigin(*checkpoint);
+    // Who goes on is saved as before, so that the next interruption loses no more.
+    if (flags.checkpoint_every.empty()) flags.checkpoint_every = origin->checkpoint_every;
+    if (flags.snapshot_every.empty()) flags.snapshot_every = origin->snapshot_every;
   }
   const std::string path = line.arguments.empty() ? origin->scene : line.arguments[0];
   TrainSettings settings = SettingsOf(line, origin ? &origin->settings : nullptr);
@@ -222,7 +225,7 @@ int RunTrain(const CommandLine& line) {
   RunFiles files = FilesOf(line);
   files.ReadsScene(path);
   const std::string folder = flags.out.empty() ? flags.resume : flags.out;
-  WritesResults(line, folder, &files);
+  WritesResults(flags, folder, &files);
   files.Check();
   OutputFolder out(folder);
   const gs::Scene scene = gs::LoadScene(path, SceneOptions(options));
@@ -233,12 +236,12 @@ int RunTrain(const CommandLine& line) {
   options.memory.before_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
   const ExpectedModel expected = ExpectedOf(scene, options);
-  return TrainAndWrite(flags, scene, settings, stages, expected, load_seconds, &out,
-                       [&](gs::TrainCallbacks& callbacks) {
-                         callbacks.checkpoint.origin = OriginOf(path, settings);
-                         callbacks.resume = checkpoint ? &*checkpoint : nullptr;
-                         return gs::Train(scene, options, load_seconds, callbacks, stages);
-                       });
+  return TrainAndWrite(
+      flags, scene, settings, stages, expected, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
+        callbacks.checkpoint.origin = OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every});
+        callbacks.resume = checkpoint ? &*checkpoint : nullptr;
+        return gs::Train(scene, options, load_seconds, callbacks, stages);
+      });
 }
 
 int RunRefine(const CommandLine& line) {
@@ -248,7 +251,7 @@ int RunRefine(const CommandLine& line) {
   gs::TrainOptions& options = settings.options;
   CheckSceneFolder(path);
   RunFiles files = FilesOf(line);
-  WritesResults(line, line.flags.out, &files);
+  WritesResults(line.flags, line.flags.out, &files);
   files.Check();
   OutputFolder out(line.flags.out);
   PosedModel posed = LoadPosedModel(ply, path, line.flags.background, SceneOptions(options));

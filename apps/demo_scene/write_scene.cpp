@@ -76,7 +76,7 @@ void WriteDemoScene(const DemoOptions& options, const std::string& folder) {
     model.points.push_back({.id = model.points.size() + 1,
                             .position = {p.position.x, p.position.y, p.position.z},
                             .color = {p.color[0], p.color[1], p.color[2]},
-                            .error = kPointNoise * camera.fx});
+                            .error = kPointNoise * camera.lens.fx});
   }
   gs::WriteColmapModel(model, (std::filesystem::path(folder) / "sparse" / "0").string(), gs::ColmapFormat::kBinary);
 }

@@ -51,6 +51,18 @@ TEST_F(KilledTraining, GoesOnToTheSameSplat) {
   EXPECT_EQ(ReadFile(out_ + "/point_cloud.ply"), ReadFile(whole_ + "/point_cloud.ply"));
 }
 
+// Resumed without a word about checkpoints, and killed again later.
+TEST_F(KilledTraining, IsSavedAsOftenAfterItIsResumed) {
+  TrainAndKill();
+  const std::string first = ReadFile(out_ + "/checkpoint.vesta");
+  Program again({"train", "--resume=" + out_});
+  ASSERT_TRUE(again.WaitForOutput("adam 3000/4000")) << again.Wait().err;
+  again.Signal(SIGKILL);
+  ASSERT_EQ(again.Wait().status, 128 + SIGKILL);
+  EXPECT_NE(ReadFile(out_ + "/checkpoint.vesta"), first);
+  EXPECT_EQ(RunProgram({"train", "--resume=" + out_}).status, 0);
+}
+
 TEST_F(KilledTraining, IsSavedByCtrlCToo) {
   Program program(Train(out_, {"--checkpoint_every=1000m"}));
   ASSERT_TRUE(program.WaitForOutput("adam 2000/4000")) << program.Wait().err;
