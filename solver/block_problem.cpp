@@ -9,6 +9,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "solver/block_linearization.h"
+#include "solver/blocks/block_distance.h"
 #include "solver/bounds.h"
 #include "solver/sparse_cholesky/block_normal_matrix.h"
 #include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
@@ -92,7 +93,7 @@ void BlockProblem::Changed() {
   structure_.reset();
   normal_matrix_.reset();
   cholesky_.reset();
-  cholesky_declined_ = false;
+  counts_.reset();
 }
 
 const BlockStructure& BlockProblem::Structure() const {
@@ -181,20 +182,60 @@ std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVie
 
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
   if (options_.make_preconditioner) return options_.make_preconditioner();
-  const auto entries = static_cast<double>(Structure().num_values());
-  const double sums = BlockNormalMatrix::Multiplications(Structure()), allowed = kCholeskyPerEntry * entries - sums;
-  if (!cholesky_ && !cholesky_declined_) {
-    if (allowed > 0) cholesky_ = PlanCholesky(allowed);
-    cholesky_declined_ = !cholesky_;
+  const StepCounts& counts = *CountSteps(false);
+  const std::string iterations = IterationsInWords(counts);
+  if (!counts.factor) {
+    return std::make_unique<BlockJacobiPreconditioner<B>>(fmt::format(
+        " (a sparse Cholesky factor would take over {} GiB, or longer than {})", options_.max_factor_gib, iterations));
   }
-  if (!cholesky_ || cholesky_->plan().multiplications > allowed) {
-    return std::make_unique<BlockJacobiPreconditioner<B>>(
-        fmt::format(" (a sparse Cholesky factor would take over {} GiB, or over {} multiplications an entry of J)",
-                    options_.max_factor_gib, kCholeskyPerEntry));
+  const std::string why = fmt::format(" ({})", FactorBeside(counts, iterations, IterationsCost(counts)));
+  if (FactorBeatsIterations(counts)) return std::make_unique<SparseCholeskyPreconditioner>(cholesky_, why);
+  return std::make_unique<BlockJacobiPreconditioner<B>>(" (a sparse Cholesky factor" + why + ")");
+}
+
+StepCounts::Factor BlockProblem::LeastFactor() const {
+  const BlockStructure& structure = Structure();
+  StepCounts::Factor least{.sums = BlockNormalMatrix::Multiplications(structure)};
+  // Each eliminated block is a front, which hands on a matrix of the kept blocks that it shares residuals with.
+  std::vector<int> last_user(structure.free_blocks().size(), -1);
+  for (int e = structure.num_kept_blocks(); e < static_cast<int>(structure.free_blocks().size()); ++e) {
+    double below = 0;
+    for (const BlockUse& use : structure.uses(e)) {
+      for (const BlockCell& cell : structure.cells(structure.rows()[static_cast<std::size_t>(use.row)])) {
+        if (std::exchange(last_user[static_cast<std::size_t>(cell.free)], e) != e)
+          below += cell.free == e ? 0 : cell.size;
+      }
+    }
+    least.updates += below * below;
+    least.fronts += 1;
   }
-  return std::make_unique<SparseCholeskyPreconditioner>(
-      cholesky_,
-      fmt::format(" ({:.1f} multiplications an entry of J)", (sums + cholesky_->plan().multiplications) / entries));
+  return least;
+}
+
+const StepCounts* BlockProblem::CountSteps(bool eliminating) {
+  if (options_.make_preconditioner) return nullptr;
+  const BlockStructure& structure = Structure();
+  const bool reduced = eliminating && structure.num_kept() < structure.num_tangent();
+  if (counts_ && counts_->reduced == reduced) return &*counts_;
+  counts_.emplace(
+      StepCounts{.residuals = static_cast<double>(structure.num_residuals()),
+                 .columns = static_cast<double>(structure.num_tangent()),
+                 .entries = static_cast<double>(structure.num_values()),
+                 .reduced = reduced,
+                 .system_columns = static_cast<double>(reduced ? structure.num_kept() : structure.num_tangent()),
+                 .hops = static_cast<double>(LongestDistance(structure))});
+  const StepCounts::Factor least = LeastFactor();
+  const double allowed = MaxFactorMultiplications(*counts_, least);
+  if (!cholesky_ && allowed > 0) cholesky_ = PlanCholesky(allowed);
+  if (cholesky_) {
+    const EliminationPlan& plan = cholesky_->plan();
+    counts_->factor = {.sums = least.sums,
+                       .multiplications = plan.multiplications,
+                       .values = plan.factor_values,
+                       .updates = plan.update_values,
+                       .fronts = static_cast<double>(plan.fronts.size())};
+  }
+  return &*counts_;
 }
 
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakeSparseCholesky() {

@@ -15,6 +15,7 @@
 #include "solver/loss.h"
 #include "solver/manifold.h"
 #include "solver/normal_equations/preconditioner.h"
+#include "solver/normal_equations/step_cost.h"
 #include "solver/problem.h"
 
 namespace vesta {
@@ -72,16 +73,13 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   double Cost(ConstView x) override;
   double Cost(ConstView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
-  // The caller's own, if there is one. Else the sparse Cholesky factor where it pays: within max_factor_gib, and H
-  // summed up and factorised by at most kCholeskyPerEntry multiplications an entry of J. Else block Jacobi.
+  // The caller's own, if there is one. Else the sparse Cholesky factor where it is within max_factor_gib and pays
+  // beside iterations (solver/normal_equations/step_cost.h). Else block Jacobi.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
-  // A product with H takes two multiplications an entry of J, through memory; a factorisation does its own in dense
-  // fronts, some ten times as many a second. So 2000 an entry are the time of about 100 iterations of PCG, and it is
-  // allowed 500: where PCG with block Jacobi is fast, little is lost; where it is slow, much is won, and the exact
-  // step.
-  static constexpr double kCholeskyPerEntry = 2000;
   // The sparse Cholesky factor, whatever it costs. Throws Error where it is over max_factor_gib.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
+  // Null where a preconditioner is the caller's own.
+  const StepCounts* CountSteps(bool eliminating) override;
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return !lower_.empty(); }
   bool IsFeasible(ConstView x) override;
@@ -103,6 +101,8 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   void Changed();
   const BlockStructure& Structure() const;
   BlockNormalMatrix& NormalMatrix() const;
+  // What an exact factor takes at least, known without a plan of it.
+  StepCounts::Factor LeastFactor() const;
   // Null where the factor would be over max_factor_gib or the multiplications.
   std::shared_ptr<SparseCholesky> PlanCholesky(double max_multiplications) const;
   // Room for one residual block's evaluation, used again from block to block.
@@ -140,7 +140,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   // Kept from one linearization to the next: the sums of H, the plan of its factor, and the memory of both.
   mutable std::shared_ptr<BlockNormalMatrix> normal_matrix_;
   std::shared_ptr<SparseCholesky> cholesky_;
-  bool cholesky_declined_ = false;  // planned for MakePreconditioner, and found not to pay
+  std::optional<StepCounts> counts_;
 };
 
 }  // namespace vesta

@@ -4,6 +4,8 @@
 
 #include <memory>
 
+#include "kernels/core/error.h"
+
 namespace vesta {
 
 class Loss {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
+#include "kernels/core/error.h"
 #include "kernels/core/vector_backend.h"
 
 namespace vesta {
@@ -20,6 +21,7 @@ template <Backend B>
 class Preconditioner;
 template <Backend B>
 class ReducedSystem;
+struct StepCounts;
 
 // A problem at one x, for one batch. Owns what it caches and frees it when destroyed. Sizes are fixed for its life.
 template <Backend B>
@@ -110,6 +112,10 @@ class Problem {
   // The exact factor of H + lambda D (PreconditionerKind::kSparseCholesky), likewise; null: the problem has none.
   // Throws Error where it would be too large.
   virtual std::unique_ptr<Preconditioner<B>> MakeSparseCholesky();
+
+  // What a step takes by each way, for LinearSolverKind::kAuto (solver/normal_equations/step_cost.h), eliminating the
+  // group of MakeReducedSystem or not. Null: unknown. Valid until the next call. Default: null.
+  virtual const StepCounts* CountSteps(bool eliminating);
 
   // out = x (+) delta on the manifold. Default: x + delta. out must not overlap the inputs. Where the problem has
   // bounds the result lies within them: projected onto them after the step.

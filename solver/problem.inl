@@ -58,6 +58,11 @@ std::unique_ptr<Preconditioner<B>> Problem<B>::MakeSparseCholesky() {
 }
 
 template <Backend B>
+const StepCounts* Problem<B>::CountSteps(bool) {
+  return nullptr;
+}
+
+template <Backend B>
 double Problem<B>::Cost(ConstView x, std::span<const Index> units) {
   VESTA_CHECK(static_cast<Index>(units.size()) == num_units(),
               "cost over {} of {} units: the problem must define Cost(x, units)", units.size(), num_units());

@@ -33,6 +33,8 @@ class Preconditioner : public LinearOperator<B> {
   virtual void SetDamping(double lambda, typename B::ConstView metric) = 0;
   // Whether a column of zeros in H may get something but zero, or a zero give something to others: then PCG masks it.
   virtual bool couples_frozen() const { return true; }
+  // Whether it is the inverse up to rounding: then one iteration is enough.
+  virtual bool exact() const { return false; }
   // What it is, for the summary.
   virtual std::string description() const { return ToString(PreconditionerKind::kProblem); }
 };

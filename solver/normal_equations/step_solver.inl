@@ -15,6 +15,7 @@
 #include "solver/normal_equations/damped_normal_equations.h"
 #include "solver/normal_equations/dense_jacobian.h"
 #include "solver/normal_equations/reduced_system.h"
+#include "solver/normal_equations/step_cost.h"
 #include "solver/normal_equations/step_solver.h"
 
 namespace vesta {
@@ -65,6 +66,9 @@ class MaskedPreconditioner final : public LinearOperator<B> {
   typename B::ConstView mask_;
 };
 
+// Of the residual, after an iteration with an exact preconditioner.
+constexpr double kExactTolerance = 1e-10;
+
 template <Backend B>
 class PcgStep final : public StepSolver<B> {
  public:
@@ -72,6 +76,9 @@ class PcgStep final : public StepSolver<B> {
       : options_(options),
         system_(system),
         preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
+    // Without a test of the residual it would take a second iteration to see that nothing is left to gain.
+    double& tolerance = options_.pcg.relative_tolerance;
+    if (preconditioner_->exact() && tolerance == 0) tolerance = kExactTolerance;
     preconditioner_->SetLinearization(system.batches, system.diagonal);
     // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
     if (!system.problem.has_bounds() && !preconditioner_->couples_frozen()) system_.mask = {};
@@ -283,24 +290,41 @@ const char* WhyNormal(const StepSystem<B>& system) {
   return nullptr;
 }
 
-// Below this, J by columns and its QR cost less than the iterations would.
-constexpr Index kDenseParameters = 100, kDenseEntries = 1'000'000;
-
 template <Backend B>
-LinearSolverKind Choose(const StepSystem<B>& system, const char* why_normal, bool reducible, std::string& why) {
+bool CanReduce(const StepSystem<B>& system) {
+  return system.batches.size() == 1 && !system.problem.has_bounds();
+}
+
+// What kAuto takes, and why.
+struct Choice {
+  LinearSolverKind kind;
+  bool factor = false;  // kPcg, preconditioned by the problem's sparse Cholesky factor
+  std::string why;
+};
+
+// counts: of a problem that may give its factor, else null. reduced: made where that is the choice.
+template <Backend B>
+Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCounts* counts,
+              std::unique_ptr<ReducedSystem<B>>& reduced) {
   const Index n = system.metric.size();
   Index rows = 0;
   for (Linearization<B>* batch : system.batches) rows += batch->num_residuals();
-  if (reducible) {
-    why = "the problem has a block-diagonal group to eliminate";
-    return LinearSolverKind::kReducedPcg;
+  if (CanReduce(system)) {
+    // The counts say it without making the reduced system.
+    if (counts && counts->reduced && FactorBeatsIterations(*counts)) {
+      return {LinearSolverKind::kPcg, true, FactorBeside(*counts, IterationsInWords(*counts), IterationsCost(*counts))};
+    }
+    reduced = system.batches.front()->MakeReducedSystem();
+    if (reduced) return {LinearSolverKind::kReducedPcg, false, "the problem has a block-diagonal group to eliminate"};
   }
-  if (why_normal == nullptr && n <= kDenseParameters && rows * n <= kDenseEntries) {
-    why = fmt::format("a Jacobian of {} x {}", rows, n);
-    return LinearSolverKind::kDenseQr;
+  std::string shape = fmt::format("a Jacobian of {} x {}", rows, n);
+  if (why_normal == nullptr && DenseQrFits(static_cast<double>(rows), static_cast<double>(n))) {
+    if (counts && FactorBeatsDenseQr(*counts)) {
+      return {LinearSolverKind::kPcg, true, FactorBeside(*counts, "dense QR", DenseQrCost(*counts))};
+    }
+    return {LinearSolverKind::kDenseQr, false, shape};
   }
-  why = why_normal != nullptr ? why_normal : fmt::format("a Jacobian of {} x {}", rows, n);
-  return LinearSolverKind::kPcg;
+  return {LinearSolverKind::kPcg, false, why_normal != nullptr ? why_normal : shape};
 }
 
 }  // namespace step_internal
@@ -310,15 +334,19 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
   const char* const why_normal = step_internal::WhyNormal(system);
   std::unique_ptr<ReducedSystem<B>> reduced;
   const bool asked_reduced = options.linear_solver == LinearSolverKind::kReducedPcg;
-  if ((asked_reduced || options.linear_solver == LinearSolverKind::kAuto) && system.batches.size() == 1 &&
-      !system.problem.has_bounds()) {
-    reduced = system.batches.front()->MakeReducedSystem();
-  }
+  if (asked_reduced && step_internal::CanReduce(system)) reduced = system.batches.front()->MakeReducedSystem();
   LinearSolverKind kind = options.linear_solver;
+  PreconditionerKind preconditioner = options.preconditioner;
   std::string why;
   if (kind == LinearSolverKind::kAuto) {
-    kind = step_internal::Choose(system, why_normal, reduced != nullptr, why);
-    why = fmt::format(" (auto: {})", why);
+    const bool may_factorize =
+        preconditioner == PreconditionerKind::kAuto || preconditioner == PreconditionerKind::kProblem;
+    const StepCounts* const counts =
+        may_factorize ? system.problem.CountSteps(step_internal::CanReduce(system)) : nullptr;
+    const step_internal::Choice choice = step_internal::Choose(system, why_normal, counts, reduced);
+    kind = choice.kind;
+    if (choice.factor) preconditioner = PreconditionerKind::kSparseCholesky;
+    why = fmt::format(" (auto: {})", choice.why);
   }
   if (why_normal != nullptr && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
     Fail("linear_solver = {} does not fit, for {}; choose PCG", ToString(kind), why_normal);
@@ -343,7 +371,9 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
       solver = std::make_unique<step_internal::DenseQrStep<B>>(system);
       break;
     default: {
-      auto pcg = std::make_unique<step_internal::PcgStep<B>>(options, system);
+      NormalSystemOptions chosen = options;
+      chosen.preconditioner = preconditioner;
+      auto pcg = std::make_unique<step_internal::PcgStep<B>>(chosen, system);
       name += fmt::format(", {}", pcg->preconditioner());
       solver = std::move(pcg);
     }

@@ -317,6 +317,8 @@ std::optional<EliminationPlan> PlanElimination(const BlockPattern& pattern, cons
   PlaceEntries(pattern, Inverse(order), plan.order, places, &plan.fronts);
   for (const EliminationFront& front : plan.fronts) {
     plan.factor_values += PanelValues(front.pivot_scalars, front.scalars);
+    const auto below = static_cast<double>(front.scalars - front.pivot_scalars);
+    plan.update_values += below * below;
     plan.multiplications += Multiplications(front);
   }
   ChooseSubtrees(&plan);

@@ -64,6 +64,7 @@ struct EliminationPlan {
   // The fronts above the subtrees; those of a level need the levels before it and nothing of each other.
   std::vector<std::vector<Index>> levels;
   double factor_values = 0;    // of the factor, with the zeros that joined fronts store
+  double update_values = 0;    // that fronts hand on to their parents
   double multiplications = 0;  // to factorise
 };
 

@@ -53,6 +53,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   void Apply(B::ConstView x, B::View y) override { factor_->Solve(x, y); }
   void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstView diag_h) override;
   void SetDamping(double lambda, B::ConstView metric) override;
+  bool exact() const override { return true; }
   std::string description() const override;
 
  private:
