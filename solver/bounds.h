@@ -44,6 +44,7 @@ class BoundedProblem final : public Problem<B> {
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override { return inner_.DampingMetric(x, diag_h, D); }
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
+  const StepCounts* CountSteps(bool) override { return inner_.CountSteps(false); }
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return true; }
   bool IsFeasible(ConstView x) override;

@@ -60,7 +60,9 @@ std::string LmSummary::BriefReport() const {
 std::string LmSummary::FullReport() const {
   std::string text;
   auto out = std::back_inserter(text);
-  fmt::format_to(out, "Levenberg-Marquardt: {}\n{}\n\n", ToString(status), message);
+  fmt::format_to(out, "Levenberg-Marquardt: {}\n{}\n", ToString(status), message);
+  for (const std::string& note : notes) fmt::format_to(out, "note: {}\n", note);
+  text += '\n';
   fmt::format_to(out, "parameters        {:>12}   tangent {}, frozen {}\n", num_parameters, num_tangent, num_frozen);
   fmt::format_to(out, "residuals         {:>12}   in {} batches\n", num_residuals, num_batches);
   fmt::format_to(out, "linear solver     {}\n", linear_solver);

@@ -76,8 +76,10 @@ struct LmSummary {
   std::string linear_solver;  // what solved the steps and, where that was chosen, why
   std::string configuration;  // the chosen parts, for the full report
   std::vector<LmIteration> iterations;
+  // Lines for the full report, on how the call that began the solve was understood; not saved.
+  std::vector<std::string> notes = {};
 
-  // Every member, for a solve that is saved and goes on later (kernels/core/archive.h).
+  // Every other member, for a solve that is saved and goes on later (kernels/core/archive.h).
   template <class Archive>
   void Visit(Archive& archive) {
     archive(status, message, initial_cost, final_cost, num_parameters, num_tangent, num_residuals, num_batches,

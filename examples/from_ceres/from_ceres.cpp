@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "solver/ceres/ceres_problem.h"  // changed
+#include "solver/ceres/ceres_solve.h"  // changed
 
 struct Line {
   double t, y;
@@ -31,8 +31,7 @@ int main() {
     std::printf("%3d  cost %.6e\n", row.iteration, row.cost);
     return vesta::CallbackResult::kContinue;
   };
-  const vesta::LmSummary summary =
-      vesta::ceres_bridge::Solve(vesta::ceres_bridge::FromCeres(options), problem, print);  // changed
+  const vesta::LmSummary summary = vesta::ceres_bridge::Solve(options, problem, print);  // changed
   std::puts(summary.BriefReport().c_str());
 
   std::printf("slope %.4f, height %.4f\n", slope, height);

@@ -1,10 +1,13 @@
 #include "solver/ceres/ceres_problem.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "solver/bounds.h"
 
 namespace vesta::ceres_bridge {
 
@@ -100,6 +103,14 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
       const double lower = problem.GetParameterLowerBound(values, entry);
       const double upper = problem.GetParameterUpperBound(values, entry);
       if (lower <= -kNone && upper >= kNone) continue;
+      if (fixed) {
+        if (!bounds_internal::Inside(values[entry], lower, upper) && infeasible_constant_.empty()) {
+          infeasible_constant_ =
+              fmt::format("parameter block {} is constant, and its entry {} is {}, outside of [{}, {}]; move it inside",
+                          block, entry, values[entry], lower, upper);
+        }
+        continue;
+      }
       problem_.SetBounds(block, entry, lower <= -kNone ? -kInfinity : lower, upper >= kNone ? kInfinity : upper);
     }
   }
@@ -149,54 +160,15 @@ int CeresProblem::block(const double* values) const {
   return found->second;
 }
 
-LmSummary Solve(const LmOptions& options, ceres::Problem& problem, const LmCallback& callback) {
-  CeresProblem bridge(problem);
-  CpuBackend<double> backend;
-  auto x = bridge.Gather();
-  LmSummary summary = SolveLm<CpuBackend<double>>(options, backend, bridge.problem(), x.view(), callback);
-  bridge.Scatter(x);
-  return summary;
-}
-
-LmOptions FromCeres(const ceres::Solver::Options& from) {
-  LmOptions options;
-  options.max_iterations = from.max_num_iterations;
-  options.max_seconds = from.max_solver_time_in_seconds;
-  options.function_tolerance = from.function_tolerance;
-  options.gradient_tolerance = from.gradient_tolerance;
-  options.parameter_tolerance = from.parameter_tolerance;
-  options.step_control.initial_lambda = 1 / from.initial_trust_region_radius;
-  options.step_control.min_lambda = 1 / from.max_trust_region_radius;
-  options.step_control.max_lambda = 1 / from.min_trust_region_radius;
-  options.step_control.min_relative_decrease = from.min_relative_decrease;
-  options.column_scaling = from.jacobi_scaling ? ColumnScaling::kOnePlusInverse : ColumnScaling::kNone;
-  NormalSystemOptions& system = options.normal_system;
-  system.metric.min_diagonal = from.min_lm_diagonal;
-  system.metric.max_diagonal = from.max_lm_diagonal;
-  system.pcg.max_iterations = from.max_linear_solver_iterations;
-  system.pcg.min_iterations = from.min_linear_solver_iterations;
-  system.pcg.model_tolerance = from.eta;
-  switch (from.linear_solver_type) {
-    case ceres::DENSE_QR:
-    case ceres::DENSE_NORMAL_CHOLESKY:
-      system.linear_solver = LinearSolverKind::kDenseQr;
-      break;
-    case ceres::CGNR:
-      system.linear_solver = LinearSolverKind::kPcg;
-      system.preconditioner = from.preconditioner_type == ceres::IDENTITY ? PreconditionerKind::kIdentity
-                                                                          : PreconditionerKind::kBlockJacobi;
-      break;
-    case ceres::SPARSE_NORMAL_CHOLESKY:
-      system.linear_solver = LinearSolverKind::kPcg;
-      system.preconditioner = PreconditionerKind::kSparseCholesky;
-      // To rounding, as a direct solver; the second test is for systems whose rounding is above the first.
-      system.pcg.relative_tolerance = 1e-10;
-      system.pcg.model_tolerance = 1e-4;
-      break;
-    default:
-      system.linear_solver = LinearSolverKind::kAuto;
-  }
-  return options;
+void CeresProblem::SetEvaluationCallback(ceres::EvaluationCallback* callback) {
+  if (callback == nullptr) return problem_.set_evaluation_callback({});
+  problem_.set_evaluation_callback(
+      [this, callback, last = std::vector<double>()](CpuBackend<double>::ConstView x, bool jacobians) mutable {
+        const bool is_new = !std::equal(x.begin(), x.end(), last.begin(), last.end());
+        if (is_new) last.assign(x.begin(), x.end());
+        Scatter(x);
+        callback->PrepareForEvaluation(jacobians, is_new);
+      });
 }
 
 }  // namespace vesta::ceres_bridge

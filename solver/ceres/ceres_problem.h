@@ -4,11 +4,12 @@
 
 #include <ceres/ceres.h>
 
+#include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "solver/block_problem.h"
-#include "solver/levenberg_marquardt.h"
+#include "solver/ceres/ceres_solve.h"
 
 namespace vesta::ceres_bridge {
 
@@ -16,7 +17,7 @@ namespace vesta::ceres_bridge {
 // directly, several at a time: they must be safe to call from several threads, as with
 // ceres::Solver::Options::num_threads above 1. The ceres::Problem must outlive this object. Both of Ceres's ways to say
 // what a step is are understood: Manifold and LocalParameterization. Not carried over, for ceres::Problem does not
-// tell: Problem::Options::evaluation_callback (problem().set_evaluation_callback).
+// tell: Problem::Options::evaluation_callback (SetEvaluationCallback).
 class CeresProblem {
  public:
   explicit CeresProblem(ceres::Problem& problem, BlockProblem::Options options = {});
@@ -26,6 +27,11 @@ class CeresProblem {
   CpuBackend<double>::Vector Gather() const;
   // Writes x to the parameter blocks.
   void Scatter(CpuBackend<double>::ConstView x) const;
+  // Called before each evaluation as Ceres does, the parameter blocks holding x. Null: none. The callback must outlive
+  // this object, which must not move afterwards.
+  void SetEvaluationCallback(ceres::EvaluationCallback* callback);
+  // What is wrong with a constant block that lies outside of its bounds, which Ceres refuses; empty: nothing.
+  const std::string& infeasible_constant() const { return infeasible_constant_; }
   // The number in problem() of the parameter block at this address.
   int block(const double* values) const;
 
@@ -33,13 +39,7 @@ class CeresProblem {
   BlockProblem problem_;
   std::vector<double*> values_;  // of each block
   std::unordered_map<const double*, int> block_of_;
+  std::string infeasible_constant_;
 };
-
-// Minimises `problem` from the values its parameter blocks hold; they hold the best x met afterwards.
-LmSummary Solve(const LmOptions& options, ceres::Problem& problem, const LmCallback& callback = {});
-
-// vesta's options for what ceres::Solver::Options asks of a trust-region LM: tolerances, limits, radius (1/lambda), the
-// range of the diagonal, Jacobi scaling and the linear solver's kind. What has no counterpart is ignored.
-LmOptions FromCeres(const ceres::Solver::Options& options);
 
 }  // namespace vesta::ceres_bridge
