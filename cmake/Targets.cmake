@@ -49,7 +49,9 @@ endfunction()
 
 # vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds] [PREFIX p])
 # One test program, one ctest entry per GoogleTest case, its name after the prefix. Labels: unit (the default), threads,
-# ceres, data (whole problems of the field), memory, slow, cuda; the target tests_<label> builds all programs of one.
+# ceres, data (whole problems of the field), memory, slow (what a first run can do without), cuda; the target
+# tests_<label> builds all programs of one. No test takes over 10 s alone on two cores, and its limit is ten times that
+# at least: on a busy machine it may take longer, but not be broken.
 function(vesta_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT;PREFIX" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)

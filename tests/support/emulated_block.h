@@ -3,8 +3,6 @@
 // missing barrier looks like, shows up as a difference between two orders.
 #pragma once
 
-#include <ucontext.h>
-
 #include <algorithm>
 #include <cstring>
 #include <exception>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "kernels/core/block_kernel.h"
+#include "tests/support/fiber.h"
 #include "tests/support/random.h"
 
 namespace vesta::test {
@@ -39,7 +38,10 @@ class FiberBlock {
   // Calls body(thread) in every fiber until all have returned. Throws where some wait at a barrier that others never
   // reach, and rethrows what a body throws.
   void Run(const std::function<void(int)>& body) {
-    for (Fiber& fiber : fibers_) Prepare(fiber);
+    for (Fiber& fiber : fibers_) {
+      if (!fiber.done) Prepare(fiber);  // new, or left at a barrier by a body that failed
+      fiber.done = false;
+    }
     body_ = &body;
     failure_ = nullptr;
     for (;;) {
@@ -48,7 +50,7 @@ class FiberBlock {
       std::size_t done = 0;
       for (const std::size_t t : order_) {
         current_ = t;
-        if (!fibers_[t].done) swapcontext(&scheduler_, &fibers_[t].context);
+        if (!fibers_[t].done) SwitchFiber(scheduler_, fibers_[t].context);
         done += fibers_[t].done ? 1U : 0U;
         if (failure_) std::rethrow_exception(failure_);
       }
@@ -60,7 +62,7 @@ class FiberBlock {
   int Wait(bool vote) {
     next_votes_ += vote ? 1 : 0;
     Fiber& fiber = fibers_[current_];
-    swapcontext(&fiber.context, &scheduler_);
+    SwitchFiber(fiber.context, scheduler_);
     return votes_;
   }
 
@@ -68,34 +70,33 @@ class FiberBlock {
   static constexpr std::size_t kStackBytes = 64 * 1024;
   struct Fiber {
     std::unique_ptr<char[]> stack;
-    ucontext_t context;
+    FiberContext context;
     bool done = false;
   };
   // Sets the fiber to begin at Enter.
   void Prepare(Fiber& fiber) {
     if (fiber.stack == nullptr) fiber.stack = std::make_unique_for_overwrite<char[]>(kStackBytes);
-    fiber.done = false;
-    getcontext(&fiber.context);
-    fiber.context.uc_stack.ss_sp = fiber.stack.get();
-    fiber.context.uc_stack.ss_size = kStackBytes;
-    fiber.context.uc_link = &scheduler_;
-    const auto self = reinterpret_cast<std::uintptr_t>(this);
-    makecontext(&fiber.context, reinterpret_cast<void (*)()>(&FiberBlock::Enter), 2, static_cast<unsigned>(self >> 32),
-                static_cast<unsigned>(self));
+    PrepareFiber(fiber.context, fiber.stack.get(), kStackBytes, &FiberBlock::Enter,
+                 reinterpret_cast<std::uintptr_t>(this));
   }
-  static void Enter(unsigned high, unsigned low) {
-    auto* self = reinterpret_cast<FiberBlock*>(std::uintptr_t{high} << 32 | low);
-    try {
-      (*self->body_)(static_cast<int>(self->current_));
-    } catch (...) {
-      self->failure_ = std::current_exception();
+  // A fiber's whole life: one body after the other.
+  static void Enter(std::uintptr_t block) {
+    auto* self = reinterpret_cast<FiberBlock*>(block);
+    const std::size_t thread = self->current_;
+    for (;;) {
+      try {
+        (*self->body_)(static_cast<int>(thread));
+      } catch (...) {
+        self->failure_ = std::current_exception();
+      }
+      self->fibers_[thread].done = true;
+      SwitchFiber(self->fibers_[thread].context, self->scheduler_);
     }
-    self->fibers_[self->current_].done = true;
   }
 
   std::vector<Fiber> fibers_;
   std::vector<std::size_t> order_;
-  ucontext_t scheduler_{};
+  FiberContext scheduler_;
   std::size_t current_ = 0;
   int votes_ = 0, next_votes_ = 0;
   const std::function<void(int)>* body_ = nullptr;

@@ -88,5 +88,33 @@ TEST(EmulatedBlock, ABarrierThatSomeNeverReachIsAnError) {
   EXPECT_THROW(test::Emulate(HalfReachABarrier{}, 1), std::logic_error);
 }
 
+// Adds up the threads' numbers, or throws in one of them while others wait.
+struct SumsOrThrows {
+  static constexpr int kThreads = 64;
+  struct Shared {
+    int lanes[kThreads];
+  };
+  int thrower;
+  int* out;
+  template <class Block>
+  void operator()(Block& block, Shared& shared) const {
+    block.Sync();
+    if (block.thread() == thrower) throw std::runtime_error("thrown in a thread");
+    const int sum = ReduceBlock<kThreads>(block, shared.lanes, block.thread(), AddUp{});
+    if (block.thread() == 0) *out = sum;
+  }
+};
+
+TEST(EmulatedBlock, RunsAgainAfterAThreadThrew) {
+  test::FiberBlock fibers(SumsOrThrows::kThreads, test::ThreadOrder::kShuffled, 1);
+  int sum = 0;
+  for (int run = 0; run < 3; ++run) {
+    EXPECT_THROW(test::Emulate(SumsOrThrows{20 * run, &sum}, 1, fibers), std::runtime_error);
+    sum = 0;
+    test::Emulate(SumsOrThrows{-1, &sum}, 2, fibers);
+    EXPECT_EQ(sum, 64 * 63 / 2);
+  }
+}
+
 }  // namespace
 }  // namespace vesta
