@@ -61,6 +61,10 @@ void Report::Finish(const std::string& json_path) const {
   for (const Target& t : targets_) {
     fmt::print("target {}: {:.4g} {} (goal {:.4g}) {}\n", t.name, t.value, t.unit, t.goal, t.met ? "met" : "MISSED");
   }
+  WriteJson(json_path);
+}
+
+void Report::WriteJson(const std::string& json_path) const {
   if (json_path.empty()) return;
   nlohmann::ordered_json json;
   json["bench"] = bench_;

@@ -28,8 +28,10 @@ class Report {
   void Add(Row row) { rows_.push_back(std::move(row)); }
   void AddTarget(Target target) { targets_.push_back(std::move(target)); }
 
-  // The table on standard output; then, unless the path is empty, JSON {"bench", "machine", "commit", "rows",
-  // "targets"} written whole to the file. Throws Error where it cannot be written.
+  // Unless the path is empty, JSON {"bench", "machine", "commit", "rows", "targets"} of all that was added so far,
+  // written whole to the file. Throws Error where it cannot be written.
+  void WriteJson(const std::string& json_path) const;
+  // The table on standard output; then WriteJson.
   void Finish(const std::string& json_path) const;
 
  private:

@@ -13,13 +13,19 @@ enable_language(CUDA)
 find_package(CUDAToolkit REQUIRED)
 
 # CMake 3.25 knows no C++20 for nvcc: the standard 20 passes no flag, and must not be required. -fmad=false is nvcc's
-# counterpart of -ffp-contract=off. Files for nvcc keep clear of fmt: version 9 does not compile there as C++20.
+# counterpart of -ffp-contract=off. -lineinfo names the lines of the source to tools, and costs no speed. Files for nvcc
+# keep clear of fmt: version 9 does not compile there as C++20.
 set(CMAKE_CUDA_STANDARD 20)
 set(CMAKE_CUDA_STANDARD_REQUIRED OFF)
-string(APPEND CMAKE_CUDA_FLAGS " -std=c++20 -fmad=false --expt-relaxed-constexpr --extended-lambda -Xcompiler=-Wall,-Wextra,-Wshadow,-ffp-contract=off")
+string(APPEND CMAKE_CUDA_FLAGS " -std=c++20 -fmad=false --expt-relaxed-constexpr --extended-lambda -lineinfo -Xcompiler=-Wall,-Wextra,-Wshadow,-ffp-contract=off")
 if(VESTA_WARNINGS_AS_ERRORS)
   string(APPEND CMAKE_CUDA_FLAGS " -Werror=all-warnings -Xcompiler=-Werror")
 endif()
+
+# Programs find shared libraries in lib/ beside their folder first, where bench/gpu/pack.sh gathers them; as RPATH, for
+# the libraries of libraries too.
+set(CMAKE_BUILD_RPATH "\$ORIGIN/../lib")
+add_link_options(LINKER:--disable-new-dtags)
 
 # vesta_cuda_library(name SOURCES a.cu b.cpp ... [LINK targets ...])
 # As vesta_library, with device code or calls of CUDA in it. Such libraries stand beside those of the host, which stay as

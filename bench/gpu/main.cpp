@@ -1,25 +1,35 @@
-// Each pass of the GPU beside what the device can do at most, and a step of LM at scale.
+// The GPU at scale: whether it computes what the host does, an iteration of Adam and one of LM, and each pass beside
+// what the device can do at most.
 //
 //   gpu_kernels [--gaussians 1000000] [--pixels 1000000] [--views 100] [--overlap 40] [--repeats 20] [--json FILE]
+//   gpu_kernels --probe yes       names the GPU and runs one small kernel on it
+//
+// The JSON is written after each part, so that it has what was done by the time the program is stopped. Exit status: 0,
+// or 1 where the device disagrees with the host or itself; without a GPU 0, or with VESTA_REQUIRE_CUDA=1 and for a
+// probe 3.
 //
 // bytes: each input read once, each output written once; flops: those of the formulas for pixels that a splat is part
 // of (docs/performance.md counts the instructions; two operations each). Neither counts what the kernels do besides.
 #include <fmt/format.h>
 
-#include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <map>
+#include <string_view>
 
 #include "bench/gpu/ceilings.h"
+#include "bench/gpu/host_comparison.h"
+#include "bench/gpu/whole_steps.h"
 #include "bench/kernel_times/workload.h"
 #include "bench/report.h"
+#include "kernels/core/block_diagonal.h"
 #include "kernels/core/device_kernels.h"
 #include "kernels/gaussian_splatting/device_passes.h"
 #include "kernels/gaussian_splatting/device_splat_view.h"
+#include "kernels/gaussian_splatting/splat_view.h"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
-#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "solver/levenberg_marquardt.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::bench {
 namespace {
@@ -30,19 +40,21 @@ class GpuBench {
  public:
   GpuBench(const Workload& workload, int repeats, Report& report)
       : workload_(workload), repeats_(repeats), report_(report) {
-    fmt::print("measuring the ceilings of {}\n", QueryDevice().name);
     bytes_per_second_ = CopyBytesPerSecond();
     flops_per_second_ = FlopsPerSecond();
     fmt::print("copy {:.0f} GB/s, multiply-adds {:.1f} TFLOP/s\n", bytes_per_second_ / 1e9, flops_per_second_ / 1e12);
+    std::fflush(stdout);
+  }
+
+  // Each pass over the first view. What it allocates stays: after the whole steps, whose peak of memory is shown.
+  void Passes() {
+    const Workload& workload = workload_;
     x_.CopyFrom(HostSpan<const float>(workload.model.data.data(), static_cast<Index>(workload.model.data.size())));
     Build();
     splat::SplatView<float> host;
     splat::ViewWorkspace<float> workspace;
     host.Build(gs::ToKernelModel(workload.model), workload.views.front(), background_, workspace);
     visits_ = host.CountVisits();
-  }
-
-  void Passes() {
     const double pairs = static_cast<double>(view_.num_pairs()), splats = static_cast<double>(view_.num_splats()),
                  values = static_cast<double>(workload_.shape().NumValues()),
                  n = static_cast<double>(workload_.model.count),
@@ -87,44 +99,32 @@ class GpuBench {
     const auto part = [&](DeviceBuffer<float>& v) { return v.view().subspan(0, preconditioner.num_parameters()); };
     Add("preconditioner", "BlockDiagonal::Solve", 0, 4 * (66 + 22) * n,
         [&] { preconditioner.Solve(part(dx), part(g)); });
-  }
-
-  // One iteration of LM with 8 products, all views.
-  void LmIteration() {
-    std::vector<gs::TargetView<CpuBackend<float>>> targets;
-    for (std::size_t v = 0; v < workload_.views.size(); ++v) {
-      const std::vector<float>& truth = workload_.photographs[v];
-      targets.push_back({workload_.views[v], {truth.data(), static_cast<Index>(truth.size())}});
-    }
-    const std::vector<gs::TargetView<CudaBackend<float>>> on_device = gs::TargetsIn<CudaBackend<float>>(targets);
-    gs::SplatProblemOptions options;
-    options.count = workload_.model.count;
-    options.view_agreement = 0;
-    device::ResetPeak();
-    gs::SplatProblem<CudaBackend<float>> problem(options, on_device);
-    LmOptions engine;
-    engine.max_iterations = 2;
-    engine.function_tolerance = engine.gradient_tolerance = engine.parameter_tolerance = 0;
-    engine.column_scaling = ColumnScaling::kNone;
-    engine.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
-    engine.normal_system.pcg.max_iterations = 8;
-    engine.normal_system.pcg.model_tolerance = 0;
-    engine.SetStepRule(StepRule::kSoft);
-    Gpu backend;
-    LmStepper<Gpu> stepper(engine, backend, problem, x_.view());
-    const auto begin = std::chrono::steady_clock::now();
-    stepper.Step();
-    device::Synchronize();
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const double peak = static_cast<double>(device::PeakBytes()) / (1 << 30);
-    AddRow("LM iteration, all views", 1e3 * seconds, 0, 0, 0);
-    report_.AddTarget({"an LM iteration with 8 products", seconds, "s", 3, seconds < 3});
-    report_.AddTarget({"peak memory of LM", peak, "GiB", 16, peak < 16});
     const double both = forward_ + jt_u_;
     report_.AddTarget({"J v over forward and backward", j_v_ / both, "x", 1, j_v_ <= both});
     report_.AddTarget({"J^T u over forward and backward", jt_u_ / both, "x", 1, jt_u_ <= both});
     report_.AddTarget({"J v, of the nearer ceiling", share_["J v"], "%", 50, share_["J v"] >= 50});
     report_.AddTarget({"J^T u, of the nearer ceiling", share_["J^T u"], "%", 50, share_["J^T u"] >= 50});
+  }
+
+  // What it computes beside the host. True where the two agree.
+  bool Comparison() {
+    const HostComparison found = CompareWithHost(workload_);
+    const auto add = [&](const char* name, double value, double goal) {
+      report_.AddTarget({name, value, "", goal, value <= goal});
+    };
+    add("image, relative difference to the host", found.image, HostComparison::kImageGoal);
+    add("J v, relative difference to the host", found.j_v, HostComparison::kProductGoal);
+    add("J^T u, relative difference to the host", found.jt_u, HostComparison::kProductGoal);
+    add("values that differ between two runs", static_cast<double>(found.differing), 0);
+    return found.Agrees();
+  }
+
+  void WholeSteps() {
+    AddStep("Adam iteration", AdamIterationCost(workload_, 2 * repeats_));
+    const StepCost lm = LmIterationCost(workload_);
+    AddStep("LM iteration, all views", lm);
+    report_.AddTarget({"an LM iteration with 8 products", lm.seconds, "s", 3, lm.seconds < 3});
+    report_.AddTarget({"peak memory of LM", lm.peak_gib, "GiB", 16, lm.peak_gib < 16});
   }
 
  private:
@@ -181,25 +181,41 @@ class GpuBench {
   // kernel: whose registers are shown.
   template <class Body>
   double Add(const std::string& pass, const std::string& kernel, double flops, double bytes, const Body& body) {
-    const double ms = DeviceMilliseconds(repeats_, body);
+    const device::HostWork before = device::CountedHostWork();
+    int calls = 0;
+    const double ms = DeviceMilliseconds(repeats_, [&] {
+      body();
+      ++calls;
+    });
+    const device::HostWork after = device::CountedHostWork();
     int registers = 0;
     for (const device::KernelFacts& facts : device::KernelTable()) {
       if (facts.name == kernel) registers = facts.registers;
     }
-    AddRow(pass, ms, flops, bytes, registers);
+    AddRow(pass, ms, static_cast<double>(after.launches - before.launches) / calls,
+           static_cast<double>(after.waits - before.waits) / calls, flops, bytes, registers);
     return ms;
   }
-  void AddRow(const std::string& pass, double ms, double flops, double bytes, int registers) {
+  void AddStep(const std::string& name, const StepCost& cost) {
+    AddRow(name, 1e3 * cost.seconds, cost.launches, cost.waits, 0, 0, 0);
+  }
+  void AddRow(const std::string& pass, double ms, double launches, double waits, double flops, double bytes,
+              int registers) {
     const double of_bytes = 100 * bytes / (1e-3 * ms) / bytes_per_second_,
                  of_flops = 100 * flops / (1e-3 * ms) / flops_per_second_;
     share_[pass] = std::max(of_bytes, of_flops);
     report_.Add({{"pass", pass},
                  {"ms", ms},
+                 {"launches", launches},
+                 {"waits", waits},
                  {"MB", bytes / 1e6},
                  {"% of bandwidth", of_bytes},
                  {"GFLOP", flops / 1e9},
                  {"% of flops", of_flops},
                  {"registers", static_cast<double>(registers)}});
+    // Shown at once: the program may be stopped before its table.
+    fmt::print("{}: {:.3f} ms, {:.0f} launches, {:.0f} waits\n", pass, ms, launches, waits);
+    std::fflush(stdout);
   }
 
   const Workload& workload_;
@@ -214,23 +230,44 @@ class GpuBench {
   splat::VisitCounts visits_;
 };
 
+// Names the GPU once a kernel has run on it.
+int Probe() {
+  const DeviceInfo& device = QueryDevice();
+  const DeviceBuffer<float> zeros(1000);
+  DeviceBuffer<float> ones(1000);
+  Gpu().Fill(1, ones);
+  Gpu().Axpby(1, zeros, 1, ones);
+  const double sum = Gpu().Dot(ones.view(), ones.view());
+  fmt::print("{}, capability {}.{}, {} multiprocessors, {:.1f} of {:.1f} GiB free\n", device.name,
+             device.capability / 10, device.capability % 10, device.multiprocessors,
+             static_cast<double>(device::FreeBytes()) / (1 << 30), static_cast<double>(device.memory) / (1 << 30));
+  if (sum == 1000) return 0;
+  fmt::print("a dot product of 1000 ones is {}\n", sum);
+  return 1;
+}
+
 int Run(int argc, char** argv) {
-  const Arguments arguments(argc, argv, {"gaussians", "pixels", "views", "overlap", "repeats", "json"});
+  const Arguments arguments(argc, argv, {"gaussians", "pixels", "views", "overlap", "repeats", "json", "probe"});
+  const bool probes = arguments.Flag("probe", "no") == "yes";
   if (!QueryDevice().usable) {
-    fmt::print("skipped: no GPU to use ({})\n", QueryDevice().name);
-    return 0;
+    fmt::print("no GPU to use ({})\n", QueryDevice().name);
+    const char* require = std::getenv("VESTA_REQUIRE_CUDA");
+    return probes || (require != nullptr && std::string_view(require) == "1") ? 3 : 0;
   }
+  if (probes) return Probe();
   const Workload workload =
       MadeUpWorkload(arguments.Count("gaussians", 1'000'000), arguments.Count("pixels", 1'000'000),
                      arguments.Count("overlap", 40), arguments.Count("views", 100));
   Report report("gpu_kernels");
-  {
-    GpuBench bench(workload, arguments.Count("repeats", 20), report);
-    bench.Passes();
-    bench.LmIteration();
-  }
-  report.Finish(arguments.Flag("json", ""));
-  return 0;
+  GpuBench bench(workload, arguments.Count("repeats", 20), report);
+  const std::string json = arguments.Flag("json", "");
+  const bool agrees = bench.Comparison();
+  report.WriteJson(json);
+  bench.WholeSteps();
+  report.WriteJson(json);
+  bench.Passes();
+  report.Finish(json);
+  return agrees ? 0 : 1;
 }
 
 }  // namespace

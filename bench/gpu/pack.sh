@@ -1,13 +1,15 @@
 #!/usr/bin/env bash
 # Gathers what bench/gpu/run.sh needs of a CUDA build, with its shared libraries, for a machine without them:
-#   bench/gpu/pack.sh build/cuda FOLDER     then there: bench/gpu/run.sh FOLDER
-# The C library and its loader are that machine's own.
+#   bench/gpu/pack.sh build/cuda FOLDER     then there: FOLDER/run.sh
+# The programs find the libraries beside them ($ORIGIN/../lib, cmake/Cuda.cmake), wherever the folder lies. The C library
+# and its loader are that machine's own.
 set -euo pipefail
 build=${1:?usage: pack.sh BUILD FOLDER} folder=${2:?usage: pack.sh BUILD FOLDER}
 mkdir -p "$folder"/{tests,bench,lib}
 cp "$build"/tests/{device_math,cuda_backend,cuda_engine,cuda_splat}_test "$folder/tests"
 cp "$build/bench/gpu_kernels" "$folder/bench"
 cp "$(dirname "${BASH_SOURCE[0]}")/run.sh" "$folder"
-ldd "$folder"/tests/* "$folder"/bench/* | awk '/=> \// {print $3}' | sort -u |
-  grep -vE '/(libc|libm|libdl|librt|libpthread|ld-linux[^/]*|libcuda)\.so' | xargs -I{} cp -L {} "$folder/lib"
+ldd "$build"/tests/{device_math,cuda_backend,cuda_engine,cuda_splat}_test "$build/bench/gpu_kernels" |
+  awk '/=> \// && $3 !~ /\/(libc|libm|libdl|librt|libpthread|ld-linux[^\/]*|libcuda)\.so/ {print $3}' | sort -u |
+  xargs -r -I{} cp -L {} "$folder/lib"
 du -sh "$folder"

@@ -1,77 +1,158 @@
 #!/usr/bin/env bash
-# Proves and measures the CUDA build on a machine with a GPU; no network is used. Under ten minutes.
+# Proves and measures the CUDA build on a machine with a GPU. No network is used, and the card's settings are left alone.
 #
-#   bench/gpu/run.sh [BUILD]      BUILD: a tree of the preset cuda (default build/cuda), or a folder that
-#                                 bench/gpu/pack.sh made of one elsewhere, its shared libraries beside it in lib/
+#   bench/gpu/run.sh [BUILD]      BUILD: a tree of the preset cuda, built first where it has no programs. The default
+#                                 is build/cuda, or the folder of this script where bench/gpu/pack.sh made it elsewhere
+#   bench/gpu/run.sh --list       the steps, each with its limit in seconds
 #
-# Runs the tests of the label cuda, compute-sanitizer's memcheck and racecheck over a short training, and the kernel
-# table at 100 views of a megapixel and a million Gaussians (GAUSSIANS, PIXELS, VIEWS change that). Prints one table;
-# JSON and logs go to $OUT (default gpu_results). Builds first where BUILD has no binaries and there is an nvcc.
+# The limits add up to 540 s at most, the time that timeout(1) gives a step to end included. Into $OUT (default
+# gpu_results) go three files, and after each step they are written anew: summary.json, table.txt and logs.tar.gz.
+# The exit status is 0 where all steps passed, 1 where one failed, 2 where there was nothing to run. No GPU is a
+# failure unless VESTA_REQUIRE_CUDA=0. GAUSSIANS, PIXELS and VIEWS change the workload of gpu_kernels.
 set -uo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-build=${1:-$root/build/cuda}
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+build=$root/build/cuda
+if [[ -x $here/bench/gpu_kernels ]]; then build=$here; fi
+build=${1:-$build}
 out=${OUT:-gpu_results}
-mkdir -p "$out"
-export LD_LIBRARY_PATH=$build/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH} VESTA_REQUIRE_CUDA=1
+export VESTA_REQUIRE_CUDA=${VESTA_REQUIRE_CUDA:-1}
 export PATH=$PATH:/usr/local/cuda/bin
+# What ends a step that ignores its limit, seconds later.
+grace=1
 
-if [[ ! -x $build/bench/gpu_kernels ]]; then
+kernels=$build/bench/gpu_kernels
+workload=(--gaussians "${GAUSSIANS:-1000000}" --pixels "${PIXELS:-1000000}" --views "${VIEWS:-100}")
+# All kernels but those of whole trainings, which launch the same ones for minutes.
+under_a_tool=--gtest_filter=-CudaTraining*:*/CudaTraining*
+
+# each STEP: calls it with name, limit in seconds and command of every step, what is worth most first.
+each() {
+  "$1" gpu 15 "$kernels" --probe yes
+  "$1" sanitizer 20 compute-sanitizer --tool memcheck --error-exitcode 9 "$kernels" --probe yes
+  "$1" device_math 15 "$build/tests/device_math_test"
+  "$1" backend 20 "$build/tests/cuda_backend_test"
+  "$1" engine 20 "$build/tests/cuda_engine_test"
+  "$1" splat 45 "$build/tests/cuda_splat_test"
+  "$1" gpu_kernels 150 "$kernels" "${workload[@]}" --json "$work/gpu_kernels.json"
+  local tool
+  for tool in memcheck racecheck synccheck; do
+    "$1" "$tool.splat" 60 compute-sanitizer --tool "$tool" --error-exitcode 9 "$build/tests/cuda_splat_test" "$under_a_tool"
+    "$1" "$tool.backend" 20 compute-sanitizer --tool "$tool" --error-exitcode 9 "$build/tests/cuda_backend_test"
+  done
+}
+
+list() { printf '%-18s %4d\n' "$1" "$2"; }
+if [[ $build == --list ]]; then
+  work=.
+  each list
+  exit
+fi
+
+if [[ ! -x $kernels ]]; then
   if ! command -v nvcc >/dev/null || [[ ! -f $root/CMakePresets.json ]]; then
     echo "run.sh: $build has no binaries and there is no nvcc to build them; see bench/gpu/pack.sh" >&2
     exit 2
   fi
   cmake -S "$root" --preset cuda -DVESTA_BUILD_APPS=OFF || exit 2
   cmake --build "$root/build/cuda" --parallel --target tests_cuda gpu_kernels || exit 2
-  build=$root/build/cuda
+  build=$root/build/cuda kernels=$root/build/cuda/bench/gpu_kernels
 fi
 
-nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader | tee "$out/gpu.txt"
+mkdir -p "$out" || exit 2
+work=$(mktemp -d) || exit 2
+mkdir "$work/logs"
+trap 'rm -rf "$work"' EXIT
 
-rows=() failed=0
-# step NAME LIMIT_S COMMAND...: runs it, its output in a log of its own, and notes how it went.
-step() {
-  local name=$1 limit=$2 begin=$SECONDS status=0 verdict
-  shift 2
-  timeout "$limit" "$@" >"$out/$name.log" 2>&1 || status=$?
-  case $status in
-    0) verdict=passed ;;
-    124) verdict="stopped after $limit s" ;;
-    *) verdict="FAILED ($status)" ;;
-  esac
-  ((status == 0)) || failed=1
-  rows+=("$name|$verdict|$((SECONDS - begin))")
-  printf '%-28s %-24s %4d s\n' "$name" "$verdict" $((SECONDS - begin))
+rows=() failed=0 gpu="not known" has_gpu=1 has_sanitizer=1
+
+# quote TEXT: $quoted becomes the text as a string of JSON.
+quote() {
+  quoted=${1//\\/\\\\}
+  quoted=\"${quoted//\"/\\\"}\"
+  quoted=${quoted//[[:cntrl:]]/ }
 }
 
-for test in device_math_test cuda_backend_test cuda_engine_test cuda_splat_test; do
-  step "$test" 120 "$build/tests/$test" --gtest_output="json:$out/$test.json"
-done
-
-training=(--gtest_filter=CudaTraining.RunsAreTheSameToTheBit:CudaSplatProblem.*:CudaView.*)
-if command -v compute-sanitizer >/dev/null; then
-  step memcheck 120 compute-sanitizer --tool memcheck --error-exitcode 9 "$build/tests/cuda_splat_test" "${training[@]}"
-  step racecheck 150 compute-sanitizer --tool racecheck --error-exitcode 9 "$build/tests/cuda_splat_test" \
-    --gtest_filter=CudaView.*:CudaLoss.*
-else
-  rows+=("memcheck, racecheck|skipped: no compute-sanitizer|0")
-fi
-
-step gpu_kernels 240 "$build/bench/gpu_kernels" --gaussians "${GAUSSIANS:-1000000}" --pixels "${PIXELS:-1000000}" \
-  --views "${VIEWS:-100}" --json "$out/gpu_kernels.json"
-
-echo
-cat "$out/gpu_kernels.log"
-echo
-printf '%-28s %-24s %s\n' step result seconds
-{
-  printf '{"bench": "gpu", "gpu": "%s", "rows": [' "$(head -1 "$out/gpu.txt")"
-  separator=""
+table() {
+  printf 'gpu: %s\n\n%-18s %-40s %s\n' "$gpu" step result seconds
+  local row name verdict seconds
   for row in "${rows[@]}"; do
-    IFS='|' read -r name verdict seconds <<<"$row"
-    printf '%-28s %-24s %s\n' "$name" "$verdict" "$seconds" >&2
-    printf '%s{"step": "%s", "result": "%s", "seconds": %s}' "$separator" "$name" "$verdict" "$seconds"
-    separator=", "
+    IFS='|' read -r name seconds verdict <<<"$row"
+    printf '%-18s %-40s %7d\n' "$name" "$verdict" "$seconds"
   done
-  echo ']}'
-} 2>&1 >"$out/summary.json"
+  if [[ -f $work/logs/gpu_kernels.log ]]; then printf '\n%s\n' "$(<"$work/logs/gpu_kernels.log")"; fi
+}
+
+json() {
+  local row name verdict seconds separator="" passed=true quoted
+  if ((failed)); then passed=false; fi
+  quote "$gpu"
+  printf '{"bench": "gpu", "gpu": %s, "passed": %s, "rows": [' "$quoted" $passed
+  for row in "${rows[@]}"; do
+    IFS='|' read -r name seconds verdict <<<"$row"
+    quote "$verdict"
+    printf '%s\n  {"step": "%s", "result": %s, "seconds": %d}' "$separator" "$name" "$quoted" "$seconds"
+    separator=,
+  done
+  local kernels=null
+  if [[ -s $work/gpu_kernels.json ]]; then kernels=$(<"$work/gpu_kernels.json"); fi
+  printf '],\n "gpu_kernels": %s}\n' "$kernels"
+}
+
+# All that is known so far. Each file is replaced as a whole.
+write_results() {
+  table >"$out/.part" && mv -f "$out/.part" "$out/table.txt"
+  json >"$out/.part" && mv -f "$out/.part" "$out/summary.json"
+  tar -C "$work" -czf "$out/.part" logs && mv -f "$out/.part" "$out/logs.tar.gz"
+}
+
+# note NAME SECONDS VERDICT
+note() {
+  rows+=("$1|$2|$3")
+  printf '%-18s %-40s %4d s\n' "$1" "$3" "$2"
+}
+
+# step NAME LIMIT COMMAND...: runs it, its output in a log of its own, and notes how it went.
+step() {
+  local name=$1 limit=$2 begin=$SECONDS status=0 verdict log=$work/logs/$1.log
+  shift 2
+  if [[ $has_gpu == 0 ]]; then
+    note "$name" 0 "skipped: no GPU"
+    return
+  fi
+  if [[ $1 == compute-sanitizer && $has_sanitizer == 0 ]]; then
+    note "$name" 0 "skipped: no compute-sanitizer that works"
+    return
+  fi
+  timeout -k "$grace" "$limit" "$@" >"$log" 2>&1 || status=$?
+  case $status in
+    0) verdict=passed ;;
+    124 | 137) verdict="stopped after $limit s" ;;
+    *) verdict="FAILED ($status)" ;;
+  esac
+  case $name in
+    gpu)
+      IFS= read -r gpu <"$log"
+      if ((status != 0)); then
+        has_gpu=0 gpu="none: $gpu"
+        verdict="no GPU, and one was required"
+        if [[ $VESTA_REQUIRE_CUDA == 0 ]]; then verdict="no GPU" status=0; fi
+      fi
+      ;;
+    sanitizer)
+      # It may exist and see nothing: what it says at the end of its work shows that it worked.
+      if ((status != 0)) || ! grep -q 'ERROR SUMMARY: 0 errors' "$log"; then
+        has_sanitizer=0 verdict="does not work here ($status)" status=0
+      fi
+      ;;
+  esac
+  ((status == 0)) || failed=1
+  note "$name" $((SECONDS - begin)) "$verdict"
+  write_results
+}
+
+each step
+write_results  # with the steps that were skipped
+echo
+table
 exit $failed

@@ -125,7 +125,20 @@ void CopyToHost(void* to, const void* from, std::size_t bytes) {
   Synchronize();
 }
 
-void Synchronize() { CheckCuda(cudaStreamSynchronize(Stream()), "work on the GPU"); }
+void Synchronize() {
+  ++CountedHostWork().waits;
+  CheckCuda(cudaStreamSynchronize(Stream()), "work on the GPU");
+}
+
+namespace {
+
+void WaitFor(const LaggedReading& reading) {
+  if (!reading.pending) return;
+  ++CountedHostWork().waits;
+  CheckCuda(cudaEventSynchronize(reading.arrived), "reading a scalar");
+}
+
+}  // namespace
 
 double ReadLagged(const double* scalar) {
   Context& context = TheContext();
@@ -133,13 +146,13 @@ double ReadLagged(const double* scalar) {
   auto found = std::find_if(readings.begin(), readings.end(), [&](const auto& r) { return r.scalar == scalar; });
   if (found == readings.end()) {
     found = readings.begin() + static_cast<std::ptrdiff_t>(context.next_reading++ % kMaxReadings);
-    if (found->pending) CheckCuda(cudaEventSynchronize(found->arrived), "reading a scalar");
+    WaitFor(*found);
     *found = {scalar, found->arrived, false};
   }
   double* landing = context.landing + (found - readings.begin());
   double value = 0;
   if (found->pending) {
-    CheckCuda(cudaEventSynchronize(found->arrived), "reading a scalar");
+    WaitFor(*found);
     value = *landing;
   }
   CheckCuda(cudaMemcpyAsync(landing, scalar, sizeof(double), cudaMemcpyDeviceToHost, context.stream),
@@ -152,7 +165,7 @@ double ReadLagged(const double* scalar) {
 void ForgetLagged(const double* first, std::size_t count) {
   for (LaggedReading& reading : TheContext().readings) {
     if (reading.scalar < first || reading.scalar >= first + count) continue;
-    if (reading.pending) CheckCuda(cudaEventSynchronize(reading.arrived), "reading a scalar");
+    WaitFor(reading);
     reading.scalar = nullptr;
     reading.pending = false;
   }

@@ -1,7 +1,8 @@
-// What the compiler made of each kernel that has been launched.
+// What the compiler made of each kernel that has been launched, and how often the host launched and waited.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,16 @@ struct KernelFacts {
 };
 // In the order of the first launch; kernels that share a name follow each other.
 std::vector<KernelFacts> KernelTable();
+
+// Of the host since the program began: kernels that it launched, a sort or a running sum being one, and how often it
+// waited for the device. A reading that lags waits where its copy may still be under way.
+struct HostWork {
+  std::int64_t launches = 0, waits = 0;
+};
+inline HostWork& CountedHostWork() {
+  static HostWork work;
+  return work;
+}
 
 // Adds a kernel. launch.cuh calls it once for each.
 void NoteKernel(const char* name, const void* kernel);

@@ -2,6 +2,7 @@
 #include <cub/device/device_scan.cuh>
 
 #include "kernels/core/cuda_runtime.cuh"
+#include "kernels/core/device_kernels.h"
 #include "kernels/core/device_sort.h"
 
 namespace vesta::device {
@@ -13,6 +14,7 @@ void RunCub(const Call& call, DeviceBuffer<unsigned char>& temporary, const char
   std::size_t bytes = 0;
   CheckCuda(call(nullptr, bytes), name);
   if (static_cast<std::size_t>(temporary.size()) < bytes) temporary.ResizeForOverwrite(static_cast<Index>(bytes));
+  ++CountedHostWork().launches;
   CheckCuda(call(temporary.data(), bytes), name);
 }
 

@@ -58,6 +58,7 @@ void Launch(const Kernel& kernel, Index blocks, const char* name) {
   if (blocks == 0) return;
   static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
   static_cast<void>(noted);
+  ++CountedHostWork().launches;
   RunBlockKernel<<<static_cast<unsigned>(blocks), Kernel::kThreads, 0, Stream()>>>(kernel);
   CheckCuda(cudaGetLastError(), name);
 }
@@ -72,6 +73,7 @@ void ForEach(Index count, const F& f, const char* name) {
   constexpr Index kMostBlocks = 132 * 128;
   const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
   const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);
+  ++CountedHostWork().launches;
   RunForEach<<<blocks, kForEachThreads, 0, Stream()>>>(count, f);
   CheckCuda(cudaGetLastError(), name);
 }

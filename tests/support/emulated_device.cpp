@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "kernels/core/device_kernels.h"
 #include "kernels/core/device_memory.h"
 #include "kernels/core/device_sort.h"
 
@@ -66,9 +67,13 @@ void SetZero(void* memory, std::size_t bytes) {
 void Copy(void* to, const void* from, std::size_t bytes) {
   if (bytes > 0) std::memmove(to, from, bytes);
 }
-void CopyFromHost(void* to, const void* from, std::size_t bytes) { Copy(to, from, bytes); }
-void CopyToHost(void* to, const void* from, std::size_t bytes) { Copy(to, from, bytes); }
-void Synchronize() {}
+void CopyFromHost(void* to, const void* from, std::size_t bytes) {
+  Copy(to, from, bytes);
+  if (bytes > 0) Synchronize();
+}
+void CopyToHost(void* to, const void* from, std::size_t bytes) { CopyFromHost(to, from, bytes); }
+void Synchronize() { ++CountedHostWork().waits; }
+std::vector<KernelFacts> KernelTable() { return {}; }
 
 namespace {
 // What the last call for each scalar saw: as late as a device may be.
@@ -91,6 +96,8 @@ void ResetPeak() { TheMemory().peak = TheMemory().in_use; }
 void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& values,
                DeviceBuffer<std::uint32_t>& other_keys, DeviceBuffer<std::uint32_t>& other_values, Index count,
                int bits, DeviceBuffer<unsigned char>& /*temporary*/) {
+  if (count == 0) return;
+  ++CountedHostWork().launches;
   const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
   std::vector<Index> order(static_cast<std::size_t>(count));
   std::iota(order.begin(), order.end(), Index{0});
@@ -105,6 +112,8 @@ void SortPairs(DeviceBuffer<std::uint32_t>& keys, DeviceBuffer<std::uint32_t>& v
 }
 
 void RunningSum(const Index* counts, Index* sums, Index size, DeviceBuffer<unsigned char>& /*temporary*/) {
+  if (size == 0) return;
+  ++CountedHostWork().launches;
   std::exclusive_scan(counts, counts + size, sums, Index{0});
 }
 

@@ -1,0 +1,11 @@
+// bench/gpu/ceilings.h of an emulated device: no limits of a GPU, and the time of the host's clock.
+#include "bench/gpu/ceilings.h"
+#include "bench/report.h"
+
+namespace vesta::bench {
+
+double CopyBytesPerSecond() { return 1e9; }
+double FlopsPerSecond() { return 1e9; }
+double DeviceMilliseconds(int repeats, const std::function<void()>& body) { return MedianMilliseconds(repeats, body); }
+
+}  // namespace vesta::bench
