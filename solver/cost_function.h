@@ -2,7 +2,8 @@
 #pragma once
 
 #include <array>
-#include <numeric>
+#include <cstddef>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,16 @@ class CostFunction {
   std::vector<int> block_sizes_;
 };
 
+namespace cost_internal {
+
+// functor(blocks[0], blocks[1], ..., residuals), which may return bool or nothing.
+template <class F, class T, std::size_t... I>
+bool Call(const F& functor, const T* const* blocks, T* residuals, std::index_sequence<I...>) {
+  return InvokeFunctor(functor, blocks[I]..., residuals);
+}
+
+}  // namespace cost_internal
+
 // A functor's residuals with derivatives by dual numbers: f(p0, p1, ..., r) reads kBlocks pointers to T and writes
 // kResiduals values of T, for T = double and Dual<double>; it may return bool, as Evaluate, or void. Each tangent
 // direction is one evaluation of the functor.
@@ -44,7 +55,7 @@ class AutoDiffCost final : public CostFunction {
       : CostFunction(kResiduals, {kBlocks...}), functor_(std::forward<Args>(args)...) {}
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
-    if (jacobians == nullptr) return Call(parameters, residuals, kIndices);
+    if (jacobians == nullptr) return Call(parameters, residuals);
     using T = Dual<double>;
     std::array<T, (kBlocks + ...)> p;
     std::array<const T*, sizeof...(kBlocks)> blocks;
@@ -59,24 +70,23 @@ class AutoDiffCost final : public CostFunction {
     for (std::size_t b = 0, k = 0; b < sizes.size(); ++b) {
       for (int i = 0; i < sizes[b]; ++i, ++k) {
         if (jacobians[b] == nullptr) continue;
-        p[k].d = 1;
-        if (!Call(blocks.data(), r.data(), kIndices)) return false;
-        p[k].d = 0;
+        p[k].v = 1;
+        if (!Call(blocks.data(), r.data())) return false;
+        p[k].v = 0;
         evaluated = true;
         for (int row = 0; row < kResiduals; ++row) {
-          residuals[row] = r[static_cast<std::size_t>(row)].v;
-          jacobians[b][row * sizes[b] + i] = r[static_cast<std::size_t>(row)].d;
+          residuals[row] = r[static_cast<std::size_t>(row)].a;
+          jacobians[b][row * sizes[b] + i] = r[static_cast<std::size_t>(row)].v;
         }
       }
     }
-    return evaluated || Call(parameters, residuals, kIndices);
+    return evaluated || Call(parameters, residuals);
   }
 
  private:
-  static constexpr auto kIndices = std::make_index_sequence<sizeof...(kBlocks)>{};
-  template <class T, std::size_t... I>
-  bool Call(const T* const* blocks, T* residuals, std::index_sequence<I...>) const {
-    return InvokeFunctor(functor_, blocks[I]..., residuals);
+  template <class T>
+  bool Call(const T* const* blocks, T* residuals) const {
+    return cost_internal::Call(functor_, blocks, residuals, std::make_index_sequence<sizeof...(kBlocks)>());
   }
   F functor_;
 };

@@ -30,12 +30,12 @@ struct EvaluateFunctor {
     Forget(kResiduals, r);
     bool valid = true;
     for (int column = 0; column < kParameters; ++column) {
-      p[column].d = S(1);
+      p[column].v = S(1);
       valid = InvokeFunctor(functors[b], p, r) && valid;
-      p[column].d = S(0);
-      for (int k = 0; k < kResiduals; ++k) jacobian[(k * kParameters + column) * blocks + b] = r[k].d;
+      p[column].v = S(0);
+      for (int k = 0; k < kResiduals; ++k) jacobian[(k * kParameters + column) * blocks + b] = r[k].v;
     }
-    for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = valid ? r[k].v : Unwritten<S>();
+    for (int k = 0; k < kResiduals; ++k) residuals[k * blocks + b] = valid ? r[k].a : Unwritten<S>();
   }
 };
 

@@ -15,8 +15,8 @@ VESTA_HD void Forget(S& entry) {
 }
 template <class S>
 VESTA_HD void Forget(Dual<S>& entry) {
+  Forget(entry.a);
   Forget(entry.v);
-  Forget(entry.d);
 }
 // Before the functor is called on them, however often: what it never writes stays Unwritten. Where the compiler sees
 // that it writes all, nothing is filled.

@@ -243,12 +243,12 @@ class ResidualBlocks final : public Problem<B> {
     for (int c = 0; c < kParameters; ++c) p[c] = Dual<S>(x[index[c]], S(0));
     Forget(kResiduals, r);
     for (int c = 0; c < kParameters; ++c) {
-      p[c].d = S(1);
+      p[c].v = S(1);
       if (!InvokeFunctor(functor, p, r)) return false;
-      p[c].d = S(0);
+      p[c].v = S(0);
       for (int i = 0; i < kResiduals; ++i) {
-        f[i] = r[i].v;
-        jacobian[c * kResiduals + i] = r[i].d;
+        f[i] = r[i].a;
+        jacobian[c * kResiduals + i] = r[i].v;
       }
     }
     return true;

@@ -111,7 +111,7 @@ VESTA_HD inline auto IsShallowOrInFront(const L& lens, const ProjectionState<L, 
   return lens.Shows(state.t, state.at) | (variance <= most * most);
 }
 
-// Tangent in whitened coordinates from a shape and its derivative (the v and d parts of a SplatShape<Dual<T>>).
+// Tangent in whitened coordinates from a shape and its derivative (the a and v parts of a SplatShape<Dual<T>>).
 template <class T>
 VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
   const T two_ln2(kTwoLn2);

@@ -174,8 +174,8 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& came
     for (int k = 0; k < 4; ++k) quaternion[k] = load(kQuaternion + k);
     ProjectionState<LensIn<S>, D> state;
     const SplatShape<D> dual = Project(camera, mean, log_scale, quaternion, state);
-    const SplatShape<V> shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
-    const SplatShape<V> d_shape = {dual.u.d, dual.v.d, dual.r.d, dual.s.d, dual.beta.d};
+    const SplatShape<V> shape = {dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a};
+    const SplatShape<V> d_shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
     V w[kSplatTangent];
     WhitenTangent(shape, d_shape, w);
     const V opacity = Sigmoid(block.Load(model.x, kOpacity));
@@ -185,7 +185,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& came
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     ShColor<Degree>(
         basis, [&](int a) { return load(kSh + a); }, color);
-    for (int c = 0; c < 3; ++c) w[kColor + c] = Select(color[c].v > V(0), color[c].d, V(0));
+    for (int c = 0; c < 3; ++c) w[kColor + c] = Select(color[c].a > V(0), color[c].v, V(0));
 
     alignas(64) S lanes[kSplatTangent][L::kWidth];
     for (int k = 0; k < kSplatTangent; ++k) L::Store(lanes[k], w[k]);

@@ -16,7 +16,7 @@ template <class S>
 VESTA_HD inline void EvaluateAll(const Camera<S>& camera, const S x[kGeometry], const S dx[kGeometry],
                                  S out[kDeviceMathOutputs]) {
   using D = Dual<S>;
-  const auto put = [&out](const D& value) { *out++ = value.v, *out++ = value.d; };
+  const auto put = [&out](const D& value) { *out++ = value.a, *out++ = value.v; };
   D dual[kGeometry];
   for (int i = 0; i < kGeometry; ++i) dual[i] = D(x[i], dx[i]);
 
@@ -32,7 +32,7 @@ VESTA_HD inline void EvaluateAll(const Camera<S>& camera, const S x[kGeometry], 
 
   ProjectionState<S> state;
   const SplatShape<S> shape = Project(camera, x + kMean, x + kLogScale, x + kQuaternion, state);
-  const SplatShape<S> tangent = {moved.u.d, moved.v.d, moved.r.d, moved.s.d, moved.beta.d};
+  const SplatShape<S> tangent = {moved.u.v, moved.v.v, moved.r.v, moved.s.v, moved.beta.v};
   S w[kLambda], log_scale_bar[3], quaternion_bar[4], mean_bar[3];
   WhitenTangent(shape, tangent, w);
   ProjectAdjoint(camera, x + kQuaternion, state, shape, w, mean_bar, log_scale_bar, quaternion_bar);

@@ -117,8 +117,8 @@ TEST_P(Projection, DualAgreesWithJets) {
       ProjectionState<LensIn<double>, D> state;
       const SplatShape<D> dual = Project(camera_, duals + kMean, duals + kLogScale, duals + kQuaternion, state);
       double w[kLambda];
-      WhitenTangent<double>({dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v},
-                            {dual.u.d, dual.v.d, dual.r.d, dual.s.d, dual.beta.d}, w);
+      WhitenTangent<double>({dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a},
+                            {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v}, w);
       for (int row = 0; row < kLambda; ++row) K[row][i] = w[row];
     }
     ExpectRowsNear(K, expected);

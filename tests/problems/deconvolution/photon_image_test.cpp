@@ -120,8 +120,8 @@ TEST(PhotonImage, JacobianIsTheDerivative) {
                                               i % frame_size / frame_side, i % frame_side,
                                               [&](Index k) { return exp(Dual<double>(x[k], v[k])); });
     const auto r = Dual<double>(2) * sqrt(y + Dual<double>(0.375)) - Dual<double>(2 * std::sqrt(counts[i] + 0.375));
-    ASSERT_NEAR(linearization->residuals()[i], r.v, 1e-11);
-    ASSERT_NEAR(u[i], r.d, 1e-9 * std::max(std::abs(r.d), 1e-3 * scale));
+    ASSERT_NEAR(linearization->residuals()[i], r.a, 1e-11);
+    ASSERT_NEAR(u[i], r.v, 1e-9 * std::max(std::abs(r.v), 1e-3 * scale));
   }
 }
 

@@ -29,7 +29,7 @@ TEST(MoreGarbowHillstrom, DerivativesAreTheJets) {
       for (int c = 0; c < n; ++c) q[c] = Dual<double>(NearStart<F>(c), c == k ? 1.0 : 0.0);
       F()(q, s);
       for (int i = 0; i < F::kResiduals; ++i) {
-        EXPECT_NEAR(s[i].d, r[i].v(k), 1e-9 * std::abs(r[i].v(k))) << F::kName << " r" << i + 1 << " x" << k + 1;
+        EXPECT_NEAR(s[i].v, r[i].v(k), 1e-9 * std::abs(r[i].v(k))) << F::kName << " r" << i + 1 << " x" << k + 1;
       }
     }
   });

@@ -64,7 +64,7 @@ TEST(Nist, DerivativesAreTheJets) {
         for (int c = 0; c < n; ++c)
           q[c] = Dual<double>(problem.start2[static_cast<std::size_t>(c)], c == k ? 1.0 : 0.0);
         functor(q, &s);
-        EXPECT_NEAR(s.d, r.v(k), 1e-9 * std::max(std::abs(r.v(k)), rounding)) << problem.name;
+        EXPECT_NEAR(s.v, r.v(k), 1e-9 * std::max(std::abs(r.v(k)), rounding)) << problem.name;
       }
     }
   });
