@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "kernels/core/check.h"
 
@@ -16,6 +17,9 @@ double PositiveScale(double a) {
 
 // Slopes stay positive, so that a block far out keeps a weight that can be divided by.
 double Positive(double slope) { return std::max(slope, std::numeric_limits<double>::min()); }
+
+// log(1 + e^t).
+double Softplus(double t) { return std::max(t, 0.0) + std::log1p(std::exp(-std::abs(t))); }
 
 }  // namespace
 
@@ -51,6 +55,32 @@ Loss::Value TukeyLoss::Evaluate(double s) const {
   if (s > b_) return {b_ / 3, 0, 0};
   const double left = 1 - s / b_;
   return {b_ / 3 * (1 - left * left * left), left * left, -2 / b_ * left};
+}
+
+TolerantLoss::TolerantLoss(double a, double b) : a_(a), b_(PositiveScale(b)), at_zero_(Softplus(-a / b)) {
+  if (!(a >= 0 && std::isfinite(a))) Fail("the tolerance of a loss is {}; choose 0 or more", a);
+}
+Loss::Value TolerantLoss::Evaluate(double s) const {
+  // The logistic function of t, and one less it, each without cancellation.
+  const double t = (s - a_) / b_, slope = Positive(1 / (1 + std::exp(-t))), rest = 1 / (1 + std::exp(t));
+  return {b_ * (Softplus(t) - at_zero_), slope, slope * rest / b_};
+}
+
+ComposedLoss::ComposedLoss(std::shared_ptr<const Loss> f, std::shared_ptr<const Loss> g)
+    : f_(std::move(f)), g_(std::move(g)) {
+  VESTA_CHECK(f_ != nullptr && g_ != nullptr, "a composition needs two losses");
+}
+Loss::Value ComposedLoss::Evaluate(double s) const {
+  const Value g = g_->Evaluate(s), f = f_->Evaluate(g.rho);
+  return {f.rho, f.first * g.first, f.second * g.first * g.first + f.first * g.second};
+}
+
+ScaledLoss::ScaledLoss(std::shared_ptr<const Loss> loss, double weight) : loss_(std::move(loss)), weight_(weight) {
+  if (!(weight >= 0 && std::isfinite(weight))) Fail("the weight of a loss is {}; choose 0 or more", weight);
+}
+Loss::Value ScaledLoss::Evaluate(double s) const {
+  const Value value = loss_ ? loss_->Evaluate(s) : Value{s, 1, 0};
+  return {weight_ * value.rho, weight_ * value.first, weight_ * value.second};
 }
 
 LossCorrection::LossCorrection(const Loss::Value& value, double s)

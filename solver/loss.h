@@ -76,6 +76,37 @@ class TukeyLoss final : public Loss {
   double b_;
 };
 
+// b log(1 + exp((s - a) / b)) less its value at s = 0: nothing much up to a, s beyond; b > 0 is how wide the bend is.
+class TolerantLoss final : public Loss {
+ public:
+  TolerantLoss(double a, double b);
+  Value Evaluate(double s) const override;
+
+ private:
+  double a_, b_, at_zero_;
+};
+
+// f(g(s)). Neither may be null.
+class ComposedLoss final : public Loss {
+ public:
+  ComposedLoss(std::shared_ptr<const Loss> f, std::shared_ptr<const Loss> g);
+  Value Evaluate(double s) const override;
+
+ private:
+  std::shared_ptr<const Loss> f_, g_;
+};
+
+// weight * loss(s), or weight * s where there is no loss; weight >= 0.
+class ScaledLoss final : public Loss {
+ public:
+  ScaledLoss(std::shared_ptr<const Loss> loss, double weight);
+  Value Evaluate(double s) const override;
+
+ private:
+  std::shared_ptr<const Loss> loss_;
+  double weight_;
+};
+
 // Rewrites a residual block f and its Jacobian J so that plain least squares has the loss's gradient rho' J^T f and the
 // curvature J^T (rho' I + 2 max(rho'', 0) f f^T) J (Triggs, McLauchlan, Hartley, Fitzgibbon, Bundle adjustment: a
 // modern synthesis, 1999, section 4.3). A negative rho'' is left out, as in Ceres: it would take away from the

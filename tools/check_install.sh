@@ -54,6 +54,8 @@ for request in "0.2 CONFIG REQUIRED" "0.1 CONFIG REQUIRED COMPONENTS unheard_of"
     >"$work/refused/CMakeLists.txt"
   if configure "$work/refused" "$work/refused/build"; then fail "find_package(vesta $request) succeeded"; fi
 done
+grep -q "vesta has no component unheard_of; there are: core" "$work/refused/build/configure.log" ||
+  { cat "$work/refused/build/configure.log"; fail "an unknown component is not named"; }
 
 for example in exponential_fit registration slow_detector from_ceres; do
   say "examples/$example"

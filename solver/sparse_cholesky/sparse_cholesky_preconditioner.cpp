@@ -30,7 +30,7 @@ void SparseCholeskyPreconditioner::SetLinearization(std::span<Linearization<B>* 
 void SparseCholeskyPreconditioner::SetDamping(double lambda, B::ConstView metric) {
   VESTA_CHECK(source_ != nullptr, "SetLinearization comes before SetDamping");
   if (!factor_) factor_ = cholesky_->Factor();
-  factor_->Factorize(source_->NormalMatrix(), lambda, metric);
+  num_raised_ = factor_->Factorize(source_->NormalMatrix(), lambda, metric);
 }
 
 std::string SparseCholeskyPreconditioner::description() const {

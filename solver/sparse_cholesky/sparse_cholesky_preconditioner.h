@@ -54,6 +54,8 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstView diag_h) override;
   void SetDamping(double lambda, B::ConstView metric) override;
   bool exact() const override { return true; }
+  // Pivots of the last damping that had cancelled, and were raised (BlockCholesky::Factorize).
+  Index num_raised() const { return num_raised_; }
   std::string description() const override;
 
  private:
@@ -61,6 +63,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   std::string why_;
   NormalMatrixSource* source_ = nullptr;
   std::shared_ptr<BlockCholesky> factor_;  // from the first damping on
+  Index num_raised_ = 0;
 };
 
 }  // namespace vesta

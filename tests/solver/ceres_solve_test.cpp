@@ -209,6 +209,19 @@ TEST(CeresSolve, AnEvaluationCallbackSeesThePointInTheBlocks) {
   EXPECT_TRUE(shared.again) << "the Jacobian is asked for where the cost was";
 }
 
+// Nothing but the solver's headers is included here.
+TEST(CeresSolve, TheHeadersBringTheError) {
+  Rosenbrock ours;
+  LmOptions options;
+  options.max_iterations = -1;
+  try {
+    Solve(options, ours.problem);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "max_iterations is -1; choose 0 or more");
+  }
+}
+
 TEST(CeresSolve, ListsWhatItIgnores) {
   EXPECT_TRUE(ceres_bridge::IgnoredOptions({}).empty());
   Rosenbrock ours;
