@@ -8,7 +8,8 @@ namespace vesta::app {
 
 // Throws Error, one line, for --device=cuda where that cannot be.
 void CheckDevice(Device device);
-// What trains: the GPU for cuda, and for auto where there is one, else the CPU. Throws as CheckDevice.
+// What trains: the GPU for cuda, and for auto where there is one that can, else the CPU, with a note where there is one
+// that cannot. Throws as CheckDevice.
 gs::StageRunners StagesOf(Device device);
 
 }  // namespace vesta::app

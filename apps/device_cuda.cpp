@@ -14,7 +14,11 @@ void CheckDevice(Device device) {
 
 gs::StageRunners StagesOf(Device device) {
   CheckDevice(device);
-  return device != Device::kCpu && QueryDevice().usable ? gs::DeviceStages() : gs::HostStages();
+  if (device != Device::kCpu && QueryDevice().usable) return gs::DeviceStages();
+  gs::StageRunners stages = gs::HostStages();
+  // Whoever has a GPU expects it to be used.
+  if (device == Device::kAuto && QueryDevice().present) stages.note = "on the CPU: " + QueryDevice().name;
+  return stages;
 }
 
 }  // namespace vesta::app

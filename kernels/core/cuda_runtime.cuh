@@ -8,7 +8,9 @@ namespace vesta::device {
 // Made at first use, on the first GPU. Throws Error where there is none.
 cudaStream_t Stream();
 
-// Throws Error "what: CUDA's message" unless status is success.
+// False where memory was lacking, true for success; of anything else throws Error "what: CUDA's message".
+bool FoundMemory(cudaError_t status, const char* what);
+// As that, and throws OutOfDeviceMemory where memory was lacking.
 void CheckCuda(cudaError_t status, const char* what);
 
 }  // namespace vesta::device

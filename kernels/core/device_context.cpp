@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/cuda_runtime.cuh"
+#include "kernels/core/device_code.h"
 #include "kernels/core/device_kernels.h"
 #include "kernels/core/device_memory.h"
 
@@ -58,10 +59,15 @@ Context& TheContext() {
 
 }  // namespace
 
-void CheckCuda(cudaError_t status, const char* what) {
-  if (status == cudaSuccess) return;
+bool FoundMemory(cudaError_t status, const char* what) {
+  if (status == cudaSuccess) return true;
   cudaGetLastError();  // an error that is not sticky must not surface at the next launch
+  if (status == cudaErrorMemoryAllocation) return false;
   Fail("{}: {}", what, cudaGetErrorString(status));
+}
+
+void CheckCuda(cudaError_t status, const char* what) {
+  if (!FoundMemory(status, what)) throw OutOfDeviceMemory(fmt::format("the GPU has no room left: {}", what));
 }
 
 cudaStream_t Stream() { return TheContext().stream; }
@@ -70,23 +76,19 @@ void* Allocate(std::size_t bytes) {
   if (bytes == 0) return nullptr;
   Context& context = TheContext();
   void* memory = nullptr;
-  cudaError_t status = cudaMallocAsync(&memory, bytes, context.stream);
-  if (status == cudaErrorMemoryAllocation) {
-    // The pool may hold enough memory in pieces that are each too small. They go back to the driver, which can join
-    // them.
-    cudaGetLastError();
-    Synchronize();
-    CheckCuda(cudaMemPoolTrimTo(context.pool, 0), "cudaMemPoolTrimTo");
-    status = cudaMallocAsync(&memory, bytes, context.stream);
+  const auto allocate = [&] { return FoundMemory(cudaMallocAsync(&memory, bytes, context.stream), "cudaMallocAsync"); };
+  bool found = allocate();
+  if (!found) {
+    // The pool may hold enough memory in pieces that are each too small.
+    TrimPool();
+    found = allocate();
   }
-  if (status == cudaErrorMemoryAllocation) {
-    cudaGetLastError();
+  if (!found) {
     throw OutOfDeviceMemory(fmt::format("the GPU has no room for {:.1f} MiB more, with {:.1f} MiB of {:.1f} in use",
                                         static_cast<double>(bytes) / 1048576,
                                         static_cast<double>(context.in_use) / 1048576,
                                         static_cast<double>(QueryDevice().memory) / 1048576));
   }
-  CheckCuda(status, "cudaMallocAsync");
   context.sizes[memory] = bytes;
   context.in_use += bytes;
   context.peak = std::max(context.peak, context.in_use);
@@ -103,6 +105,11 @@ void Free(void* memory) noexcept {
   }
   // An error here was left by an earlier call. The next call that may throw reports it.
   static_cast<void>(cudaFreeAsync(memory, context.stream));
+}
+
+void TrimPool() {
+  Synchronize();
+  CheckCuda(cudaMemPoolTrimTo(TheContext().pool, 0), "cudaMemPoolTrimTo");
 }
 
 void SetZero(void* memory, std::size_t bytes) {
@@ -221,10 +228,13 @@ const DeviceInfo& QueryDevice() {
       result.name = cudaGetErrorString(cudaGetLastError());
     } else {
       result.name = properties.name;
-      result.usable = true;
+      result.present = true;
       result.memory = properties.totalGlobalMem;
       result.multiprocessors = properties.multiProcessorCount;
       result.capability = 10 * properties.major + properties.minor;
+      const std::string reason = device::WhyNoCodeRuns();
+      result.usable = reason.empty();
+      if (!result.usable) result.name = device::NoCodeWords(properties.name, result.capability, reason);
     }
     return result;
   }();

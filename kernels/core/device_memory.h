@@ -20,7 +20,8 @@ class OutOfDeviceMemory : public Error {
 
 // What is known of the GPU without using it.
 struct DeviceInfo {
-  bool usable = false;
+  bool present = false;    // there is one
+  bool usable = false;     // and it can run this program's code
   std::string name;        // of the GPU, or why there is none to use
   std::size_t memory = 0;  // bytes
   int multiprocessors = 0;
@@ -34,6 +35,8 @@ namespace device {
 // Uninitialised, from a pool that keeps what is freed. Throws OutOfDeviceMemory; null for 0 bytes.
 void* Allocate(std::size_t bytes);
 void Free(void* memory) noexcept;
+// Gives the pool's unused memory back to the driver, which can join pieces. Waits for all work.
+void TrimPool();
 // In the order of the stream; the copies to and from the host wait for their end.
 void SetZero(void* memory, std::size_t bytes);
 void Copy(void* to, const void* from, std::size_t bytes);

@@ -6,6 +6,7 @@
 #include "kernels/core/block_kernel.h"
 #include "kernels/core/cuda_runtime.cuh"
 #include "kernels/core/device_kernels.h"
+#include "kernels/core/device_launch.h"
 
 namespace vesta::device {
 
@@ -58,9 +59,12 @@ void Launch(const Kernel& kernel, Index blocks, const char* name) {
   if (blocks == 0) return;
   static const bool noted = (NoteKernel(name, reinterpret_cast<const void*>(&RunBlockKernel<Kernel>)), true);
   static_cast<void>(noted);
-  ++CountedHostWork().launches;
-  RunBlockKernel<<<static_cast<unsigned>(blocks), Kernel::kThreads, 0, Stream()>>>(kernel);
-  CheckCuda(cudaGetLastError(), name);
+  LaunchOrThrow(
+      [&] {
+        RunBlockKernel<<<static_cast<unsigned>(blocks), Kernel::kThreads, 0, Stream()>>>(kernel);
+        return FoundMemory(cudaGetLastError(), name);
+      },
+      name);
 }
 
 // f(i) for each i in [0, count).
@@ -73,9 +77,12 @@ void ForEach(Index count, const F& f, const char* name) {
   constexpr Index kMostBlocks = 132 * 128;
   const Index needed = (count + kForEachThreads - 1) / kForEachThreads;
   const auto blocks = static_cast<unsigned>(needed < kMostBlocks ? needed : kMostBlocks);
-  ++CountedHostWork().launches;
-  RunForEach<<<blocks, kForEachThreads, 0, Stream()>>>(count, f);
-  CheckCuda(cudaGetLastError(), name);
+  LaunchOrThrow(
+      [&] {
+        RunForEach<<<blocks, kForEachThreads, 0, Stream()>>>(count, f);
+        return FoundMemory(cudaGetLastError(), name);
+      },
+      name);
 }
 
 }  // namespace vesta::device

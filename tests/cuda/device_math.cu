@@ -7,7 +7,7 @@ namespace {
 
 template <class S>
 struct Arguments {
-  Camera<S> camera;
+  CameraConstants<S> camera;
   S x[kGeometry], dx[kGeometry], out[kDeviceMathOutputs];
 };
 
@@ -24,7 +24,7 @@ bool HasDevice() {
 }
 
 template <class S>
-const char* EvaluateAllOnDevice(const Camera<S>& camera, const S* x, const S* dx, S* out) {
+const char* EvaluateAllOnDevice(const CameraConstants<S>& camera, const S* x, const S* dx, S* out) {
   Arguments<S> host = {camera, {}, {}, {}};
   for (int i = 0; i < kGeometry; ++i) host.x[i] = x[i], host.dx[i] = dx[i];
   Arguments<S>* device = nullptr;
@@ -40,7 +40,7 @@ const char* EvaluateAllOnDevice(const Camera<S>& camera, const S* x, const S* dx
   return status == cudaSuccess ? nullptr : cudaGetErrorString(status);
 }
 
-template const char* EvaluateAllOnDevice<float>(const Camera<float>&, const float*, const float*, float*);
-template const char* EvaluateAllOnDevice<double>(const Camera<double>&, const double*, const double*, double*);
+template const char* EvaluateAllOnDevice<float>(const CameraConstants<float>&, const float*, const float*, float*);
+template const char* EvaluateAllOnDevice<double>(const CameraConstants<double>&, const double*, const double*, double*);
 
 }  // namespace vesta::splat

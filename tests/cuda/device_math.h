@@ -13,14 +13,14 @@ inline constexpr int kDeviceMathOutputs = 66;
 // the opacity, the view direction and the SH basis with their derivatives along dx, then the adjoint of the projection,
 // a colour and the adjoint of the colour by the mean.
 template <class S>
-VESTA_HD inline void EvaluateAll(const Camera<S>& camera, const S x[kGeometry], const S dx[kGeometry],
+VESTA_HD inline void EvaluateAll(const CameraConstants<S>& camera, const S x[kGeometry], const S dx[kGeometry],
                                  S out[kDeviceMathOutputs]) {
   using D = Dual<S>;
   const auto put = [&out](const D& value) { *out++ = value.a, *out++ = value.v; };
   D dual[kGeometry];
   for (int i = 0; i < kGeometry; ++i) dual[i] = D(x[i], dx[i]);
 
-  ProjectionState<D> dual_state;
+  ProjectionState<LensIn<S>, D> dual_state;
   const SplatShape<D> moved = Project(camera, dual + kMean, dual + kLogScale, dual + kQuaternion, dual_state);
   put(moved.u), put(moved.v), put(moved.r), put(moved.s), put(moved.beta);
   put(Sigmoid(dual[kOpacity]));
@@ -30,7 +30,7 @@ VESTA_HD inline void EvaluateAll(const Camera<S>& camera, const S x[kGeometry], 
   ShBasis<3>(dual_view[0], dual_view[1], dual_view[2], dual_basis);
   for (const D& value : dual_basis) put(value);
 
-  ProjectionState<S> state;
+  ProjectionState<LensIn<S>, S> state;
   const SplatShape<S> shape = Project(camera, x + kMean, x + kLogScale, x + kQuaternion, state);
   const SplatShape<S> tangent = {moved.u.v, moved.v.v, moved.r.v, moved.s.v, moved.beta.v};
   S w[kLambda], log_scale_bar[3], quaternion_bar[4], mean_bar[3];
@@ -56,6 +56,6 @@ bool HasDevice();
 
 // EvaluateAll on the device. Returns CUDA's message when a call fails, else nullptr.
 template <class S>
-const char* EvaluateAllOnDevice(const Camera<S>& camera, const S* x, const S* dx, S* out);
+const char* EvaluateAllOnDevice(const CameraConstants<S>& camera, const S* x, const S* dx, S* out);
 
 }  // namespace vesta::splat

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "kernels/core/device_code.h"
 #include "kernels/core/device_kernels.h"
 #include "kernels/core/device_memory.h"
 #include "kernels/core/device_sort.h"
@@ -30,10 +31,32 @@ Memory& TheMemory() {
 
 void test::SetDeviceMemory(std::size_t bytes) { TheMemory().total = bytes; }
 
-const DeviceInfo& QueryDevice() {
-  static const DeviceInfo info{true, "emulated", test::kAmpleDeviceMemory, 1, 0};
-  return info;
+namespace {
+
+constexpr int kCapability = 75;
+struct Launches {
+  int skipped = 0, failing = 0, trims = 0;
+} launches;
+DeviceInfo emulated{true, true, "emulated", test::kAmpleDeviceMemory, 1, kCapability};
+
+}  // namespace
+
+void test::FailLaunches(int skipped, int attempts) { launches.skipped = skipped, launches.failing = attempts; }
+bool test::LaunchFindsMemory() {
+  if (launches.failing == 0 || launches.skipped-- > 0) return true;
+  launches.skipped = 0;
+  --launches.failing;
+  return false;
 }
+int test::NumTrims() { return launches.trims; }
+
+test::WithoutDeviceCode::WithoutDeviceCode() {
+  emulated.usable = false;
+  emulated.name = device::NoCodeWords("an emulated GPU", kCapability, "no kernel image is available");
+}
+test::WithoutDeviceCode::~WithoutDeviceCode() { emulated.usable = true, emulated.name = "emulated"; }
+
+const DeviceInfo& QueryDevice() { return emulated; }
 
 namespace device {
 
@@ -59,6 +82,11 @@ void Free(void* p) noexcept {
   memory.in_use -= found->second;
   memory.sizes.erase(found);
   ::operator delete (p, std::align_val_t{256});
+}
+
+void TrimPool() {
+  Synchronize();
+  ++launches.trims;
 }
 
 void SetZero(void* memory, std::size_t bytes) {

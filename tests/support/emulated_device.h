@@ -12,6 +12,22 @@ void SetDeviceMemory(std::size_t bytes);
 // More than any test needs.
 inline constexpr std::size_t kAmpleDeviceMemory = std::size_t{1} << 40;
 
+// After `skipped` more launches, so many attempts at one find no memory.
+void FailLaunches(int skipped, int attempts);
+// An attempt at a launch.
+bool LaunchFindsMemory();
+// How often unused memory was given back to the driver.
+int NumTrims();
+
+// During its lifetime the program has no code for the device.
+class WithoutDeviceCode {
+ public:
+  WithoutDeviceCode();
+  ~WithoutDeviceCode();
+  WithoutDeviceCode(const WithoutDeviceCode&) = delete;
+  WithoutDeviceCode& operator=(const WithoutDeviceCode&) = delete;
+};
+
 // During its lifetime the device has that much memory, and ample memory before and after.
 class LimitedDeviceMemory {
  public:

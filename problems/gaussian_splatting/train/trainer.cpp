@@ -118,6 +118,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   CheckViews(scene);
   TrainOptions options = asked;
   TrainingSession session(scene, options, seconds_before, callbacks);
+  if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();
   if (!with_adam) options.adam.iterations = 0;
@@ -157,7 +158,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
-StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>, {}}; }
+StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>}; }
 
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {

@@ -68,6 +68,7 @@ struct StageRunners {
   std::function<void(TrainingSession&, SplatModel&)> adam;
   std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
   std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
+  std::string note = {};                                // where they run elsewhere than expected: why
 };
 StageRunners HostStages();
 

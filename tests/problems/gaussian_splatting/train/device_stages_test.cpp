@@ -109,6 +109,22 @@ TEST(DeviceStages, AdamEndsWithWhatItHas) {
   }());
 }
 
+TEST(DeviceStages, ALaunchWithoutMemoryIsTriedAgainOrEndsAdam) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = AdamAlone();
+  options.density.enabled = false;
+  const TrainResult ample = Train(scene, options, 0, {}, DeviceStages());
+  constexpr int kInTheMidst = 700;  // some 20 an iteration
+  vesta::test::FailLaunches(kInTheMidst, 1);
+  const TrainResult once = Train(scene, options, 0, {}, DeviceStages());
+  EXPECT_THAT(once.notes, IsEmpty());
+  EXPECT_EQ(once.model.data, ample.model.data);
+  vesta::test::FailLaunches(kInTheMidst, 2);
+  const TrainResult twice = Train(scene, options, 0, {}, DeviceStages());
+  EXPECT_THAT(twice.notes, ElementsAre(AllOf(StartsWith("Adam ends after "), HasSubstr("the threads of a kernel"))));
+  EXPECT_GT(twice.history.back().iteration, 10);
+}
+
 TEST(DeviceStages, AdamRunsOnTheCpuWhereNothingFits) {
   const Scene scene = test::TrainingScene();
   const TrainOptions options = AdamAlone();

@@ -3,8 +3,9 @@
 #pragma once
 
 #include "kernels/core/block_kernel.h"
-#include "kernels/core/device_kernels.h"
+#include "kernels/core/device_launch.h"
 #include "tests/support/emulated_block.h"
+#include "tests/support/emulated_device.h"
 
 // What such files say of themselves to nvcc.
 #define __device__
@@ -12,20 +13,20 @@
 namespace vesta::device {
 
 template <class Kernel>
-void Launch(const Kernel& kernel, Index blocks, const char* /*name*/) {
+void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
   // One for all launches: its stacks take longer to make than most kernels to run.
   static auto* fibers = new test::FiberBlock(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
   if (blocks == 0) return;
-  ++CountedHostWork().launches;
+  LaunchOrThrow(test::LaunchFindsMemory, name);
   test::Emulate(kernel, blocks, *fibers);
 }
 
 // Backwards: what depends on the order shows.
 template <class F>
-void ForEach(Index count, const F& f, const char* /*name*/) {
+void ForEach(Index count, const F& f, const char* name) {
   if (count == 0) return;
-  ++CountedHostWork().launches;
+  LaunchOrThrow(test::LaunchFindsMemory, name);
   for (Index i = count; i-- > 0;) f(i);
 }
 

@@ -1,0 +1,21 @@
+#include "kernels/core/device_code.h"
+#include "kernels/core/launch.cuh"
+
+namespace vesta::device {
+namespace {
+
+struct Nothing {
+  VESTA_HD void operator()(Index) const {}
+};
+
+}  // namespace
+
+std::string WhyNoCodeRuns() {
+  cudaFuncAttributes attributes{};
+  const cudaError_t status = cudaFuncGetAttributes(&attributes, &RunForEach<Nothing>);
+  if (status == cudaSuccess) return "";
+  cudaGetLastError();
+  return cudaGetErrorString(status);
+}
+
+}  // namespace vesta::device

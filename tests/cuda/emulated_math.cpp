@@ -1,0 +1,17 @@
+// device_math.h where the device is the host.
+#include "tests/cuda/device_math.h"
+
+namespace vesta::splat {
+
+bool HasDevice() { return true; }
+
+template <class S>
+const char* EvaluateAllOnDevice(const CameraConstants<S>& camera, const S* x, const S* dx, S* out) {
+  EvaluateAll(camera, x, dx, out);
+  return nullptr;
+}
+
+template const char* EvaluateAllOnDevice<float>(const CameraConstants<float>&, const float*, const float*, float*);
+template const char* EvaluateAllOnDevice<double>(const CameraConstants<double>&, const double*, const double*, double*);
+
+}  // namespace vesta::splat

@@ -1,0 +1,50 @@
+// Launches for which the GPU has no memory, on a device that is emulated.
+#include "kernels/core/device_launch.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kernels/core/cuda_backend.h"
+#include "kernels/core/device_code.h"
+#include "tests/support/emulated_device.h"
+
+namespace vesta {
+namespace {
+
+TEST(DeviceLaunch, IsTriedOnceMoreWithTheMemoryOfThePool) {
+  DeviceBuffer<float> ones(3000);
+  CudaBackend<float> backend;
+  const int trims = test::NumTrims();
+  test::FailLaunches(0, 1);
+  backend.Fill(1, ones);
+  EXPECT_EQ(test::NumTrims(), trims + 1);
+  // The second launch of a reduction.
+  test::FailLaunches(1, 1);
+  DeviceBuffer<float> many(10000);
+  backend.Fill(1, many);
+  EXPECT_EQ(backend.Dot(many.view(), many.view()), 10000);
+  EXPECT_EQ(test::NumTrims(), trims + 2);
+}
+
+TEST(DeviceLaunch, WithoutMemoryIsOutOfMemory) {
+  DeviceBuffer<float> ones(3000);
+  CudaBackend<float> backend;
+  test::FailLaunches(0, 2);
+  try {
+    backend.Fill(1, ones);
+    ADD_FAILURE() << "there was no memory";
+  } catch (const OutOfDeviceMemory& error) {
+    EXPECT_STREQ(error.what(), "the GPU has no room for the threads of a kernel: Fill");
+  }
+  backend.Fill(1, ones);
+  EXPECT_EQ(backend.Dot(ones.view(), ones.view()), 3000);
+}
+
+TEST(DeviceCode, SaysForWhatToBuild) {
+  EXPECT_EQ(device::NoCodeWords("NVIDIA A", 120, "no kernel image"),
+            "NVIDIA A has compute capability 12.0, for which this program has no code; build it with "
+            "CMAKE_CUDA_ARCHITECTURES=120 (CUDA: no kernel image)");
+}
+
+}  // namespace
+}  // namespace vesta
