@@ -24,7 +24,7 @@ const int* FileOrder(PoseSpace space) { return space == PoseSpace::kSe2 ? kFileO
 
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path) {}
+  Reader(const std::string& path, const G2oOptions& options) : path_(path), options_(options) {}
 
   PoseGraph Read() {
     const std::string text = ReadFile(path_);
@@ -38,10 +38,23 @@ class Reader {
     }
     if (!space_) Fail("{}: holds no vertices; give a g2o file with VERTEX_SE2 or VERTEX_SE3:QUAT lines", path_);
     Resolve();
+    semidefinite_.Note("are only semidefinite: they say nothing of some direction", graph_.notes);
+    clipped_.Note("were indefinite, and are replaced by the nearest semidefinite ones", graph_.notes);
     return std::move(graph_);
   }
 
  private:
+  // Lines with something in common.
+  struct Lines {
+    Index count = 0, first = 0;
+    void Add(Index line) {
+      if (count++ == 0) first = line;
+    }
+    void Note(const char* what, std::vector<std::string>& notes) const {
+      if (count > 0)
+        notes.push_back(fmt::format("{} information matrices {}; the first on line {}", count, what, first));
+    }
+  };
   // An id to be looked up when all vertices are known, and the line it stands on.
   struct Reference {
     Index id, line;
@@ -84,9 +97,25 @@ class Reader {
     ReadPose(&graph_.measurements);
     const std::size_t begin = graph_.information.size();
     for (int k = 0; k < InformationSize(space); ++k) graph_.information.push_back(Number("the information matrix"));
-    double factor[36];
-    if (!FactorInformation(graph_.information.data() + begin, TangentSize(space), factor)) {
-      Fail("{}: the information matrix is not positive definite", Where());
+    CheckInformation(graph_.information.data() + begin, TangentSize(space));
+  }
+  void CheckInformation(double* information, int size) {
+    double root[36];
+    if (FactorInformation(information, size, root)) return;
+    const Spectrum spectrum = SpectrumOf(information, size);
+    if (spectrum.semidefinite) return semidefinite_.Add(number_);
+    if (!options_.clip_indefinite) {
+      Fail(
+          "{}: the information matrix is indefinite: eigenvalues from {:.3g} to {:.3g}; mend it, or read with "
+          "clip_indefinite",
+          Where(), spectrum.least, spectrum.largest);
+    }
+    clipped_.Add(number_);
+    for (int row = 0; row < size; ++row) {
+      for (int col = row; col < size; ++col, ++information) {
+        *information = 0;
+        for (int k = 0; k < size; ++k) *information += root[row * size + k] * root[col * size + k];
+      }
     }
   }
   void ReadPose(std::vector<double>* poses) {
@@ -144,6 +173,8 @@ class Reader {
   std::string Where() const { return fmt::format("{}: line {}", path_, number_); }
 
   const std::string& path_;
+  G2oOptions options_;
+  Lines semidefinite_, clipped_;
   std::string_view line_;
   Index number_ = 0;
   std::optional<PoseSpace> space_;
@@ -160,7 +191,7 @@ void AppendPose(PoseSpace space, const double* pose, std::string* text) {
 
 }  // namespace
 
-PoseGraph ReadG2o(const std::string& path) { return Reader(path).Read(); }
+PoseGraph ReadG2o(const std::string& path, const G2oOptions& options) { return Reader(path, options).Read(); }
 
 void WriteG2o(const PoseGraph& graph, const std::string& path) {
   const char* name = graph.space == PoseSpace::kSe2 ? "SE2" : "SE3:QUAT";

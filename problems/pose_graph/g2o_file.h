@@ -7,13 +7,20 @@
 
 namespace vesta::pose_graph {
 
+struct G2oOptions {
+  // Indefinite information matrices, which belong to no covariance, are replaced by the nearest semidefinite ones:
+  // negative eigenvalues become 0. With a note.
+  bool clip_indefinite = false;
+};
+
 // One record a line: VERTEX_SE2 id x y yaw; VERTEX_SE3:QUAT id x y z qx qy qz qw; EDGE_SE2 and EDGE_SE3:QUAT from to
 // measurement information (upper triangle, row by row); FIX id ...; lines that begin with # are comments. Vertices may
 // come after the edges that name them. Quaternions are brought to unit length, since files round them. Throws Error,
 // one line that names the file and the line, at anything else: unknown tags, both kinds of pose in one file, missing or
 // superfluous words, numbers that are not finite, repeated or unknown ids, an edge from a vertex to itself, a zero
-// quaternion, an information matrix that is not positive definite.
-PoseGraph ReadG2o(const std::string& path);
+// quaternion, an indefinite information matrix (unless they are to be clipped). Semidefinite ones are kept, with a
+// note.
+PoseGraph ReadG2o(const std::string& path, const G2oOptions& options = {});
 
 // Writes what ReadG2o reads back with the same bits (quaternions to within rounding).
 void WriteG2o(const PoseGraph& graph, const std::string& path);

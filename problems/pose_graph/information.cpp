@@ -1,10 +1,23 @@
 #include "problems/pose_graph/information.h"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 namespace vesta::pose_graph {
+namespace {
 
-bool FactorInformation(const double* upper, int size, double* lower) {
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 6, 6>;
+
+Matrix Full(const double* upper, int size) {
+  Matrix full(size, size);
+  for (int row = 0; row < size; ++row) {
+    for (int col = row; col < size; ++col) full(row, col) = full(col, row) = *upper++;
+  }
+  return full;
+}
+
+// false where it is not positive definite; L then holds no meaning.
+bool Cholesky(const double* upper, int size, double* lower) {
   for (int row = 0; row < size; ++row) {
     for (int col = 0; col < size; ++col) lower[row * size + col] = 0;
   }
@@ -22,6 +35,25 @@ bool FactorInformation(const double* upper, int size, double* lower) {
     }
   }
   return true;
+}
+
+}  // namespace
+
+Spectrum SpectrumOf(const double* upper, int size) {
+  const Matrix full = Full(upper, size);
+  if (!full.allFinite()) return {};
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(full, Eigen::EigenvaluesOnly);
+  const double least = solver.eigenvalues()[0], largest = solver.eigenvalues()[size - 1];
+  return {largest >= 0 && least >= -1e-12 * largest, least, largest};
+}
+
+bool FactorInformation(const double* upper, int size, double* root) {
+  if (Cholesky(upper, size, root)) return true;
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(Full(upper, size));
+  const auto vectors = solver.eigenvectors();
+  Eigen::Map<Matrix>(root, size, size) =
+      vectors * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * vectors.transpose();
+  return false;
 }
 
 }  // namespace vesta::pose_graph

@@ -1,6 +1,7 @@
 // A pose graph: poses, and relative measurements between some pairs of them.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "kernels/core/span.h"
@@ -24,12 +25,14 @@ struct PoseGraph {
   };
 
   PoseSpace space = PoseSpace::kSe2;
-  std::vector<Index> ids;     // the poses' names
-  std::vector<double> poses;  // PoseSize for each: pose in the world's frame
-  std::vector<Index> fixed;   // positions of the poses that do not move, ascending, no repeats
-  std::vector<Edge> edges;
-  std::vector<double> measurements;  // PoseSize for each edge: pose `to` as seen from pose `from`
-  std::vector<double> information;   // InformationSize for each edge: inverse covariance of the residual, in its order
+  std::vector<Index> ids = {};     // the poses' names
+  std::vector<double> poses = {};  // PoseSize for each: pose in the world's frame
+  std::vector<Index> fixed = {};   // positions of the poses that do not move, ascending, no repeats
+  std::vector<Edge> edges = {};
+  std::vector<double> measurements = {};  // PoseSize for each edge: pose `to` as seen from pose `from`
+  std::vector<double> information =
+      {};  // InformationSize for each edge: inverse covariance of the residual, in its order
+  std::vector<std::string> notes = {};  // what a reader found worth saying, a line each
 
   Index num_poses() const { return static_cast<Index>(ids.size()); }
   Index num_edges() const { return static_cast<Index>(edges.size()); }

@@ -50,8 +50,13 @@ EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphModel& model) {
                   .loss = model.loss};
   for (Index e = 0; e < graph.num_edges(); ++e) {
     double* root = terms.whitening.data() + e * d * d;
-    if (!FactorInformation(graph.information.data() + e * InformationSize(graph.space), d, root)) {
-      Fail("pose graph: the information matrix of edge {} is not positive definite", e);
+    const double* information = graph.information.data() + e * InformationSize(graph.space);
+    if (!FactorInformation(information, d, root)) {
+      const Spectrum spectrum = SpectrumOf(information, d);
+      if (!spectrum.semidefinite) {
+        Fail("pose graph: the information matrix of edge {} is indefinite: eigenvalues from {:.3g} to {:.3g}", e,
+             spectrum.least, spectrum.largest);
+      }
     }
     if (model.whitening == Whitening::kLower) continue;
     for (int i = 0; i < d; ++i) {

@@ -35,7 +35,8 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>> {
   using B = CpuBackend<double>;
 
   // Copies what it needs. Throws Error, one line, for sizes that do not agree, edges or fixed poses out of range, edges
-  // from a pose to itself, information matrices that are not positive definite.
+  // from a pose to itself, indefinite information matrices. Semidefinite ones are whitened by their symmetric square
+  // root: they say nothing of some direction.
   explicit PoseGraphProblem(const PoseGraph& graph, const PoseGraphModel& model = {});
   ~PoseGraphProblem() override;
 

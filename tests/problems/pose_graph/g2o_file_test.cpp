@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kernels/core/atomic_file.h"
 #include "tests/problems/pose_graph/ring_graph.h"
 #include "tests/support/test_files.h"
 
@@ -87,6 +88,29 @@ TEST_F(G2oFile, WhatIsWrittenIsReadBack) {
   }
 }
 
+// One edge of rank 1, one that a published file might have: eigenvalues 3, 1, -1.
+TEST_F(G2oFile, SemidefiniteInformationIsKeptAndIndefiniteClippedOnRequest) {
+  const std::string path = folder_ / "semidefinite.g2o";
+  const std::string vertices = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 3 0 0\n";
+  const std::string semidefinite = "EDGE_SE2 0 1 1 0 0 4 2 0 1 0 0\n";
+  WriteFileAtomically(path, vertices + semidefinite + semidefinite);
+  const PoseGraph graph = ReadG2o(path);
+  EXPECT_EQ(graph.information, (std::vector<double>{4, 2, 0, 1, 0, 0, 4, 2, 0, 1, 0, 0})) << "as it is";
+  ASSERT_EQ(graph.notes.size(), 1U);
+  EXPECT_EQ(graph.notes[0],
+            "2 information matrices are only semidefinite: they say nothing of some direction; the first on line 3");
+  WriteFileAtomically(path, vertices + "EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n");
+  const PoseGraph clipped = ReadG2o(path, {.clip_indefinite = true});
+  const double expected[] = {1.5, 1.5, 0, 1.5, 0, 1};
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_NEAR(clipped.information[k], expected[k], 1e-15);
+  ASSERT_EQ(clipped.notes.size(), 1U);
+  EXPECT_EQ(clipped.notes[0],
+            "1 information matrices were indefinite, and are replaced by the nearest semidefinite ones; the first on "
+            "line 3");
+  WriteFileAtomically(path, vertices + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+  EXPECT_TRUE(ReadG2o(path).notes.empty());
+}
+
 TEST_F(G2oFile, RefusesWithTheLine) {
   const std::string two = "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 0 0 0\n";
   Refuses("", "no vertices");
@@ -104,8 +128,9 @@ TEST_F(G2oFile, RefusesWithTheLine) {
   Refuses(two + "EDGE_SE2 0 0 1 0 0 1 0 0 1 0 1\n", "line 3: the edge goes from vertex 0 to itself");
   Refuses(two + "EDGE_SE2 0 9 1 0 0 1 0 0 1 0 1\n", "line 3: there is no vertex 9");
   Refuses(two + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0\n", "line 3: the line ends before the end of the information matrix");
-  Refuses(two + "EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n", "line 3: the information matrix is not positive definite");
-  Refuses(two + "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 0\n", "line 3: the information matrix is not positive definite");
+  Refuses(two + "EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1\n",
+          "line 3: the information matrix is indefinite: eigenvalues from -1 to 3; mend it");
+  Refuses(two + "EDGE_SE2 0 1 1 0 0 -1 0 0 -1 0 -1\n", "line 3: the information matrix is indefinite");
   Refuses(two + "FIX\n", "line 3: the line ends");
   Refuses(two + "FIX 0 5\n", "line 3: there is no vertex 5");
   Refuses("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 0\n", "line 1: the quaternion is not of unit length");

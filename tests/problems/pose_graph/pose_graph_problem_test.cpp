@@ -135,7 +135,7 @@ TEST(PoseGraphProblem, RefusesGraphsThatDoNotFit) {
   refuses(bad, "edge 1 joins poses");
   bad = good;
   bad.information[6] = -1;
-  refuses(bad, "the information matrix of edge 1 is not positive definite");
+  refuses(bad, "the information matrix of edge 1 is indefinite: eigenvalues from -1");
   ExpectError([&] { PoseGraphProblem problem(good, {.max_factor_gib = 0}); }, "max_factor_gib is 0");
 }
 
@@ -151,6 +151,23 @@ TEST(PoseGraphProblem, AQuaternionOfZerosIsNoStart) {
   EXPECT_NE(summary.message.find("pose 5"), std::string::npos) << summary.message;
   EXPECT_THROW(problem.Cost(x.view().subspan(0, 7)), Error);
   EXPECT_THROW(problem.Linearize(x.view().subspan(0, 7), 0), Error);
+}
+
+// The cost is 1/2 e^T Lambda e by both square roots: the symmetric one is its own transpose.
+TEST(PoseGraphProblem, SemidefiniteInformationIsUsedAsItIs) {
+  PoseGraph graph{.space = PoseSpace::kSe2,
+                  .ids = {0, 1},
+                  .poses = {0, 0, 0, 3, 1, 0},
+                  .edges = {{0, 1}},
+                  .measurements = {1, 0, 0},
+                  .information = {4, 2, 0, 1, 0, 0}};
+  CpuBackend<double>::Vector x(6);
+  std::copy(graph.poses.begin(), graph.poses.end(), x.begin());
+  for (const Whitening whitening : {Whitening::kUpper, Whitening::kLower}) {
+    PoseGraphProblem problem(graph, {.whitening = whitening});
+    // e = (2, 1, 0).
+    EXPECT_NEAR(problem.Cost(x), 0.5 * (4 * 4 + 2 * 2 * 2 + 1), 1e-12);
+  }
 }
 
 }  // namespace
