@@ -113,6 +113,7 @@ TEST(DeviceStages, ALaunchWithoutMemoryIsTriedAgainOrEndsAdam) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = AdamAlone();
   options.density.enabled = false;
+  options.adam.evaluations = 1;  // at the end: an evaluation without room is the host's
   const TrainResult ample = Train(scene, options, 0, {}, DeviceStages());
   constexpr int kInTheMidst = 700;  // some 20 an iteration
   vesta::test::FailLaunches(kInTheMidst, 1);
