@@ -193,6 +193,7 @@ LmOptions PoseGraphOptions() {
   LmOptions options;
   options.column_scaling = ColumnScaling::kOnePlusInverse;
   options.step_control.initial_lambda = 1e-6;
+  options.step_control.lambda_after_first_reject = 1;
   options.normal_system.linear_solver = LinearSolverKind::kPcg;
   options.normal_system.preconditioner = PreconditionerKind::kProblem;
   // The second test is for problems whose factor is too large: with a factor the first one is met at once.

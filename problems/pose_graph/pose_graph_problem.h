@@ -67,7 +67,9 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>> {
 
 // Options that suit pose graphs: the problem's own preconditioner, linear systems solved to rounding, and a first
 // damping of 1e-6 (a radius of 1e6 in Ceres's terms), since the residuals are close to linear. On graphs that start
-// near their minimum this takes fewer iterations than 1e-4, and ends in the same minima.
+// near their minimum this takes fewer iterations than 1e-4, and ends in the same minima. Where the first step is
+// refused the start is far, and the damping begins anew at 1: torus3D and sphere_bignoise then reach their lowest known
+// minima (docs/results/2026-11-24-torus3d.md).
 LmOptions PoseGraphOptions();
 
 }  // namespace vesta::pose_graph

@@ -82,6 +82,9 @@ void StepControlOptions::Validate() const {
   if (!(min_relative_decrease >= 0 && min_relative_decrease < 1)) {
     Fail("step_control.min_relative_decrease is {}; choose it within [0, 1)", min_relative_decrease);
   }
+  if (!(lambda_after_first_reject >= 0 && lambda_after_first_reject <= max_lambda)) {
+    Fail("step_control.lambda_after_first_reject is {}; choose it within [0, max_lambda]", lambda_after_first_reject);
+  }
   for (const double gamma : backtracking) {
     if (!(gamma > 0 && gamma < 1)) Fail("step_control.backtracking has {}; choose fractions within (0, 1)", gamma);
   }
@@ -104,6 +107,11 @@ StepControlOptions DefaultStepControl(StepRule rule) {
 
 StepControl::StepControl(const StepControlOptions& options) : options_(options), lambda_(options.initial_lambda) {
   options.Validate();
+}
+
+void StepControl::OnReject() {
+  const bool first = lambda_ == options_.initial_lambda && options_.lambda_after_first_reject > lambda_;
+  Set(first ? options_.lambda_after_first_reject : AfterReject());
 }
 
 void StepControl::Set(double lambda) { lambda_ = std::clamp(lambda, options_.min_lambda, options_.max_lambda); }

@@ -34,6 +34,9 @@ struct StepControlOptions {
   // Fractions of a rejected step, within (0, 1), tried in this order before lambda is raised and the system solved
   // again. Empty: none.
   std::vector<double> backtracking = {};
+  // Where lambda goes when the very first step is refused, if that is above initial_lambda: then the start is far from
+  // the minimum, and an initial_lambda for starts near it was a mistake. 0: it is raised as after any other.
+  double lambda_after_first_reject = 0;
 
   void Validate() const;
 };
@@ -56,7 +59,7 @@ class StepControl {
   void OnAccept(double rho) { Set(AfterAccept(rho)); }
   // The full step failed, a shorter one along it was accepted: lambda was too small.
   void OnShortenedAccept() { Set(2.0 * lambda_); }
-  void OnReject() { Set(AfterReject()); }
+  void OnReject();
 
   // All that the next answers depend on, beside the options.
   template <class Archive>

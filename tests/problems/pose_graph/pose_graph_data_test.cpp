@@ -41,5 +41,19 @@ INSTANTIATE_TEST_SUITE_P(Graphs, PoseGraphData,
                                          Known{"tinyGrid3D", 9.259683211}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
+// Two minima, 2.2556e4 and 2.6375e4, and a start whose first step is refused.
+TEST(PoseGraphDataMinimum, TorusEndsInTheLowerOne) {
+  const std::string path = DataFolder() + "/nlls/g2o/torus3D.g2o";
+  if (!FileExists(path)) GTEST_SKIP() << "no " << path << ": set VESTA_DATA to a folder with nlls/g2o";
+  PoseGraphProblem problem(ReadG2o(path), {.whitening = Whitening::kLower});
+  B backend;
+  B::Vector x(problem.num_parameters());
+  std::copy(problem.start().begin(), problem.start().end(), x.begin());
+  LmOptions options = PoseGraphOptions();
+  options.max_iterations = 40;  // the rest is slow: 0.05 % from here
+  const LmSummary summary = SolveLm(options, backend, problem, x.view());
+  EXPECT_LE(summary.final_cost, 1.001 * 2.255596e4) << summary.FullReport();
+}
+
 }  // namespace
 }  // namespace vesta::pose_graph

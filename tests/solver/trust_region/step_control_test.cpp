@@ -37,6 +37,23 @@ TEST(StepControl, CeresDividesTheRadiusByGrowingFactors) {
   EXPECT_DOUBLE_EQ(control->lambda(), 128 * 1.125 / 3);
 }
 
+TEST(StepControl, ARefusedFirstStepMayBeginAnew) {
+  StepControlOptions options;
+  options.initial_lambda = 1e-6;
+  options.lambda_after_first_reject = 1e-4;
+  const auto control = MakeStepControl(StepRule::kCeres, options);
+  control->OnReject();
+  EXPECT_EQ(control->lambda(), 1e-4);
+  control->OnReject();
+  EXPECT_EQ(control->lambda(), 2e-4) << "the series of factors begins there";
+  const auto accepted = MakeStepControl(StepRule::kCeres, options);
+  accepted->OnAccept(1.0);
+  accepted->OnReject();
+  EXPECT_DOUBLE_EQ(accepted->lambda(), 2e-6 / 3) << "a later reject is as any other";
+  options.lambda_after_first_reject = -1;
+  EXPECT_THROW(options.Validate(), Error);
+}
+
 TEST(StepControl, VersionOneHalvesAndDoubles) {
   const auto control = Make(StepRule::k3dgsLmV1);
   for (const double rho : {1e-4, 0.5, 2.0}) control->OnAccept(rho);
