@@ -9,8 +9,8 @@ namespace {
 template <class S>
 using Lane = BlockLanes<S, 1>;
 
-// Usual orders of blocks (scalars, points, cameras, Gaussians) are compile-time constants, so that a block stays in
-// registers. 0 stands for any other order.
+// Usual orders of blocks (scalars, points, cameras, Gaussians and their colours) are compile-time constants, so that a
+// block stays in registers. 0 stands for any other order.
 template <int kOrder>
 constexpr int kCapacity = kOrder > 0 ? kOrder : kMaxBlockOrder;
 
@@ -32,10 +32,14 @@ void WithOrder(const BlockGroup& group, const Call& call) {
       return call(std::integral_constant<int, 1>{});
     case 3:
       return call(std::integral_constant<int, 3>{});
+    case 4:
+      return call(std::integral_constant<int, 4>{});
     case 9:
       return call(std::integral_constant<int, 9>{});
     case 11:
       return call(std::integral_constant<int, 11>{});
+    case 16:
+      return call(std::integral_constant<int, 16>{});
     default:
       if (group.size > kMaxBlockOrder) {
         throw Error("blocks of order " + std::to_string(group.size) + " on a GPU, where " +

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/core/block_diagonal.h"
+#include "kernels/core/divisor.h"
 #include "kernels/core/span.h"
 
 namespace vesta {
@@ -50,11 +51,13 @@ struct SumSegment {
   RowBlocksTranspose transpose;
   const S* u;
   S* partial;
+  Divisor by_blocks{rows.blocks};
   VESTA_HD void operator()(Index s) const {
     S sum(0);
     for (Index e = transpose.segments[s]; e < transpose.segment_end[s]; ++e) {
-      const Index entry = transpose.entries[e], b = entry % rows.blocks;
-      const int c = static_cast<int>(entry / rows.blocks);
+      const Division entry = by_blocks.Divide(transpose.entries[e]);
+      const Index b = entry.remainder;
+      const int c = static_cast<int>(entry.quotient);
       for (int k = 0; k < rows.residuals; ++k) {
         const S value = rows.At(k, c, b);
         sum += value * (u != nullptr ? u[k * rows.blocks + b] : value);
@@ -85,16 +88,18 @@ struct GramOfRows {
   RowBlocksTranspose transpose;
   BlockGroup group;
   S* values;
+  Divisor by_blocks{rows.blocks}, by_count{group.count};
   VESTA_HD void operator()(Index i) const {
-    const Index block = i % group.count;
+    const Division place = by_count.Divide(i);
     int row = 0;
-    while (PackedLower(row + 1, 0) <= i / group.count) ++row;
-    const int back = row - static_cast<int>(i / group.count - PackedLower(row, 0));
-    const Index p = group.Parameter(block, row);
+    while (PackedLower(row + 1, 0) <= place.quotient) ++row;
+    const int back = row - static_cast<int>(place.quotient - PackedLower(row, 0));
+    const Index p = group.Parameter(place.remainder, row);
     S sum(0);
     for (Index e = transpose.first_entry[p]; e < transpose.first_entry[p + 1]; ++e) {
-      const Index entry = transpose.entries[e], b = entry % rows.blocks;
-      const int c = static_cast<int>(entry / rows.blocks);
+      const Division entry = by_blocks.Divide(transpose.entries[e]);
+      const Index b = entry.remainder;
+      const int c = static_cast<int>(entry.quotient);
       for (int k = 0; k < rows.residuals; ++k) sum += rows.At(k, c, b) * rows.At(k, c - back, b);
     }
     values[i] = sum;

@@ -81,7 +81,7 @@ template <class S>
 struct MaskBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 16;
   struct Shared {
-    Splat<S> splats[kBatch];
+    SplatBatch<S, kBatch> splats;
     bool part[kBatch][kRasterThreads];  // is the splat part of the pixel
   };
   TileLists<S> lists;
@@ -91,7 +91,7 @@ struct MaskBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const int k = block.thread() / kTileSize, y = block.thread() % kTileSize;
-    const BlockPixel pixel(lists, block.id(), block.thread());
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
     const std::int64_t left = SumOverPixels<bool>(
         block, lists, pixel, shared.splats, [&](int, const Blend<S>& blend) { return blend.alpha > S(0); },
         [&](int splat, bool part) { shared.part[splat][pixel.in_tile()] = part; },
@@ -142,7 +142,7 @@ template <class S, class E>
 struct FillBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = 128;
   struct Shared {
-    Splat<S> splats[kBatch];
+    ListedSplatBatch<S, kBatch> splats;
     StagedMasks<kBatch> masks;
   };
   TileLists<S> lists;
@@ -153,7 +153,7 @@ struct FillBlock {
 
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
-    const BlockPixel pixel(lists, block.id(), block.thread());
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
     Passing<S> passing(pixel);
     S behind[3] = {pixel.Load(image, 0), pixel.Load(image, 1), pixel.Load(image, 2)};
     ForEachHit(
@@ -190,7 +190,7 @@ struct CachedTangentBlock {
 
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
-    const BlockPixel pixel(lists, block.id(), block.thread());
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
     S d_color[3] = {S(0), S(0), S(0)};
     const auto go_on = [&] {
       block.Sync();
@@ -199,11 +199,13 @@ struct CachedTangentBlock {
     ForEachBatch<kBatch>(block, lists, go_on, [&](std::int64_t first, int count) {
       const int thread = block.thread();
       if (thread < count) {
-        shared.tangents[thread] = tangents[lists.ranks[first + thread]];
+        const std::uint32_t rank = lists.ranks[first + thread];
+        shared.splats[thread] = InTile(lists.splats[rank], TileOrigin<S>(lists, TileOf(block)));
+        shared.tangents[thread] = tangents[rank];
         ToEntryUnits<E>(shared.tangents[thread]);
       }
       shared.masks.Stage(block, cache, places, first, count);
-      StageSplats(block, lists, first, count, shared.splats);
+      block.Sync();
       for (int k = 0; k < count; ++k) {
         if (!shared.masks.Has(k, pixel.x, pixel.y)) continue;
         const Entry<S> entry = entries[shared.masks.Position(k, pixel.x, pixel.y)].template Read<S>();
@@ -245,7 +247,7 @@ struct CachedAdjointBlock {
     const int count = BatchSize(first, size, kBatch);
     if (thread < count) {
       const CachePair& pair = cache.pairs[first + thread];
-      shared.splats[thread] = InTile(lists.splats[pair.rank], TileOrigin<S>(lists, std::int64_t{pair.tile}));
+      shared.splats[thread] = InTile(lists.splats[pair.rank], TileOrigin<S>(lists, static_cast<int>(pair.tile)));
     }
     block.Sync();
     const int pair = thread / kTileSize, y = thread % kTileSize;
@@ -262,11 +264,12 @@ struct CachedAdjointBlock {
     const CacheEntry<E>* at = entries + cache.first_entry[place] + pair.above[y];
     const RowSpan<S> row = RowInTile(splat, y);
     const std::int64_t plane = std::int64_t{lists.width} * lists.height;
-    const std::int64_t line = (std::int64_t{pair.tile} / lists.tiles_x * kTileSize + y) * lists.width +
-                              std::int64_t{pair.tile} % lists.tiles_x * kTileSize;
+    const int tile = static_cast<int>(pair.tile);
+    const std::int64_t line =
+        std::int64_t{tile / lists.tiles_x * kTileSize + y} * lists.width + tile % lists.tiles_x * kTileSize;
     CotangentRow<S> total;
     for (std::uint32_t bits = pair.mask.rows[y]; bits != 0; bits &= bits - 1) {
-      const int x = PopCount(~bits & (bits - 1));  // of the lowest bit
+      const int x = LowestBit(bits);
       const Entry<S> entry = (at++)->template Read<S>();
       const S g = AddColors(
           entry, [&](int c) { return u[c * plane + line + x]; }, total);

@@ -1,6 +1,7 @@
 // The launches behind DeviceSplatView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits.
 #pragma once
 
+#include "kernels/core/device_buffer.h"
 #include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/tile_pairs.h"
@@ -25,8 +26,9 @@ void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);
 void GatherSplats(const std::uint32_t* keys, const std::uint32_t* indices, Index count, const Splat<float>* unsorted,
                   Splat<float>* splats, std::int32_t* rank_of);
 void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index count, Index* counts);
+// wide: NumWideSlots slots, 0 before.
 void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
-                    std::uint32_t* tiles, std::uint32_t* ranks, std::uint32_t* entries);
+                    const PairArrays& pairs, DeviceBuffer<std::uint32_t>& wide);
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
                      Index pairs, int num_tiles, std::uint32_t* ranks, std::int64_t* tile_begin);
 
@@ -37,7 +39,10 @@ void Adjoint(const TileLists<float>& lists, const std::uint32_t* entries, const 
              SplatTangent<float>* sums);
 void Gram(const TileLists<float>& lists, const std::uint32_t* entries, const float* image, const float* omega,
           SplatGram<float>* sums);
-void SumBySplat(const Index* splat_begin, Index splats, const SplatTangent<float>* records, SplatTangent<float>* sums);
-void SumBySplat(const Index* splat_begin, Index splats, const SplatGram<float>* records, SplatGram<float>* sums);
+// wide: as EmitSplatPairs left it.
+void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
+                const SplatTangent<float>* records, SplatTangent<float>* sums);
+void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
+                const SplatGram<float>* records, SplatGram<float>* sums);
 
 }  // namespace vesta::splat::device_passes

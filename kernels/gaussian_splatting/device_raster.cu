@@ -2,7 +2,7 @@
 #include "kernels/core/launch.cuh"
 #include "kernels/gaussian_splatting/device_passes.h"
 #include "kernels/gaussian_splatting/raster_blocks.h"
-#include "kernels/gaussian_splatting/tile_pairs.h"
+#include "kernels/gaussian_splatting/wide_splats.h"
 
 namespace vesta::splat::device_passes {
 
@@ -20,8 +20,11 @@ void CountSplatTiles(const TileGrid& grid, const Splat<float>* splats, Index cou
 }
 
 void EmitSplatPairs(const TileGrid& grid, const Splat<float>* splats, Index count, const Index* splat_begin,
-                    std::uint32_t* tiles, std::uint32_t* ranks, std::uint32_t* entries) {
-  device::ForEach(count, EmitPairs<float>{grid, splats, splat_begin, tiles, ranks, entries}, "listing tiles");
+                    const PairArrays& pairs, DeviceBuffer<std::uint32_t>& wide) {
+  device::ForEach(count, EmitPairs<float>{grid, splats, splat_begin, pairs}, "listing tiles");
+  device::ForEach(count, NoteWide{splat_begin, wide.data()}, "finding wide splats");
+  device::Launch(EmitWideBlock<float>{{wide.data(), wide.size()}, grid, splats, splat_begin, pairs},
+                 WideSlots::NumBlocks(wide.size()), "listing tiles of wide splats");
 }
 
 void PlaceSplatPairs(const std::uint32_t* tiles, const std::uint32_t* entries, const std::uint32_t* rank_of_entry,
@@ -35,12 +38,14 @@ namespace {
 Index NumTiles(const TileLists<float>& lists) { return Index{lists.tiles_x} * lists.tiles_y; }
 
 template <class Record>
-void SumRecords(const Index* splat_begin, Index splats, const Record* records, Record* sums) {
+void SumRecords(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide, const Record* records,
+                Record* sums) {
   constexpr int kN = sizeof(Record) / sizeof(float);
-  device::ForEach(
-      splats * kN,
-      SumEntries<float, kN>{splat_begin, reinterpret_cast<const float*>(records), reinterpret_cast<float*>(sums)},
-      "sums by splat");
+  const auto* values = reinterpret_cast<const float*>(records);
+  auto* totals = reinterpret_cast<float*>(sums);
+  device::ForEach(splats * kN, SumEntries<float, kN>{splat_begin, values, totals}, "sums by splat");
+  device::Launch(SumWideBlock<float, kN>{{wide.data(), wide.size()}, splat_begin, values, totals},
+                 WideSlots::NumBlocks(wide.size()), "sums of wide splats");
 }
 
 }  // namespace
@@ -63,12 +68,14 @@ void Gram(const TileLists<float>& lists, const std::uint32_t* entries, const flo
   device::Launch(GramBlock<float>{lists, entries, image, omega, sums}, NumTiles(lists), "Gram pass");
 }
 
-void SumBySplat(const Index* splat_begin, Index splats, const SplatTangent<float>* records, SplatTangent<float>* sums) {
-  SumRecords(splat_begin, splats, records, sums);
+void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
+                const SplatTangent<float>* records, SplatTangent<float>* sums) {
+  SumRecords(splat_begin, splats, wide, records, sums);
 }
 
-void SumBySplat(const Index* splat_begin, Index splats, const SplatGram<float>* records, SplatGram<float>* sums) {
-  SumRecords(splat_begin, splats, records, sums);
+void SumBySplat(const Index* splat_begin, Index splats, const DeviceBuffer<std::uint32_t>& wide,
+                const SplatGram<float>* records, SplatGram<float>* sums) {
+  SumRecords(splat_begin, splats, wide, records, sums);
 }
 
 }  // namespace vesta::splat::device_passes

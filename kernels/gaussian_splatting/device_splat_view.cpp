@@ -5,7 +5,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/device_sort.h"
 #include "kernels/gaussian_splatting/device_passes.h"
-#include "kernels/gaussian_splatting/tile_pairs.h"
+#include "kernels/gaussian_splatting/wide_splats.h"
 
 namespace vesta::splat {
 namespace {
@@ -65,8 +65,10 @@ void DeviceSplatView::ListTiles(DeviceViewWorkspace& workspace) {
                        &workspace.rank_of_entry}) {
     EnsureSize(*buffer, pairs);
   }
-  device_passes::EmitSplatPairs(grid, splats_.data(), seen, splat_begin_.data(), workspace.tiles.data(),
-                                workspace.rank_of_entry.data(), workspace.entries.data());
+  wide_.Resize(NumWideSlots(pairs));
+  device_passes::EmitSplatPairs(grid, splats_.data(), seen, splat_begin_.data(),
+                                {workspace.tiles.data(), workspace.rank_of_entry.data(), workspace.entries.data()},
+                                wide_);
   device::SortPairs(workspace.tiles, workspace.entries, workspace.other_tiles, workspace.other_entries, pairs,
                     grid.key_bits(), workspace.temporary);
   ranks_.ResizeForOverwrite(pairs);
@@ -115,7 +117,8 @@ void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const
   } else {
     cache_.Adjoint(Lists(), u, workspace.pair_sums.data());
   }
-  device_passes::SumBySplat(splat_begin_.data(), num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
+  device_passes::SumBySplat(splat_begin_.data(), num_splats(), wide_, workspace.pair_sums.data(),
+                            workspace.splat_sums.data());
   device_passes::ProjectAdjoint(model, camera_, rank_of_.data(), workspace.splat_sums.data(), g);
 }
 
@@ -124,7 +127,7 @@ void DeviceSplatView::AddGram(const Model<float>& model, const float* image, con
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   device_passes::Gram(Lists(), entries_.data(), image, omega, workspace.pair_grams.data());
-  device_passes::SumBySplat(splat_begin_.data(), num_splats(), workspace.pair_grams.data(),
+  device_passes::SumBySplat(splat_begin_.data(), num_splats(), wide_, workspace.pair_grams.data(),
                             workspace.splat_grams.data());
   device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
                              sh_blocks);

@@ -8,6 +8,7 @@
 #include "kernels/gaussian_splatting/device_cache.h"
 #include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
+#include "kernels/gaussian_splatting/tile_pairs.h"
 #include "kernels/gaussian_splatting/types.h"
 #include "kernels/gaussian_splatting/view_counts.h"
 
@@ -51,7 +52,7 @@ class DeviceSplatView {
   // As SplatView's.
   static double Bytes(const ViewCounts& view, double gaussians) {
     return sizeof(Splat<float>) * view.splats + sizeof(std::int32_t) * gaussians +
-           sizeof(Index) * (view.splats + view.tiles) + 2 * sizeof(std::uint32_t) * view.pairs;
+           sizeof(Index) * (view.splats + view.tiles) + (2 + 1.0 / kFewTiles) * sizeof(std::uint32_t) * view.pairs;
   }
 
   // As SplatView::Build.
@@ -98,6 +99,7 @@ class DeviceSplatView {
   DeviceBuffer<std::int32_t> rank_of_;
   DeviceBuffer<Index> splat_begin_, tile_begin_;
   DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order of splats
+  DeviceBuffer<std::uint32_t> wide_;             // splats of many tiles (wide_splats.h)
   DeviceJacobianCache cache_;
   DeviceBuffer<std::uint16_t> kept_rows_;  // by tile; empty: all
 };

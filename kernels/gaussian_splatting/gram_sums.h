@@ -90,10 +90,20 @@ struct GramRow {
     AddPowers<4>(m, p, sum);
   }
 };
-// Sum i of SplatGram from the rows of a tile, each in as many parts as follow each other. splat: of InTile.
+// q^b of a row for b <= 4.
+inline constexpr int kRowPowers = 5;
+template <class S>
+VESTA_HD inline void PowersOfRow(const S& q, S power[kRowPowers]) {
+  power[0] = S(1);
+  for (int b = 1; b < kRowPowers; ++b) power[b] = power[b - 1] * q;
+}
+
+// Sum i of SplatGram from the rows of a tile, each in as many parts as follow each other. powers: PowersOfRow of the
+// rows of the splat.
 template <int kParts, class S>
-VESTA_HD inline S WeighGramRows(const Splat<S>& splat, const S (&parts)[kParts][GramRow<S>::kSums], int i) {
-  constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors;
+VESTA_HD inline S WeighGramRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
+                                int i) {
+  constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors, kPartsOfRow = kParts / kTileSize;
   // The monomial p^a q^b that it belongs to, and where the sums of its p^0 lie.
   int monomial = i, base = 0;
   if (i >= kMoments4 + 3 * kMoments2) {
@@ -105,11 +115,10 @@ VESTA_HD inline S WeighGramRows(const Splat<S>& splat, const S (&parts)[kParts][
   while (MonomialIndex(degree + 1, 0) <= monomial) ++degree;
   const int b = monomial - MonomialIndex(degree, 0), a = degree - b;
   S sum(0);
-  for (int part = 0; part < kParts; ++part) {
-    const S q = RowInTile(splat, part / (kParts / kTileSize)).q;
-    S weight(1);
-    for (int power = 0; power < b; ++power) weight = weight * q;
-    sum = Fma(weight, parts[part][base + a], sum);
+  for (int y = 0; y < kTileSize; ++y) {
+    for (int part = 0; part < kPartsOfRow; ++part) {
+      sum = Fma(powers[y][b], parts[y * kPartsOfRow + part][base + a], sum);
+    }
   }
   return sum;
 }

@@ -19,14 +19,14 @@ template <class S>
 struct ForwardBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
   struct Shared {
-    Splat<S> splats[kBatch];
+    ListedSplatBatch<S, kBatch> splats;
   };
   TileLists<S> lists;
   S* image;
 
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
-    const BlockPixel pixel(lists, block.id(), block.thread());
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
     Passing<S> passing(pixel);
     S color[3] = {S(0), S(0), S(0)};
     ForEachHit(
@@ -45,7 +45,7 @@ template <class S>
 struct TangentBlock {
   static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
   struct Shared {
-    Splat<S> splats[kBatch];
+    ListedSplatBatch<S, kBatch> splats;
     SplatTangent<S> tangents[kBatch];
   };
   TileLists<S> lists;
@@ -54,7 +54,7 @@ struct TangentBlock {
 
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
-    const BlockPixel pixel(lists, block.id(), block.thread());
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
     Passing<S> passing(pixel);
     S d_color[3] = {S(0), S(0), S(0)}, minus_dT(0);
     ForEachHit(
@@ -83,7 +83,7 @@ struct AdjointBlock {
     S g, w;  // derivative of the pixel's part of u . image by log alpha, and by u . colour
   };
   struct Shared {
-    Splat<S> splats[kBatch];
+    SplatBatch<S, kBatch> splats;
     S u[3][kRasterThreads];
     Share shares[kBatch][kRasterThreads];
     S rows[kBatch][kTileSize][kCotangentRowSums];
@@ -96,7 +96,7 @@ struct AdjointBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const int thread = block.thread();
-    const BlockPixel pixel(lists, block.id(), thread);
+    const BlockPixel pixel(lists, TileOf(block), thread);
     S behind(0), my_u[3];
     for (int c = 0; c < 3; ++c) {
       my_u[c] = pixel.Load(u, c);
@@ -149,8 +149,9 @@ struct GramBlock {
     S w, d[3];  // derivatives of the pixel's colours by the splat's colour, and by log alpha
   };
   struct Shared {
-    Splat<S> splats[kBatch];
+    SplatBatch<S, kBatch> splats;
     S omega[3][kRasterThreads];
+    S powers[kBatch][kTileSize][kRowPowers];
     union {
       Share shares[kBatch][kRasterThreads];
       S parts[kBatch][kParts][GramRow<S>::kSums];
@@ -164,7 +165,7 @@ struct GramBlock {
   template <class Block>
   VESTA_HD void operator()(Block& block, Shared& shared) const {
     const int thread = block.thread();
-    const BlockPixel pixel(lists, block.id(), thread);
+    const BlockPixel pixel(lists, TileOf(block), thread);
     S behind[3];
     for (int c = 0; c < 3; ++c) {
       behind[c] = pixel.Load(image, c);
@@ -183,7 +184,12 @@ struct GramBlock {
         [&](std::int64_t first, int count) {
           GramRow<S> part;
           const int k = thread / kParts;
-          if (k < count) AddHalfRow(shared, k, thread % kParts, part);
+          if (k < count) {
+            AddHalfRow(shared, k, thread % kParts, part);
+            if (const int y = thread % kParts; y < kTileSize) {
+              PowersOfRow(RowInTile(shared.splats[k], y).q, shared.powers[k][y]);
+            }
+          }
           block.Sync();  // the parts take the place of the shares
           if (k < count) {
             for (int i = 0; i < GramRow<S>::kSums; ++i) shared.parts[k][thread % kParts][i] = part.sum[i];
@@ -192,7 +198,7 @@ struct GramBlock {
           for (int i = thread; i < count * kGramSums; i += kThreads) {
             const int of = i / kGramSums;
             sums[entries[first + of]].m[i % kGramSums] =
-                WeighGramRows(shared.splats[of], shared.parts[of], i % kGramSums);
+                WeighGramRows(shared.powers[of], shared.parts[of], i % kGramSums);
           }
         });
     ForEachLeft<kGramSums>(block, lists, left, [&](std::int64_t pair, int i) { sums[entries[pair]].m[i] = S(0); });

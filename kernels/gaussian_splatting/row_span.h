@@ -15,8 +15,7 @@ template <class S>
 struct TileOrigin {
   S left, top;
 
-  template <class Tile>
-  VESTA_HD TileOrigin(const TileLists<S>& lists, Tile tile)
+  VESTA_HD TileOrigin(const TileLists<S>& lists, int tile)
       : left(static_cast<S>(tile % lists.tiles_x * kTileSize) + S(0.5)),
         top(static_cast<S>(tile / lists.tiles_x * kTileSize) + S(0.5)) {}
 };

@@ -6,11 +6,15 @@
 #include "kernels/core/block_kernel.h"
 #include "kernels/gaussian_splatting/pixel_steps.h"
 #include "kernels/gaussian_splatting/row_span.h"
+#include "kernels/gaussian_splatting/tile_coverage.h"
+#include "kernels/math/device_scalar.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-inline constexpr int kRasterThreads = kTileSize * kTileSize;
+inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRasterThreads / 32;
+// A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
+inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
 // The rows of a tile in the order in which threads take them: those that are looked at come first, so that where few
 // are, whole warps have nothing to do.
@@ -25,7 +29,13 @@ VESTA_HD inline int RowInOrder(std::uint32_t looked_at, int place) {
   return place;  // never: there are sixteen
 }
 
-// The pixel of a thread. A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
+// The tile of a block that takes one. Its number divides faster as an int.
+template <class Block>
+VESTA_HD inline int TileOf(const Block& block) {
+  return static_cast<int>(block.id());
+}
+
+// The pixel of a thread.
 struct BlockPixel {
   int x, y;            // in the tile
   bool inside;         // the image
@@ -34,16 +44,16 @@ struct BlockPixel {
   std::int64_t plane;  // pixels in a plane
 
   template <class S>
-  VESTA_HD BlockPixel(const TileLists<S>& lists, std::int64_t tile, int thread) {
+  VESTA_HD BlockPixel(const TileLists<S>& lists, int tile, int thread) {
     const int warp = thread / 32, lane = thread % 32;
-    x = warp % 2 * 8 + lane % 8;
-    y = warp / 2 * 4 + lane / 8;
+    x = warp % 2 * kWarpColumns + lane % kWarpColumns;
+    y = warp / 2 * kWarpRows + lane / kWarpColumns;
     const std::uint32_t rows = lists.rows == nullptr ? 0xffffU : lists.rows[tile];
     if (rows != 0xffffU) y = RowInOrder(rows, y);
-    const std::int64_t column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
+    const int column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
     inside = column < lists.width && row < lists.height;
     looked_at = inside && (rows >> y & 1U) != 0;
-    place = row * lists.width + column;
+    place = std::int64_t{row} * lists.width + column;
     plane = std::int64_t{lists.width} * lists.height;
   }
   VESTA_HD int in_tile() const { return y * kTileSize + x; }
@@ -78,17 +88,64 @@ struct Passing {
   }
 };
 
-// Brings the splats of the pairs [first, first + count) into shared memory. Barriers lie on both sides: the one before
-// is the caller's.
-template <class S, class Block>
-VESTA_HD inline void StageSplats(Block& block, const TileLists<S>& lists, std::int64_t first, int count,
-                                 Splat<S>* staged) {
-  if (block.thread() < count) {
-    const TileOrigin<S> origin(lists, block.id());
-    staged[block.thread()] = InTile(lists.splats[lists.ranks[first + block.thread()]], origin);
+// Bit w: the support of the splat, of InTile, meets the pixels of warp w, all rows being looked at. Where a bit is
+// clear alpha is 0 for each of the warp's pixels.
+template <class S>
+VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
+  const SupportReach<S> reach(splat);
+  std::uint32_t warps = 0;
+  for (int row = 0; row < kTileSize; row += kWarpRows) {
+    const S y0 = Max(static_cast<S>(row), splat.v - reach.y);
+    const S y1 = Min(static_cast<S>(row + kWarpRows - 1), splat.v + reach.y);
+    if (!(y0 <= y1)) continue;
+    const S left = ExtremeX(splat, reach, y0, y1, S(-1)), right = ExtremeX(splat, reach, y0, y1, S(1));
+    for (int half = 0; half < 2; ++half) {
+      const int begin = half * kWarpColumns, end = begin + kWarpColumns - 1;
+      if (right >= static_cast<S>(begin) && left <= static_cast<S>(end)) warps |= 1U << (row / kWarpRows * 2 + half);
+    }
   }
-  block.Sync();
+  return warps;
 }
+
+// Splats of a tile in shared memory, and which warps they concern.
+template <class S, int kBatch>
+struct SplatBatch {
+  Splat<S> splats[kBatch];
+  std::uint8_t warps[kBatch];
+
+  VESTA_HD const Splat<S>& operator[](int k) const { return splats[k]; }
+  VESTA_HD bool Concerns(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
+
+  // Brings in the splats of the pairs [first, first + count). Barriers must lie on both sides.
+  template <class Block>
+  VESTA_HD void Stage(Block& block, const TileLists<S>& lists, std::int64_t first, int count) {
+    const int k = block.thread();
+    if (k >= count) return;
+    splats[k] = InTile(lists.splats[lists.ranks[first + k]], TileOrigin<S>(lists, TileOf(block)));
+    // Where rows are left out, those of a warp need not lie side by side.
+    const bool whole = lists.rows == nullptr || lists.rows[TileOf(block)] == 0xffffU;
+    warps[k] = static_cast<std::uint8_t>(whole ? WarpsInReach(splats[k]) : 0xffU);
+  }
+};
+
+// The same with a list for each warp of the splats that concern it: others cost the warp nothing.
+template <class S, int kBatch>
+struct ListedSplatBatch : SplatBatch<S, kBatch> {
+  static constexpr int kWords = (kBatch + 31) / 32;
+  std::uint32_t lists[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
+
+  // After Stage and a barrier. A barrier must follow.
+  template <class Block>
+  VESTA_HD void List(Block& block, int count) {
+    if (block.thread() >= kRasterWarps * kWords) return;
+    const int warp = block.thread() % kRasterWarps, word = block.thread() / kRasterWarps;
+    std::uint32_t bits = 0;
+    for (int k = 32 * word; k < count && k < 32 * (word + 1); ++k) {
+      bits |= (this->Concerns(k, warp) ? 1U : 0U) << k % 32;
+    }
+    lists[warp][word] = bits;
+  }
+};
 
 // Pairs left to do, at most `most`.
 VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
@@ -113,14 +170,21 @@ VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& list
 // its batch, front to back until the pixel is closed. stage(first, count) brings more of a batch into shared memory.
 template <int kBatch, class S, class Block, class Stage, class Hit>
 VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel, Passing<S>& passing,
-                                Splat<S> (&splats)[kBatch], const Stage& stage, const Hit& hit) {
+                                ListedSplatBatch<S, kBatch>& splats, const Stage& stage, const Hit& hit) {
   ForEachBatch<kBatch>(
       block, lists, [&] { return block.Count(passing.open) != 0; },
       [&](std::int64_t first, int count) {
         stage(first, count);
-        StageSplats(block, lists, first, count, splats);
-        for (int k = 0; k < count && passing.open; ++k) {
-          passing.Meet(pixel, splats[k], [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
+        splats.Stage(block, lists, first, count);
+        block.Sync();
+        splats.List(block, count);
+        block.Sync();
+        const std::uint32_t* mine = splats.lists[block.thread() / 32];
+        for (int word = 0; 32 * word < count; ++word) {
+          for (std::uint32_t bits = mine[word]; bits != 0 && passing.open; bits &= bits - 1) {
+            const int k = 32 * word + LowestBit(bits);
+            passing.Meet(pixel, splats[k], [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
+          }
         }
       });
 }
@@ -130,16 +194,18 @@ VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const B
 // the tile. Returns the first pair not summed, all pixels being closed.
 template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
 VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
-                                           Splat<S> (&splats)[kBatch], const ShareOf& share_of, const Put& put,
+                                           SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,
                                            const Sum& sum) {
   Passing<S> passing(pixel);
+  const int warp = block.thread() / 32;
   return ForEachBatch<kBatch>(
       block, lists, [&] { return block.Count(passing.open) != 0; },
       [&](std::int64_t first, int count) {
-        StageSplats(block, lists, first, count, splats);
+        splats.Stage(block, lists, first, count);
+        block.Sync();
         for (int k = 0; k < count; ++k) {
           Share share{};
-          if (passing.open) {
+          if (passing.open && splats.Concerns(k, warp)) {
             passing.Meet(pixel, splats[k],
                          [&](const S&, const S&, const Blend<S>& blend) { share = share_of(k, blend); });
           }

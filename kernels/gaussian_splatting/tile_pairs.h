@@ -50,11 +50,32 @@ struct TileGrid {
         rows(looked_at) {}
   int num_tiles() const { return tiles_x * tiles_y; }
   VESTA_HD bool Lists(int tile) const { return rows == nullptr || rows[tile] != 0; }
+  // How many tiles of a row of a splat's are listed.
+  template <class S>
+  VESTA_HD Index CountIn(const TileRows<S>& splat, int row) const {
+    int first = 0, last = 0;
+    if (!splat.Row(row, &first, &last)) return 0;
+    if (rows == nullptr) return last - first + 1;
+    Index count = 0;
+    for (int column = first; column <= last; ++column) count += Lists(row * tiles_x + column) ? 1 : 0;
+    return count;
+  }
   // Bits of the largest tile's number.
   int key_bits() const {
     int bits = 1;
     while (bits < 31 && (num_tiles() - 1) >> bits > 0) ++bits;
     return bits;
+  }
+};
+
+// The pairs of splat and tile by entry, in the order of splats and of each one's tiles.
+struct PairArrays {
+  std::uint32_t *tiles, *ranks, *entries;  // entries[e] = e: what is sorted along
+
+  VESTA_HD void Write(Index e, int tile, Index rank) const {
+    tiles[e] = static_cast<std::uint32_t>(tile);
+    ranks[e] = static_cast<std::uint32_t>(rank);
+    entries[e] = static_cast<std::uint32_t>(e);
   }
 };
 
@@ -66,29 +87,32 @@ struct CountTiles {
   Index* counts;
 
   VESTA_HD void operator()(Index r) const {
+    const TileRows<S> rows(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height);
     Index count = 0;
-    VisitTiles(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height,
-               [&](int tile) { count += grid.Lists(tile) ? 1 : 0; });
+    for (int row = rows.begin; row < rows.end; ++row) count += grid.CountIn(rows, row);
     counts[r] = count;
   }
 };
 
-// For rank r: an entry for each of its tiles, from splat_begin[r] on.
+// Splats of more tiles than this are left to whole blocks of threads (wide_splats.h).
+inline constexpr Index kFewTiles = 64;
+VESTA_HD inline bool IsWide(const Index* splat_begin, Index r) {
+  return splat_begin[r + 1] - splat_begin[r] > kFewTiles;
+}
+
+// For rank r: an entry for each of its tiles, from splat_begin[r] on; not for wide splats.
 template <class S>
 struct EmitPairs {
   TileGrid grid;
   const Splat<S>* splats;
   const Index* splat_begin;
-  std::uint32_t *tiles, *ranks, *entries;  // entries[e] = e: what is sorted along
+  PairArrays pairs;
 
   VESTA_HD void operator()(Index r) const {
+    if (IsWide(splat_begin, r)) return;
     Index e = splat_begin[r];
     VisitTiles(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height, [&](int tile) {
-      if (!grid.Lists(tile)) return;
-      tiles[e] = static_cast<std::uint32_t>(tile);
-      ranks[e] = static_cast<std::uint32_t>(r);
-      entries[e] = static_cast<std::uint32_t>(e);
-      ++e;
+      if (grid.Lists(tile)) pairs.Write(e++, tile, r);
     });
   }
 };
@@ -111,8 +135,8 @@ struct PlacePairs {
   }
 };
 
-// For i = kN * r + component: the sum of that component over the entries of splat r, in the order of its tiles. Records
-// are kN scalars.
+// For i = kN * r + component: the sum of that component over the entries of splat r, in the order of its tiles; not for
+// wide splats. Records are kN scalars.
 template <class S, int kN>
 struct SumEntries {
   const Index* splat_begin;
@@ -121,6 +145,7 @@ struct SumEntries {
 
   VESTA_HD void operator()(Index i) const {
     const Index r = i / kN, component = i - kN * r;
+    if (IsWide(splat_begin, r)) return;
     S sum(0);
     for (Index e = splat_begin[r]; e < splat_begin[r + 1]; ++e) sum += records[kN * e + component];
     sums[i] = sum;

@@ -62,6 +62,15 @@ VESTA_HD inline int PopCount(std::uint32_t bits) {
 #endif
 }
 
+// The place of the lowest bit that is set; one must be.
+VESTA_HD inline int LowestBit(std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(bits)) - 1;
+#else
+  return std::countr_zero(bits);
+#endif
+}
+
 // The value of the bits of a binary16, which must be 0 or normal (half.h): exact; on a GPU one instruction.
 VESTA_HD inline float FloatOfHalfBits(std::uint16_t bits) {
 #if defined(__CUDA_ARCH__)

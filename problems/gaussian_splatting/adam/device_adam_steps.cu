@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "kernels/core/divisor.h"
 #include "kernels/core/launch.cuh"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
 
@@ -9,11 +10,13 @@ namespace {
 // Memory bound: reads and writes 16 bytes a parameter that moves, reads 4 of others.
 struct StepOne {
   AdamStepArrays a;
+  Divisor by_count{a.blocks.count};
   VESTA_HD void operator()(Index parameter) const {
     const BlockAdamArrays& all = a.blocks;
-    const Index i = a.first_diagonal * all.count + parameter, attribute = i / all.count;
+    const Index i = a.first_diagonal * all.count + parameter;
     if (all.gradient[i] == 0) return;
-    const float unit = attribute < splat::kLogScale && all.units ? all.units[i - attribute * all.count] : 1.0f;
+    const auto [attribute, gaussian] = by_count.Divide(i);
+    const float unit = attribute < splat::kLogScale && all.units ? all.units[gaussian] : 1.0f;
     const float step =
         AdamStep(all.gradient[i], unit * a.rate[attribute], all.root_correction2, all.first[i], all.second[i]);
     all.gradient[i] = 0;

@@ -106,8 +106,8 @@ double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& op
   return options.memory.before_mib + (ModelBytes(scene) + copies) / kMib;
 }
 
-double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes) {
-  const double adam = options.adam.iterations > 0 ? DeviceAdamBytes(scene, options) : 0;
+double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes, double kept_bytes) {
+  const double adam = options.adam.iterations > 0 ? DeviceAdamBytes(scene, options) + kept_bytes : 0;
   return StageMib(adam, lm_bytes, 0);
 }
 

@@ -47,10 +47,11 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
 
 // Most that the process holds in a run with these options: what it held before, and the larger of the stages. lm_bytes:
 // of LmPlan, 0 without LM. Stages that compute on a GPU leave to the host the model, a copy of what was before the
-// last growth, and evaluation where the GPU has no room for it.
+// last growth where the GPU does not keep it, and evaluation where the GPU has no room for it.
 double PredictedMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes);
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options);
-// Most that the GPU holds.
-double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes);
+// Most that the GPU holds. kept_bytes: of the copy of what was before the last growth, where that is kept there.
+double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes,
+                          double kept_bytes = 0);
 
 }  // namespace vesta::gs

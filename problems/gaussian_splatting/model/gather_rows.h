@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "kernels/core/divisor.h"
 #include "kernels/core/for_each.h"
 #include "kernels/core/hd.h"
 
@@ -17,9 +18,10 @@ struct RowGathering {
   const std::uint8_t* kept;
   const float* from;
   float* to;
+  Divisor by_rows{to_rows};
 
   VESTA_HD void operator()(Index entry) const {
-    const Index attribute = entry / to_rows, row = entry - attribute * to_rows;
+    const auto [attribute, row] = by_rows.Divide(entry);
     to[entry] = !kept || kept[row] != 0 ? from[attribute * from_rows + source[row]] : 0.0f;
   }
 };

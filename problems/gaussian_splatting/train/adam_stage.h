@@ -20,6 +20,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
+#include "problems/gaussian_splatting/train/kept_state.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_switch.h"
 #include "problems/gaussian_splatting/train/trained_model.h"
@@ -96,7 +97,7 @@ class AdamStage {
     if (before_growth_.empty()) return false;
     passes_.emplace();
     state_->model.Free();
-    Restore(std::exchange(before_growth_, {}));
+    if constexpr (!kOnHost) before_growth_.MoveTo(*state_);
     state_->model.StayAsMany();
     // What that iteration did besides.
     if (ResetsOpacityAt(options_.density, state_->iteration, options_.adam.iterations)) state_->model.ResetOpacity();
@@ -112,6 +113,7 @@ class AdamStage {
 
  private:
   using Vector = typename B::Vector;
+  using KeptState = gs::KeptState<typename B::Space>;
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
 
   // What the passes over one view work in.
@@ -266,19 +268,26 @@ class AdamStage {
     }
   }
 
+  // On the GPU as long as that takes no room from what was planned for there.
   void KeepStateBeforeGrowth() {
-    before_growth_ = std::string();
-    std::size_t size = 0;
-    ArchiveWriter([&](std::string_view bytes) { size += bytes.size(); })(*state_);
-    before_growth_.reserve(size);
-    ArchiveWriter([&](std::string_view bytes) { before_growth_.append(bytes); })(*state_);
+    before_growth_ = KeptState();
     growth_at_ = state_->iteration;
+    const double bytes = KeptState::ArrayBytes(*state_);
+    if (bytes <= session_.spare_device_bytes()) {
+      try {
+        before_growth_ = KeptState(*state_, true);
+        session_.NoteKeptOnDevice(bytes);
+        return;
+      } catch (const OutOfDeviceMemory&) {  // less is free than was
+      }
+    }
+    before_growth_ = KeptState(*state_, false);
   }
   // Once every view has been through with the Gaussians there are, there is room for them.
   void ForgetGrowthThatHolds() {
     const auto seen = static_cast<std::size_t>(state_->iteration - growth_at_) *
                       static_cast<std::size_t>(options_.adam.views_per_iteration);
-    if (!before_growth_.empty() && seen >= 2 * session_.training_views().size()) before_growth_ = {};
+    if (!before_growth_.empty() && seen >= 2 * session_.training_views().size()) before_growth_ = KeptState();
   }
 
   TrainingSession& session_;
@@ -290,7 +299,7 @@ class AdamStage {
   StageTargets<B> targets_, coarse_targets_;
   bool lacks_halves_ = false, finished_ = false;
   std::optional<Passes> passes_{std::in_place};
-  std::string before_growth_;  // of AdamStageState
+  KeptState before_growth_;  // of AdamStageState
   int growth_at_ = 0, recorded_ = 0;
   double pixels_ = 0;  // of the latest iteration's views
   double worked_seconds_ = 0, worked_pixels_ = 0;

@@ -113,6 +113,13 @@ class TrainingSession {
   // The state of this stage that was saved, once; none where the stage begins anew.
   std::optional<std::string> TakeSavedStage(Stage stage);
 
+  // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there
+  // of what is otherwise copied to the host.
+  double spare_device_bytes() const { return spare_device_bytes_; }
+  void SetSpareDeviceBytes(double bytes) { spare_device_bytes_ = bytes; }
+  void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
+  double kept_on_device() const { return kept_on_device_; }
+
   // A line for the user on what is done otherwise than asked for.
   void Note(std::string line) { notes_.push_back(std::move(line)); }
   std::vector<std::string> TakeNotes() { return std::move(notes_); }
@@ -160,6 +167,7 @@ class TrainingSession {
   std::optional<std::string> saved_stage_;
   double latest_evaluation_ = 0;  // seconds; 0: none yet
   bool stopped_ = false;
+  double spare_device_bytes_ = 0, kept_on_device_ = 0;
 };
 
 // LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.

@@ -106,7 +106,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   result.memory.batches = static_cast<int>(batches);
   if (stages.device_memory) {
     result.memory.predicted_mib = PredictedMibBesideDevice(counts, options);
-    result.memory.device_predicted_mib = PredictedDeviceMib(counts, options, plan.bytes);
+    result.memory.device_predicted_mib = PredictedDeviceMib(counts, options, plan.bytes, session.kept_on_device());
   } else {
     result.memory.predicted_mib = PredictedMib(counts, options, plan.bytes);
   }
@@ -126,7 +126,11 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   if (options.memory.budget_gib > 0 || stages.device_memory) {
     const MemoryScene counts = CountMemory(model, session.training_views(), NearPlane(scene), 8, false);
-    const Index fit = PlanGaussians(counts, options, MemoryOf(stages, options));
+    const StageMemory memory = MemoryOf(stages, options);
+    const Index fit = PlanGaussians(counts, options, memory);
+    if (stages.device_memory) {
+      session.SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
+    }
     const bool grows = options.density.enabled && options.adam.iterations > 0;
     if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
       session.Note(fmt::format("at most {} Gaussians: the GPU has no room for more", fit));

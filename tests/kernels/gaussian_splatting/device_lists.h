@@ -5,7 +5,8 @@
 #include <numeric>
 #include <vector>
 
-#include "kernels/gaussian_splatting/tile_pairs.h"
+#include "kernels/gaussian_splatting/wide_splats.h"
+#include "tests/support/emulated_block.h"
 #include "tests/support/splat_scenes.h"
 
 namespace vesta::test {
@@ -40,7 +41,7 @@ struct DeviceLists {
   std::vector<std::int32_t> rank_of;
   std::vector<Index> splat_begin;
   std::vector<std::int64_t> tile_begin;
-  std::vector<std::uint32_t> ranks, entries;
+  std::vector<std::uint32_t> ranks, entries, wide;
   S background[3];
 
   // rows: as TileLists::rows, and must stay as they are.
@@ -67,8 +68,12 @@ struct DeviceLists {
     const auto pairs = static_cast<std::size_t>(splat_begin.back());
     std::vector<std::uint32_t> tiles(pairs), rank_of_entry(pairs);
     entries.resize(pairs);
-    ForEachBackwards(seen, splat::EmitPairs<S>{grid, splats.data(), splat_begin.data(), tiles.data(),
-                                               rank_of_entry.data(), entries.data()});
+    const splat::PairArrays arrays{tiles.data(), rank_of_entry.data(), entries.data()};
+    ForEachBackwards(seen, splat::EmitPairs<S>{grid, splats.data(), splat_begin.data(), arrays});
+    wide.resize(static_cast<std::size_t>(splat::NumWideSlots(static_cast<Index>(pairs))), 0);
+    ForEachBackwards(seen, splat::NoteWide{splat_begin.data(), wide.data()});
+    Emulate(splat::EmitWideBlock<S>{Wide(), grid, splats.data(), splat_begin.data(), arrays}, NumWideBlocks(),
+            ThreadOrder::kShuffled);
     SortPairs(tiles, entries);
     ranks.resize(pairs);
     tile_begin.resize(static_cast<std::size_t>(grid.num_tiles()) + 1, 0);
@@ -76,6 +81,8 @@ struct DeviceLists {
                      splat::PlacePairs{tiles.data(), entries.data(), rank_of_entry.data(), static_cast<Index>(pairs),
                                        grid.num_tiles(), ranks.data(), tile_begin.data()});
   }
+  splat::WideSlots Wide() const { return {wide.data(), static_cast<Index>(wide.size())}; }
+  Index NumWideBlocks() const { return splat::WideSlots::NumBlocks(static_cast<Index>(wide.size())); }
   splat::TileLists<S> Lists() const {
     return {splats.data(), tile_begin.data(), ranks.data(), grid.width,
             grid.height,   grid.tiles_x,      grid.tiles_y, {background[0], background[1], background[2]},

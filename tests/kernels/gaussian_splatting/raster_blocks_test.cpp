@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <bit>
+
 #include "tests/kernels/gaussian_splatting/raster_inputs.h"
 #include "tests/support/emulated_block.h"
 
@@ -147,6 +150,69 @@ TEST_P(RasterBlocks, KeptRowsAreThoseOfTheHost) {
       EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-11);
       EXPECT_LT(Error(found.grams, expected.grams), 1e-11);
     }
+  }
+}
+
+// Of every splat and tile: each warp with a pixel that the splat reaches is concerned, and most of the others are not.
+TEST_P(RasterBlocks, SplatsConcernTheWarpsOfTheirPixels) {
+  Index concerned = 0, reached = 0;
+  for (const std::uint64_t seed : {9, 10, 11}) {
+    const Scene scene = test::RandomScene(GetParam(), seed);
+    const RenderedView<float> rendered(scene);
+    const DeviceLists<float> lists(rendered.model, scene.view, scene.background);
+    const TileLists<float> l = lists.Lists();
+    for (int tile = 0; tile < lists.grid.num_tiles(); ++tile) {
+      for (std::int64_t pair = l.tile_begin[tile]; pair < l.tile_begin[tile + 1]; ++pair) {
+        const Splat<float> splat = InTile(l.splats[l.ranks[pair]], TileOrigin<float>(l, tile));
+        std::uint32_t warps = 0;
+        for (int thread = 0; thread < kRasterThreads; ++thread) {
+          const BlockPixel pixel(l, tile, thread);
+          const RowSpan<float> row = RowInTile(splat, pixel.y);
+          const float p = OffsetAt(static_cast<float>(pixel.x), splat.r, row.p0);
+          if (AlphaAt(p, row.peak) > 0) warps |= 1U << thread / 32;
+        }
+        const std::uint32_t found = WarpsInReach(splat);
+        ASSERT_EQ(warps & ~found, 0U) << "pair " << pair;
+        concerned += std::popcount(found), reached += std::popcount(warps);
+      }
+    }
+  }
+  EXPECT_LE(static_cast<double>(concerned), 1.2 * static_cast<double>(reached));
+}
+
+// Splats over the whole image, among others: their tiles are listed and their records added up by blocks.
+TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
+  SceneOptions options;
+  options.width = 200, options.height = 150, options.count = 60, options.sh_degree = 0;
+  options.sigma_min = 3, options.sigma_max = 90;
+  const Scene scene = test::RandomScene(options, 12);
+  for (const bool some_rows : {false, true}) {
+    RenderedView<double> rendered(scene);
+    std::vector<std::uint16_t> rows;
+    if (some_rows) {
+      rows = SomeRows(static_cast<int>(rendered.view.num_tiles()), true);
+      rendered.view.KeepRows(rows);
+    }
+    const DeviceLists<double> lists(rendered.model, scene.view, scene.background, some_rows ? rows.data() : nullptr);
+    Index wide = 0;
+    for (Index r = 0; r < static_cast<Index>(lists.splats.size()); ++r) {
+      wide += IsWide(lists.splat_begin.data(), r) ? 1 : 0;
+    }
+    EXPECT_GT(wide, 2);
+    EXPECT_LT(wide, static_cast<Index>(lists.splats.size()));
+    EXPECT_EQ(static_cast<Index>(lists.wide.size()) - std::ranges::count(lists.wide, 0U), wide);
+    const TileLists<double> expected = rendered.view.Lists();
+    const auto tiles = static_cast<std::size_t>(lists.grid.num_tiles());
+    EXPECT_EQ(lists.tile_begin, std::vector<std::int64_t>(expected.tile_begin, expected.tile_begin + tiles + 1));
+    EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
+    const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
+    const Results<double> of_host = RunHost(rendered, in);
+    const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
+    EXPECT_LT(Error(found.cotangents, of_host.cotangents), 1e-11);
+    EXPECT_LT(Error(found.grams, of_host.grams), 1e-11);
+    const Results<double> again = RunBlocks(lists, rendered.image, in, ThreadOrder::kShuffled);
+    EXPECT_EQ(again.cotangents, found.cotangents);
+    EXPECT_EQ(again.grams, found.grams);
   }
 }
 

@@ -51,9 +51,11 @@ template <class S, class Record>
 std::vector<S> SumBySplat(const DeviceLists<S>& lists, const std::vector<Record>& records) {
   constexpr int kN = sizeof(Record) / sizeof(S);
   std::vector<S> sums(kN * lists.splats.size(), kUnwritten<S>);
-  ForEachBackwards(
-      static_cast<Index>(sums.size()),
-      splat::SumEntries<S, kN>{lists.splat_begin.data(), reinterpret_cast<const S*>(records.data()), sums.data()});
+  const S* values = reinterpret_cast<const S*>(records.data());
+  ForEachBackwards(static_cast<Index>(sums.size()),
+                   splat::SumEntries<S, kN>{lists.splat_begin.data(), values, sums.data()});
+  Emulate(splat::SumWideBlock<S, kN>{lists.Wide(), lists.splat_begin.data(), values, sums.data()},
+          lists.NumWideBlocks(), ThreadOrder::kShuffled);
   return sums;
 }
 

@@ -100,12 +100,12 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
     };
   };
   const double splat = sizeof(splat::Splat<float>), tangent = sizeof(splat::SplatTangent<float>),
-               gram = sizeof(splat::SplatGram<float>);
+               gram = sizeof(splat::SplatGram<float>), wide = 4 / 64.0;
   // 20 truths; an image, its gradient, three slopes; an image and a truth of the evaluation.
   EXPECT_NEAR(added(&ViewCounts::pixels, adam), 12 * (20 + 5 + 2), 1e-6);
   EXPECT_NEAR(added(&ViewCounts::tiles, adam), 8 * 2, 1e-6);
   EXPECT_NEAR(added(&ViewCounts::splats, adam), 2 * (splat + 8) + 8 + 1.125 * tangent, 1e-6);
-  EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * 8 + 1.125 * (20 + tangent) + 0.25, 1e-6);
+  EXPECT_NEAR(added(&ViewCounts::pairs, adam), 2 * (8 + wide) + 1.125 * (20 + tangent) + 0.25, 1e-6);
   // All views, or one of them.
   for (const auto& [jacobian, views] : {std::pair(JacobianKind::kRecompute, 20), {JacobianKind::kRebuild, 1}}) {
     // 20 truths; of each view three images; two that H works in; three slopes, one blurred. No image of an evaluation:
@@ -113,7 +113,8 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
     EXPECT_NEAR(added(&ViewCounts::pixels, lm(jacobian)), 12 * (20 + 3 * views + 2 + 4), 1e-6);
     EXPECT_NEAR(added(&ViewCounts::tiles, lm(jacobian)), 8 * views, 1e-6);
     EXPECT_NEAR(added(&ViewCounts::splats, lm(jacobian)), views * (splat + 8) + 8 + 1.125 * (tangent + gram), 1e-6);
-    EXPECT_NEAR(added(&ViewCounts::pairs, lm(jacobian)), 8 * views + 1.125 * (20 + tangent + gram) + 0.25, 1e-6);
+    EXPECT_NEAR(added(&ViewCounts::pairs, lm(jacobian)), (8 + wide) * views + 1.125 * (20 + tangent + gram) + 0.25,
+                1e-6);
   }
   // Of few pairs and many pixels it is at an evaluation.
   const auto of_few = [&](double pixels) {

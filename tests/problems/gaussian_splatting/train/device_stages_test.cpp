@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/model/targets.h"
@@ -47,6 +49,8 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   const TrainOptions options = AdamAlone();
   const TrainResult ample = Train(scene, options, 0, {}, DeviceStages());
   EXPECT_THAT(ample.notes, IsEmpty());
+  // With what was before the last growth, which it kept on the GPU.
+  EXPECT_NEAR(ample.memory.device_predicted_mib / ample.memory.device_peak_mib, 1.04, 0.1);
   Index before = 0;
   int last = 0;
   const TrainResult full = TrainUntilFull(scene, options, [&](const TrainProgress& p) {
@@ -63,6 +67,35 @@ TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   EXPECT_EQ(full.history.back().iteration, kIterations);
   EXPECT_LE(full.model.count, before);
   EXPECT_NEAR(full.history.back().train.psnr, ample.history.back().train.psnr, 2);
+}
+
+// What was before a growth stays on the GPU where that has room beyond what was planned for, and takes nothing from it
+// where it has not. To go back to it gives the same bits either way.
+TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = AdamAlone();
+  // Views without memory after the growth at iteration 20.
+  const auto train_until = [&](double budget_gib) {
+    TrainOptions limited = options;
+    limited.memory.budget_gib = budget_gib;
+    TrainCallbacks callbacks;
+    bool failed = false;
+    callbacks.progress = [&](const TrainProgress& p) {
+      if (p.iteration == 21 && !std::exchange(failed, true)) vesta::test::FailLaunches(0, 2);
+    };
+    const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+    return Train(scene, limited, 0, callbacks, DeviceStages());
+  };
+  const TrainResult roomy = train_until(0);
+  EXPECT_THAT(roomy.notes, ElementsAre(StartsWith("Adam goes on from iteration 20 with ")));
+  constexpr double kMibPerGib = 1024;
+  // The copy, of three vectors and the bases, is more than what is left of this.
+  const double budget = 1.01 * roomy.memory.device_peak_mib / kMibPerGib * 0.85;
+  const TrainResult tight = train_until(budget);
+  EXPECT_THAT(tight.notes, ElementsAre(StartsWith("Adam goes on from iteration 20 with ")));
+  EXPECT_LT(tight.memory.device_peak_mib, roomy.memory.device_peak_mib);
+  EXPECT_LE(tight.memory.device_peak_mib, budget * kMibPerGib);
+  EXPECT_EQ(tight.model.data, roomy.model.data);
 }
 
 TEST(DeviceStages, AdamIsLeftForLmAsOnTheHost) {
