@@ -101,7 +101,7 @@ struct AdjointBlock {
     for (int c = 0; c < 3; ++c) {
       my_u[c] = pixel.Load(u, c);
       behind += my_u[c] * pixel.Load(image, c);
-      shared.u[c][pixel.in_tile()] = my_u[c];
+      shared.u[c][PlaceOfU(pixel.x, pixel.y)] = my_u[c];
     }
     const std::int64_t left = SumOverPixels<Share>(
         block, lists, pixel, shared.splats,
@@ -109,7 +109,7 @@ struct AdjointBlock {
           const S share = ShareOf(blend, shared.splats[k].color, my_u);
           return Share{ByLogAlpha(blend, Odds(blend.alpha), share, behind), blend.weight};
         },
-        [&](int k, const Share& share) { shared.shares[k][Column(pixel.x, pixel.y)] = share; },
+        [&](int k, const Share& share) { shared.shares[k][PlaceOfShare(pixel.x, pixel.y)] = share; },
         [&](std::int64_t first, int count) {
           if (thread / kTileSize < count) AddRow(shared, thread / kTileSize, thread % kTileSize);
           block.Sync();
@@ -122,18 +122,19 @@ struct AdjointBlock {
   }
 
  private:
-  // Place of a pixel in shares: odd rows turned by half, so that neither the pixels of half a warp, two rows of eight,
-  // nor one pixel of each row fall on the same bank.
-  VESTA_HD static int Column(int x, int y) { return y * kTileSize + (x + y % 2 * 8) % kTileSize; }
+  // Places of a pixel in shares and in u: rows turned so that neither the pixels of half a warp, two rows of eight, nor
+  // those of one column fall on the same bank.
+  VESTA_HD static int PlaceOfShare(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
+  VESTA_HD static int PlaceOfU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
 
   VESTA_HD void AddRow(Shared& shared, int k, int y) const {
     const Splat<S>& splat = shared.splats[k];
     const RowSpan<S> row = RowInTile(splat, y);
+    const PixelRange reached = row.PixelsIn(0, kTileSize - 1);
     CotangentRow<S> total;
-    for (int i = 0; i < kTileSize; ++i) {
-      const int x = (i + y) % kTileSize, at = y * kTileSize + x;
-      const Share& share = shared.shares[k][Column(x, y)];
-      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][at]);
+    for (int x = reached.begin; x < reached.end; ++x) {
+      const Share& share = shared.shares[k][PlaceOfShare(x, y)];
+      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][PlaceOfU(x, y)]);
       total.AddShape(share.g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
     }
     for (int i = 0; i < kCotangentRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
@@ -169,7 +170,7 @@ struct GramBlock {
     S behind[3];
     for (int c = 0; c < 3; ++c) {
       behind[c] = pixel.Load(image, c);
-      shared.omega[c][pixel.in_tile()] = pixel.Load(omega, c);
+      shared.omega[c][Place(pixel.x, pixel.y)] = pixel.Load(omega, c);
     }
     const std::int64_t left = SumOverPixels<Share>(
         block, lists, pixel, shared.splats,
@@ -180,7 +181,7 @@ struct GramBlock {
           for (int c = 0; c < 3; ++c) share.d[c] = ByLogAlpha(blend, odds, blend.weight * color[c], behind[c]);
           return share;
         },
-        [&](int k, const Share& share) { shared.shares[k][pixel.in_tile()] = share; },
+        [&](int k, const Share& share) { shared.shares[k][Place(pixel.x, pixel.y)] = share; },
         [&](std::int64_t first, int count) {
           GramRow<S> part;
           const int k = thread / kParts;
@@ -205,13 +206,20 @@ struct GramBlock {
   }
 
  private:
+  // Place of a pixel in shares and omega: half rows turned so that eight neighbouring threads, each at the same pixel
+  // of a half row of its own, have banks of their own.
+  VESTA_HD static int Place(int x, int y) {
+    const int half = x / kHalf;
+    return y * kTileSize + half * kHalf + (x + 2 * y + half) % kHalf;
+  }
+
   VESTA_HD void AddHalfRow(const Shared& shared, int k, int index, GramRow<S>& part) const {
     const Splat<S>& splat = shared.splats[k];
-    const int y = index / 2;
+    const int y = index / 2, first = index % 2 * kHalf;
     const RowSpan<S> row = RowInTile(splat, y);
-    for (int i = 0; i < kHalf; ++i) {
-      // Each of eight neighbouring threads on a bank of its own.
-      const int x = index % 2 * kHalf + (i + index) % kHalf, at = y * kTileSize + x;
+    const PixelRange reached = row.PixelsIn(first, first + kHalf - 1);
+    for (int x = reached.begin; x < reached.end; ++x) {
+      const int at = Place(x, y);
       const Share& share = shared.shares[k][at];
       part.Add(share.w, OffsetAt(static_cast<S>(x), splat.r, row.p0), [&](int c) {
         return GramColor<S>{shared.omega[c][at], share.d[c]};

@@ -56,6 +56,11 @@ struct RowPlace {
   }
 };
 
+// Pixels [begin, end) of a row.
+struct PixelRange {
+  int begin, end;
+};
+
 template <class V>
 struct RowSpan : RowPlace<V> {
   using L = Lanes<V>;
@@ -73,6 +78,13 @@ struct RowSpan : RowPlace<V> {
     const V half_width = MaskedSquareRoot(reaches, rest) * splat.inv_r;
     begin = ceil(this->middle - half_width);
     end = this->middle + half_width;
+  }
+
+  // Of one row: its pixels within reach, of those from first to last.
+  VESTA_HD PixelRange PixelsIn(int first, int last) const {
+    if (!reaches) return {first, first};
+    return {static_cast<int>(Clamp(begin, S(first), S(last + 1))),
+            static_cast<int>(Clamp(end, S(first - 1), S(last))) + 1};
   }
 
   // Lane by lane: whether vector k of the row holds a pixel within reach; not where the span lies between two.

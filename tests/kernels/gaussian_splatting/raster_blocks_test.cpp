@@ -216,6 +216,23 @@ TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   }
 }
 
+// More rows of tiles than a block has threads.
+TEST(WideSplats, AreListedInATallImage) {
+  SceneOptions options;
+  options.width = 40, options.height = (kWideThreads + 44) * kTileSize, options.count = 12, options.sh_degree = 0;
+  options.sigma_min = 100, options.sigma_max = 4000;
+  const Scene scene = test::RandomScene(options, 13);
+  const RenderedView<double> rendered(scene);
+  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+  Index most = 0;
+  for (std::size_t r = 0; r < lists.splats.size(); ++r) {
+    most = std::max(most, lists.splat_begin[r + 1] - lists.splat_begin[r]);
+  }
+  EXPECT_GT(most, 2 * kWideThreads);
+  const TileLists<double> expected = rendered.view.Lists();
+  EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
+}
+
 TEST(RowOrder, KeptRowsComeFirstAndNoneIsLost) {
   for (const std::uint32_t rows : {0x0U, 0x1U, 0x8000U, 0x0420U, 0x7fffU, 0xfffeU, 0xffffU}) {
     std::uint32_t seen = 0;
