@@ -10,9 +10,10 @@ template <class S>
 using Lane = BlockLanes<S, 1>;
 
 // Usual orders of blocks (scalars, points, cameras, Gaussians and their colours) are compile-time constants, so that a
-// block stays in registers. 0 stands for any other order.
+// block stays in registers. -n stands for any order up to n; then the block is in local memory, with room for n.
 template <int kOrder>
-constexpr int kCapacity = kOrder > 0 ? kOrder : kMaxBlockOrder;
+constexpr int kCapacity = kOrder > 0 ? kOrder : -kOrder;
+constexpr int kMiddleOrder = 16;
 
 template <int kOrder, class S>
 __device__ void Load(const BlockGroup& group, int order, Index block, const S* values, Lane<S>* out) {
@@ -24,8 +25,9 @@ __device__ void Load(const BlockGroup& group, int order, Index block, const S* v
 template <int kOrder>
 constexpr int kPacked = kCapacity<kOrder>*(kCapacity<kOrder> + 1) / 2;
 
-// Calls kernel<order>(), with the order of the group's blocks as a constant where it is a usual one.
-template <class Call>
+// Calls kernel<order>(), with the order of the group's blocks as a constant where it is a usual one; kHoldsMiddle: the
+// kernel has registers for blocks of the middle order too.
+template <bool kHoldsMiddle, class Call>
 void WithOrder(const BlockGroup& group, const Call& call) {
   switch (group.size) {
     case 1:
@@ -38,14 +40,16 @@ void WithOrder(const BlockGroup& group, const Call& call) {
       return call(std::integral_constant<int, 9>{});
     case 11:
       return call(std::integral_constant<int, 11>{});
-    case 16:
-      return call(std::integral_constant<int, 16>{});
     default:
+      if constexpr (kHoldsMiddle) {
+        if (group.size == kMiddleOrder) return call(std::integral_constant<int, kMiddleOrder>{});
+      }
+      if (group.size <= kMiddleOrder) return call(std::integral_constant<int, -kMiddleOrder>{});
       if (group.size > kMaxBlockOrder) {
         throw Error("blocks of order " + std::to_string(group.size) + " on a GPU, where " +
                     std::to_string(kMaxBlockOrder) + " is the largest; use the CPU");
       }
-      return call(std::integral_constant<int, 0>{});
+      return call(std::integral_constant<int, -kMaxBlockOrder>{});
   }
 }
 
@@ -134,21 +138,21 @@ void BlockDiagonalOf(const BlockGroup& group, const S* values, S* out) {
 
 template <class S>
 void MultiplyBlocks(const BlockGroup& group, const S* values, const S* x, S* y) {
-  WithOrder(group, [&](auto order) {
+  WithOrder<false>(group, [&](auto order) {
     ForEach(group.count, Multiply<decltype(order)::value, S>{group, values, x, y}, "BlockDiagonal::Apply");
   });
 }
 
 template <class S>
 void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* treated) {
-  WithOrder(group, [&](auto order) {
+  WithOrder<false>(group, [&](auto order) {
     ForEach(group.count, Factorize<decltype(order)::value, S>{group, values, treated}, "BlockDiagonal::Factorize");
   });
 }
 
 template <class S>
 void SolveBlocks(const BlockGroup& group, const S* values, const S* x, S* y) {
-  WithOrder(group, [&](auto order) {
+  WithOrder<sizeof(S) == sizeof(float)>(group, [&](auto order) {
     ForEach(group.count, Solve<decltype(order)::value, S>{group, values, x, y}, "BlockDiagonal::Solve");
   });
 }

@@ -84,6 +84,7 @@ struct SumSegments {
 // must lie side by side, in order, among the columns of every residual block that has one of them.
 template <class S>
 struct GramOfRows {
+  static constexpr int kMinBlocks = 1;
   RowBlocks<S> rows;
   RowBlocksTranspose transpose;
   BlockGroup group;
