@@ -1,5 +1,6 @@
 // What can hardly have been meant is doubted in one line, what was done otherwise than asked is told, and a figure that
 // has no end is none.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -89,7 +90,11 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   WriteTinyScene(scene_);
   fs::create_directory(scene_ + "/masks");
   fs::copy(scene_ + "/sparse/0", scene_ + "/sparse/1");
-  const ProgramOutput output = Train({"--memory_budget=0.009", "--set=lm.batches=99"});
+  // As much as is foreseen of this program, which under a sanitizer is larger.
+  Train();
+  const double foreseen = Metrics()["memory"]["predicted_mib"];
+  const std::string budget = fmt::format("--memory_budget={:.5f}", (foreseen + 1) / 1024);
+  const ProgramOutput output = Train({budget, "--set=lm.batches=99"});
   const std::vector<std::string> told = {"masks/ is passed over", "sparse/1 of 10 images is passed over",
                                          "LM in 8 of the lm.batches=99 asked for"};
   const std::string notes = Metrics()["notes"].dump();
@@ -100,7 +105,7 @@ TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
   // Where more memory was taken than was to be.
   const json memory = Metrics()["memory"];
   const bool is_over = memory["peak_mib"] > memory["budget_mib"];
-  EXPECT_EQ(notes.find("--memory_budget=0.009: at most 9.2 MiB were to be taken") != std::string::npos, is_over);
+  EXPECT_EQ(notes.find(" MiB were to be taken") != std::string::npos, is_over) << notes;
 }
 
 // Where floats are too coarse, 16 million sizes away, the splat and its figures are those of the scene at home.
