@@ -61,8 +61,10 @@ void WriteDemoScene(const DemoOptions& options, const std::string& folder) {
 
   const Scene scene = MakeScene();
   const std::vector<View> views = CameraPath(options.views, options.width, options.height);
-  const gs::Camera camera{options.width,  options.height,      views[0].focal,
-                          views[0].focal, 0.5 * options.width, 0.5 * options.height};
+  const double focal = views[0].focal;
+  const gs::Camera camera{.width = options.width,
+                          .height = options.height,
+                          .lens = {.fx = focal, .fy = focal, .cx = 0.5 * options.width, .cy = 0.5 * options.height}};
   gs::ColmapModel model;
   model.cameras.push_back({.id = 1, .is_simple = true, .camera = camera});
   std::vector<gs::Image> images;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include "kernels/core/random.h"
@@ -83,7 +83,8 @@ HostComparison CompareWithHost(const Workload& workload) {
     const Results again = OnDevice(workload, v, u);
     for (std::size_t k = 0; k < device.size(); ++k) {
       for (std::size_t i = 0; i < device[k].size(); ++i) {
-        comparison.differing += std::memcmp(&device[k][i], &again[k][i], sizeof(float)) != 0 ? 1 : 0;
+        const auto bits = [&](const Results& of) { return std::bit_cast<std::uint32_t>(of[k][i]); };
+        comparison.differing += bits(device) != bits(again) ? 1 : 0;
       }
     }
   }

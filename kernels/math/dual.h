@@ -29,162 +29,162 @@ struct Dual {
   VESTA_HD Dual& operator*=(const Dual& b) { return *this = *this * b; }
   VESTA_HD Dual& operator/=(const Dual& b) { return *this = *this / b; }
 
-  VESTA_HD friend Dual operator+(const Dual& a) { return a; }
-  VESTA_HD friend Dual operator-(const Dual& a) { return {-a.a, -a.v}; }
-  VESTA_HD friend Dual operator+(const Dual& a, const Dual& b) { return {a.a + b.a, a.v + b.v}; }
-  VESTA_HD friend Dual operator-(const Dual& a, const Dual& b) { return {a.a - b.a, a.v - b.v}; }
-  VESTA_HD friend Dual operator*(const Dual& a, const Dual& b) { return {a.a * b.a, Fma(a.v, b.a, a.a * b.v)}; }
-  VESTA_HD friend Dual operator/(const Dual& a, const Dual& b) {
-    const T quotient = a.a / b.a;
-    return {quotient, (a.v - quotient * b.v) / b.a};
+  VESTA_HD friend Dual operator+(const Dual& x) { return x; }
+  VESTA_HD friend Dual operator-(const Dual& x) { return {-x.a, -x.v}; }
+  VESTA_HD friend Dual operator+(const Dual& x, const Dual& y) { return {x.a + y.a, x.v + y.v}; }
+  VESTA_HD friend Dual operator-(const Dual& x, const Dual& y) { return {x.a - y.a, x.v - y.v}; }
+  VESTA_HD friend Dual operator*(const Dual& x, const Dual& y) { return {x.a * y.a, Fma(x.v, y.a, x.a * y.v)}; }
+  VESTA_HD friend Dual operator/(const Dual& x, const Dual& y) {
+    const T quotient = x.a / y.a;
+    return {quotient, (x.v - quotient * y.v) / y.a};
   }
-  VESTA_HD friend auto operator<(const Dual& a, const Dual& b) { return a.a < b.a; }
-  VESTA_HD friend auto operator>(const Dual& a, const Dual& b) { return a.a > b.a; }
-  VESTA_HD friend auto operator<=(const Dual& a, const Dual& b) { return a.a <= b.a; }
-  VESTA_HD friend auto operator>=(const Dual& a, const Dual& b) { return a.a >= b.a; }
-  VESTA_HD friend auto operator==(const Dual& a, const Dual& b) { return a.a == b.a; }
+  VESTA_HD friend auto operator<(const Dual& x, const Dual& y) { return x.a < y.a; }
+  VESTA_HD friend auto operator>(const Dual& x, const Dual& y) { return x.a > y.a; }
+  VESTA_HD friend auto operator<=(const Dual& x, const Dual& y) { return x.a <= y.a; }
+  VESTA_HD friend auto operator>=(const Dual& x, const Dual& y) { return x.a >= y.a; }
+  VESTA_HD friend auto operator==(const Dual& x, const Dual& y) { return x.a == y.a; }
 
-  VESTA_HD friend Dual exp(const Dual& a) {
+  VESTA_HD friend Dual exp(const Dual& x) {
     using std::exp;
-    const T e = exp(a.a);
-    return {e, e * a.v};
+    const T e = exp(x.a);
+    return {e, e * x.v};
   }
-  VESTA_HD friend Dual log(const Dual& a) {
+  VESTA_HD friend Dual log(const Dual& x) {
     using std::log;
-    return {log(a.a), a.v / a.a};
+    return {log(x.a), x.v / x.a};
   }
-  VESTA_HD friend Dual sqrt(const Dual& a) {
+  VESTA_HD friend Dual sqrt(const Dual& x) {
     using std::sqrt;
-    const T root = sqrt(a.a);
-    return {root, a.v / (root + root)};
+    const T root = sqrt(x.a);
+    return {root, x.v / (root + root)};
   }
-  VESTA_HD friend Dual sin(const Dual& a) {
+  VESTA_HD friend Dual sin(const Dual& x) {
     using std::cos, std::sin;
-    return {sin(a.a), cos(a.a) * a.v};
+    return {sin(x.a), cos(x.a) * x.v};
   }
-  VESTA_HD friend Dual cos(const Dual& a) {
+  VESTA_HD friend Dual cos(const Dual& x) {
     using std::cos, std::sin;
-    return {cos(a.a), -sin(a.a) * a.v};
+    return {cos(x.a), -sin(x.a) * x.v};
   }
-  VESTA_HD friend Dual tan(const Dual& a) {
+  VESTA_HD friend Dual tan(const Dual& x) {
     using std::tan;
-    const T t = tan(a.a);
-    return {t, (T(1) + t * t) * a.v};
+    const T t = tan(x.a);
+    return {t, (T(1) + t * t) * x.v};
   }
-  VESTA_HD friend Dual sinh(const Dual& a) {
+  VESTA_HD friend Dual sinh(const Dual& x) {
     using std::cosh, std::sinh;
-    return {sinh(a.a), cosh(a.a) * a.v};
+    return {sinh(x.a), cosh(x.a) * x.v};
   }
-  VESTA_HD friend Dual cosh(const Dual& a) {
+  VESTA_HD friend Dual cosh(const Dual& x) {
     using std::cosh, std::sinh;
-    return {cosh(a.a), sinh(a.a) * a.v};
+    return {cosh(x.a), sinh(x.a) * x.v};
   }
-  VESTA_HD friend Dual tanh(const Dual& a) {
+  VESTA_HD friend Dual tanh(const Dual& x) {
     using std::tanh;
-    const T t = tanh(a.a);
-    return {t, (T(1) - t * t) * a.v};
+    const T t = tanh(x.a);
+    return {t, (T(1) - t * t) * x.v};
   }
-  VESTA_HD friend Dual asin(const Dual& a) {
+  VESTA_HD friend Dual asin(const Dual& x) {
     using std::asin, std::sqrt;
-    return {asin(a.a), a.v / sqrt(T(1) - a.a * a.a)};
+    return {asin(x.a), x.v / sqrt(T(1) - x.a * x.a)};
   }
-  VESTA_HD friend Dual acos(const Dual& a) {
+  VESTA_HD friend Dual acos(const Dual& x) {
     using std::acos, std::sqrt;
-    return {acos(a.a), -a.v / sqrt(T(1) - a.a * a.a)};
+    return {acos(x.a), -x.v / sqrt(T(1) - x.a * x.a)};
   }
-  VESTA_HD friend Dual hypot(const Dual& a, const Dual& b) {
+  VESTA_HD friend Dual hypot(const Dual& x, const Dual& y) {
     using std::hypot;
-    const T h = hypot(a.a, b.a);
-    return {h, (a.a * a.v + b.a * b.v) / h};
+    const T h = hypot(x.a, y.a);
+    return {h, (x.a * x.v + y.a * y.v) / h};
   }
-  VESTA_HD friend Dual atan(const Dual& a) {
+  VESTA_HD friend Dual atan(const Dual& x) {
     using std::atan;
-    return {atan(a.a), a.v / (T(1) + a.a * a.a)};
+    return {atan(x.a), x.v / (T(1) + x.a * x.a)};
   }
   VESTA_HD friend Dual atan2(const Dual& y, const Dual& x) {
     using std::atan2;
     return {atan2(y.a, x.a), (x.a * y.v - y.a * x.v) / (x.a * x.a + y.a * y.a)};
   }
-  VESTA_HD friend Dual abs(const Dual& a) { return {Select(a.a < T(0), -a.a, a.a), Select(a.a < T(0), -a.v, a.v)}; }
-  // a^b for a > 0, for a = 0 with b > 0, or for a constant b and any a that std::pow takes.
-  VESTA_HD friend Dual pow(const Dual& a, const Dual& b) {
+  VESTA_HD friend Dual abs(const Dual& x) { return {Select(x.a < T(0), -x.a, x.a), Select(x.a < T(0), -x.v, x.v)}; }
+  // x^y for x > 0, for x = 0 with y > 0, or for a constant y and any x that std::pow takes.
+  VESTA_HD friend Dual pow(const Dual& x, const Dual& y) {
     using std::log, std::pow;
-    const T value = pow(a.a, b.a);
-    const T by_base = b.a * pow(a.a, b.a - T(1)) * a.v;
-    // At a = 0 the value is 0 for every b > 0, while the logarithm is not finite.
-    const T by_both = Select(b.v == T(0), by_base, by_base + value * log(a.a) * b.v);
-    return {value, Select(a.a == T(0), by_base, by_both)};
+    const T value = pow(x.a, y.a);
+    const T by_base = y.a * pow(x.a, y.a - T(1)) * x.v;
+    // At x = 0 the value is 0 for every y > 0, while the logarithm is not finite.
+    const T by_both = Select(y.v == T(0), by_base, by_base + value * log(x.a) * y.v);
+    return {value, Select(x.a == T(0), by_base, by_both)};
   }
 
-  VESTA_HD friend Dual exp2(const Dual& a) {
+  VESTA_HD friend Dual exp2(const Dual& x) {
     using std::exp2;
-    const T e = exp2(a.a);
-    return {e, T(kLn2) * e * a.v};
+    const T e = exp2(x.a);
+    return {e, T(kLn2) * e * x.v};
   }
-  VESTA_HD friend Dual expm1(const Dual& a) {
+  VESTA_HD friend Dual expm1(const Dual& x) {
     using std::exp, std::expm1;
-    return {expm1(a.a), exp(a.a) * a.v};
+    return {expm1(x.a), exp(x.a) * x.v};
   }
-  VESTA_HD friend Dual log1p(const Dual& a) {
+  VESTA_HD friend Dual log1p(const Dual& x) {
     using std::log1p;
-    return {log1p(a.a), a.v / (T(1) + a.a)};
+    return {log1p(x.a), x.v / (T(1) + x.a)};
   }
-  VESTA_HD friend Dual log2(const Dual& a) {
+  VESTA_HD friend Dual log2(const Dual& x) {
     using std::log2;
-    return {log2(a.a), a.v / (T(kLn2) * a.a)};
+    return {log2(x.a), x.v / (T(kLn2) * x.a)};
   }
-  VESTA_HD friend Dual log10(const Dual& a) {
+  VESTA_HD friend Dual log10(const Dual& x) {
     using std::log10;
-    return {log10(a.a), a.v / (T(kLn10) * a.a)};
+    return {log10(x.a), x.v / (T(kLn10) * x.a)};
   }
-  VESTA_HD friend Dual cbrt(const Dual& a) {
+  VESTA_HD friend Dual cbrt(const Dual& x) {
     using std::cbrt;
-    const T root = cbrt(a.a);
-    return {root, a.v / (T(3) * root * root)};
+    const T root = cbrt(x.a);
+    return {root, x.v / (T(3) * root * root)};
   }
-  VESTA_HD friend Dual erf(const Dual& a) {
+  VESTA_HD friend Dual erf(const Dual& x) {
     using std::erf, std::exp;
-    return {erf(a.a), T(kTwoOverRootPi) * exp(-a.a * a.a) * a.v};
+    return {erf(x.a), T(kTwoOverRootPi) * exp(-x.a * x.a) * x.v};
   }
-  VESTA_HD friend Dual erfc(const Dual& a) {
+  VESTA_HD friend Dual erfc(const Dual& x) {
     using std::erfc, std::exp;
-    return {erfc(a.a), -T(kTwoOverRootPi) * exp(-a.a * a.a) * a.v};
+    return {erfc(x.a), -T(kTwoOverRootPi) * exp(-x.a * x.a) * x.v};
   }
-  VESTA_HD friend Dual asinh(const Dual& a) {
+  VESTA_HD friend Dual asinh(const Dual& x) {
     using std::asinh, std::sqrt;
-    return {asinh(a.a), a.v / sqrt(T(1) + a.a * a.a)};
+    return {asinh(x.a), x.v / sqrt(T(1) + x.a * x.a)};
   }
-  VESTA_HD friend Dual acosh(const Dual& a) {
+  VESTA_HD friend Dual acosh(const Dual& x) {
     using std::acosh, std::sqrt;
-    return {acosh(a.a), a.v / sqrt((a.a - T(1)) * (a.a + T(1)))};
+    return {acosh(x.a), x.v / sqrt((x.a - T(1)) * (x.a + T(1)))};
   }
-  VESTA_HD friend Dual atanh(const Dual& a) {
+  VESTA_HD friend Dual atanh(const Dual& x) {
     using std::atanh;
-    return {atanh(a.a), a.v / ((T(1) - a.a) * (T(1) + a.a))};
+    return {atanh(x.a), x.v / ((T(1) - x.a) * (T(1) + x.a))};
   }
   // Constant between whole numbers.
-  VESTA_HD friend Dual floor(const Dual& a) {
+  VESTA_HD friend Dual floor(const Dual& x) {
     using std::floor;
-    return {floor(a.a), T(0)};
+    return {floor(x.a), T(0)};
   }
-  VESTA_HD friend Dual ceil(const Dual& a) {
+  VESTA_HD friend Dual ceil(const Dual& x) {
     using std::ceil;
-    return {ceil(a.a), T(0)};
+    return {ceil(x.a), T(0)};
   }
   // Of a value that is NaN and one that is not, the one that is not.
-  VESTA_HD friend Dual fmax(const Dual& a, const Dual& b) { return Select(a.a < b.a, b, Select(a.a == a.a, a, b)); }
-  VESTA_HD friend Dual fmin(const Dual& a, const Dual& b) { return Select(b.a < a.a, b, Select(a.a == a.a, a, b)); }
-  VESTA_HD friend auto isfinite(const Dual& a) {
+  VESTA_HD friend Dual fmax(const Dual& x, const Dual& y) { return Select(x.a < y.a, y, Select(x.a == x.a, x, y)); }
+  VESTA_HD friend Dual fmin(const Dual& x, const Dual& y) { return Select(y.a < x.a, y, Select(x.a == x.a, x, y)); }
+  VESTA_HD friend auto isfinite(const Dual& x) {
     using std::isfinite;
-    return isfinite(a.a);
+    return isfinite(x.a);
   }
-  VESTA_HD friend auto isnan(const Dual& a) {
+  VESTA_HD friend auto isnan(const Dual& x) {
     using std::isnan;
-    return isnan(a.a);
+    return isnan(x.a);
   }
-  VESTA_HD friend auto isinf(const Dual& a) {
+  VESTA_HD friend auto isinf(const Dual& x) {
     using std::isinf;
-    return isinf(a.a);
+    return isinf(x.a);
   }
 
  private:
