@@ -45,7 +45,7 @@ BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double
         BlockCovariance::Block& block = covariance.blocks[k];
         const Index first_row = problem.tangent_offset(pairs[k].first);
         for (int r = 0; r < block.rows; ++r) {
-          block.values[static_cast<std::size_t>(r * block.cols + c)] = column[first_row + r];
+          block.values[static_cast<std::size_t>(static_cast<Index>(r) * block.cols + c)] = column[first_row + r];
         }
       }
     }

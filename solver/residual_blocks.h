@@ -342,8 +342,8 @@ requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Spac
 ResidualBlocks<F, B>::DescribeFunctor(ConstView x, Index i, bool jacobians)
 const {
   const Index* index = index_.data() + i * kParameters;
-  std::vector<double> parameters;
-  for (int c = 0; c < kParameters; ++c) parameters.push_back(static_cast<double>(x[index[c]]));
+  std::vector<double> parameters(kParameters);
+  std::transform(index, index + kParameters, parameters.begin(), [&](Index c) { return static_cast<double>(x[c]); });
   const std::string at = fmt::format(", at parameters {}", NumbersInWords(parameters));
   S f[kResiduals], jacobian[kResiduals * kParameters];
   if (!Differentiate(functors_[static_cast<std::size_t>(i)], x, index, f, jacobian)) {

@@ -15,9 +15,9 @@ template <class S>
 struct TileOrigin {
   S left, top;
 
-  VESTA_HD TileOrigin(const TileLists<S>& lists, int tile)
-      : left(static_cast<S>(tile % lists.tiles_x * kTileSize) + S(0.5)),
-        top(static_cast<S>(tile / lists.tiles_x * kTileSize) + S(0.5)) {}
+  VESTA_HD TileOrigin(const TileLists<S>& lists, int tile) : TileOrigin(tile % lists.tiles_x, tile / lists.tiles_x) {}
+  VESTA_HD TileOrigin(int column, int row)
+      : left(static_cast<S>(column * kTileSize) + S(0.5)), top(static_cast<S>(row * kTileSize) + S(0.5)) {}
 };
 
 // A splat with its mean relative to the tile's origin.

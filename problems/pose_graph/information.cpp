@@ -50,7 +50,7 @@ Spectrum SpectrumOf(const double* upper, int size) {
 bool FactorInformation(const double* upper, int size, double* root) {
   if (Cholesky(upper, size, root)) return true;
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(Full(upper, size));
-  const auto vectors = solver.eigenvectors();
+  const auto& vectors = solver.eigenvectors();
   Eigen::Map<Matrix>(root, size, size) =
       vectors * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * vectors.transpose();
   return false;

@@ -10,8 +10,8 @@ namespace vesta::gs {
 
 inline ColmapModel ExampleModel() {
   ColmapModel model;
-  model.cameras.push_back({1, false, {60, 40, 61.1, 62.300000000000004, 30.5, 19.75}});
-  model.cameras.push_back({4000000000u, true, {30, 20, 1.0 / 3.0 * 90, 1.0 / 3.0 * 90, 15, 10}});
+  model.cameras.push_back({1, false, {60, 40, {61.1, 62.300000000000004, 30.5, 19.75}}});
+  model.cameras.push_back({4000000000u, true, {30, 20, {1.0 / 3.0 * 90, 1.0 / 3.0 * 90, 15, 10}}});
   const char* const names[] = {"b.jpg", "a 1.jpg", "folder/c.jpg"};
   for (std::uint32_t i = 0; i < 3; ++i) {
     ColmapImage image;

@@ -54,7 +54,7 @@ TEST(Scene, ExtentWithoutPointsIsTheRadiusOfTheTrainingCameras) {
 }
 
 TEST(Scene, ResizedCameraSeesTheSame) {
-  const Camera camera = ResizeCamera({100, 51, 80, 90, 49, 26}, 50, 25);
+  const Camera camera = ResizeCamera({100, 51, {80, 90, 49, 26}}, 50, 25);
   EXPECT_EQ(camera.width, 50);
   EXPECT_EQ(camera.height, 25);
   EXPECT_DOUBLE_EQ(camera.lens.fx, 40);
