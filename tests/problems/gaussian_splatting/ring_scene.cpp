@@ -65,7 +65,7 @@ Scene RingOfCameras(int views, int width, int height, bool with_test_views) {
     const Vec3 right = Normalized(Cross({0, 1, 0}, forward)), down = Cross(forward, right);
     View view;
     view.name = std::string(v < 10 ? "0" : "") + std::to_string(v);
-    view.camera = {width, height, 1.5 * width, 1.5 * width, 0.48 * width, 0.53 * height};
+    view.camera = {width, height, {1.5 * width, 1.5 * width, 0.48 * width, 0.53 * height}};
     for (std::size_t k = 0; k < 3; ++k) {
       view.rotation[k] = right[k], view.rotation[3 + k] = down[k], view.rotation[6 + k] = forward[k];
       view.translation[0] -= right[k] * centre[k];

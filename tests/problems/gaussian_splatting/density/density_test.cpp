@@ -81,7 +81,7 @@ TEST(Density, ThresholdIsOnTheMeanOverObservations) {
 TEST(Density, PullIsTheGradientByTheScreenMean) {
   DensityScene scene(1);
   View& camera = scene.scene.views[0];
-  camera.camera = {64, 48, 70, 80, 32, 24};
+  camera.camera = {64, 48, {70, 80, 32, 24}};
   camera.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   camera.translation = {0, 0, 4};
   SplatModel model = test::RandomModel(1, 0, 2);

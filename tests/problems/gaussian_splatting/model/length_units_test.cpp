@@ -12,7 +12,7 @@ constexpr double kNear = 0.1;
 // Looks along +z from `back` behind the origin; 90 degrees wide and high.
 View CameraBehind(double back) {
   View view;
-  view.camera = {100, 100, 50, 50, 50, 50};
+  view.camera = {100, 100, {50, 50, 50, 50}};
   view.translation = {0, 0, back};
   return view;
 }

@@ -28,7 +28,7 @@ TEST(Scene, CenterIsWhereTheCameraMapsToZero) {
 
 TEST(Scene, ExtentIsOfTheMedianDepth) {
   std::vector<View> views(3);
-  for (View& view : views) view.camera = {100, 50, 50, 50, 50, 25};
+  for (View& view : views) view.camera = {100, 50, {50, 50, 50, 25}};
   views[0].translation = {-2, 0, 0};
   views[1].translation = {0, 0, 6};
   views[2].translation = {0, 0, 1000};

@@ -8,7 +8,7 @@ namespace {
 View OfSize(int width, int height) {
   View view;
   view.name = "a.png";
-  view.camera = {width, height, 300, 310, 0.5 * width + 3, 0.5 * height - 2};
+  view.camera = {width, height, {300, 310, 0.5 * width + 3, 0.5 * height - 2}};
   view.rotation = {0, 1, 0, 0, 0, 1, 1, 0, 0};
   view.translation = {1, 2, 3};
   view.image = Image(width, height);
