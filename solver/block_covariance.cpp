@@ -17,7 +17,7 @@ BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double
   std::map<int, std::vector<std::size_t>> pairs_of_column;  // by their second blocks
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const int rows = problem.tangent_size(pairs[k].first), cols = problem.tangent_size(pairs[k].second);
-    covariance.blocks.push_back({rows, cols, std::vector<double>(static_cast<std::size_t>(rows * cols))});
+    covariance.blocks.push_back({rows, cols, std::vector<double>(static_cast<std::size_t>(Index{rows} * cols))});
     if (rows * cols > 0) pairs_of_column[pairs[k].second].push_back(k);
   }
   if (pairs_of_column.empty()) return covariance;
@@ -45,7 +45,7 @@ BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double
         BlockCovariance::Block& block = covariance.blocks[k];
         const Index first_row = problem.tangent_offset(pairs[k].first);
         for (int r = 0; r < block.rows; ++r) {
-          block.values[static_cast<std::size_t>(static_cast<Index>(r) * block.cols + c)] = column[first_row + r];
+          block.values[static_cast<std::size_t>(Index{r} * block.cols + c)] = column[first_row + r];
         }
       }
     }

@@ -15,9 +15,7 @@ struct BlockCovariance {
   struct Block {
     int rows = 0, cols = 0;
     std::vector<double> values = {};
-    double operator()(int row, int col) const {
-      return values[static_cast<std::size_t>(static_cast<Index>(row) * cols + col)];
-    }
+    double operator()(int row, int col) const { return values[static_cast<std::size_t>(Index{row} * cols + col)]; }
   };
   // Directions that H shows no information about, in working precision; then there are no blocks.
   Index num_singular = 0;

@@ -70,7 +70,7 @@ std::string BlockProblem::DescribeTerm(ConstView x, std::size_t term, bool jacob
     }
     if (const Manifold* manifold = manifolds_[static_cast<std::size_t>(p)].get()) {
       std::vector<double>& plus = scratch.plus_jacobian;
-      plus.assign(static_cast<std::size_t>(size * manifold->tangent_size()), Unwritten<double>());
+      plus.assign(static_cast<std::size_t>(Index{size} * manifold->tangent_size()), Unwritten<double>());
       manifold->PlusJacobian(scratch.arguments[a], plus.data());
       const auto bad = std::find_if(plus.begin(), plus.end(), [](double value) { return !std::isfinite(value); });
       if (bad != plus.end()) {
@@ -97,12 +97,12 @@ std::string BlockProblem::DescribeDegenerate(ConstView x) {
     const auto p = static_cast<std::size_t>(free.parameter);
     const Manifold* manifold = manifolds_[p].get();
     if (!manifold) continue;
-    const int rows = parameters_[p].ambient_size, cols = free.size;
+    const Index rows = parameters_[p].ambient_size, cols = free.size;
     jacobian.assign(static_cast<std::size_t>(rows * cols), Unwritten<double>());
     manifold->PlusJacobian(x.data() + parameters_[p].ambient_offset, jacobian.data());
-    for (int c = 0; c < cols; ++c) {
+    for (Index c = 0; c < cols; ++c) {
       double square = 0;
-      for (int i = 0; i < rows; ++i) square += std::pow(jacobian[static_cast<std::size_t>(i * cols + c)], 2);
+      for (Index i = 0; i < rows; ++i) square += std::pow(jacobian[static_cast<std::size_t>(i * cols + c)], 2);
       if (square > 0 && std::isfinite(square)) continue;
       return fmt::format(
           "a step cannot move parameter block {} from where it starts: its manifold has no derivative there; start it "
