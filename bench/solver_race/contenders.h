@@ -17,6 +17,8 @@ struct RaceOptions {
 
 // data is called in the child process.
 std::vector<Contender> BundleContenders(const std::function<bundle::BundleData()>& data, const RaceOptions& options);
+// views of a flat target with so many corners each.
+std::vector<Contender> CalibrationContenders(int views, int corners, const RaceOptions& options);
 std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOptions& options);
 
 }  // namespace vesta::bench

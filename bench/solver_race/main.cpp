@@ -2,9 +2,12 @@
 // cost any of them finds. Each solve runs in a process of its own; the solvers of one problem take turns.
 //
 //   solver_vs_ceres [--data DIR_OF_BAL_FILES] [--pose_graphs DIR] [--generated CAMERASxPOINTSxTRACK,...]
+//                   [--calibration VIEWSxCORNERS,...]
 //                   [--threads 1,2] [--repeats N] [--seconds LIMIT] [--only PART_OF_PROBLEM] [--solvers NAME,...]
 //                   [--json FILE] [--curves FILE]
+//                   [--times N]
 //
+// Of N solves in a process (1) the last is timed. A small problem's first solve waits for pages and symbols.
 // --curves writes problem, threads, solver, seconds, cost, inner iterations of each moment as CSV, for
 // bench/solver_race/plot.py.
 #include <fmt/format.h>
@@ -76,12 +79,12 @@ bundle::GenerateOptions Generated(const std::string& text) {
   return options;
 }
 
-std::vector<Outcome> Run(const Race& race, int repeats) {
+std::vector<Outcome> Run(const Race& race, int repeats, int times) {
   std::vector<Outcome> outcomes;
   for (const Contender& contender : race.contenders) outcomes.push_back({contender.name, {}});
   for (int repeat = 0; repeat < repeats; ++repeat) {
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
-      outcomes[i].runs.push_back(RunAlone(race.contenders[i]));
+      outcomes[i].runs.push_back(RunAlone(race.contenders[i], times));
       const bench::Run& run = outcomes[i].runs.back();
       std::fprintf(stderr, "%s, %d threads, %s: cost %.9e in %.3f s, %.0f MiB%s\n", race.problem.c_str(), race.threads,
                    outcomes[i].name.c_str(), run.FinalCost(), run.moments.empty() ? 0 : run.moments.back().seconds,
@@ -101,7 +104,10 @@ double Fastest(const std::vector<Outcome>& outcomes, double cost, const Passes& 
   return best;
 }
 
-void Tell(const Race& race, const std::vector<Outcome>& outcomes, bool poses, double limit, Report& report,
+// What races differ in when they are judged.
+enum class Sort { kBundle, kPoses, kCalibration };
+
+void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, double limit, Report& report,
           std::ostream* curves) {
   double best = std::numeric_limits<double>::infinity();
   for (const Outcome& outcome : outcomes) best = std::min(best, outcome.BestCost());
@@ -147,7 +153,12 @@ void Tell(const Race& race, const std::vector<Outcome>& outcomes, bool poses, do
     report.AddTarget(
         {fmt::format("{}, {} threads: {}", race.problem, race.threads, what), ratio, "x", times, ratio >= times});
   };
-  if (poses) {
+  if (sort == Sort::kCalibration) {
+    target("the bridge against the best of Ceres", Fastest(outcomes, goal, starts("Ceres")),
+           Fastest(outcomes, goal, starts("vesta bridge auto")), 1 / 1.1);
+    return;
+  }
+  if (sort == Sort::kPoses) {
     target("vesta against CGNR", Fastest(outcomes, goal, starts("Ceres CGNR")), ours,
            race.problem == "sphere2500" ? 5 : 1);
   } else {
@@ -159,10 +170,10 @@ void Tell(const Race& race, const std::vector<Outcome>& outcomes, bool poses, do
 }
 
 int Main(int argc, char** argv) {
-  const Arguments arguments(
-      argc, argv,
-      {"data", "pose_graphs", "generated", "threads", "repeats", "seconds", "only", "solvers", "json", "curves"});
-  const int repeats = arguments.Count("repeats", 3);
+  const Arguments arguments(argc, argv,
+                            {"data", "pose_graphs", "generated", "calibration", "threads", "repeats", "seconds", "only",
+                             "solvers", "json", "curves", "times"});
+  const int repeats = arguments.Count("repeats", 3), times = arguments.Count("times", 1);
   const std::string only = arguments.Flag("only", "");
   const std::vector<std::string> solvers = SplitAtCommas(arguments.Flag("solvers", ""));
   Report report("solver_vs_ceres");
@@ -176,28 +187,36 @@ int Main(int argc, char** argv) {
   const auto wanted = [&](const std::string& name) { return name.find(only) != std::string::npos; };
   for (const std::string& threads : SplitAtCommas(arguments.Flag("threads", "1,2"))) {
     const RaceOptions options{ParseCount("threads", threads), static_cast<double>(arguments.Count("seconds", 60))};
-    const auto run = [&](const std::string& name, std::vector<Contender> contenders, bool poses) {
+    const auto run = [&](const std::string& name, std::vector<Contender> contenders, Sort sort) {
       if (!solvers.empty()) {
         std::erase_if(contenders, [&](const Contender& contender) {
           return std::find(solvers.begin(), solvers.end(), contender.name) == solvers.end();
         });
       }
       const Race race{name, options.threads, std::move(contenders)};
-      Tell(race, Run(race, repeats), poses, options.seconds, report, curves_path.empty() ? nullptr : &curves);
+      Tell(race, Run(race, repeats, times), sort, options.seconds, report, curves_path.empty() ? nullptr : &curves);
     };
     for (const std::string& path : FilesOf(arguments.Flag("data", ""), ".txt")) {
       const std::string name = std::filesystem::path(path).stem().string();
       if (!wanted(name)) continue;
-      run(name, BundleContenders([path] { return bundle::ReadBal(path); }, options), false);
+      run(name, BundleContenders([path] { return bundle::ReadBal(path); }, options), Sort::kBundle);
     }
     for (const std::string& text : SplitAtCommas(arguments.Flag("generated", ""))) {
       const bundle::GenerateOptions generated = Generated(text);
-      run("generated " + text, BundleContenders([generated] { return bundle::Generate(generated); }, options), false);
+      run("generated " + text, BundleContenders([generated] { return bundle::Generate(generated); }, options),
+          Sort::kBundle);
+    }
+    for (const std::string& text : SplitAtCommas(arguments.Flag("calibration", ""))) {
+      int views = 0, corners = 0;
+      if (std::sscanf(text.c_str(), "%dx%d", &views, &corners) != 2 || views < 1 || corners < 1) {
+        Fail("--calibration={}: write VIEWSxCORNERS, as 15x63", text);
+      }
+      run("calibration " + text, CalibrationContenders(views, corners, options), Sort::kCalibration);
     }
     for (const std::string& path : FilesOf(arguments.Flag("pose_graphs", ""), ".g2o")) {
       const std::string name = std::filesystem::path(path).stem().string();
       if (!wanted(name)) continue;
-      run(name, PoseGraphContenders(path, options), true);
+      run(name, PoseGraphContenders(path, options), Sort::kPoses);
     }
   }
   report.Finish(arguments.Flag("json", ""));

@@ -30,7 +30,8 @@ struct Contender {
   std::function<std::vector<Moment>()> run;
 };
 
-// Runs it in a child process. The parent must not have started threads before.
-Run RunAlone(const Contender& contender);
+// Runs it in a child process, the last of so many times: what only the first solve of a process pays is left out beyond
+// one. The parent must not have started threads before.
+Run RunAlone(const Contender& contender, int times = 1);
 
 }  // namespace vesta::bench
