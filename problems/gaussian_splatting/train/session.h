@@ -126,11 +126,13 @@ class TrainingSession {
   // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views are trained
   // on; 0: not known.
   double EvaluationAhead(double seconds_per_pixel) const;
-  // Whether there is time for a row of the history that is not the last: under a time limit a quarter of the time may
-  // go into such.
+  // Whether there is time for a row of the history that is not the last: under a time limit a twentieth of the time
+  // may go into such.
   bool HasTimeToRecord(double ahead) const {
-    return options_.time_limit <= 0 || clock_.Paused() + ahead <= 0.25 * (clock_.Total() + ahead);
+    return options_.time_limit <= 0 || clock_.Paused() + ahead <= 0.05 * (clock_.Total() + ahead);
   }
+  // Seconds that are left for the Adam stage, where time is limited; else more than any.
+  double SecondsForAdam(double seconds_per_pixel) const;
   // True when the caller or the time limit asks to stop; stays true. ahead: seconds that are still to be spent, on what
   // cannot be broken off.
   bool ShouldStop(double ahead = 0) {

@@ -97,7 +97,7 @@ struct TrainResult {
 // Error where the checkpoint is of another scene.
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
-// LM only, from `model`; its SH degree is kept.
+// From `model`, whose count, order and SH degree are kept; stages as the options have them.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 
