@@ -1,6 +1,6 @@
 // Gaussians and cameras at their limits on the device: the same checks as on the host.
 #include "tests/cuda/device_view.h"
-#include "tests/kernels/gaussian_splatting/extreme_checks.h"
+#include "tests/kernels/gaussian_splatting/error_growth.h"
 
 namespace vesta::test {
 namespace {
@@ -15,6 +15,13 @@ void CheckAll(const std::vector<ExtremeScene>& cases) {
 }
 
 TEST_F(CudaExtremes, Gaussians) { CheckAll(ExtremeGaussians()); }
+TEST_F(CudaExtremes, ErrorsGrowWithinTheirBounds) {
+  for (const Growth& growth : Growths()) {
+    SCOPED_TRACE(growth.name);
+    CheckGrowth<DeviceRenderedView>(growth.scene);
+  }
+}
+
 TEST_F(CudaExtremes, Cameras) { CheckAll(ExtremeCameras()); }
 
 }  // namespace
