@@ -103,12 +103,12 @@ std::vector<ExtremeScene> ExtremeGaussians() {
   add("LargerThanTheScene", sized(100, 50, 80), 1, 1);
   // In double it is the reference's conic that loses digits on needles.
   add("NeedleOfAspect1e6", sized(10, 1e-5, 1e-5), 1, 1, 1e-9);
-  add("LongNeedleOfAspect1e6", sized(1e3, 1e-3, 1e-3), 1, 1, 1e-6, 1e-3);
-  add("DiscOfAspect1e6", sized(1e3, 1e3, 1e-3), 1, 1, 1e-6, 1e-3);
+  add("LongNeedleOfAspect1e6", sized(1e3, 1e-3, 1e-3), 1, 1, 1e-6);
+  add("DiscOfAspect1e6", sized(1e3, 1e3, 1e-3), 1, 1);
   add("Logit50", opaque(50), 1, 1);
   add("LogitMinus50", opaque(-50), 1, 0);
   add("Logit1e30", opaque(1e30), 1, 1);
-  add("ZeroQuaternion", turned(0, 0, 0, 0), 1, 1, HUGE_VAL);  // the identity; the reference has no answer
+  add("ZeroQuaternion", turned(0, 0, 0, 0), 1, 1);
   add("QuaternionOf1em11", turned(1e-11, 2e-12, 0, 0), 1, 1);
   add("QuaternionOf1e15", turned(1e15, 2e14, -3e14, 0), 1, 1);
   add("Harmonics1e4", coloured(1e4, 1e4), 1, 1);
@@ -117,12 +117,12 @@ std::vector<ExtremeScene> ExtremeGaussians() {
       "TenThousandOnOnePixel",
       [] {
         Gaussian g;
-        g.sigma = {1e-4, 1e-4, 1e-4}, g.logit = -5.4;
+        g.sigma = {1e-4, 1e-4, 1e-4}, g.logit = -5.35;
         return g;
       }(),
-      10000, 10000, 1e-12, 1e-3);
+      10000, 10000);
   add("AllTransparent", opaque(-6), 30, 0);
-  add("IdenticalPositions", sized(0.3, 0.2, 0.1), 64, 64, 1e-12, 1e-4);
+  add("IdenticalPositions", sized(0.3, 0.2, 0.1), 64, 64);
 
   const splat::PosedCamera view = AxisView(37, 21, 40);
   cases.push_back({"NoneVisible", SceneOf(view, std::vector<Gaussian>(7, at(0, 0, -1))), 0, 1e-12, 1e-5});
@@ -133,7 +133,7 @@ std::vector<ExtremeScene> ExtremeGaussians() {
 
 std::vector<ExtremeScene> ExtremeCameras() {
   std::vector<ExtremeScene> cases;
-  const auto add = [&](const char* name, const splat::PosedCamera& view, double float_tolerance = 1e-4) {
+  const auto add = [&](const char* name, const splat::PosedCamera& view, double float_tolerance = 1e-5) {
     SceneOptions options;
     options.count = 25, options.border = 0, options.sigma_min = 2, options.sigma_max = 5, options.sh_degree = 1;
     Random random(5);
@@ -157,7 +157,7 @@ std::vector<ExtremeScene> ExtremeCameras() {
     return view;
   };
   add("PrincipalPointOutside", off(-60, 90));
-  add("PrincipalPointFarOutside", off(4500, -3000), 1e-2);
+  add("PrincipalPointFarOutside", off(4500, -3000), 1e-4);
   return cases;
 }
 

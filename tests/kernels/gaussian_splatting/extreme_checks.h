@@ -38,6 +38,17 @@ struct ExpectedImage {
   bool IsNearADecision(std::size_t i, double band) const { return image.margin[i % image.margin.size()] < band; }
 };
 
+// A quaternion of zero is the identity, and where it goes does not count; the reference knows no such rule.
+inline Scene WithoutZeroQuaternions(Scene scene, std::vector<double>& v) {
+  for (int i = 0; i < scene.count; ++i) {
+    const auto q = [&](int k) -> double& { return scene.At(splat::kQuaternion + k, i); };
+    if (q(0) != 0 || q(1) != 0 || q(2) != 0 || q(3) != 0) continue;
+    q(0) = 1;
+    for (int k = 0; k < 4; ++k) v[static_cast<std::size_t>((splat::kQuaternion + k) * scene.count + i)] = 0;
+  }
+  return scene;
+}
+
 // The number of Gaussians that are seen; the image and J v are those of the reference; the products are adjoint; the
 // Gram matrix has no negative diagonal; all is finite, and zero for Gaussians that are not seen.
 template <class V>
@@ -60,20 +71,21 @@ void CheckExtremeScene(const ExtremeScene& extreme) {
     }
   }
   for (double& value : v) value = static_cast<float>(value);
-  const ExpectedImage expected(scene, v);
   const std::vector<S> v_in(v.begin(), v.end());
+  const ExpectedImage expected(WithoutZeroQuaternions(scene, v), v);
   const std::vector<S> Jv = rendered.ApplyJ(v_in), u = random.NormalVector<S>(rendered.image.size());
   const std::vector<S> JTu = rendered.ApplyJT(u);
   ASSERT_TRUE(AllFinite(Jv));
   ASSERT_TRUE(AllFinite(JTu));
   const double tolerance = kDouble ? extreme.tolerance : extreme.float_tolerance;
-  if (std::isfinite(extreme.tolerance)) {
-    for (std::size_t i = 0; i < Jv.size(); ++i) {
-      if (expected.IsNearADecision(i, kDouble ? 1e-9 : 1e-3)) continue;
-      ASSERT_NEAR(rendered.image[i], expected.image.color[i].a, tolerance * expected.brightest) << "image, entry " << i;
-      ASSERT_NEAR(Jv[i], expected.image.color[i].v[0], 1000 * tolerance * expected.steepest) << "J v, entry " << i;
-    }
+  std::size_t compared = 0;
+  for (std::size_t i = 0; i < Jv.size(); ++i) {
+    if (expected.IsNearADecision(i, kDouble ? 1e-9 : 1e-3)) continue;
+    ++compared;
+    ASSERT_NEAR(rendered.image[i], expected.image.color[i].a, tolerance * expected.brightest) << "image, entry " << i;
+    ASSERT_NEAR(Jv[i], expected.image.color[i].v[0], 10 * tolerance * expected.steepest) << "J v, entry " << i;
   }
+  EXPECT_GE(compared, 0.9 * static_cast<double>(Jv.size()));
   // As in jacobian_test.cpp.
   const double conditioned = 32 * std::numeric_limits<S>::epsilon() * expected.image.condition_of_all;
   EXPECT_LE(AdjointGap(u, Jv, JTu, v_in), std::max(kDouble ? 1e-12 : 1e-5, conditioned));

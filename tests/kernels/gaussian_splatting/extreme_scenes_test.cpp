@@ -18,6 +18,16 @@ INSTANTIATE_TEST_SUITE_P(Cameras, Extremes, testing::ValuesIn(test::ExtremeCamer
 TEST_P(Extremes, InDouble) { test::CheckExtremeScene<RenderedView<double>>(GetParam()); }
 TEST_P(Extremes, InFloat) { test::CheckExtremeScene<RenderedView<float>>(GetParam()); }
 
+// The scene does what its name says: thousands are blended, and rounding does not decide where the pixel closes.
+TEST(ExtremeScenes, TenThousandSplatsReachOnePixel) {
+  const std::vector<ExtremeScene> cases = test::ExtremeGaussians();
+  const test::Scene& scene = std::ranges::find(cases, "TenThousandOnOnePixel", &ExtremeScene::name)->scene;
+  const reference::Image<double> image = reference::Render(scene.x, scene.count, 3, scene.view, scene.background);
+  const auto most = std::ranges::max_element(image.blended);
+  EXPECT_GT(*most, 1500);
+  EXPECT_GT(image.margin[static_cast<std::size_t>(most - image.blended.begin())], 1e-3);
+}
+
 // One Gaussian, of which something is swept from far below to far beyond the numbers that float has.
 struct Sweep {
   const char* name;
