@@ -1,6 +1,7 @@
 // The loss of images at the limits, in both precisions, for every choice of loss and instruction set.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -128,6 +129,19 @@ void CheckValue(const Pair& pair, double tolerance) {
 TEST_P(ExtremeImages, ValueIsThatOfDirectSums) {
   CheckValue<double>(GetParam(), 1e-12);
   CheckValue<float>(GetParam(), 1e-4);
+}
+
+// A row is added up in float, lane by lane, and rows in double.
+TEST(LongRows, SumsKeepTheirDigits) {
+  const ImageShape shape{8192, 3};
+  HostBuffer<float> x(shape.NumValues()), y(shape.NumValues());
+  std::ranges::fill(x, 0.7f);
+  std::ranges::fill(y, 0.6f);
+  for (const Isa isa : test::CpuIsas()) {
+    const PhotometricValue value = PhotometricLoss<float>({}, isa).Evaluate(x, y, shape);
+    const double error = double{0.7f} - double{0.6f};
+    EXPECT_NEAR(value.absolute / (error * static_cast<double>(x.size())), 1, 5e-5) << IsaName(isa);
+  }
 }
 
 }  // namespace

@@ -38,6 +38,33 @@ class ExtremeSteps : public testing::Test {
 using Scalars = testing::Types<double, float>;
 TYPED_TEST_SUITE(ExtremeSteps, Scalars);
 
+// Half of the Gaussians at a limit: a solve moves them or leaves them, and makes nothing worse.
+TYPED_TEST(ExtremeSteps, StartsWithGaussiansAtTheirLimits) {
+  struct Limit {
+    const char* name;
+    int first, last;  // attributes
+    double value;
+  };
+  constexpr Limit kLimits[] = {{"1e6 across", splat::kLogScale, splat::kLogScale + 2, 13.8},
+                               {"1e-6 across", splat::kLogScale, splat::kLogScale + 2, -13.8},
+                               {"needles", splat::kLogScale, splat::kLogScale, 7},
+                               {"logits of 50", splat::kOpacity, splat::kOpacity, 50},
+                               {"logits of -50", splat::kOpacity, splat::kOpacity, -50},
+                               {"quaternions of zero", splat::kQuaternion, splat::kQuaternion + 3, 0},
+                               {"harmonics of 1e4", splat::kSh, splat::kSh + 11, 1e4},
+                               {"harmonics of -1e4", splat::kSh, splat::kSh + 11, -1e4},
+                               {"one position", splat::kMean, splat::kMean + 2, 0.1}};
+  for (const Limit& limit : kLimits) {
+    SCOPED_TRACE(limit.name);
+    this->ring_ = ProblemOf<TypeParam>(kExtremeProblems[0]);
+    for (int attribute = limit.first; attribute <= limit.last; ++attribute) {
+      for (Index i = 0; i < kCount; i += 2) this->At(attribute, i) = static_cast<TypeParam>(limit.value);
+    }
+    const LmSummary summary = this->Solve(this->ring_, FewIterations());
+    EXPECT_GT(summary.num_accepted, 0) << summary.FullReport();
+  }
+}
+
 TYPED_TEST(ExtremeSteps, DampingAtItsLowerBound) {
   for (const double rates_damping : {1.2, 0.0}) {
     LmStageOptions lm = FewIterations();
