@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/initialize.h"
@@ -23,6 +25,19 @@ StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options) {
                               : HostMemory(options.memory);
 }
 
+// A pixel that is no number would make all Gaussians of its view none.
+void CheckPixels(const std::vector<View>& views) {
+  std::vector<char> is_bad(views.size());
+  ParallelFor(static_cast<Index>(views.size()), 1, [&](Index i) {
+    const auto v = static_cast<std::size_t>(i);
+    is_bad[v] = std::ranges::all_of(views[v].image.rgb, [](float value) { return std::isfinite(value); }) ? 0 : 1;
+  });
+  const auto bad = std::ranges::find(is_bad, 1);
+  if (bad == is_bad.end()) return;
+  Fail("view {}: a colour of its image is not a finite number; mend it or leave the view out",
+       views[static_cast<std::size_t>(bad - is_bad.begin())].name);
+}
+
 void CheckViews(const Scene& scene) {
   bool has_training = false;
   for (const View& view : scene.views) {
@@ -36,6 +51,7 @@ void CheckViews(const Scene& scene) {
     has_training = has_training || !view.is_test;
   }
   if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
+  CheckPixels(scene.views);
 }
 
 // What a model tells of itself beside its Gaussians.
