@@ -5,11 +5,11 @@ the other, and the front of those that no other beats.
   bench/tradeoff.py SCENE [--out DIR] [--budget SECONDS] [--seeds 0,1,2] [--lengths 500,1000,...]
                     [--knobs NAME ROOM.KEY=V1,V2 ...] [-- flags for `vesta train`]
 
-First the default at all lengths, and each value of each knob alone at some of them. Then those values together that lay
-on the front of time against PSNR or SSIM. Each run is a line of OUT/records.jsonl, appended when it ends; a run that has a
-line is not run again, so that one may break off (Ctrl-C) and go on, or ask for more. With --budget 0 nothing is run.
-Prints the fronts and what each setting gains beside the others at the same cost, and writes OUT/front.json and, where
-Python has matplotlib, OUT/front.png and .svg. How to read them: docs/tradeoff.md.
+First the default at all lengths, and each value of each knob alone at some of them. Then those values together that
+lay on the front of time against PSNR or SSIM. Each run is a line of OUT/records.jsonl, appended when it ends; a run that
+has a line is not run again, so that one may break off (Ctrl-C) and go on, or ask for more. With --budget 0 nothing is
+run. Prints the fronts and what each setting gains beside the others at the same cost, and writes OUT/front.json and,
+where Python has matplotlib, OUT/front.png and .svg. How to read them: docs/tradeoff.md.
 """
 import argparse
 import math

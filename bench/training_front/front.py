@@ -7,9 +7,9 @@ from training_front import knobs, runs
 
 
 def points_of(rows, base):
-    """Runs that differ only in their seed, as one: {"length": iterations of Adam, "settings": other changes, "seeds": how
-    many, and of each figure its mean, and its standard deviation between seeds, None of one alone, as FIGURE_sd}. Runs
-    that failed are left out."""
+    """Runs that differ only in their seed, as one: {"length": iterations of Adam, "settings": other changes, "seeds":
+    how many, and of each figure its mean, and its standard deviation between seeds, None of one alone, as FIGURE_sd}.
+    Runs that failed are left out."""
     groups = {}
     for row in rows:
         if "failed" not in row:
@@ -48,8 +48,8 @@ def _between(front, at, a, b):
 
 
 def best_at(front, x, y, at):
-    """The y that the front has for x = at, linear in log x. None where nothing on it is so cheap; beyond its end the last
-    one's."""
+    """The y that the front has for x = at, linear in log x. None where nothing on it is so cheap; beyond its end the
+    last one's."""
     if not front or at < front[0][x]:
         return None
     if at >= front[-1][x]:
@@ -76,8 +76,8 @@ def others_of(point, points):
 
 
 def beside_others(point, points, x):
-    """What the point gains on the front of the others: {"psnr", "ssim"} for the same x; "times": the part of its x that
-    they take for its PSNR. None where they have nothing to compare."""
+    """What the point gains on the front of the others: "psnr" and "ssim" for the same x; "times": the part of its x
+    that they take for its PSNR. None where they have nothing to compare."""
     others = others_of(point, points)
     gains = {}
     for y in ("psnr", "ssim"):

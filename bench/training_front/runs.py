@@ -160,8 +160,8 @@ class Forecast:
 
 
 def carry_out(plan, program, records, budget, say, clock=time.monotonic):
-    """Runs what has no record yet and adds its record. A run that would end over `budget` seconds from now is left out, as
-    far as can be foreseen. Returns how many were, and the seconds that all of it took."""
+    """Runs what has no record yet and adds its record. A run that would end over `budget` seconds from now is left out,
+    as far as can be foreseen. Returns how many were, and the seconds that all of it took."""
     begin, known, forecast = clock(), records.names(), Forecast(records.rows)
     left = [options for options in plan if identity(program.blank(options)) not in known]
     left_out = 0

@@ -240,8 +240,8 @@ class Whole(WithFolder):
 
     def run_script(self, *words, plot=False):
         env = {**os.environ, "PYTHONPATH": os.environ.get("PYTHONPATH", "") if plot else str(self.folder / "none")}
-        command = [sys.executable, "-B", BENCH / "tradeoff.py", self.folder / "scene", "--program", self.program, "--out",
-                   self.folder / "out", "--lengths=100,1000", "--seeds=0,1", *words]
+        command = [sys.executable, "-B", BENCH / "tradeoff.py", self.folder / "scene", "--program", self.program,
+                   "--out", self.folder / "out", "--lengths=100,1000", "--seeds=0,1", *words]
         return subprocess.run(command, capture_output=True, text=True, env=env, check=False)
 
     def calls(self, verb):
