@@ -45,6 +45,7 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
                      {"lm", adam_end + result.lm_seconds},
                      {"eval", result.eval_seconds},
                      {"total", facts.total_seconds}};
+  json["work_megapixels"] = result.megapixels;
   json["peak_memory_mib"] = facts.peak_memory_mib;
   json["memory"] = {{"predicted_mib", result.memory.predicted_mib},
                     {"peak_mib", facts.peak_memory_mib},

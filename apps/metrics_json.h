@@ -18,8 +18,8 @@ struct RunFacts {
 };
 
 // {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
-// "eval", "total"}, "peak_memory_mib", "memory": {"predicted_mib", "peak_mib", "budget_mib", "jacobian", "batches",
-// "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "device", "threads", "seed", "preset",
+// "eval", "total"}, "work_megapixels", "peak_memory_mib", "memory": {"predicted_mib", "peak_mib", "budget_mib",
+// "jacobian", "batches", "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "device", "threads", "seed", "preset",
 // "options": {...}, "notes": [...], "history": [...]}.
 // test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
 // in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; options: as --config

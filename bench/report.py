@@ -1,4 +1,5 @@
 """What the benchmarks written in Python have in common with those of bench/report.h: targets printed, JSON written."""
+import functools
 import json
 import os
 import platform
@@ -16,12 +17,26 @@ def print_targets(targets):
               f"{'met' if target['met'] else 'MISSED'}")
 
 
+@functools.cache
+def commit():
+    """That of the sources, "unknown" without git."""
+    return subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
+                          cwd=Path(__file__).parent).stdout.strip() or "unknown"
+
+
+def machine():
+    """The processor and its number of cores."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"{next(iter(models), platform.processor() or platform.machine())}, {os.cpu_count()} cores"
+
+
 def write_json(path, bench, rows, targets):
     """{"bench", "machine", "commit", "rows", "targets"}, whole or not at all."""
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True,
-                            cwd=Path(__file__).parent).stdout.strip() or "unknown"
-    machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
     temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(json.dumps({"bench": bench, "machine": machine, "commit": commit, "rows": rows,
+    temporary.write_text(json.dumps({"bench": bench, "machine": machine(), "commit": commit(), "rows": rows,
                                      "targets": targets}, indent=2) + "\n")
     temporary.replace(path)

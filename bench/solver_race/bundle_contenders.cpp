@@ -37,30 +37,27 @@ ceres::ParameterBlockOrdering* Ordering(BundleData& data) {
 
 }  // namespace
 
+Contender NativeBundle(const std::string& name, const std::function<BundleData()>& data,
+                       const bundle::BundleProblemOptions& problem, const LmOptions& lm, const RaceOptions& race) {
+  return {name, [=] {
+            const BundleData bundle = data();
+            return SolveNatively([&] { return bundle::BundleProblem(bundle, problem); },
+                                 [&](const auto&) { return std::span<const double>(bundle.x); }, lm, race);
+          }};
+}
+
+Contender BridgedBundle(const std::string& name, const std::function<BundleData()>& data, const LmOptions& lm,
+                        const RaceOptions& race) {
+  return {name, [=] {
+            BundleData bundle = data();
+            ceres::Problem problem;
+            Fill(bundle, problem);
+            return SolveByBridge(lm, problem, race);
+          }};
+}
+
 std::vector<Contender> BundleContenders(const std::function<BundleData()>& data, const RaceOptions& race) {
   std::vector<Contender> contenders;
-  const auto native = [&](const std::string& name, const LmOptions& lm) {
-    contenders.push_back({name, [=] {
-                            const BundleData bundle = data();
-                            SetNumThreads(race.threads);
-                            Recorder recorder;
-                            bundle::BundleProblem problem(bundle);
-                            CpuBackend<double> backend;
-                            CpuBackend<double>::Vector x(problem.num_parameters());
-                            std::copy(bundle.x.begin(), bundle.x.end(), x.begin());
-                            SolveLm<CpuBackend<double>>(Limited(lm, race), backend, problem, x.view(),
-                                                        recorder.Callback());
-                            return recorder.Take();
-                          }});
-  };
-  const auto bridge = [&](const std::string& name, const LmOptions& lm) {
-    contenders.push_back({name, [=] {
-                            BundleData bundle = data();
-                            ceres::Problem problem;
-                            Fill(bundle, problem);
-                            return SolveByBridge(lm, problem, race);
-                          }});
-  };
   const auto ceres_solver = [&](const std::string& name, const CeresSolver& solver, bool schur) {
     contenders.push_back({name, [=] {
                             BundleData bundle = data();
@@ -72,10 +69,10 @@ std::vector<Contender> BundleContenders(const std::function<BundleData()>& data,
   LmOptions pcg;
   pcg.normal_system.linear_solver = LinearSolverKind::kPcg;
   pcg.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
-  native("vesta", bundle::BundleLmOptions());
-  native("vesta PCG", pcg);
-  bridge("vesta bridge auto", LmOptions());
-  bridge("vesta bridge PCG", pcg);
+  contenders.push_back(NativeBundle("vesta", data, {}, bundle::BundleLmOptions(), race));
+  contenders.push_back(NativeBundle("vesta PCG", data, {}, pcg, race));
+  contenders.push_back(BridgedBundle("vesta bridge auto", data, LmOptions(), race));
+  contenders.push_back(BridgedBundle("vesta bridge PCG", data, pcg, race));
   ceres_solver("Ceres CGNR", {ceres::CGNR}, false);
   ceres_solver("Ceres CGNR eta .01", {ceres::CGNR, ceres::JACOBI, false, 0.01}, false);
   ceres_solver("Ceres ITERATIVE_SCHUR", {ceres::ITERATIVE_SCHUR, ceres::SCHUR_JACOBI}, true);

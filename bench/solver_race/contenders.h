@@ -7,6 +7,8 @@
 
 #include "bench/solver_race/race.h"
 #include "problems/bundle_adjustment/bundle_data.h"
+#include "problems/bundle_adjustment/bundle_problem.h"
+#include "solver/lm_options.h"
 
 namespace vesta::bench {
 
@@ -15,7 +17,17 @@ struct RaceOptions {
   double seconds = 60;  // limit of one solve
 };
 
-// data is called in the child process.
+// vesta on a bundle adjustment, as a problem of its own and through the bridge. data is called in the child process.
+Contender NativeBundle(const std::string& name, const std::function<bundle::BundleData()>& data,
+                       const bundle::BundleProblemOptions& problem, const LmOptions& lm, const RaceOptions& race);
+Contender BridgedBundle(const std::string& name, const std::function<bundle::BundleData()>& data, const LmOptions& lm,
+                        const RaceOptions& race);
+// The same on a pose graph.
+Contender NativePoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
+                          const RaceOptions& race);
+Contender BridgedPoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
+                           const RaceOptions& race);
+
 std::vector<Contender> BundleContenders(const std::function<bundle::BundleData()>& data, const RaceOptions& options);
 // views of a flat target with so many corners each.
 std::vector<Contender> CalibrationContenders(int views, int corners, const RaceOptions& options);

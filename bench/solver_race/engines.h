@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <span>
 #include <vector>
 
 #include "bench/solver_race/contenders.h"
@@ -55,6 +56,20 @@ inline LmOptions Limited(LmOptions options, const RaceOptions& race) {
   options.parameter_tolerance = 0;
   options.max_seconds = race.seconds;
   return options;
+}
+
+// vesta on a problem of its own, in double, its making timed. make: the problem; start: of a problem, its x.
+template <class Make, class Start>
+std::vector<Moment> SolveNatively(const Make& make, const Start& start, const LmOptions& options,
+                                  const RaceOptions& race) {
+  SetNumThreads(race.threads);
+  Recorder recorder;
+  auto problem = make();
+  CpuBackend<double> backend;
+  CpuBackend<double>::Vector x(problem.num_parameters());
+  std::copy(start(problem).begin(), start(problem).end(), x.begin());
+  SolveLm<CpuBackend<double>>(Limited(options, race), backend, problem, x.view(), recorder.Callback());
+  return recorder.Take();
 }
 
 // vesta through the bridge, the bridging timed.

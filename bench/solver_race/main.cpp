@@ -13,15 +13,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <map>
 
 #include "bench/report.h"
 #include "bench/solver_race/contenders.h"
+#include "bench/solver_race/outcomes.h"
 #include "kernels/core/check.h"
 #include "problems/bundle_adjustment/bal_file.h"
 #include "problems/bundle_adjustment/generate.h"
@@ -30,43 +29,6 @@ namespace vesta::bench {
 namespace {
 
 constexpr double kWithin = 1.001;
-
-struct Race {
-  std::string problem;
-  int threads = 1;
-  std::vector<Contender> contenders;
-};
-
-// What one solver did in one race: the median repeat by time, costs of all.
-struct Outcome {
-  std::string name;
-  std::vector<Run> runs;
-  double BestCost() const {
-    double best = std::numeric_limits<double>::infinity();
-    for (const Run& run : runs) {
-      if (!run.failed) best = std::min(best, run.FinalCost());
-    }
-    return best;
-  }
-  double MedianSecondsTo(double cost) const {
-    std::vector<double> seconds;
-    for (const Run& run : runs) seconds.push_back(run.SecondsTo(cost));
-    std::nth_element(seconds.begin(), seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2), seconds.end());
-    return seconds[seconds.size() / 2];
-  }
-};
-
-std::vector<std::string> FilesOf(const std::string& folder, const std::string& extension) {
-  std::vector<std::string> files;
-  if (folder.empty()) return files;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (entry.path().extension() == extension) files.push_back(entry.path().string());
-  }
-  if (files.empty()) Fail("{}: holds no *{} file", folder, extension);
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 bundle::GenerateOptions Generated(const std::string& text) {
   bundle::GenerateOptions options;
@@ -77,21 +39,6 @@ bundle::GenerateOptions Generated(const std::string& text) {
   options.num_cameras = cameras;
   options.num_points = points;
   return options;
-}
-
-std::vector<Outcome> Run(const Race& race, int repeats, int times) {
-  std::vector<Outcome> outcomes;
-  for (const Contender& contender : race.contenders) outcomes.push_back({contender.name, {}});
-  for (int repeat = 0; repeat < repeats; ++repeat) {
-    for (std::size_t i = 0; i < outcomes.size(); ++i) {
-      outcomes[i].runs.push_back(RunAlone(race.contenders[i], times));
-      const bench::Run& run = outcomes[i].runs.back();
-      std::fprintf(stderr, "%s, %d threads, %s: cost %.9e in %.3f s, %.0f MiB%s\n", race.problem.c_str(), race.threads,
-                   outcomes[i].name.c_str(), run.FinalCost(), run.moments.empty() ? 0 : run.moments.back().seconds,
-                   run.peak_mib, run.failed ? "  FAILED" : "");
-    }
-  }
-  return outcomes;
 }
 
 // The least of the times of the solvers whose name passes.
@@ -109,29 +56,14 @@ enum class Sort { kBundle, kPoses, kCalibration };
 
 void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, double limit, Report& report,
           std::ostream* curves) {
-  double best = std::numeric_limits<double>::infinity();
-  for (const Outcome& outcome : outcomes) best = std::min(best, outcome.BestCost());
-  // Where the best cost is 0 up to rounding, costs are measured relative to that of the start.
-  double start = 0;
+  const Goals goals = GoalsOf(outcomes);
+  const double goal = goals.Within(kWithin);
   for (const Outcome& outcome : outcomes) {
-    if (!outcome.runs.front().failed) start = std::max(start, outcome.runs.front().moments.front().cost);
-  }
-  const double zero = 1e-14 * start, goal = kWithin * best + zero;
-  for (const Outcome& outcome : outcomes) {
-    const bench::Run& run = outcome.runs.front();
+    const Run& run = outcome.runs.front();
     if (run.failed) continue;
-    report.Add({{"problem", race.problem},
-                {"threads", static_cast<double>(race.threads)},
-                {"solver", outcome.name},
-                {"s to 1.01", outcome.MedianSecondsTo(1.01 * best + zero)},
-                {"s to 1.001", outcome.MedianSecondsTo(goal)},
-                {"s to 1.00001", outcome.MedianSecondsTo(1.00001 * best + zero)},
-                {"final cost", outcome.BestCost()},
-                {"over best", (outcome.BestCost() - best) / (best + zero)},
-                {"iterations", static_cast<double>(run.moments.size()) - 1},
-                {"inner", run.moments.back().inner},
-                {"s in all", run.moments.back().seconds},
-                {"peak MiB", run.peak_mib}});
+    Row row{{"problem", race.problem}, {"threads", static_cast<double>(race.threads)}, {"solver", outcome.name}};
+    for (auto& figure : Figures(outcome, goals)) row.push_back(std::move(figure));
+    report.Add(std::move(row));
     if (!curves) continue;
     for (const Moment& moment : run.moments) {
       *curves << fmt::format("{},{},{},{:.6f},{:.12e},{:.0f}\n", race.problem, race.threads, outcome.name,
@@ -194,7 +126,7 @@ int Main(int argc, char** argv) {
         });
       }
       const Race race{name, options.threads, std::move(contenders)};
-      Tell(race, Run(race, repeats, times), sort, options.seconds, report, curves_path.empty() ? nullptr : &curves);
+      Tell(race, RunRace(race, repeats, times), sort, options.seconds, report, curves_path.empty() ? nullptr : &curves);
     };
     for (const std::string& path : FilesOf(arguments.Flag("data", ""), ".txt")) {
       const std::string name = std::filesystem::path(path).stem().string();

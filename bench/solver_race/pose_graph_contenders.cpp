@@ -9,42 +9,48 @@ namespace vesta::bench {
 namespace {
 // As in Ceres's own pose-graph example, so that costs are the published ones for these graphs.
 constexpr pose_graph::Whitening kWhitening = pose_graph::Whitening::kLower;
+
+// solve: of the graph as a problem of Ceres's, built and ready.
+template <class Solve>
+Contender WithCeres(const std::string& name, const std::string& path, const Solve& solve) {
+  return {name, [=] {
+            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
+            std::vector<double> poses = graph.poses;
+            ceres::Problem problem;
+            BuildCeresPoseGraph(graph, kWhitening, nullptr, poses, problem);
+            return solve(problem);
+          }};
+}
+
 }  // namespace
+
+Contender NativePoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
+                          const RaceOptions& race) {
+  return {name, [=] {
+            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
+            return SolveNatively([&] { return pose_graph::PoseGraphProblem(graph, {.whitening = kWhitening}); },
+                                 [](const auto& problem) { return std::span<const double>(problem.start()); }, lm,
+                                 race);
+          }};
+}
+
+Contender BridgedPoseGraph(const std::string& name, const std::string& path, const LmOptions& lm,
+                           const RaceOptions& race) {
+  return WithCeres(name, path, [=](ceres::Problem& problem) { return SolveByBridge(lm, problem, race); });
+}
 
 std::vector<Contender> PoseGraphContenders(const std::string& path, const RaceOptions& race) {
   std::vector<Contender> contenders;
-  const auto native = [&](const std::string& name, const LmOptions& lm) {
-    contenders.push_back({name, [=] {
-                            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
-                            SetNumThreads(race.threads);
-                            Recorder recorder;
-                            pose_graph::PoseGraphProblem problem(graph, {.whitening = kWhitening});
-                            CpuBackend<double> backend;
-                            CpuBackend<double>::Vector x(problem.num_parameters());
-                            std::copy(problem.start().begin(), problem.start().end(), x.begin());
-                            SolveLm<CpuBackend<double>>(Limited(lm, race), backend, problem, x.view(),
-                                                        recorder.Callback());
-                            return recorder.Take();
-                          }});
-  };
-  const auto with_ceres = [&](const std::string& name, const auto& solve) {
-    contenders.push_back({name, [=] {
-                            const pose_graph::PoseGraph graph = pose_graph::ReadG2o(path);
-                            std::vector<double> poses = graph.poses;
-                            ceres::Problem problem;
-                            BuildCeresPoseGraph(graph, kWhitening, nullptr, poses, problem);
-                            return solve(problem);
-                          }});
-  };
   LmOptions pcg;
   pcg.normal_system.linear_solver = LinearSolverKind::kPcg;
   pcg.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
-  native("vesta", pose_graph::PoseGraphOptions());
-  native("vesta PCG block Jacobi", pcg);
-  with_ceres("vesta bridge", [=](ceres::Problem& problem) { return SolveByBridge(LmOptions(), problem, race); });
-  with_ceres("vesta bridge block Jacobi", [=](ceres::Problem& problem) { return SolveByBridge(pcg, problem, race); });
+  contenders.push_back(NativePoseGraph("vesta", path, pose_graph::PoseGraphOptions(), race));
+  contenders.push_back(NativePoseGraph("vesta PCG block Jacobi", path, pcg, race));
+  contenders.push_back(BridgedPoseGraph("vesta bridge", path, LmOptions(), race));
+  contenders.push_back(BridgedPoseGraph("vesta bridge block Jacobi", path, pcg, race));
   const auto ceres_solver = [&](const std::string& name, const CeresSolver& solver) {
-    with_ceres(name, [=](ceres::Problem& problem) { return SolveByCeres(solver, problem, race); });
+    contenders.push_back(
+        WithCeres(name, path, [=](ceres::Problem& problem) { return SolveByCeres(solver, problem, race); }));
   };
   ceres_solver("Ceres CGNR", {ceres::CGNR});
   ceres_solver("Ceres CGNR eta .01", {ceres::CGNR, ceres::JACOBI, false, 0.01});

@@ -1,5 +1,6 @@
 #include "bench/solver_race/race.h"
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -7,11 +8,14 @@
 
 namespace vesta::bench {
 
+const Moment* Run::FirstWithin(double cost) const {
+  const auto first = std::find_if(moments.begin(), moments.end(), [&](const Moment& m) { return m.cost <= cost; });
+  return first == moments.end() ? nullptr : &*first;
+}
+
 double Run::SecondsTo(double cost) const {
-  for (const Moment& moment : moments) {
-    if (moment.cost <= cost) return moment.seconds;
-  }
-  return std::numeric_limits<double>::infinity();
+  const Moment* first = FirstWithin(cost);
+  return first ? first->seconds : std::numeric_limits<double>::infinity();
 }
 
 Run RunAlone(const Contender& contender, int times) {

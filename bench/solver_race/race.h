@@ -19,7 +19,9 @@ struct Run {
   bool failed = false;
 
   double FinalCost() const { return moments.empty() ? 0 : moments.back().cost; }
-  // Seconds until the cost was at or below `cost`; infinity if never.
+  // The first moment at which the cost was at or below `cost`; null if there is none.
+  const Moment* FirstWithin(double cost) const;
+  // Its seconds; infinity if never.
   double SecondsTo(double cost) const;
 };
 

@@ -79,14 +79,15 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_EQ(model.sh_degree, 1);
   EXPECT_TRUE(model.has_background);
   const json metrics = Metrics(out_);
-  EXPECT_THAT(Keys(metrics),
-              UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds", "peak_memory_mib", "memory",
-                                   "device", "threads", "seed", "preset", "options", "history"));
+  EXPECT_THAT(Keys(metrics), UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds",
+                                                  "work_megapixels", "peak_memory_mib", "memory", "device", "threads",
+                                                  "seed", "preset", "options", "history"));
   EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
   EXPECT_EQ(metrics["parameters"], model.count * 23);
   EXPECT_EQ(metrics["seed"], 3);
   EXPECT_EQ(metrics["device"], "cpu");
+  EXPECT_GT(metrics["work_megapixels"], 0.0);
   EXPECT_GT(metrics["peak_memory_mib"], 1.0);
   EXPECT_THAT(Keys(metrics["memory"]),
               UnorderedElementsAre("predicted_mib", "peak_mib", "budget_mib", "jacobian", "batches"));

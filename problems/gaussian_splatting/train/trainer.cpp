@@ -12,6 +12,7 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
+#include "problems/gaussian_splatting/train/counted_work.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
 #include "problems/gaussian_splatting/train/session.h"
@@ -169,6 +170,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   result.stopped = session.stopped();
   result.model = std::move(model);
   result.history = session.TakeHistory();
+  result.megapixels = CountedMegapixels(session.training_views(), options, result.history);
   result.notes = session.TakeNotes();
   constexpr double kMib = 1 << 20;
   result.memory.device_free_mib = device_free / kMib;
