@@ -135,7 +135,7 @@ TEST(Decisions, CachedEntriesOf16BitsSaturateAtContrastsOf255) {
     EXPECT_LE(test::AdjointGap(u, Jv, JTu, v), 1e-5);
     // The derivative by a logit is alpha (1 - alpha) times the contrast.
     std::vector<float> by_opacity(v.size());
-    by_opacity[static_cast<std::size_t>(kOpacity * scene.count + 1)] = 1;
+    by_opacity[static_cast<std::size_t>(Index{kOpacity} * scene.count + 1)] = 1;
     for (const float value : rendered.ApplyJ(by_opacity)) EXPECT_LE(std::abs(value), 0.7 * 0.24 * 256);
   }
 }

@@ -44,7 +44,7 @@ inline Scene WithoutZeroQuaternions(Scene scene, std::vector<double>& v) {
     const auto q = [&](int k) -> double& { return scene.At(splat::kQuaternion + k, i); };
     if (q(0) != 0 || q(1) != 0 || q(2) != 0 || q(3) != 0) continue;
     q(0) = 1;
-    for (int k = 0; k < 4; ++k) v[static_cast<std::size_t>((splat::kQuaternion + k) * scene.count + i)] = 0;
+    for (int k = 0; k < 4; ++k) v[static_cast<std::size_t>(Index{splat::kQuaternion + k} * scene.count + i)] = 0;
   }
   return scene;
 }
@@ -67,7 +67,7 @@ void CheckExtremeScene(const ExtremeScene& extreme) {
     double square = 0;
     for (int k = 0; k < 4; ++k) square += std::pow(scene.At(splat::kQuaternion + k, i), 2);
     for (int k = 0; k < 4 && square > 0; ++k) {
-      v[static_cast<std::size_t>((splat::kQuaternion + k) * scene.count + i)] *= std::sqrt(square);
+      v[static_cast<std::size_t>(Index{splat::kQuaternion + k} * scene.count + i)] *= std::sqrt(square);
     }
   }
   for (double& value : v) value = static_cast<float>(value);

@@ -74,7 +74,8 @@ void CheckSweep(const Sweep& sweep) {
   const test::Scene& one = std::ranges::find(cases, "One", &ExtremeScene::name)->scene;
   test::Random random(31);
   const std::vector<S> v = random.NormalVector<S>(one.x.size());
-  const std::vector<S> u = random.NormalVector<S>(static_cast<std::size_t>(3 * one.view.width * one.view.height));
+  const std::vector<S> u =
+      random.NormalVector<S>(static_cast<std::size_t>(Index{3} * one.view.width * one.view.height));
   std::vector<S> omega = u;
   for (S& value : omega) value *= value;
   Index seen = 0;

@@ -136,7 +136,7 @@ void CheckInvariance(const Change& change) {
   double largest = 0;
   const auto length = [&](const std::vector<S>& g, int i) {
     double square = 0;
-    for (int k = 0; k < 3; ++k) square += std::pow(g[static_cast<std::size_t>((kMean + k) * scene.count + i)], 2);
+    for (int k = 0; k < 3; ++k) square += std::pow(g[static_cast<std::size_t>(Index{kMean + k} * scene.count + i)], 2);
     return std::sqrt(square);
   };
   for (int i = 0; i < scene.count; ++i) largest = std::max(largest, length(before_JT, i));

@@ -96,7 +96,7 @@ LmSummary SolveAndCheck(RingProblem<typename B::Scalar>& ring, const LmStageOpti
   typename B::Vector x;
   x.CopyFrom(HostSpan<const typename B::Scalar>(ring.x.view()));
   const double before = problem.Cost(x);
-  const LmSummary summary = SolveLm<B>(LmEngineOptions(lm), backend, problem, x);
+  LmSummary summary = SolveLm<B>(LmEngineOptions(lm), backend, problem, x);
   EXPECT_NE(summary.status, LmStatus::kRunning);
   const double after = problem.Cost(x);
   backend.ToHost(x, ring.x.view());
