@@ -77,9 +77,9 @@ void CheckResumable(const gs::Checkpoint& checkpoint, const gs::TrainOptions& be
          checkpoint.run.stage == gs::Stage::kLm ? "in the stage of LM" : "in the middle of a training");
   }
   const int done = checkpoint.run.stage == gs::Stage::kAdam ? checkpoint.iteration() : 0;
-  if (now.adam.iterations < done) {
+  if (now.adam.iterations && *now.adam.iterations < done) {
     Fail("{}: {} iterations of Adam are done; --iterations={} cannot be fewer", checkpoint.path, done,
-         now.adam.iterations);
+         *now.adam.iterations);
   }
 }
 

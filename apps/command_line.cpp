@@ -162,8 +162,7 @@ bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option) {
   if (command.command & (kTrain | kConfig)) return true;
   if (command.command != kRefine) return false;
   // These are the model's, or of the stage that it has behind it.
-  return !option.name.starts_with("adam.") && !option.name.starts_with("density.") &&
-         option.name != "train.sh_degree" && option.name != "train.background";
+  return !option.name.starts_with("density.") && option.name != "train.sh_degree" && option.name != "train.background";
 }
 
 CommandLine ParseCommandLine(const std::vector<std::string>& words) {

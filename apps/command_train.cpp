@@ -141,7 +141,7 @@ struct ExpectedModel {
 
 ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options) {
   const Index least = std::min(scene.points.size(), options.density.max_gaussians);
-  const bool grows = options.density.enabled && options.adam.iterations > 0;
+  const bool grows = options.density.enabled && options.adam.runs();
   // Room for the cap, which most scenes are far from, need not be there: few grow by more.
   constexpr Index kUsualGrowth = 8, kFew = 50000;
   const Index usual = std::max(kUsualGrowth * least, kFew);

@@ -10,7 +10,9 @@ namespace vesta::app {
 namespace {
 
 constexpr schema::Choice<Device> kDevices[] = {{Device::kAuto, "auto"}, {Device::kCpu, "cpu"}, {Device::kCuda, "cuda"}};
-static_assert(schema::EachOnce(kDevices));
+constexpr schema::Choice<gs::RefineMethod> kMethods[] = {
+    {gs::RefineMethod::kViews, "views"}, {gs::RefineMethod::kLm, "lm"}, {gs::RefineMethod::kBoth, "both"}};
+static_assert(schema::EachOnce(kDevices) && schema::EachOnce(kMethods));
 
 std::vector<const char*> PresetNames() {
   std::vector<const char*> names;
@@ -23,7 +25,7 @@ std::vector<const char*> PresetNames() {
 const std::vector<CommandInfo>& Commands() {
   static const std::vector<CommandInfo> commands = {
       {kTrain, "train", {"SCENE"}, "train a splat from photographs with poses", "DIR"},
-      {kRefine, "refine", {"PLY", "SCENE"}, "improve a splat of any trainer's by Levenberg-Marquardt", "DIR"},
+      {kRefine, "refine", {"PLY", "SCENE"}, "improve a splat of any trainer's", "DIR"},
       {kEval, "eval", {"PLY", "SCENE"}, "measure a splat on the training and test views"},
       {kRender, "render", {"PLY", "SCENE"}, "write images of the test views", "DIR"},
       {kConfig, "config", {}, "print the options of a training, for --config"},
@@ -57,6 +59,11 @@ const FlagTable& ProgramFlags() {
           {kOptions,
            {"preset", &O::preset, PresetNames(),
             "where all options start: lengths of ours, or the settings of 3DGS-LM's paper or code"}},
+          {kRefine,
+           {"method", &O::method, kMethods,
+            "by Adam on single views, by Levenberg-Marquardt on all of them, or by one after the other; auto: what "
+            "gains "
+            "more for its time, which is views"}},
       },
       {
           {kTrain,

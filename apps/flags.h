@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/core/schema.h"
+#include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::app {
 
@@ -43,7 +44,8 @@ struct Flags {
   std::string resume;                            // a folder with a checkpoint; empty: none
   std::string checkpoint_every, snapshot_every;  // as ParseInterval reads them; empty: never
   bool truth = false;
-  std::string preset;  // empty: that of the file of --config, or kDefaultPreset
+  std::optional<gs::RefineMethod> method;  // none: the preset's
+  std::string preset;                      // empty: that of the file of --config, or kDefaultPreset
   std::string config;
   std::string set;  // never filled: CommandLine::options has them
   bool fixed_model = false;

@@ -21,7 +21,7 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   const bool goes_on = resumed && flags.preset.empty() && !file;
   if (goes_on) settings.preset = resumed->preset;
   settings.options = goes_on   ? resumed->options
-                     : refines ? gs::RefinePresetOptions(settings.preset)
+                     : refines ? gs::RefinePresetOptions(settings.preset, flags.method)
                                : gs::PresetOptions(settings.preset);
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);

@@ -42,12 +42,12 @@ Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
 
 Method LargeBatchMethod(const gs::TrainOptions& ours, int length, double factor, int views) {
   const gs::TrainOptions options = LargeBatchAdam(ours, length, factor, views);
-  return {fmt::format("adam {} x{:g} of {} views", options.adam.iterations, options.adam.rate_factor, views),
+  return {fmt::format("adam {} x{:g} of {} views", *options.adam.iterations, options.adam.rate_factor, views),
           MethodKind::kLargeBatchAdam, options};
 }
 
 Method CoarseMethod(const gs::TrainOptions& ours, double factor) {
-  Method method = AdamMethod(ours, ours.adam.iterations, factor);
+  Method method = AdamMethod(ours, *ours.adam.iterations, factor);
   method.name += ", coarse at first";
   method.kind = MethodKind::kCoarseAdam;
   method.options.adam.coarse_part = ours.adam.coarse_part;
@@ -70,7 +70,7 @@ Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {
 }  // namespace
 
 std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views) {
-  const int shortest = std::max(ours.adam.iterations, kEpochs * training_views);
+  const int shortest = std::max(*ours.adam.iterations, kEpochs * training_views);
   const std::vector<int> lengths = Counts(arguments, "lengths", {shortest, 2 * shortest, 4 * shortest});
   const std::vector<double> factors = RateFactors(arguments, ours.adam.rate_factor);
   std::vector<Method> methods;
@@ -88,7 +88,7 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
           has_ours = has_ours || (length == ours.adam.iterations && factor == ours.adam.rate_factor);
         }
       }
-      if (!has_ours) methods.push_back(AdamMethod(ours, ours.adam.iterations, ours.adam.rate_factor));
+      if (!has_ours) methods.push_back(AdamMethod(ours, *ours.adam.iterations, ours.adam.rate_factor));
     } else if (group == "adam_batch") {
       for (const int views : Counts(arguments, "views_per_iteration", {4, 16})) {
         methods.push_back(LargeBatchMethod(ours, lengths[lengths.size() / 2], factors[factors.size() / 2], views));

@@ -11,6 +11,7 @@
 #include "bench/training_race/curve.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
 
 namespace vesta::bench {
 namespace {
@@ -44,6 +45,9 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   setup.scene_name = NameOf(path);
   if (setup.options.downscale > 1) setup.scene_name += fmt::format("/{}", setup.options.downscale);
   setup.scene = gs::LoadScene(path, app::SceneOptions(setup.options));
+  setup.options = gs::FitToScene(setup.options, gs::NumTrainingViews(setup.scene));
+  // These races are about LM.
+  if (setup.options.lm.iterations == 0) setup.options.lm.iterations = gs::LmStageOptions().iterations;
   return setup;
 }
 

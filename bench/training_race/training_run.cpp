@@ -42,7 +42,9 @@ void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
   callbacks.progress = [&](const gs::TrainProgress& progress) { seconds = progress.seconds; };
   callbacks.stop = [&] { return job.training_seconds > 0 && seconds >= job.training_seconds; };
   if (job.start) {
-    gs::Refine(scene, *job.start, job.options, job.seconds_before, callbacks);
+    gs::TrainOptions lm_alone = job.options;
+    lm_alone.adam.iterations = 0;
+    gs::Refine(scene, *job.start, lm_alone, job.seconds_before, callbacks);
   } else {
     gs::Train(scene, job.options, job.seconds_before, callbacks);
   }

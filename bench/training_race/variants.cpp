@@ -76,7 +76,7 @@ constexpr Row kLmRows[] = {
     {"floor of L1", "0.003", "lm.l1_floor=0.003"},
     {"floor of L1", "0.03", "lm.l1_floor=0.03"},
 
-    {"preset", "fast", "lm=fast"},
+    {"preset", "fast", "lm=fast lm.iterations=8"},
     {"preset", "paper", "lm=paper"},
     {"preset", "paper_code", "lm=paper_code"},
 };
@@ -98,7 +98,7 @@ std::vector<Variant> Variants(const gs::TrainOptions& reference, double budget) 
   for (const Row& row : kLmRows) variants.push_back({row.knob, row.name, Changed(reference, row.changes), false});
   for (const Row& row : kWholeRows) variants.push_back({row.knob, row.name, Changed(reference, row.changes), true});
   // As many views as the time of both stages allows, whatever the batch.
-  const int whole = std::max(1, static_cast<int>((1 + budget) * reference.adam.iterations));
+  const int whole = std::max(1, static_cast<int>((1 + budget) * *reference.adam.iterations));
   for (const int views : {1, 4, 16}) {
     variants.push_back({"no LM", views == 1 ? "Adam alone" : fmt::format("Adam alone, {} views an iteration", views),
                         LargeBatchAdam(reference, whole, reference.adam.rate_factor, views), true});

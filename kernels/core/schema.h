@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -158,13 +159,27 @@ class Field : public FieldInfo {
     range = within;
     may_be_auto = kIsOptional<V>;
   }
-  // One of an enum's values.
-  template <class C, class E, std::size_t N>
-  Field(const char* called, E C::*member, const Choice<E> (&among)[N], const char* what_for,
-        const char* own_flag = nullptr)
+  // One of an enum's values, "auto" too for a std::optional.
+  template <class C, class V, class E, std::size_t N>
+  requires std::same_as<V, E> || std::same_as<V, std::optional<E>> Field(const char* called, V C::*member,
+                                                                         const Choice<E> (&among)[N],
+                                                                         const char* what_for,
+                                                                         const char* own_flag = nullptr)
       : FieldInfo{.name = called, .kind = Kind::kChoice, .help = what_for, .flag = own_flag},
-        print_([member, values = std::span(among)](const O& o) { return NameOf(o.*member, values); }),
+        print_([member, values = std::span(among)](const O& o) -> std::string {
+          if constexpr (kIsOptional<V>) {
+            return o.*member ? NameOf(*(o.*member), values) : "auto";
+          } else {
+            return NameOf(o.*member, values);
+          }
+        }),
         parse_([member, values = std::span(among)](const std::string& text, O& o) {
+          if constexpr (kIsOptional<V>) {
+            if (text == "auto") {
+              (o.*member).reset();
+              return true;
+            }
+          }
           for (const Choice<E>& choice : values) {
             if (text != choice.name) continue;
             o.*member = choice.value;
@@ -173,6 +188,7 @@ class Field : public FieldInfo {
           return false;
         }) {
     for (const Choice<E>& choice : among) choices.push_back(choice.name);
+    may_be_auto = kIsOptional<V>;
   }
   // Yes or no.
   template <class C>

@@ -103,13 +103,13 @@ TEST_F(ConfigFiles, FlagsWinOverTheFileAndTheFileOverThePreset) {
       R"({"preset": "fast", "options": {"lm": {"iterations": 7, "view_agreement": 0.5, "ssim": "root_center"}}})");
   const json config = json::parse(Config({"--set", "lm.view_agreement=1", file, "--set=lm.view_agreement=2"}));
   EXPECT_EQ(config["preset"], "fast");
-  EXPECT_EQ(OptionIn(config, "adam.iterations"), gs::PresetOptions("fast").adam.iterations);
+  EXPECT_EQ(OptionIn(config, "adam.length"), gs::PresetOptions("fast").adam.length);
   EXPECT_EQ(OptionIn(config, "lm.iterations"), 7);
   EXPECT_EQ(OptionIn(config, "lm.ssim"), "root_center");
   EXPECT_EQ(OptionIn(config, "lm.view_agreement"), 2);
   const json of_best = json::parse(Config({file, "--preset=best", "--lm_iterations=3"}));
   EXPECT_EQ(of_best["preset"], "best");
-  EXPECT_EQ(OptionIn(of_best, "adam.iterations"), gs::PresetOptions("best").adam.iterations);
+  EXPECT_EQ(OptionIn(of_best, "adam.length"), gs::PresetOptions("best").adam.length);
   EXPECT_EQ(OptionIn(of_best, "lm.iterations"), 3);
 }
 

@@ -4,8 +4,7 @@ namespace vesta::gs {
 namespace {
 
 constexpr schema::Choice<AdamMetric> kMetrics[] = {{AdamMetric::kBlock, "block"}, {AdamMetric::kDiagonal, "diagonal"}};
-constexpr schema::Choice<SwitchToLm> kSwitches[] = {{SwitchToLm::kFixed, "fixed"}, {SwitchToLm::kAuto, "auto"}};
-static_assert(schema::EachOnce(kMetrics) && schema::EachOnce(kSwitches));
+static_assert(schema::EachOnce(kMetrics));
 
 }  // namespace
 
@@ -13,9 +12,12 @@ const schema::Table<AdamOptions>& AdamFields() {
   using O = AdamOptions;
   constexpr schema::Range kPart{0, 1};
   static const schema::Table<O> fields = {
-      {"iterations", &O::iterations, {0, 1e7}, "iterations of Adam", "iterations"},
-      {"switch_to_lm", &O::switch_to_lm, kSwitches,
-       "LM takes over after these, or sooner where it gains more for its work"},
+      {"iterations",
+       &O::iterations,
+       {0, 1e7},
+       "iterations of Adam; auto: by the number of training views",
+       "iterations"},
+      {"length", &O::length, {1e-6, 1e6}, "factor on the iterations of auto"},
       {"views_per_iteration", &O::views_per_iteration, {1, 1e6}, "views whose mean gradient makes one iteration"},
       {"metric", &O::metric, kMetrics, "what scales the steps: all of a Gaussian's geometry, or each parameter alone"},
       {"rate_factor", &O::rate_factor, {1e-6, 1e6}, "factor on the learning rates"},

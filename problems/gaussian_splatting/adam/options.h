@@ -1,6 +1,8 @@
 // Options of the Adam stage.
 #pragma once
 
+#include <optional>
+
 #include "kernels/core/schema.h"
 
 namespace vesta::gs {
@@ -11,15 +13,12 @@ enum class AdamMetric {
   // (block_adam_formula.h), for which 187 numbers more are kept of each Gaussian.
   kBlock,
 };
-// When LM takes over: after the iterations of Adam that were asked for, or sooner where it gains more for its work
-// (stage_switch.h).
-enum class SwitchToLm { kFixed, kAuto };
 
 struct AdamOptions {
-  int iterations = 4000;
+  std::optional<int> iterations = {};  // none: what the scene requires (FitToScene), times length
+  double length = 1;
   // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
-  SwitchToLm switch_to_lm = SwitchToLm::kFixed;
   // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
   // together their eigenbasis (block_adam_formula.h).
   AdamMetric metric = AdamMetric::kBlock;
@@ -33,15 +32,17 @@ struct AdamOptions {
   double cooldown = 0;
   double cooldown_to = 0.03;
   // In the last part of the stage, this long, it shows and leaves the weighted mean of its parameters since the last
-  // densification (parameter_mean.h); 0: the last ones. Counted from the end that was asked for: where LM takes
-  // over before this part there is no mean.
+  // densification (parameter_mean.h); 0: the last ones.
   double average_part = 0.5;
   // The first part of the stage, this long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;
   // One more band of spherical harmonics after each of these parts of the run.
   double sh_band_every = 0.08;
-  // Rows of the history, evenly spaced (more where the iterations do not divide).
+  // Rows of the history, evenly spaced.
   int evaluations = 20;
+
+  // Whether there is an Adam stage.
+  bool runs() const { return iterations != 0; }
 };
 
 const schema::Table<AdamOptions>& AdamFields();

@@ -8,6 +8,7 @@
 
 #include "kernels/core/random.h"
 #include "problems/gaussian_splatting/adam/options.h"
+#include "problems/gaussian_splatting/model/stage_span.h"
 
 namespace vesta::gs {
 
@@ -46,24 +47,23 @@ class ViewOrder {
   std::uint64_t seed_, drawn_ = 0, epoch_ = kNone;  // epoch_: that of order_
 };
 
-// Whether iteration `it` sees the views at half their size.
-inline bool IsCoarseAt(const AdamOptions& adam, int it) { return it <= adam.coarse_part * adam.iterations; }
+// Whether it sees the views at half their size.
+inline bool IsCoarse(const AdamOptions& adam, const StageSpan& span) { return span.IsWithin(adam.coarse_part); }
 
-// What all rates are multiplied by at iteration `it` of a stage that ends after `end`, where it was asked for more.
-inline double RateFactor(const AdamOptions& adam, int it, int end) {
-  const double part = (it - 1.0) / adam.iterations, cooled = (it - 1.0) / end - (1 - adam.cooldown);
+// What all rates are multiplied by.
+inline double RateFactor(const AdamOptions& adam, const StageSpan& span) {
+  const double cooled = span.before - (1 - adam.cooldown);
   const double cooldown = cooled > 0 ? std::pow(adam.cooldown_to, cooled / adam.cooldown) : 1;
-  return adam.rate_factor * std::pow(adam.rate_decay, part) * cooldown;
+  return adam.rate_factor * std::pow(adam.rate_decay, span.before) * cooldown;
 }
 
 // Whether the parameters after iteration `it` count in their mean. Neighbours are alike: every fifth, and the last.
-inline bool AveragesAt(const AdamOptions& adam, int it, int end) {
-  return it > (1 - adam.average_part) * adam.iterations && (it % 5 == 0 || it == end);
+inline bool Averages(const AdamOptions& adam, const StageSpan& span, int it) {
+  return !span.IsWithin(1 - adam.average_part) && (it % 5 == 0 || span.is_last());
 }
 
-inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, int it) {
-  if (adam.sh_band_every <= 0) return sh_degree;
-  return std::min(sh_degree, static_cast<int>((it - 1) / (adam.sh_band_every * adam.iterations)));
+inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, const StageSpan& span) {
+  return adam.sh_band_every > 0 ? std::min(sh_degree, span.PartsBefore(adam.sh_band_every)) : sh_degree;
 }
 
 }  // namespace vesta::gs

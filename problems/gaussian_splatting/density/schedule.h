@@ -1,20 +1,21 @@
-// When density control does what, in the iterations of the Adam stage. The same on every device.
+// When density control does what in the course of the Adam stage. The same on every device.
 #pragma once
 
-#include <algorithm>
-
 #include "problems/gaussian_splatting/density/options.h"
+#include "problems/gaussian_splatting/model/stage_span.h"
 
 namespace vesta::gs {
 
-// Clone, split and prune happen at iteration `it` of `n`.
-inline bool DensifiesAt(const DensityOptions& density, int it, int n) {
-  const int interval = std::max(1, static_cast<int>(density.every * n));
-  return density.enabled && it % interval == 0 && it >= density.begin * n && it <= density.end * n;
+// Whether the pulls of the iteration's views are of use.
+inline bool Observes(const DensityOptions& density, const StageSpan& span) {
+  return density.enabled && span.IsWithin(density.end);
 }
-inline bool ResetsOpacityAt(const DensityOptions& density, int it, int n) {
-  const int every = static_cast<int>(density.opacity_reset_every * n);
-  return every > 0 && it % every == 0;
+// Whether clone, split and prune follow it.
+inline bool Densifies(const DensityOptions& density, const StageSpan& span) {
+  return Observes(density, span) && span.Reaches(density.every) && span.HasReached(density.begin);
+}
+inline bool ResetsOpacity(const DensityOptions& density, const StageSpan& span) {
+  return span.Reaches(density.opacity_reset_every);
 }
 
 }  // namespace vesta::gs

@@ -74,13 +74,13 @@ LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const Stage
 }
 
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
-  const bool density = options.density.enabled && options.adam.iterations > 0;
+  const bool density = options.density.enabled && options.adam.runs();
   const Index most = density ? std::max(options.density.max_gaussians, scene.gaussians) : scene.gaussians;
   const auto bytes_of = [&](Index gaussians) {
     const MemoryScene scaled = scene.Scaled(gaussians);
     LmStageOptions lm = options.lm;
     lm.jacobian = JacobianKind::kRebuild;
-    const double adam = options.adam.iterations > 0 ? memory.adam_bytes(scaled, options) : 0;
+    const double adam = options.adam.runs() ? memory.adam_bytes(scaled, options) : 0;
     return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, true) : 0.0);
   };
   if (bytes_of(scene.gaussians) > memory.bytes) {
@@ -95,19 +95,19 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
 }
 
 double PredictedMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes) {
-  const double adam = options.adam.iterations > 0 ? AdamBytes(scene, options) : 0;
+  const double adam = options.adam.runs() ? AdamBytes(scene, options) : 0;
   return options.memory.before_mib + StageMib(adam, lm_bytes, ModelBytes(scene));
 }
 
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options) {
   // Parameters, moments and bases of before Gaussians become more, in case the GPU has no room for the new ones.
-  const bool grows = options.adam.iterations > 0 && options.density.enabled;
+  const bool grows = options.adam.runs() && options.density.enabled;
   const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
   return options.memory.before_mib + (ModelBytes(scene) + copies) / kMib;
 }
 
 double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes, double kept_bytes) {
-  const double adam = options.adam.iterations > 0 ? DeviceAdamBytes(scene, options) + kept_bytes : 0;
+  const double adam = options.adam.runs() ? DeviceAdamBytes(scene, options) + kept_bytes : 0;
   return StageMib(adam, lm_bytes, 0);
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,7 +23,7 @@
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/kept_state.h"
 #include "problems/gaussian_splatting/train/session.h"
-#include "problems/gaussian_splatting/train/stage_switch.h"
+#include "problems/gaussian_splatting/train/stage_pace.h"
 #include "problems/gaussian_splatting/train/trained_model.h"
 
 namespace vesta::gs {
@@ -32,14 +33,14 @@ template <class B>
 struct AdamStageState {
   TrainedModel<B> model;
   ViewOrder order;
-  StageSwitch stage_switch;
-  int iteration = 0;  // done
+  int iteration = 0;     // done
+  StageSpan span{0, 0};  // of that one
   double mean_cost = 0;
   bool averages = true;  // false once the mean of the parameters has found no room
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(model, order, stage_switch, iteration, mean_cost, averages);
+    archive(model, order, iteration, span.before, span.after, mean_cost, averages);
   }
 };
 
@@ -86,7 +87,7 @@ class AdamStage {
   void Run() {
     if (!state_) Begin();
     if (targets_.empty()) targets_.Show(session_.training_views(), near_);
-    while (state_->iteration < state_->stage_switch.end() && !session_.stopped()) Iterate();
+    while (!state_->span.is_last() && !session_.stopped()) Iterate();
     if (!finished_) Finish();
   }
 
@@ -100,7 +101,7 @@ class AdamStage {
     if constexpr (!kOnHost) before_growth_.MoveTo(*state_);
     state_->model.StayAsMany();
     // What that iteration did besides.
-    if (ResetsOpacityAt(options_.density, state_->iteration, options_.adam.iterations)) state_->model.ResetOpacity();
+    if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
     return true;
   }
   // Leaves the model after the last iteration, recorded.
@@ -132,7 +133,7 @@ class AdamStage {
     return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric),
                             DensityControl<typename B::Space>(options.density, scene.extent, options.seed),
                             UnitViews(views, NearPlane(scene)), scene.extent),
-            ViewOrder(views.size(), options.seed), StageSwitch(options, static_cast<Index>(views.size()))};
+            ViewOrder(views.size(), options.seed)};
   }
   void Begin() {
     state_.emplace(StartState(session_, result_));
@@ -144,10 +145,29 @@ class AdamStage {
     reader(*state_);
   }
 
-  int ActiveDegreeAt(int it) const { return ActiveShDegree(options_.adam, state_->model.sh_degree(), it); }
+  int ActiveDegree(const StageSpan& span) const {
+    return ActiveShDegree(options_.adam, state_->model.sh_degree(), span);
+  }
+
+  // The iteration to come.
+  StageSpan NextSpan() const {
+    const int n = *options_.adam.iterations, done = state_->iteration;
+    const double before = state_->span.after, planned = 1.0 * done / n;
+    const double left = n - done, in_time = IterationsInTime();
+    const bool is_on_plan = before == planned && left <= in_time;
+    if (is_on_plan || options_.time_limit <= 0) return {planned, (done + 1.0) / n};
+    return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
+  }
+  // How many more the time limit allows.
+  double IterationsInTime() const {
+    constexpr double kAny = 1e300;
+    const double seconds = session_.SecondsForAdam(SecondsPerPixel());
+    if (!pace_.is_known() || seconds >= kAny) return kAny;
+    return pace_.IterationsLeft(seconds, state_->span.after, lacks_halves_ ? 0 : options_.adam.coarse_part);
+  }
 
   void Record() {
-    const int degree = ActiveDegreeAt(state_->iteration);
+    const int degree = ActiveDegree(state_->span);
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
     const auto evaluate = [&] {
@@ -166,9 +186,9 @@ class AdamStage {
     }
   }
 
-  // What iteration `it` trains on.
-  const StageTargets<B>& TargetsAt(int it) {
-    const bool is_coarse = IsCoarseAt(options_.adam, it);
+  // What the iteration trains on.
+  const StageTargets<B>& TargetsOf(const StageSpan& span) {
+    const bool is_coarse = IsCoarse(options_.adam, span);
     if (!is_coarse) coarse_targets_.Clear();
     if (is_coarse && coarse_targets_.empty() && !lacks_halves_) {
       std::vector<View> views = CoarseViews(session_.training_views());
@@ -205,6 +225,7 @@ class AdamStage {
   }
   // By the latest iteration; the first takes longer than any other and does not count.
   void MeasurePace(double seconds) {
+    pace_.Observe(!coarse_targets_.empty(), seconds);
     if (!std::exchange(is_warm_, true)) return;
     worked_seconds_ += seconds, worked_pixels_ += pixels_;
   }
@@ -212,25 +233,25 @@ class AdamStage {
   double SecondsPerPixel() const { return worked_pixels_ > 0 ? worked_seconds_ / worked_pixels_ : 0; }
 
   void Iterate() {
-    const int n = options_.adam.iterations, it = state_->iteration + 1;
-    StageSwitch& stage_switch = state_->stage_switch;
-    const int degree = ActiveDegreeAt(it), attributes = splat::NumAttributes(degree);
-    const bool observes = options_.density.enabled && it <= options_.density.end * n;
+    const int it = state_->iteration + 1;
+    const StageSpan span = NextSpan();
+    const int degree = ActiveDegree(span), attributes = splat::NumAttributes(degree);
+    const bool observes = Observes(options_.density, span);
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
-    const StageTargets<B>& targets = TargetsAt(it);
+    const StageTargets<B>& targets = TargetsOf(span);
     const double begin = session_.Seconds();
     const double cost =
         AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), observes);
-    state_->model.Step(attributes, RateFactor(options_.adam, it, stage_switch.end()));
-    stage_switch.Observe(it, cost);
-    state_->iteration = it;
+    session_.CountPixels(pixels_);
+    state_->model.Step(attributes, RateFactor(options_.adam, span));
+    state_->iteration = it, state_->span = span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     ForgetGrowthThatHolds();
-    if (state_->averages && AveragesAt(options_.adam, it, stage_switch.end())) Average();
+    if (state_->averages && Averages(options_.adam, span, it)) Average();
     MeasurePace(session_.Seconds() - begin);
     const double ahead = session_.EvaluationAhead(SecondsPerPixel());
-    const bool is_end = it == stage_switch.end(), is_last = is_end || session_.ShouldStop(ahead);
-    const bool is_due = it % std::max(1, n / options_.adam.evaluations) == 0;
+    const bool is_end = span.is_last(), is_last = is_end || session_.ShouldStop(ahead);
+    const bool is_due = span.Reaches(1.0 / options_.adam.evaluations);
     if (is_last || (is_due && session_.HasTimeToRecord(ahead))) Record();
     session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); });
     if (is_last && !is_end) {
@@ -239,8 +260,8 @@ class AdamStage {
     }
     // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
     // stopped it is done for the sake of the state that is saved, and at the end not at all.
-    if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it, n);
-    session_.Report({Stage::kAdam, it, stage_switch.end(), session_.Seconds(), state_->mean_cost,
+    if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
+    session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_end) {
       session_.SaveWhereDue(Stage::kAdam, it, [&](ArchiveWriter& archive) { archive(*state_); });
@@ -248,14 +269,22 @@ class AdamStage {
     if (is_end) Finish();
   }
 
-  void ChangeGaussians(int it, int n) {
-    if (DensifiesAt(options_.density, it, n)) {
+  // In all, as far as is known.
+  int ExpectedIterations() const {
+    const double left = state_->span.is_last()
+                            ? 0
+                            : std::min<double>(*options_.adam.iterations - state_->iteration, IterationsInTime());
+    return state_->iteration + static_cast<int>(std::ceil(left));
+  }
+
+  void ChangeGaussians(int it) {
+    if (Densifies(options_.density, state_->span)) {
       passes_.emplace();  // the new bases need room while the old ones are there
       state_->model.Densify(it, [&] {
         if constexpr (!kOnHost) KeepStateBeforeGrowth();
       });
     }
-    if (ResetsOpacityAt(options_.density, it, n)) state_->model.ResetOpacity();
+    if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
   }
 
   // The mean is an improvement; for want of its room training does not end.
@@ -301,6 +330,7 @@ class AdamStage {
   std::optional<Passes> passes_{std::in_place};
   KeptState before_growth_;  // of AdamStageState
   int growth_at_ = 0, recorded_ = 0;
+  StagePace pace_;
   double pixels_ = 0;  // of the latest iteration's views
   double worked_seconds_ = 0, worked_pixels_ = 0;
   bool is_warm_ = false;

@@ -75,7 +75,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       return report;
     } catch (const OutOfDeviceMemory& error) {
       if (rebuilds) {
-        if (done == 0 && session.options().adam.iterations == 0) throw;
+        if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
         return "";
       }

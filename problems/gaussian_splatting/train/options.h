@@ -36,8 +36,10 @@ struct Preset {
 const std::vector<Preset>& Presets();
 // Throws Error where there is no preset of that name.
 TrainOptions PresetOptions(const std::string& name);
-// The same for refining what others trained, which LM alone has to improve: it gets at least 12 iterations, and goes on
-// while there is anything to gain.
-TrainOptions RefinePresetOptions(const std::string& name);
+// What improves a splat that others trained.
+enum class RefineMethod { kViews, kLm, kBoth };  // Adam by single views, LM on all of them, or one after the other
+// The same for refining: no growth, and all at full size. LM goes on while there is anything to gain, for 12 iterations
+// at most. Without a method by what gains most for its work: by views, but the presets of the paper by LM.
+TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
 
 }  // namespace vesta::gs

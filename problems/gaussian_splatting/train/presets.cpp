@@ -8,12 +8,16 @@
 namespace vesta::gs {
 namespace {
 
-TrainOptions Balanced() { return {}; }
+// Single views gain more for their work than LM wherever that was measured (docs/results/2026-11-24-length.md).
+TrainOptions Balanced() {
+  TrainOptions options;
+  options.lm.iterations = 0;
+  return options;
+}
 
 TrainOptions Fast() {
-  TrainOptions options;
-  options.adam.iterations = 1000;
-  options.lm.iterations = 4;
+  TrainOptions options = Balanced();
+  options.adam.length = 0.25;
   options.lm.view_agreement = 0;  // after so short an Adam stage the views still agree on most of the gradient
   // With the whole gradient, blocks of the harmonics pay (docs/results/2026-11-23-harmonics-blocks.md).
   options.lm.preconditioner = LmPreconditioner::kBlockSh;
@@ -22,10 +26,9 @@ TrainOptions Fast() {
 }
 
 TrainOptions Best() {
-  TrainOptions options;
-  options.adam.iterations = 6000;
+  TrainOptions options = Balanced();
+  options.adam.length = 2;
   options.density.gradient_threshold = 5e-4;
-  options.lm.iterations = 40;
   options.lm.min_gain = 0.001;
   return options;
 }
@@ -108,10 +111,18 @@ TrainOptions PresetOptions(const std::string& name) {
   Fail("--preset={}: it must be one of {}", name, names);
 }
 
-TrainOptions RefinePresetOptions(const std::string& name) {
+TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
   TrainOptions options = PresetOptions(name);
-  if (name == "paper" || name == "paper_code") return options;
-  options.lm.iterations = std::max(options.lm.iterations, 12);
+  options.density.enabled = false;
+  const bool is_paper = name == "paper" || name == "paper_code";
+  const RefineMethod by = method.value_or(is_paper ? RefineMethod::kLm : RefineMethod::kViews);
+  AdamOptions& adam = options.adam;
+  // All of the model is there already: nothing is coarse, no harmonics wait for their turn.
+  adam.coarse_part = adam.sh_band_every = 0;
+  adam.length *= 0.375;
+  if (by == RefineMethod::kLm) adam.iterations = 0;
+  if (is_paper) return options;
+  options.lm.iterations = by == RefineMethod::kViews ? 0 : 12;
   options.lm.min_gain = 0.001;
   options.lm.preconditioner = LmPreconditioner::kBlockSh;
   return options;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <limits>
 #include <utility>
 
 #include "kernels/core/check.h"
@@ -36,6 +37,7 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
                .scene = FingerprintOf(scene_),
                .seconds = clock_.Seconds(),
                .eval_seconds = clock_.Paused(),
+               .megapixels = megapixels_,
                .history = history_,
                .notes = notes_};
   NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
@@ -46,6 +48,14 @@ void TrainingSession::SnapshotWhereDue(Stage stage, int iteration,
   if (!callbacks_.snapshot) return;
   if (!snapshot_timer_.IsDue(callbacks_.snapshot_every, stage, iteration, clock_.Seconds())) return;
   NoteError("no snapshot", [&] { callbacks_.snapshot(stage, iteration, on_host()); });
+}
+
+double TrainingSession::SecondsForAdam(double seconds_per_pixel) const {
+  if (options_.time_limit <= 0) return std::numeric_limits<double>::infinity();
+  // Of the limit: what LM gets where it is asked for, and what files take to be written.
+  constexpr double kPartOfLm = 0.25, kPartToWrite = 0.01;
+  const double kept = kPartToWrite + (options_.lm.iterations > 0 ? kPartOfLm : 0);
+  return (1 - kept) * options_.time_limit - clock_.Total() - EvaluationAhead(seconds_per_pixel);
 }
 
 double TrainingSession::EvaluationAhead(double seconds_per_pixel) const {
@@ -66,6 +76,7 @@ void TrainingSession::Resume(const Checkpoint& checkpoint) {
     Fail("{}: of other photographs or cameras than this scene's; give the scene that it was trained on",
          checkpoint.path);
   }
+  megapixels_ = checkpoint.run.megapixels;
   history_ = checkpoint.run.history;
   notes_ = checkpoint.run.notes;
   saved_stage_ = checkpoint.stage_state;

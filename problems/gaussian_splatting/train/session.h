@@ -97,6 +97,9 @@ class TrainingSession {
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
     Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
+  // Pixels of views that a stage has gone through: work that is counted, the same however busy the machine.
+  void CountPixels(double pixels) { megapixels_ += 1e-6 * pixels; }
+  double megapixels() const { return megapixels_; }
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);
   }
@@ -126,11 +129,13 @@ class TrainingSession {
   // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views are trained
   // on; 0: not known.
   double EvaluationAhead(double seconds_per_pixel) const;
-  // Whether there is time for a row of the history that is not the last: under a time limit a quarter of the time may
-  // go into such.
+  // Whether there is time for a row of the history that is not the last: under a time limit a twentieth of the time
+  // may go into such.
   bool HasTimeToRecord(double ahead) const {
-    return options_.time_limit <= 0 || clock_.Paused() + ahead <= 0.25 * (clock_.Total() + ahead);
+    return options_.time_limit <= 0 || clock_.Paused() + ahead <= 0.05 * (clock_.Total() + ahead);
   }
+  // Seconds that are left for the Adam stage, where time is limited; else more than any.
+  double SecondsForAdam(double seconds_per_pixel) const;
   // True when the caller or the time limit asks to stop; stays true. ahead: seconds that are still to be spent, on what
   // cannot be broken off.
   bool ShouldStop(double ahead = 0) {
@@ -167,6 +172,7 @@ class TrainingSession {
   std::optional<std::string> saved_stage_;
   double latest_evaluation_ = 0;  // seconds; 0: none yet
   bool stopped_ = false;
+  double megapixels_ = 0;
   double spare_device_bytes_ = 0, kept_on_device_ = 0;
 };
 

@@ -10,7 +10,7 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
-#include "problems/gaussian_splatting/train/counted_work.h"
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
 #include "problems/gaussian_splatting/train/session.h"
 
@@ -93,7 +93,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
     }
   } catch (const Error& error) {
     // What Adam has made is not lost for want of memory.
-    if (options.adam.iterations == 0) throw;
+    if (!options.adam.runs()) throw;
     result.lm_left_out = error.what();
     options.lm.iterations = 0;
   }
@@ -113,16 +113,15 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   }
 }
 
-TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool with_adam,
+TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool is_given,
                       double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
   ValidateOptions(asked);
   CheckViews(scene);
-  TrainOptions options = asked;
+  TrainOptions options = FitToScene(asked, NumTrainingViews(scene));
   TrainingSession session(scene, options, seconds_before, callbacks);
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();
-  if (!with_adam) options.adam.iterations = 0;
   if (session.first_stage() == Stage::kLm && session.saved_stage()) model = ModelOfLmStage(*session.saved_stage());
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   if (options.memory.budget_gib > 0 || stages.device_memory) {
@@ -132,14 +131,16 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
     if (stages.device_memory) {
       session.SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
     }
-    const bool grows = options.density.enabled && options.adam.iterations > 0;
+    const bool grows = options.density.enabled && options.adam.runs();
     if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
       session.Note(fmt::format("at most {} Gaussians: the GPU has no room for more", fit));
     }
     options.density.max_gaussians = fit;
   }
   SetOrigins(scene, options, model);
-  if (options.adam.iterations > 0 && session.first_stage() == Stage::kAdam) {
+  // What it was shows what is gained. LM records where it starts itself.
+  if (is_given && options.adam.runs()) session.Record(Stage::kLm, 0, ToKernelModel(model));
+  if (options.adam.runs() && session.first_stage() == Stage::kAdam) {
     stages.adam(session, model);
     SaveBeforeLm(session, callbacks, model, options, result);
   }
@@ -152,7 +153,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   result.stopped = session.stopped();
   result.model = std::move(model);
   result.history = session.TakeHistory();
-  result.megapixels = CountedMegapixels(session.training_views(), options, result.history);
+  result.megapixels = session.megapixels();
   result.notes = session.TakeNotes();
   constexpr double kMib = 1 << 20;
   result.memory.device_free_mib = device_free / kMib;
@@ -168,20 +169,21 @@ StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunL
 
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {
-  const auto training_views = std::ranges::count_if(scene.views, [](const View& view) { return !view.is_test; });
-  const int sh_degree = options.sh_degree.value_or(DefaultShDegree(static_cast<Index>(training_views)));
-  SplatModel model = InitializeFromPoints(scene.points, scene.extent, sh_degree, options.density.max_gaussians);
+  const TrainOptions fitted = FitToScene(options, NumTrainingViews(scene));
+  SplatModel model = InitializeFromPoints(scene.points, scene.extent, *fitted.sh_degree, fitted.density.max_gaussians);
   const std::vector<Index> order = SpatialOrder(model);
   model = InOrder(std::move(model), order);
-  return RunStages(scene, std::move(model), options, true, seconds_before, callbacks, stages);
+  return RunStages(scene, std::move(model), fitted, false, seconds_before, callbacks, stages);
 }
 
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
                    const TrainCallbacks& callbacks, const StageRunners& stages) {
   const std::vector<Index> order = SpatialOrder(model);
+  TrainOptions without_growth = options;
+  without_growth.density.enabled = false;
   TrainResult result =
-      RunStages(scene, InOrder(std::move(model), order), options, false, seconds_before, callbacks, stages);
-  // LM leaves the Gaussians where they are: theirs is the order they came in.
+      RunStages(scene, InOrder(std::move(model), order), without_growth, true, seconds_before, callbacks, stages);
+  // Neither stage moves a Gaussian elsewhere among the others: theirs is the order they came in.
   std::vector<Index> back(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);
   result.model = InOrder(std::move(result.model), back);

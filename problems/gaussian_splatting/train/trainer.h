@@ -86,7 +86,7 @@ struct TrainResult {
   SplatModel model;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
-  double megapixels = 0;                                      // CountedMegapixels
+  double megapixels = 0;                                      // TrainingSession::megapixels
   bool stopped = false;                                       // by the callback or the time limit
   std::string lm_report;                                      // the engine's full report, empty without LM
   std::string lm_left_out;                                    // why LM did not run though asked for; else empty
@@ -98,7 +98,7 @@ struct TrainResult {
 // Error where the checkpoint is of another scene.
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
-// LM only, from `model`; its SH degree is kept.
+// From `model`, whose count, order and SH degree are kept; stages as the options have them.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 

@@ -63,7 +63,10 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   EXPECT_TRUE(last == iterates[kIterations]);
 
   options.adam.average_part = 0.3;
-  std::erase_if(iterates, [&](const auto& row) { return !AveragesAt(options.adam, row.first, kIterations); });
+  std::erase_if(iterates, [&](const auto& row) {
+    const double it = row.first;
+    return !Averages(options.adam, {(it - 1) / kIterations, it / kIterations}, row.first);
+  });
   ASSERT_EQ(iterates.size(), 4u);
   std::vector<double> expected(last.size(), 0);
   int t = 0;

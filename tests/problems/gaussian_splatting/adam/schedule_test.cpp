@@ -2,45 +2,87 @@
 
 #include <gtest/gtest.h>
 
+#include "problems/gaussian_splatting/density/schedule.h"
+
 namespace vesta::gs {
 namespace {
 
+// Iteration `it` of n.
+StageSpan Span(int it, int n = 100) { return {(it - 1.0) / n, 1.0 * it / n}; }
+
 TEST(AdamSchedule, RatesDecayGeometrically) {
-  const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 0.25, .cooldown = 0};
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 1, 100), 5);
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 51, 100), 2.5);
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 101, 100), 1.25);
+  const AdamOptions adam{.rate_factor = 5, .rate_decay = 0.25, .cooldown = 0};
+  EXPECT_DOUBLE_EQ(RateFactor(adam, Span(1)), 5);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, Span(51)), 2.5);
+  EXPECT_DOUBLE_EQ(RateFactor(adam, Span(101)), 1.25);
 }
 
 TEST(AdamSchedule, CooldownIsTheLastPart) {
-  const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 1, .cooldown = 0.2, .cooldown_to = 0.01};
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 81, 100), 5);
-  EXPECT_NEAR(RateFactor(adam, 91, 100), 0.5, 1e-12);
-  EXPECT_NEAR(RateFactor(adam, 101, 100), 0.05, 1e-12);
-}
-
-TEST(AdamSchedule, AStageThatEndsSoonerCoolsDownSooner) {
-  const AdamOptions adam{.iterations = 100, .rate_factor = 5, .rate_decay = 1, .cooldown = 0.2, .cooldown_to = 0.01};
-  EXPECT_DOUBLE_EQ(RateFactor(adam, 41, 50), 5);
-  EXPECT_NEAR(RateFactor(adam, 51, 50), 0.05, 1e-12);
+  const AdamOptions adam{.rate_factor = 5, .rate_decay = 1, .cooldown = 0.2, .cooldown_to = 0.01};
+  EXPECT_DOUBLE_EQ(RateFactor(adam, Span(81)), 5);
+  EXPECT_NEAR(RateFactor(adam, Span(91)), 0.5, 1e-12);
+  EXPECT_NEAR(RateFactor(adam, Span(101)), 0.05, 1e-12);
 }
 
 TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
-  const AdamOptions adam{.iterations = 100, .average_part = 0.3};
-  EXPECT_FALSE(AveragesAt(adam, 70, 100));
-  EXPECT_TRUE(AveragesAt(adam, 75, 100));
-  EXPECT_FALSE(AveragesAt(adam, 76, 100));
-  EXPECT_TRUE(AveragesAt(adam, 88, 88)) << "the last always";
-  EXPECT_FALSE(AveragesAt(adam, 40, 40)) << "it is a part of what was asked for";
-  EXPECT_FALSE(AveragesAt({.iterations = 100, .average_part = 0}, 100, 100));
+  const AdamOptions adam{.average_part = 0.3};
+  EXPECT_FALSE(Averages(adam, Span(70), 70));
+  EXPECT_TRUE(Averages(adam, Span(75), 75));
+  EXPECT_FALSE(Averages(adam, Span(76), 76));
+  EXPECT_TRUE(Averages(adam, {0.98, 1}, 88)) << "the last always";
+  EXPECT_FALSE(Averages({.average_part = 0}, Span(100), 100));
 }
 
 TEST(AdamSchedule, CoarseViewsComeFirst) {
-  const AdamOptions adam{.iterations = 100, .coarse_part = 0.3};
-  EXPECT_TRUE(IsCoarseAt(adam, 1));
-  EXPECT_TRUE(IsCoarseAt(adam, 30));
-  EXPECT_FALSE(IsCoarseAt(adam, 31));
-  EXPECT_FALSE(IsCoarseAt({.iterations = 100, .coarse_part = 0}, 1));
+  const AdamOptions adam{.coarse_part = 0.3};
+  EXPECT_TRUE(IsCoarse(adam, Span(1)));
+  EXPECT_TRUE(IsCoarse(adam, Span(30)));
+  EXPECT_FALSE(IsCoarse(adam, Span(31)));
+  EXPECT_FALSE(IsCoarse({.coarse_part = 0}, Span(1)));
+}
+
+TEST(AdamSchedule, BandsComeOneByOne) {
+  const AdamOptions adam{.sh_band_every = 0.08};
+  EXPECT_EQ(ActiveShDegree(adam, 3, Span(8)), 0);
+  EXPECT_EQ(ActiveShDegree(adam, 3, Span(9)), 1);
+  EXPECT_EQ(ActiveShDegree(adam, 3, Span(25)), 3);
+  EXPECT_EQ(ActiveShDegree(adam, 2, Span(99)), 2);
+  EXPECT_EQ(ActiveShDegree({.sh_band_every = 0}, 3, Span(1)), 3);
+}
+
+// However many iterations a stage has, and however unevenly they advance it, each multiple of a part is reached once.
+TEST(StageSpan, ReachesEachPartOnce) {
+  for (const int n : {20, 100, 137, 4000}) {
+    int times = 0;
+    for (int it = 1; it <= n; ++it) times += Span(it, n).Reaches(0.05);
+    EXPECT_EQ(times, 20) << n;
+  }
+  int times = 0;
+  for (double done = 0; done < 1;) {
+    const double next = std::min(1.0, done + 0.001 + 0.03 * done);
+    times += StageSpan{done, next}.Reaches(0.05);
+    done = next;
+  }
+  EXPECT_EQ(times, 20);
+  EXPECT_FALSE(Span(50).Reaches(0));
+}
+
+TEST(DensitySchedule, IsOfTheMiddleOfTheStage) {
+  const DensityOptions density{.begin = 0.1, .end = 0.6, .every = 0.05, .opacity_reset_every = 0.3};
+  int times = 0, first = 0, last = 0;
+  for (int it = 1; it <= 4000; ++it) {
+    if (!Densifies(density, Span(it, 4000))) continue;
+    ++times, last = it;
+    if (first == 0) first = it;
+  }
+  EXPECT_EQ(times, 11);
+  EXPECT_EQ(first, 400);
+  EXPECT_EQ(last, 2400);
+  EXPECT_TRUE(Observes(density, Span(60)));
+  EXPECT_FALSE(Observes(density, Span(61)));
+  EXPECT_TRUE(ResetsOpacity(density, Span(30)));
+  EXPECT_FALSE(ResetsOpacity(density, Span(31)));
+  EXPECT_FALSE(Densifies({.enabled = false}, Span(30)));
 }
 
 TEST(AdamSchedule, EveryViewOnceAnEpoch) {

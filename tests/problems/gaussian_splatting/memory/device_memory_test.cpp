@@ -58,6 +58,7 @@ TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
   const SplatModel model = test::RandomModel(60, 1, 5);
   test::RenderTruth(test::Perturbed(model, 0.02, 6), 0, &scene);
   TrainOptions options;
+  options.adam.iterations = 0;
   options.lm.iterations = 1;
   options.lm.pcg_iterations = 1;
   const TrainResult whole = Refine(scene, model, options, 0, {}, DeviceStages());

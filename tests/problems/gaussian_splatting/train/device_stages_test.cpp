@@ -98,23 +98,6 @@ TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
   EXPECT_EQ(tight.model.data, roomy.model.data);
 }
 
-TEST(DeviceStages, AdamIsLeftForLmAsOnTheHost) {
-  const Scene scene = test::TrainingScene();
-  TrainOptions options = AdamAlone();
-  options.adam.switch_to_lm = SwitchToLm::kAuto;
-  options.density.end = 0.3;
-  options.lm.iterations = 1;
-  options.lm.min_gain = 1;
-  const auto last_of_adam = [](const TrainResult& result) {
-    int last = 0;
-    for (const HistoryRow& row : result.history) last = row.stage == Stage::kAdam ? row.iteration : last;
-    return last;
-  };
-  const int on_host = last_of_adam(Train(scene, options, 0, {}));
-  EXPECT_LT(on_host, kIterations);
-  EXPECT_EQ(last_of_adam(Train(scene, options, 0, {}, DeviceStages())), on_host);
-}
-
 TEST(DeviceStages, AdamEndsWithWhatItHas) {
   // One view is larger than all before it.
   Scene scene = test::RingOfCameras(8, 24, 16, false);

@@ -121,10 +121,21 @@ TEST(TrainOptions, PresetsAreValid) {
   for (const Preset& preset : Presets()) {
     EXPECT_EQ(MessageOf([&] { ValidateOptions(preset.options()); }), "no error") << preset.name;
     EXPECT_EQ(MessageOf([&] { ValidateOptions(RefinePresetOptions(preset.name)); }), "no error") << preset.name;
-    EXPECT_GE(RefinePresetOptions(preset.name).lm.iterations, PresetOptions(preset.name).lm.iterations) << preset.name;
   }
-  EXPECT_LT(PresetOptions("fast").adam.iterations, PresetOptions("balanced").adam.iterations);
-  EXPECT_LT(PresetOptions("balanced").adam.iterations, PresetOptions("best").adam.iterations);
+  EXPECT_LT(PresetOptions("fast").adam.length, PresetOptions("balanced").adam.length);
+  EXPECT_LT(PresetOptions("balanced").adam.length, PresetOptions("best").adam.length);
+}
+
+TEST(TrainOptions, RefiningIsBySingleViewsUnlessAskedOtherwise) {
+  const auto stages = [](const char* preset, std::optional<RefineMethod> method) {
+    const TrainOptions options = RefinePresetOptions(preset, method);
+    EXPECT_FALSE(options.density.enabled);
+    return std::pair(options.adam.runs(), options.lm.iterations > 0);
+  };
+  EXPECT_EQ(stages("balanced", {}), std::pair(true, false));
+  EXPECT_EQ(stages("balanced", RefineMethod::kLm), std::pair(false, true));
+  EXPECT_EQ(stages("best", RefineMethod::kBoth), std::pair(true, true));
+  EXPECT_EQ(stages("paper", {}), std::pair(false, true));
 }
 
 // 3DGS-LM's schedule, and the parts in which the paper and its code differ.
@@ -133,7 +144,7 @@ TEST(TrainOptions, PaperPresetsAreThePapers) {
     const TrainOptions options = PresetOptions(name);
     EXPECT_EQ(options.adam.iterations, 20000);
     EXPECT_EQ(options.adam.rate_factor, 1);
-    EXPECT_EQ(options.density.end * options.adam.iterations, 15000);
+    EXPECT_EQ(options.density.end * *options.adam.iterations, 15000);
     EXPECT_EQ(options.lm.iterations, 5);
     EXPECT_EQ(RefinePresetOptions(name).lm.iterations, 5);
     EXPECT_EQ(options.adam.metric, AdamMetric::kDiagonal);

@@ -10,6 +10,7 @@
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/model/initialize.h"
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 
@@ -111,7 +112,7 @@ TEST_F(FullTraining, LmStartsWhereAdamStopped) {
 TEST_F(FullTraining, HistoryHasARowEveryTwentiethOfTheRun) {
   int previous = 0;
   for (const HistoryRow& row : Rows(Stage::kAdam)) {
-    EXPECT_LE(row.iteration - previous, kAdam / 20);
+    EXPECT_NEAR(row.iteration - previous, kAdam / 20.0, 1);
     EXPECT_EQ(row.train.views, 10);
     EXPECT_EQ(row.test.views, 2);
     previous = row.iteration;
@@ -321,7 +322,7 @@ TEST(TrainingSession, TimeLimitIsOfAllTime) {
   const TrainCallbacks callbacks;
   TrainingSession session(scene, options, 50, callbacks);
   EXPECT_FALSE(session.ShouldStop(10));
-  EXPECT_TRUE(session.HasTimeToRecord(5));
+  EXPECT_TRUE(session.HasTimeToRecord(2));
   EXPECT_FALSE(session.HasTimeToRecord(50));
   EXPECT_TRUE(session.ShouldStop(60));
   EXPECT_TRUE(session.ShouldStop()) << "once and for all";
@@ -384,31 +385,6 @@ TEST(Trainer, FixedModelKeepsItsGaussians) {
   for (const HistoryRow& row : result.history) EXPECT_EQ(row.gaussians, 60);
 }
 
-// Where the gain demanded of an iteration is impossible, the Adam stage ends as soon as it may, and its last part cools
-// down.
-TEST(Trainer, LeavesAdamForLmThatGainsMore) {
-  const Scene scene = TrainingScene();
-  TrainOptions options = ShortTraining(200, 1);
-  options.adam.switch_to_lm = SwitchToLm::kAuto;
-  options.adam.evaluations = 200;
-  options.lm.min_gain = 1;
-  std::vector<TrainProgress> reports;
-  TrainCallbacks callbacks;
-  callbacks.progress = [&](const TrainProgress& progress) { reports.push_back(progress); };
-  const TrainResult result = Train(scene, options, 0, callbacks);
-  ExpectUsable(result.model);
-  ASSERT_GE(result.history.size(), 3u);
-  const HistoryRow &adam = result.history[result.history.size() - 3], &lm = result.history.back();
-  EXPECT_EQ(adam.stage, Stage::kAdam);
-  EXPECT_GT(adam.iteration, static_cast<int>(options.density.end * options.adam.iterations));
-  EXPECT_LT(adam.iteration, 180);
-  EXPECT_EQ(lm.stage, Stage::kLm);
-  EXPECT_LT(lm.cost, adam.cost);
-  // The count of iterations that is reported is the one that will be, once it is known.
-  EXPECT_EQ(reports.front().iterations, 200);
-  EXPECT_EQ(reports[static_cast<std::size_t>(adam.iteration) - 1].iterations, adam.iteration);
-}
-
 TEST(Trainer, CapHoldsFromTheStart) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(60, 1);
@@ -430,7 +406,7 @@ TEST(Trainer, TrainsOverABackground) {
 TEST(Trainer, RefineWithoutIterationsReturnsTheModel) {
   const Scene scene = TrainingScene();
   const SplatModel model = test::RandomModel(10, 2, 8);
-  const TrainResult result = Refine(scene, model, ShortTraining(100, 0), 0, {});
+  const TrainResult result = Refine(scene, model, ShortTraining(0, 0), 0, {});
   EXPECT_EQ(result.model.data, model.data);
   EXPECT_EQ(result.model.sh_degree, 2) << "not the one of the options";
   EXPECT_TRUE(result.lm_report.empty());
@@ -492,6 +468,21 @@ int LmIterations(double min_gain) {
 TEST(LmStage, EndsWhereAnIterationGainsLittle) {
   EXPECT_EQ(LmIterations(0), 3);
   EXPECT_EQ(LmIterations(1), 1) << "no iteration takes all of the cost";
+}
+
+TEST(CountedWork, IsThePixelsThatStagesGoThrough) {
+  const Scene scene = TrainingScene();  // its views are too small to be halved
+  const double views = static_cast<double>(NumTrainingViews(scene)), megapixels = 1e-6 * 40 * 30;
+  TrainOptions options = ShortTraining(20, 0);
+  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, 20 * megapixels, 1e-12);
+  options.adam.views_per_iteration = 3;
+  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, 60 * megapixels, 1e-12);
+  options = ShortTraining(20, 1);
+  options.lm.pcg_iterations = 2;
+  // Once over all views each: the cost, the gradient, two products, and the step that is tried.
+  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, (20 + 5 * views) * megapixels, 1e-12);
+  options.lm.batches = 2;
+  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, (20 + 5 * views) * megapixels, 1e-12) << "in two batches";
 }
 
 }  // namespace

@@ -1,0 +1,31 @@
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/gaussian_splatting/model/initialize.h"
+
+namespace vesta::gs {
+
+double IterationsFor(Index training_views) {
+  constexpr double kLeast = 4000, kEpochs = 76;
+  return std::max(kLeast, kEpochs * static_cast<double>(training_views));
+}
+
+Index NumTrainingViews(const Scene& scene) {
+  return std::ranges::count_if(scene.views, [](const View& view) { return !view.is_test; });
+}
+
+TrainOptions FitToScene(TrainOptions options, Index training_views) {
+  AdamOptions& adam = options.adam;
+  constexpr double kMost = 1e7;
+  if (!adam.iterations) {
+    const double views = IterationsFor(training_views) * adam.length;
+    const double all = options.time_limit > 0 ? kMost : std::round(views / adam.views_per_iteration);
+    adam.iterations = static_cast<int>(std::clamp(all, 1.0, kMost));
+  }
+  if (!options.sh_degree) options.sh_degree = DefaultShDegree(training_views);
+  return options;
+}
+
+}  // namespace vesta::gs
