@@ -4,7 +4,7 @@
 #   tools/demo.sh BUILD_DIR OUT_DIR
 set -eu
 
-# The length of the demo, in one place: about a minute and a half on two cores.
+# The length of the demo, in one place: about a minute and a half on two cores. Both stages are shown.
 train_flags="--iterations=2500 --lm_iterations=10"
 
 [ $# -eq 2 ] || { echo "usage: tools/demo.sh BUILD_DIR OUT_DIR" >&2; exit 2; }

@@ -45,7 +45,8 @@ struct Calibration {
                                        0.2 * std::cos(a), 0.1 * std::sin(1.7 * a), 3 + 0.5 * std::sin(0.9 * a)};
       for (int k = 0; k < corners_each; ++k) {
         const double n = kColumns * corners_each * i + k;
-        Corner corner{0.2 * (k % kColumns - 4), 0.2 * (k / kColumns - 3.0), 0, 0};
+        const int column = k % kColumns, row = k / kColumns;
+        Corner corner{0.2 * (column - 4), 0.2 * (row - 3), 0, 0};
         double seen[2];
         corner(truth.data(), pose.data(), seen);
         corner.u = seen[0] + 0.2 * std::sin(12.9898 * n);

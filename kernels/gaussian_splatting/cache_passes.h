@@ -196,8 +196,19 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
   const E* at = static_cast<const E*>(entries) + kEntryValues * cache.first_entry[cache.pairs_of_splat[first]];
   for (std::int64_t rank = begin; rank < end; ++rank) {
     const Splat<S>& splat = lists.splats[rank];
+    SplatTangent<S> sum{};
     CotangentSums<V> total;
+    const auto take_part = [&] {
+      SplatTangent<S> part;
+      L::template SumEach<kSplatTangent>(total.sum, part.w);
+      for (int i = 0; i < kSplatTangent; ++i) sum.w[i] += part.w[i];
+      total = {};
+    };
     for (std::int64_t e = cache.splat_begin[rank]; e < cache.splat_begin[rank + 1]; ++e) {
+      // A lane of sixteen has as many terms in a tile as that has rows.
+      constexpr int kTilesOfAPart = kTermsOfAPart / kTileSize;
+      const std::int64_t tiles = e - cache.splat_begin[rank];
+      if (tiles > 0 && tiles % kTilesOfAPart == 0) take_part();
       const std::uint32_t pair = cache.pairs_of_splat[e];
       // The entries follow each other, the masks do not.
       if (e + 3 * kAhead < last) Prefetch(&cache.masks[cache.pairs_of_splat[e + 3 * kAhead]]);
@@ -213,8 +224,9 @@ void CachedAdjointSplats(const TileLists<S>& lists, const CacheLists& cache, con
         at = entry.End();
       });
     }
-    L::template SumEach<kSplatTangent>(total.sum, sums[rank].w);
-    ToEntryUnits<E>(sums[rank]);
+    take_part();
+    ToEntryUnits<E>(sum);
+    sums[rank] = sum;
   }
 }
 

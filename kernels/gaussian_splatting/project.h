@@ -31,6 +31,9 @@ inline constexpr double kGuardBand = 2;
 // linear projection makes veils and streaks of it that no other view confirms (docs/results/2026-11-22-veils.md).
 inline constexpr double kDepthSpread = 0.5;
 
+// The largest determinant of a screen covariance, pixels^4: beyond it a float cannot hold the determinant's derivative.
+inline constexpr double kLargestDet = 1e34;
+
 template <class S>
 inline CameraConstants<S> ConstantsOf(const PosedCamera& camera) {
   CameraConstants<S> c;

@@ -98,7 +98,7 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
   using L = Lanes<V>;
   using std::sqrt;
   const V floor_opacity(static_cast<S>(kAlphaFloor)), width(camera.width), height(camera.height),
-      huge(static_cast<S>(1e15));
+      huge(static_cast<S>(1e15)), largest_det(static_cast<S>(kLargestDet));
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(model.count, i, end);
     block.PrefetchAhead(model.x, NumAttributes(Degree));
@@ -114,8 +114,8 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
     const auto seen = (b.state.t[2] > V(camera.near)) & (b.opacity >= floor_opacity) & (shape.u + reach_x > V(0)) &
                       (shape.u - reach_x < width) & (shape.v + reach_y > V(0)) & (shape.v - reach_y < height) &
                       (shape.r > V(0)) & (shape.s > V(0)) & (shape.r < huge) & (reach_x < huge) & (reach_y < huge) &
-                      (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) & (shape.u < V(camera.u_hi)) &
-                      (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) &
+                      (b.state.det < largest_det) & (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) &
+                      (shape.u < V(camera.u_hi)) & (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) &
                       IsShallowOrInFront(camera.lens, b.state);
     bool is_seen[L::kWidth];
     L::StoreMask(is_seen, seen);

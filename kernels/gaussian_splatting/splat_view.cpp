@@ -1,5 +1,7 @@
 #include "kernels/gaussian_splatting/splat_view.h"
 
+#include <algorithm>
+
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 
@@ -20,11 +22,16 @@ template <class S, class Record>
 void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, Record* splat_sums) {
   constexpr Index kN = sizeof(Record) / sizeof(S);
   ParallelFor(num_splats, kGaussianGrain, [&](Index k) {
+    const auto add = [](const Record& from, Record& to) {
+      for (Index i = 0; i < kN; ++i) reinterpret_cast<S*>(&to)[i] += reinterpret_cast<const S*>(&from)[i];
+    };
     Record sum{};
-    S* to = reinterpret_cast<S*>(&sum);
-    for (Index e = bins.splat_begin()[k]; e < bins.splat_begin()[k + 1]; ++e) {
-      const S* from = reinterpret_cast<const S*>(&pair_sums[bins.pairs_of_splat()[e]]);
-      for (Index i = 0; i < kN; ++i) to[i] += from[i];
+    const Index end = bins.splat_begin()[k + 1];
+    for (Index begin = bins.splat_begin()[k]; begin < end; begin += kTermsOfAPart) {
+      Record part{};
+      const Index part_end = std::min(begin + kTermsOfAPart, end);
+      for (Index e = begin; e < part_end; ++e) add(pair_sums[bins.pairs_of_splat()[e]], part);
+      add(part, sum);
     }
     splat_sums[k] = sum;
   });

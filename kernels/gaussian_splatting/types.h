@@ -62,6 +62,9 @@ struct SplatGram {
 
 inline constexpr int kTileSize = 16;  // pixels along each side
 
+// Sums of more terms than this are made of parts of so many: in float, one of a million equal terms loses three digits.
+inline constexpr int kTermsOfAPart = 4096;
+
 // Splats of one view in the order of depth, and for each tile those that touch it. Ranks index `splats`.
 template <class S>
 struct TileLists {

@@ -112,7 +112,13 @@ struct SumWideBlock {
     wide.ForEach(block, shared.slots, [&](Index r) {
       if (lane < kLanes) {
         S sum(0);
-        for (Index e = splat_begin[r] + lane; e < splat_begin[r + 1]; e += kLanes) sum += records[kN * e + component];
+        const Index end = splat_begin[r + 1];
+        for (Index begin = splat_begin[r] + lane; begin < end; begin += Index{kTermsOfAPart} * kLanes) {
+          const Index part_end = Min(begin + Index{kTermsOfAPart} * kLanes, end);
+          S part(0);
+          for (Index e = begin; e < part_end; e += kLanes) part += records[kN * e + component];
+          sum += part;
+        }
         shared.lanes[lane][component] = sum;
       }
       block.Sync();

@@ -25,15 +25,23 @@ splat::PosedCamera RandomView(Random& random, int width, int height) {
   return view;
 }
 
+Scene EmptyScene(const splat::PosedCamera& view, int count, int sh_degree) {
+  Scene scene;
+  scene.view = view;
+  scene.count = count;
+  scene.sh_degree = scene.active_sh_degree = sh_degree;
+  scene.x.resize(static_cast<std::size_t>(Index{splat::NumAttributes(sh_degree)} * count));
+  return scene;
+}
+
 Scene RandomScene(const SceneOptions& options, std::uint64_t seed) {
   Random random(seed);
-  Scene scene;
-  scene.view = RandomView(random, options.width, options.height);
-  scene.count = options.count;
-  scene.sh_degree = scene.active_sh_degree = options.sh_degree;
+  return RandomScene(RandomView(random, options.width, options.height), options, random);
+}
+
+Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, Random& random) {
+  Scene scene = EmptyScene(view, options.count, options.sh_degree);
   const int attributes = splat::NumAttributes(options.sh_degree);
-  scene.x.resize(static_cast<std::size_t>(Index{attributes} * options.count));
-  const splat::PosedCamera& view = scene.view;
   const auto pixel = [&](int size) { return random.Uniform(-options.border * size, (1 + options.border) * size); };
   for (int i = 0; i < options.count; ++i) {
     const double z = random.LogUniform(1, 5) * (random.Uniform(0, 1) < options.behind ? -1 : 1);

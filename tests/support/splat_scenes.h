@@ -42,6 +42,10 @@ struct Scene {
   double At(int attribute, int i) const { return x[static_cast<std::size_t>(Index{attribute} * count + i)]; }
 };
 
+// Without Gaussians yet.
+Scene EmptyScene(const splat::PosedCamera& view, int count, int sh_degree);
+// In front of the given view, whose size counts and not that of the options; or of a random one.
+Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, Random& random);
 Scene RandomScene(const SceneOptions& options, std::uint64_t seed);
 
 // The kinds of scene that the operators are tested on: sizes that are no multiples of the tile, needles, splats below a
@@ -51,6 +55,7 @@ std::vector<SceneOptions> SceneKinds();
 // A scene put into a View of precision S, rendered.
 template <class S>
 struct RenderedView {
+  using Scalar = S;
   std::vector<S> x;
   splat::Model<S> model;
   splat::SplatView<S> view;
@@ -73,6 +78,15 @@ struct RenderedView {
     view.AddJT(model, image.data(), u.data(), g.data(), workspace);
     return g;
   }
+  // The blocks of the geometry, then the diagonal of the colours.
+  std::vector<S> Gram(const std::vector<S>& omega) {
+    const auto blocks = static_cast<std::size_t>(splat::kGeometry * (splat::kGeometry + 1) / 2 * model.count);
+    std::vector<S> gram(blocks + x.size() - static_cast<std::size_t>(splat::kSh * model.count));
+    view.AddGram(model, image.data(), omega.data(), gram.data(), gram.data() + blocks, workspace);
+    return gram;
+  }
+  Index num_splats() const { return view.num_splats(); }
+  std::vector<std::int32_t> rank_of() const { return {view.rank_of().begin(), view.rank_of().end()}; }
 };
 
 }  // namespace vesta::test

@@ -242,7 +242,6 @@ class AdamStage {
     const double begin = session_.Seconds();
     const double cost =
         AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), observes);
-    session_.CountPixels(pixels_);
     state_->model.Step(attributes, RateFactor(options_.adam, span));
     state_->iteration = it, state_->span = span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;

@@ -20,13 +20,12 @@ struct RunState {
   int iteration = 0;                     // of the stage
   std::uint64_t scene = 0;               // FingerprintOf the scene
   double seconds = 0, eval_seconds = 0;  // of the training, and of its evaluations
-  double megapixels = 0;                 // TrainingSession::megapixels
   std::vector<HistoryRow> history;
   std::vector<std::string> notes;
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(origin, stage, iteration, scene, seconds, eval_seconds, megapixels, history, notes);
+    archive(origin, stage, iteration, scene, seconds, eval_seconds, history, notes);
   }
 };
 

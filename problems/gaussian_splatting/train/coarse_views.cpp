@@ -8,13 +8,15 @@ namespace vesta::gs {
 
 namespace {
 
-bool HasHalf(const View& view) {
-  constexpr int kLeastSide = 64;
-  const ImageSize half = DownscaledSize({view.camera.width, view.camera.height}, 2);
-  return std::min(half.width, half.height) >= kLeastSide;
-}
+bool HasHalf(const View& view) { return CoarseSize(view).width < view.camera.width; }
 
 }  // namespace
+
+ImageSize CoarseSize(const View& view) {
+  constexpr int kLeastSide = 64;
+  const ImageSize full = {view.camera.width, view.camera.height}, half = DownscaledSize(full, 2);
+  return std::min(half.width, half.height) >= kLeastSide ? half : full;
+}
 
 std::vector<View> CoarseViews(const std::vector<const View*>& views) {
   if (std::none_of(views.begin(), views.end(), [](const View* view) { return HasHalf(*view); })) return {};
@@ -26,7 +28,7 @@ std::vector<View> CoarseViews(const std::vector<const View*>& views) {
       view = full;
       return;
     }
-    const ImageSize half = DownscaledSize({full.camera.width, full.camera.height}, 2);
+    const ImageSize half = CoarseSize(full);
     view.name = full.name, view.rotation = full.rotation, view.translation = full.translation;
     view.camera = ResizeCamera(full.camera, half.width, half.height);
     view.image = ResizeArea(full.image, half.width, half.height);

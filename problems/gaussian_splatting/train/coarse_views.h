@@ -7,9 +7,11 @@
 
 namespace vesta::gs {
 
-// The views with images and cameras of half the size (DownscaledSize by 2). A view whose half would have a side of
-// fewer than 64 pixels stays as it is; the result is empty where that holds for all views. An iteration at half size
-// takes about a third of the time and its step is as long, so large structures are in place sooner
+// The size of a view's coarse image: half of it, or all of it where a half would have a side of fewer than 64 pixels.
+ImageSize CoarseSize(const View& view);
+
+// The views with images and cameras of CoarseSize; empty where all of them would stay as they are. An iteration at half
+// size takes about a third of the time and its step is as long, so large structures are in place sooner
 // (docs/results/2026-11-22-coarse-first.md).
 std::vector<View> CoarseViews(const std::vector<const View*>& views);
 

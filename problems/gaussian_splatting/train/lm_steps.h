@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -53,13 +52,6 @@ splat::Model<float> BestOf(const LmStepper<B>& stepper, const SplatModel& shape)
   return {stepper.x().data(), shape.count, shape.sh_degree, shape.sh_degree};
 }
 
-// Over all views: its gradients, its products and its trials. options: of the stage.
-inline double Passes(const LmSummary& summary, const LmStageOptions& options) {
-  const double part = 1.0 / std::max(1, summary.num_batches);  // of the views, that a batch has
-  return part * summary.num_linearizations + (options.merge_batches ? part : 1) * summary.num_products +
-         summary.num_cost_evaluations + options.line_search_views * summary.num_subset_evaluations;
-}
-
 // Runs the stepper to its end or until the session says stop. shape: for the state that is saved; best: the stepper's
 // best x, for the history; moved: called when that has changed. Returns the engine's full report.
 template <Backend B>
@@ -72,19 +64,14 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageS
   };
   double values = 0;
   for (const View* view : session.training_views()) values += static_cast<double>(view->image.rgb.size());
-  const auto passes = [&] { return Passes(stepper.summary(), session.options().lm); };
-  const auto count = [&](double before) { session.CountPixels((passes() - before) * values / ImageShape::kChannels); };
   if (first == 0 && stepper.summary().iterations.size() == 1 && !session.ends_with(Stage::kLm)) {
-    count(0);
     session.Record(Stage::kLm, 0, best);
     if (!stepper.done()) session.SaveWhereDue(Stage::kLm, 0, save);
   }
   // The next step takes as long as the latest, its evaluation included.
   for (double latest = 0; !stepper.done() && !session.ShouldStop(latest);) {
     const double begin = session.TotalSeconds();
-    const double before = passes();
     const LmIteration& row = stepper.Step();
-    count(before);
     moved();
     session.Record(Stage::kLm, first + row.iteration, best);
     session.Report({Stage::kLm, first + row.iteration, session.options().lm.iterations, session.Seconds(),

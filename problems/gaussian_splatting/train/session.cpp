@@ -37,7 +37,6 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
                .scene = FingerprintOf(scene_),
                .seconds = clock_.Seconds(),
                .eval_seconds = clock_.Paused(),
-               .megapixels = megapixels_,
                .history = history_,
                .notes = notes_};
   NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
@@ -76,7 +75,6 @@ void TrainingSession::Resume(const Checkpoint& checkpoint) {
     Fail("{}: of other photographs or cameras than this scene's; give the scene that it was trained on",
          checkpoint.path);
   }
-  megapixels_ = checkpoint.run.megapixels;
   history_ = checkpoint.run.history;
   notes_ = checkpoint.run.notes;
   saved_stage_ = checkpoint.stage_state;

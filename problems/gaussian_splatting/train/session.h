@@ -97,9 +97,6 @@ class TrainingSession {
   void Record(Stage stage, int iteration, const splat::Model<float>& model) {
     Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
   }
-  // Pixels of views that a stage has gone through: work that is counted, the same however busy the machine.
-  void CountPixels(double pixels) { megapixels_ += 1e-6 * pixels; }
-  double megapixels() const { return megapixels_; }
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);
   }
@@ -172,7 +169,6 @@ class TrainingSession {
   std::optional<std::string> saved_stage_;
   double latest_evaluation_ = 0;  // seconds; 0: none yet
   bool stopped_ = false;
-  double megapixels_ = 0;
   double spare_device_bytes_ = 0, kept_on_device_ = 0;
 };
 

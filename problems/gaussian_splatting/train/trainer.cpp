@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
+#include "problems/gaussian_splatting/train/counted_work.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
 #include "problems/gaussian_splatting/train/session.h"
@@ -21,6 +24,19 @@ namespace {
 StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options) {
   return stages.device_memory ? DeviceMemory(options.memory, stages.device_memory().free_bytes)
                               : HostMemory(options.memory);
+}
+
+// A pixel that is no number would make all Gaussians of its view none.
+void CheckPixels(const std::vector<View>& views) {
+  std::vector<char> is_bad(views.size());
+  ParallelFor(static_cast<Index>(views.size()), 1, [&](Index i) {
+    const auto v = static_cast<std::size_t>(i);
+    is_bad[v] = std::ranges::all_of(views[v].image.rgb, [](float value) { return std::isfinite(value); }) ? 0 : 1;
+  });
+  const auto bad = std::ranges::find(is_bad, 1);
+  if (bad == is_bad.end()) return;
+  Fail("view {}: a colour of its image is not a finite number; mend it or leave the view out",
+       views[static_cast<std::size_t>(bad - is_bad.begin())].name);
 }
 
 void CheckViews(const Scene& scene) {
@@ -36,6 +52,7 @@ void CheckViews(const Scene& scene) {
     has_training = has_training || !view.is_test;
   }
   if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
+  CheckPixels(scene.views);
 }
 
 // What a model tells of itself beside its Gaussians.
@@ -153,7 +170,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   result.stopped = session.stopped();
   result.model = std::move(model);
   result.history = session.TakeHistory();
-  result.megapixels = session.megapixels();
+  result.megapixels = CountedMegapixels(session.training_views(), options, result.history);
   result.notes = session.TakeNotes();
   constexpr double kMib = 1 << 20;
   result.memory.device_free_mib = device_free / kMib;

@@ -86,7 +86,7 @@ struct TrainResult {
   SplatModel model;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
-  double megapixels = 0;                                      // TrainingSession::megapixels
+  double megapixels = 0;                                      // CountedMegapixels
   bool stopped = false;                                       // by the callback or the time limit
   std::string lm_report;                                      // the engine's full report, empty without LM
   std::string lm_left_out;                                    // why LM did not run though asked for; else empty

@@ -54,6 +54,15 @@ TYPED_TEST(VectorBackendTest, AxpbyNeverReadsWhatItOverwrites) {
   this->ExpectEqual(x, {3, 6, 9});
 }
 
+// A running sum in float would stall at 2^24.
+TYPED_TEST(VectorBackendTest, SumsOfManyTermsDoNotStall) {
+  constexpr Index kTerms = (Index{1} << 25) + 3;
+  typename TestFixture::Vector ones(kTerms);
+  this->backend_.Fill(1, ones);
+  EXPECT_EQ(this->backend_.Dot(ones, ones), static_cast<double>(kTerms));
+  EXPECT_EQ(this->backend_.WeightedDot(ones, ones, ones), static_cast<double>(kTerms));
+}
+
 TYPED_TEST(VectorBackendTest, ElementwiseOperations) {
   const auto d = this->Of({0, 2, -4}), x = this->Of({5, 6, 7});
   auto y = this->Of({1, 1, 1});

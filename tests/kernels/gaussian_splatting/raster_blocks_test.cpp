@@ -216,6 +216,21 @@ TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   }
 }
 
+// Of a splat over half a million tiles, in float: equal terms, whose rounding goes one way.
+TEST(WideSplats, SumsOfManyTermsKeepTheirDigits) {
+  constexpr int kN = sizeof(SplatTangent<float>) / sizeof(float);
+  constexpr Index kEntries = 500000;
+  const std::vector<float> records(static_cast<std::size_t>(kN * kEntries), 0.1f);
+  const Index splat_begin[2] = {0, kEntries};
+  std::vector<std::uint32_t> slots(static_cast<std::size_t>(NumWideSlots(kEntries)));
+  NoteWide{splat_begin, slots.data()}(0);
+  const WideSlots wide{slots.data(), static_cast<Index>(slots.size())};
+  float sums[kN] = {};
+  test::Emulate(SumWideBlock<float, kN>{wide, splat_begin, records.data(), sums}, WideSlots::NumBlocks(wide.count),
+                ThreadOrder::kForward);
+  for (const float sum : sums) EXPECT_NEAR(sum / (kEntries * double{0.1f}), 1, 1e-4);
+}
+
 // More rows of tiles than a block has threads.
 TEST(WideSplats, AreListedInATallImage) {
   SceneOptions options;

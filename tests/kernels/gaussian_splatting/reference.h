@@ -129,7 +129,7 @@ template <class T>
 Image<T> Render(const std::vector<T>& x, int count, int active_sh_degree, const PosedCamera& view,
                 const double background[3]) {
   using std::exp;
-  const int attributes = static_cast<int>(x.size()) / count;
+  const int attributes = static_cast<int>(x.size()) / std::max(count, 1);
   std::vector<ScreenGaussian<T>> gaussians;
   for (int i = 0; i < count; ++i) {
     std::vector<T> p(static_cast<std::size_t>(attributes));

@@ -96,15 +96,28 @@ void RenderTruth(const SplatModel& model, double noise, Scene* scene) {
   }
 }
 
+namespace {
+
+// Images of one model.
+Scene RingOf(const SplatModel& model, int views) {
+  Scene scene = RingOfCameras(views, 40, 30, false);
+  RenderTruth(model, 0, &scene);
+  return scene;
+}
+
+}  // namespace
+
 template <class S>
-RingProblem<S>::RingProblem(int num_views, Index gaussians, int sh_degree, std::uint64_t seed) {
-  Scene scene = RingOfCameras(num_views, 40, 30, false);
-  RenderTruth(RandomModel(gaussians, sh_degree, seed), 0, &scene);
-  const SplatModel model = RandomModel(gaussians, sh_degree, seed + 1);
-  x.Resize(static_cast<Index>(model.data.size()));
-  std::copy(model.data.begin(), model.data.end(), x.begin());
-  options.sh_degree = sh_degree;
-  options.count = gaussians;
+RingProblem<S>::RingProblem(int num_views, Index gaussians, int sh_degree, std::uint64_t seed)
+    : RingProblem(RingOf(RandomModel(gaussians, sh_degree, seed), num_views),
+                  RandomModel(gaussians, sh_degree, seed + 1)) {}
+
+template <class S>
+RingProblem<S>::RingProblem(const Scene& scene, const SplatModel& start) {
+  x.Resize(static_cast<Index>(start.data.size()));
+  std::copy(start.data.begin(), start.data.end(), x.begin());
+  options.sh_degree = start.sh_degree;
+  options.count = start.count;
   options.background = {0.2, 0.5, 0.9};
   options.view_agreement = 0;  // the descent is the gradient
   for (const View& view : scene.views) {

@@ -32,6 +32,8 @@ struct RingProblem {
 
   // The truth comes from a random model, x is another one: a fit in full swing.
   RingProblem(int num_views, Index gaussians, int sh_degree, std::uint64_t seed);
+  // The truth is the scene's images.
+  RingProblem(const Scene& scene, const SplatModel& start);
   SplatProblem<CpuBackend<S>> Make() const { return SplatProblem<CpuBackend<S>>(options, views); }
 };
 

@@ -10,7 +10,6 @@
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/model/initialize.h"
-#include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 
@@ -468,21 +467,6 @@ int LmIterations(double min_gain) {
 TEST(LmStage, EndsWhereAnIterationGainsLittle) {
   EXPECT_EQ(LmIterations(0), 3);
   EXPECT_EQ(LmIterations(1), 1) << "no iteration takes all of the cost";
-}
-
-TEST(CountedWork, IsThePixelsThatStagesGoThrough) {
-  const Scene scene = TrainingScene();  // its views are too small to be halved
-  const double views = static_cast<double>(NumTrainingViews(scene)), megapixels = 1e-6 * 40 * 30;
-  TrainOptions options = ShortTraining(20, 0);
-  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, 20 * megapixels, 1e-12);
-  options.adam.views_per_iteration = 3;
-  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, 60 * megapixels, 1e-12);
-  options = ShortTraining(20, 1);
-  options.lm.pcg_iterations = 2;
-  // Once over all views each: the cost, the gradient, two products, and the step that is tried.
-  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, (20 + 5 * views) * megapixels, 1e-12);
-  options.lm.batches = 2;
-  EXPECT_NEAR(Train(scene, options, 0, {}).megapixels, (20 + 5 * views) * megapixels, 1e-12) << "in two batches";
 }
 
 }  // namespace

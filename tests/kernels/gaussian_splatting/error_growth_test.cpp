@@ -1,0 +1,14 @@
+// How the errors of float grow, on the host.
+#include "tests/kernels/gaussian_splatting/error_growth.h"
+
+namespace vesta::test {
+namespace {
+
+class ErrorGrowth : public testing::TestWithParam<Growth> {};
+INSTANTIATE_TEST_SUITE_P(InFloat, ErrorGrowth, testing::ValuesIn(Growths()),
+                         [](const auto& param) { return param.param.name; });
+
+TEST_P(ErrorGrowth, StaysWithinItsBound) { CheckGrowth<RenderedView<float>>(GetParam().scene); }
+
+}  // namespace
+}  // namespace vesta::test
