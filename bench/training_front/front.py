@@ -90,14 +90,15 @@ def beside_others(point, points, x):
 
 
 def good_settings(points, knobs_values, length, x):
-    """Which settings lay on a front of x at this length: of each knob that which gains most beside the others,
-    the knob that gains most first. knobs_values: of each knob a list of settings."""
+    """Which settings lay on a front of x at this length, and not only because nothing else is so cheap: of each knob
+    that which gains most beside the others, the best knob first. knobs_values: of each knob a list of settings."""
     on_front = [point for y in ("psnr", "ssim") for point in front_of(points, x, y)]
     good = []
     for values in knobs_values:
-        gains = [(beside_others(point, points, x)["psnr"] or 0, knobs.words_of(settings), settings)
+        gains = [(beside_others(point, points, x)["psnr"], knobs.words_of(settings), settings)
                  for settings in values for point in on_front
                  if (point["length"], point["settings"]) == (length, settings)]
+        gains = [gain for gain in gains if gain[0] is not None]
         if gains:
             good.append(max(gains, key=lambda gain: gain[:2]))
     return [settings for _, _, settings in sorted(good, key=lambda gain: gain[:2], reverse=True)]
