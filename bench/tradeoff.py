@@ -2,13 +2,13 @@
 """Time, memory and size of a training against what it reaches on the test views, over every option that trades one for
 the other, and the front of those that no other beats.
 
-  bench/tradeoff.py SCENE [--out DIR] [--budget SECONDS] [--seeds 0,1,2] [--lengths 500,1000,...]
+  bench/tradeoff.py SCENE [--out DIR] [--budget SECONDS] [--seeds 0,1,2] [--lengths 0.25,1,...]
                     [--knobs NAME ROOM.KEY=V1,V2 ...] [-- flags for `vesta train`]
 
 First the default at all lengths, and each value of each knob alone at some of them. Then those values together that
-lay on the front of time against PSNR or SSIM. Each run is a line of OUT/records.jsonl, appended when it ends; a run that
-has a line is not run again, so that one may break off (Ctrl-C) and go on, or ask for more. With --budget 0 nothing is
-run. Prints the fronts and what each setting gains beside the others at the same cost, and writes OUT/front.json and,
+lay on the front of time against PSNR or SSIM. Each run is a line of OUT/records.jsonl, appended when it ends; a run
+that has a line is not run again, so that one may break off (Ctrl-C) and go on, or ask for more. With --budget 0 nothing
+is run. Prints the fronts and what each setting gains beside the others at the same cost, and writes OUT/front.json and,
 where Python has matplotlib, OUT/front.png and .svg. How to read them: docs/tradeoff.md.
 """
 import argparse
@@ -27,15 +27,19 @@ def say(line):
     print(line, file=sys.stderr, flush=True)
 
 
-def numbers(least):
+def numbers(kind, is_valid):
     def parse(text):
-        values = [int(word) for word in text.split(",")]
-        if not values or min(values) < least:
+        values = [kind(word) for word in text.split(",")]
+        if not all(map(is_valid, values)):
             raise ValueError
         return values
 
-    parse.__name__ = "list of whole numbers"
+    parse.__name__ = "list of numbers"
     return parse
+
+
+SEEDS = numbers(int, lambda value: value >= 0)
+FACTORS = numbers(float, lambda value: 0 < value < math.inf)
 
 
 def arguments_of(words):
@@ -49,10 +53,10 @@ def arguments_of(words):
     parser.add_argument("--out", type=Path, help="folder of the records [out/tradeoff/NAME_OF_SCENE]")
     parser.add_argument("--preset", default="balanced", help="whose options are the default [balanced]")
     parser.add_argument("--downscale", type=int, default=1, help="measure, and train by default, at this size [1]")
-    parser.add_argument("--seeds", type=numbers(0), default=[0, 1, 2], help="[0,1,2]")
-    parser.add_argument("--lengths", type=numbers(1), default=list(knobs.LENGTHS),
-                        help=f"iterations of Adam [{','.join(map(str, knobs.LENGTHS))}]")
-    parser.add_argument("--knob_lengths", type=numbers(1), help="those at which knobs are tried [every second of them]")
+    parser.add_argument("--seeds", type=SEEDS, default=[0, 1, 2], help="[0,1,2]")
+    parser.add_argument("--lengths", type=FACTORS, default=list(knobs.LENGTHS),
+                        help=f"factors on the iterations that the scene requires [{','.join(map(str, knobs.LENGTHS))}]")
+    parser.add_argument("--knob_lengths", type=FACTORS, help="those at which knobs are tried [every second of them]")
     parser.add_argument("--knobs", nargs="+", default=list(knobs.KNOBS), metavar="KNOB",
                         help=f"of {', '.join(knobs.KNOBS)}, or ROOM.KEY=V1,V2 [all of them]")
     parser.add_argument("--rounds", type=int, choices=(1, 2), default=2)

@@ -7,8 +7,8 @@ from training_front import knobs, runs
 
 
 def points_of(rows, base):
-    """Runs that differ only in their seed, as one: {"length": iterations of Adam, "settings": other changes, "seeds":
-    how many, and of each figure its mean, and its standard deviation between seeds, None of one alone, as FIGURE_sd}.
+    """Runs that differ only in their seed, as one: {"length", "settings": other changes, "seeds": how many,
+    and of each figure its mean, and its standard deviation between seeds, None of one alone, as FIGURE_sd}.
     Runs that failed are left out."""
     groups = {}
     for row in rows:
@@ -64,7 +64,8 @@ def cost_of(front, x, y, like):
         return None
     if _height(like, y) <= _height(front[0], y):
         return front[0][x]
-    return math.exp(_between(front, _height(like, y), lambda point: _height(point, y), lambda point: math.log(point[x])))
+    at = _height(like, y)
+    return math.exp(_between(front, at, lambda point: _height(point, y), lambda point: math.log(point[x])))
 
 
 def others_of(point, points):
@@ -89,14 +90,15 @@ def beside_others(point, points, x):
 
 
 def good_settings(points, knobs_values, length, x):
-    """Which settings lay on a front of x with so many iterations: of each knob that which gains most beside the others,
-    the knob that gains most first. knobs_values: of each knob a list of settings."""
+    """Which settings lay on a front of x at this length, and not only because nothing else is so cheap: of each knob
+    that which gains most beside the others, the best knob first. knobs_values: of each knob a list of settings."""
     on_front = [point for y in ("psnr", "ssim") for point in front_of(points, x, y)]
     good = []
     for values in knobs_values:
-        gains = [(beside_others(point, points, x)["psnr"] or 0, knobs.words_of(settings), settings)
+        gains = [(beside_others(point, points, x)["psnr"], knobs.words_of(settings), settings)
                  for settings in values for point in on_front
                  if (point["length"], point["settings"]) == (length, settings)]
+        gains = [gain for gain in gains if gain[0] is not None]
         if gains:
             good.append(max(gains, key=lambda gain: gain[:2]))
     return [settings for _, _, settings in sorted(good, key=lambda gain: gain[:2], reverse=True)]

@@ -1,16 +1,17 @@
 """What trades time, memory or size of a training for quality, as data, and the runs that follow from it.
 
-Options are those of `vesta config`, flat: {"adam.iterations": 4000, ...}. Settings are the few of them that a run
-changes.
+Options are those of `vesta config`, flat: {"adam.length": 1, ...}. Settings are the few of them that a run changes. A
+length is a factor on the iterations that the scene requires.
 """
 import json
 import math
 
-LENGTH, SEED, SCALE = "adam.iterations", "train.seed", "train.downscale"
+LENGTH, SEED, SCALE = "adam.length", "train.seed", "train.downscale"
 
 
-def _values(key, *values):
-    return [{key: value} for value in values]
+def _values(key, *values, **others):
+    """others: what the key has an effect with, ROOM_KEY=VALUE."""
+    return [{key: value, **{other.replace("_", ".", 1): given for other, given in others.items()}} for value in values]
 
 
 # Of each knob the values that are tried beside the default's, which is passed over where it is among them. Whether sums
@@ -25,15 +26,15 @@ KNOBS = {
     "decay": _values("adam.rate_decay", 0.2, 1),
     "cooldown": _values("adam.cooldown", 0.2),
     "harmonics' rate": _values("rates.sh_rest", 0.0000625, 0.000375),
-    "lm": _values("lm.iterations", 0, 2, 4, 16),
-    "pcg": _values("lm.pcg_iterations", 2, 8, 16),
-    "preconditioner": _values("lm.preconditioner", "block_sh", "jacobi"),
-    "jacobian": _values("lm.jacobian", "recompute", "cache16", "cache32"),
+    "lm": _values("lm.iterations", 0, 2, 4, 8),
+    "pcg": _values("lm.pcg_iterations", 2, 8, 16, lm_iterations=4),
+    "preconditioner": _values("lm.preconditioner", "block", "block_sh", "jacobi", lm_iterations=4),
+    "jacobian": _values("lm.jacobian", "recompute", "cache16", "cache32", lm_iterations=4),
     "growth": [*_values("density.gradient_threshold", 0.00035, 0.0014, 0.0028), {"density.enabled": False}],
     "gaussians": _values("density.max_gaussians", 5000, 20000, 80000),
     "sh": _values("train.sh_degree", 0, 1, 2, 3),
 }
-LENGTHS = (250, 500, 1000, 2000, 4000, 8000, 16000)
+LENGTHS = (0.0625, 0.125, 0.25, 0.5, 1, 2, 4)
 
 
 def text_of(value):
@@ -76,12 +77,13 @@ def changed(base, options):
 
 
 def that_change(base, chosen):
-    """The knobs with those of their values that are not the base's. Raises ValueError for a key that it lacks."""
-    for values in chosen.values():
-        for key in {key for settings in values for key in settings}:
-            if key not in base:
-                raise ValueError(f"the program has no option {key}; `vesta help train --all` lists them")
-    return {name: [settings for settings in values if changed(base, settings)] for name, values in chosen.items()}
+    """The knobs with what their values change, those that change nothing left out. Raises ValueError for a key that the
+    base lacks."""
+    for key in sorted({LENGTH, *(key for values in chosen.values() for settings in values for key in settings)}):
+        if key not in base:
+            raise ValueError(f"the program has no option {key}; `vesta help train --all` lists them")
+    return {name: [changed(base, settings) for settings in values if changed(base, settings)]
+            for name, values in chosen.items()}
 
 
 def _each_once(runs):
@@ -97,25 +99,25 @@ def one_at_a_time(base, knobs, lengths, knob_lengths, seeds):
     """The first round, as options of each run: the default at all lengths, its own among them, then each value alone at
     some. All of one seed come before the next, short runs before long ones."""
     runs = []
-    lengths = sorted({*lengths, base[LENGTH]})
+    lengths = sorted(map(float, {*lengths, base[LENGTH]}))
     for seed in seeds:
         runs += [{**base, LENGTH: length, SEED: seed} for length in lengths]
         alone = [settings for values in knobs.values() for settings in values]
-        runs += [{**base, LENGTH: length, **settings, SEED: seed} for length in sorted(knob_lengths)
+        runs += [{**base, LENGTH: length, **settings, SEED: seed} for length in sorted(map(float, knob_lengths))
                  for settings in alone]
     return list(_each_once(runs))
 
 
 def combined(base, good, lengths, seeds):
-    """The second round: the first two good settings together, the first three, and so on. good: by the number of
-    iterations at which they were good, a list each; the nearest counts."""
+    """The second round: the first two good settings together, the first three, and so on. good: by the length at which
+    they were good, a list each; the nearest counts. Of two that contradict each other the second is passed over."""
     runs = []
-    for length in sorted(lengths):
-        together = []
+    for length in sorted(map(float, lengths)):
+        merged, count = {}, 0
         for settings in good[min(good, key=lambda other: abs(math.log(other / length)))] if good else []:
-            if not any(settings.keys() & before.keys() for before in together):
-                together.append(settings)
-        for count in range(2, len(together) + 1):
-            merged = {key: value for settings in together[:count] for key, value in settings.items()}
-            runs += [{**base, **merged, LENGTH: length, SEED: seed} for seed in seeds]
+            if any(merged.get(key, value) != value for key, value in settings.items()):
+                continue
+            merged, count = {**merged, **settings}, count + 1
+            if count > 1:
+                runs += [{**base, **merged, LENGTH: length, SEED: seed} for seed in seeds]
     return sorted(_each_once(runs), key=lambda options: options[SEED])

@@ -11,7 +11,7 @@ import report
 from training_front import knobs
 
 # What a record has, in figures.
-FIGURES = ("seconds", "work", "peak_mib", "gaussians", "ply_mib", "psnr", "ssim", "cost", "wall_s")
+FIGURES = ("seconds", "work", "iterations", "peak_mib", "gaussians", "ply_mib", "psnr", "ssim", "cost", "wall_s")
 
 
 class Failed(Exception):
@@ -81,8 +81,8 @@ class Program:
         self._program, self._scene, self._folder = program, scene, out / "run"
         self._preset, self._flags, self._downscale = preset, flags, downscale
         options = json.loads(self._call("config", f"--preset={preset}"))["options"]
-        # The preset's; few evaluations on the way, which take time and are not needed.
-        self.base = {**knobs.flat(options), knobs.SCALE: downscale, "adam.evaluations": 1}
+        # The preset's, but that lengths count; few evaluations on the way, which take time and are not needed.
+        self.base = {**knobs.flat(options), "adam.iterations": "auto", knobs.SCALE: downscale, "adam.evaluations": 1}
 
     def _call(self, *words):
         result = subprocess.run([str(word) for word in (self._program, *words)], capture_output=True, text=True)
@@ -125,13 +125,14 @@ class Program:
         if test["psnr"] is None:
             raise Failed("its PSNR is not finite: the renders are exact, or broken")
         return {"seconds": metrics["seconds"]["total"] - metrics["seconds"]["eval"], "work": metrics["work_megapixels"],
+                "iterations": max(row["iteration"] for row in metrics["history"] if row["stage"] == "adam"),
                 "peak_mib": metrics["peak_memory_mib"], "gaussians": metrics["gaussians"],
                 "ply_mib": ply.stat().st_size / 2**20, "psnr": test["psnr"], "ssim": test["ssim"], "cost": cost,
                 "threads": metrics["threads"], "device": metrics["device"]}
 
 
 class Forecast:
-    """Seconds that runs will take, in proportion to their iterations, by what those like them took."""
+    """Seconds that runs will take, in proportion to their lengths, by what those like them took."""
 
     def __init__(self, rows):
         self._known = {}  # by what runs have in common but for length and seed; "": of all runs
@@ -147,14 +148,14 @@ class Forecast:
         if "failed" in record:
             return
         for kind in ("", self._kind(record["options"])):
-            self._known.setdefault(kind, {})[1 + record["options"][knobs.LENGTH]] = record["wall_s"]
+            self._known.setdefault(kind, {})[record["options"][knobs.LENGTH]] = record["wall_s"]
 
     def seconds(self, options):
         """0 where nothing is known yet."""
         known = self._known.get(self._kind(options)) or self._known.get("")
         if not known:
             return 0
-        length = 1 + options[knobs.LENGTH]
+        length = options[knobs.LENGTH]
         like = min(known, key=lambda other: abs(math.log(other / length)))
         return known[like] * length / like
 
@@ -181,7 +182,7 @@ def carry_out(plan, program, records, budget, say, clock=time.monotonic):
 
 def line_of(record, base):
     options = record["options"]
-    what = ", ".join(filter(None, [f"{options[knobs.LENGTH]} iterations", knobs.words_of(knobs.changed(base, options)),
+    what = ", ".join(filter(None, [f"length {options[knobs.LENGTH]:g}", knobs.words_of(knobs.changed(base, options)),
                                    f"seed {options[knobs.SEED]}"]))
     if "failed" in record:
         return f"{what}: FAILED: {record['failed']}"

@@ -2,7 +2,7 @@
 import os
 
 import markdown
-from training_front import front, knobs
+from training_front import front, knobs, runs
 
 # What may be spent, and its name on an axis.
 COSTS = {"seconds": "seconds of training", "work": "work: pixels visited, millions", "peak_mib": "peak memory, MiB",
@@ -19,21 +19,22 @@ def panels(by):
 
 def words(point):
     """What a point is."""
-    return f"{point['length']}" + (f", {knobs.words_of(point['settings'])}" if point["settings"] else "")
+    return f"{point['length']:g}" + (f", {knobs.words_of(point['settings'])}" if point["settings"] else "")
 
 
 def spread(point, figure):
     """Mean and standard deviation, as text."""
-    places = {"psnr": 2, "ssim": 4, "gaussians": 0, "cost": 5}.get(figure, 1)
+    places = {"psnr": 2, "ssim": 4, "gaussians": 0, "iterations": 0, "cost": 5}.get(figure, 1)
     deviation = point[f"{figure}_sd"]
     return f"{point[figure]:.{places}f}" + ("" if deviation is None else f" ± {deviation:.{places}f}")
 
 
 def front_table(points, x, y):
-    figures = list(dict.fromkeys([x, y, "seconds", "work", "psnr", "ssim", "cost", "peak_mib", "gaussians"]))
-    rows = [{"iterations, settings": words(point), "seeds": point["seeds"],
+    figures = [figure for figure in runs.FIGURES if figure not in (x, y, "wall_s")]
+    figures = [x, y, *figures]
+    rows = [{"length, settings": words(point), "seeds": point["seeds"],
              **{figure: spread(point, figure) for figure in figures}} for point in front.front_of(points, x, y)]
-    return markdown.table(["iterations, settings", "seeds", *figures], rows)
+    return markdown.table(["length, settings", "seeds", *figures], rows)
 
 
 def beside_table(points, x):
@@ -44,7 +45,7 @@ def beside_table(points, x):
     rows = []
     for point in sorted(points, key=lambda point: (knobs.words_of(point["settings"]), point["length"])):
         gains = front.beside_others(point, points, x)
-        rows.append({"settings": knobs.words_of(point["settings"]) or "the default", "iterations": point["length"],
+        rows.append({"settings": knobs.words_of(point["settings"]) or "the default", "length": f"{point['length']:g}",
                      x: spread(point, x), "psnr": spread(point, "psnr"), "gain, dB": signed(gains["psnr"], 2),
                      "gain in SSIM": signed(gains["ssim"], 4), f"{x} of others": gains["times"]})
     return markdown.table(list(rows[0]), rows)
