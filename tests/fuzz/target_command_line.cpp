@@ -15,7 +15,7 @@ std::vector<std::string> Lines(std::string_view text) {
   std::vector<std::string> lines;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    lines.emplace_back(text.substr(0, end));
+    lines.emplace_back(std::string(text.substr(0, end)).c_str());  // up to a zero byte: argv has none within a word
     text.remove_prefix(std::min(end + 1, text.size()));
   }
   return lines;
