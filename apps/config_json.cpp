@@ -71,6 +71,8 @@ ConfigFile::ConfigFile(const std::string& path, const std::string& text) : path_
   } catch (const Json::parse_error& error) {
     Fail("{}: not JSON from byte {} on{}: no number, text or bracket that belongs there, or its end is missing", path,
          error.byte, AfterWhichKey(text, error.byte));
+  } catch (const Json::out_of_range&) {
+    Fail("{}: a number in it is larger than any that can be stored; correct it", path);
   }
   if (!json_.is_object() || !json_.contains("options") || !json_["options"].is_object()) {
     Fail("{}: it has no \"options\"; choose the metrics.json of a training, or what `vesta config` prints", path);

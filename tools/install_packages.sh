@@ -14,7 +14,7 @@ packages="
 for group in "$@"; do
   case $group in
     demo) packages="$packages python3-matplotlib" ;;
-    ci) packages="$packages git clang-format clang-tidy doxygen" ;;
+    ci) packages="$packages git clang clang-format clang-tidy doxygen libclang-rt-dev" ;;
     *) echo "install_packages.sh: unknown group '$group'; the groups are demo and ci" >&2; exit 2 ;;
   esac
 done

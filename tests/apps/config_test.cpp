@@ -127,6 +127,7 @@ TEST_F(ConfigFiles, WhatIsWrongInOneIsOneLine) {
                 "train.background=[0,0]: it must be three numbers");
   ExpectRefused(R"({"options": {"train": {"background": [0, 0, "1,0"]}}})", "it must be three numbers");
   ExpectRefused(R"({"options": {"lm": {"l1_floor": NaN}}})", "after \"l1_floor\"");
+  ExpectRefused(R"({"options": {"lm": {"l1_floor": 1e999}}})", "a number in it is larger than any");
   ExpectRefused(R"({"preset": "slow", "options": {}})", "preset=\"slow\": it must be one of fast");
   ExpectRefused(R"({"test": {}})", "it has no \"options\"");
   ExpectRefused("[]", "it has no \"options\"");

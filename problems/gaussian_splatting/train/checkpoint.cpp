@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string_view>
 
@@ -26,6 +27,14 @@ std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
 template <class T>
 std::string_view BytesOf(const T& value) {
   return {reinterpret_cast<const char*>(&value), sizeof(value)};
+}
+
+// The checksum holds of what others have written too.
+bool IsPossible(const RunState& run) {
+  const auto is_stage = [](Stage stage) { return stage == Stage::kAdam || stage == Stage::kLm; };
+  return is_stage(run.stage) && run.iteration >= 0 &&
+         std::all_of(run.history.begin(), run.history.end(),
+                     [&](const HistoryRow& row) { return is_stage(row.stage); });
 }
 
 }  // namespace
@@ -89,6 +98,7 @@ Checkpoint ReadCheckpoint(const std::string& path) {
   } catch (const Error&) {
     damaged();
   }
+  if (!IsPossible(checkpoint.run)) damaged();
   return checkpoint;
 }
 

@@ -32,8 +32,9 @@ inline SplatModel ModelOfLmStage(const std::string& saved) {
   reader(shape, model.data);
   model.sh_degree = shape.sh_degree;
   model.count = shape.count;
-  VESTA_CHECK(model.sh_degree >= 0 && model.sh_degree <= 3 &&
-                  static_cast<Index>(model.data.size()) == model.num_attributes() * model.count,
+  const auto size = static_cast<Index>(model.data.size());
+  VESTA_CHECK(model.sh_degree >= 0 && model.sh_degree <= 3 && model.count >= 0 && model.count <= size &&
+                  size == model.num_attributes() * model.count,
               "a saved model of {} parameters for {} Gaussians", model.data.size(), model.count);
   return model;
 }

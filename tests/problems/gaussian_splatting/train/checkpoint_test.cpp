@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 #include "tests/support/test_files.h"
@@ -124,6 +125,32 @@ TEST_F(Checkpoints, DamageIsNamed) {
   EXPECT_THAT(ErrorIn(Write("foreign", "ply\nformat ascii 1.0\n")), HasSubstr("not a checkpoint of vesta"));
   EXPECT_THAT(ErrorIn(Write("empty", "")), HasSubstr("not a checkpoint of vesta"));
   EXPECT_THAT(ErrorIn(Path("missing")), HasSubstr(Path("missing")));
+}
+
+// Whose checksum is right.
+TEST_F(Checkpoints, ImpossibleOnesAreRefused) {
+  const auto error_of = [&](RunState run) {
+    WriteCheckpoint(Path("forged"), run, [](ArchiveWriter&) {});
+    return ErrorIn(Path("forged"));
+  };
+  constexpr auto kNoStage = static_cast<Stage>(7);
+  EXPECT_EQ(error_of({}), "");
+  EXPECT_THAT(error_of({.stage = kNoStage}), HasSubstr("cut short or damaged"));
+  EXPECT_THAT(error_of({.iteration = -1}), HasSubstr("cut short or damaged"));
+  EXPECT_THAT(error_of({.history = {{.stage = kNoStage}}}), HasSubstr("cut short or damaged"));
+}
+
+TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
+  std::string saved;
+  ArchiveWriter archive([&](std::string_view bytes) { saved += bytes; });
+  std::vector<float> parameters(splat::NumAttributes(0));
+  for (const Index count : {Index{1}, Index{-1}, Index{2}, Index{1} << 62}) {
+    saved.clear();
+    LmStageShape shape{.sh_degree = 0, .count = count, .done = 0, .units = {}};
+    archive(shape, parameters);
+    const std::string error = ErrorOf([&] { ModelOfLmStage(saved); });
+    EXPECT_EQ(error.empty(), count == 1) << error;
+  }
 }
 
 // What has been trained is worth more than the file.

@@ -1,0 +1,12 @@
+// libFuzzer's way into the target that VESTA_FUZZ_TARGET names.
+#include <cstddef>
+#include <cstdint>
+
+#include "tests/fuzz/targets.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  vesta::fuzz::VESTA_FUZZ_TARGET({reinterpret_cast<const char*>(data), size});
+  return 0;
+}

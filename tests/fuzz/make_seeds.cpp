@@ -1,0 +1,115 @@
+// Writes those seeds of the corpus that are not text, by the writers of the library and of its tests:
+//   fuzz_seeds tests/fuzz/corpus
+#include <png.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "apps/checkpointing.h"
+#include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/train/checkpoint.h"
+#include "problems/gaussian_splatting/train/lm_state.h"
+#include "tests/fuzz/scratch_folder.h"
+#include "tests/fuzz/seed_model.h"
+#include "tests/problems/gaussian_splatting/io/test_images.h"
+
+namespace vesta::fuzz {
+namespace {
+
+void WriteSeed(const std::string& path, const std::string& bytes) {
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+void ColmapSeeds(const ScratchFolder& scratch, const std::string& corpus) {
+  gs::WriteColmapModel(SeedModel(), scratch / "model", gs::ColmapFormat::kBinary);
+  gs::WriteColmapModel(SeedModel(), scratch / "model", gs::ColmapFormat::kText);
+  int choice = 0;
+  for (const char* end : {"bin", "txt"}) {
+    for (const char* name : {"cameras", "images", "points3D"}) {
+      const std::string file = std::string(name) + "." + end;
+      WriteSeed(corpus + "/colmap/" + file, std::to_string(choice++) + scratch.Read("model/" + file));
+    }
+  }
+}
+
+void SplatSeeds(const std::string& corpus) {
+  std::filesystem::create_directories(corpus + "/splat_ply");
+  for (int degree = 0; degree <= 3; ++degree) {
+    gs::SplatModel model;
+    model.Resize(degree, 2);
+    for (std::size_t i = 0; i < model.data.size(); ++i) model.data[i] = 0.25f * static_cast<float>(i % 7) - 0.5f;
+    for (Index i = 0; i < model.count; ++i) model.attribute(splat::kQuaternion)[i] = 1;
+    model.has_background = degree == 1;
+    if (degree == 2) model.origin = {1, 2, 3};
+    gs::WriteSplatPly(corpus + "/splat_ply/degree" + std::to_string(degree) + ".ply", model);
+  }
+}
+
+void ImageSeeds(const std::string& corpus) {
+  const auto bytes = [](std::size_t size) {
+    std::vector<std::uint8_t> values(size);
+    for (std::size_t i = 0; i < size; ++i) values[i] = static_cast<std::uint8_t>(37 * i);
+    return values;
+  };
+  const std::string folder = corpus + "/image/";
+  WriteSeed(folder + "rgb.jpg", gs::EncodeJpeg({5, 4, 3, false, bytes(60)}));
+  WriteSeed(folder + "grey.jpg", gs::EncodeJpeg({5, 4, 1, false, bytes(20)}));
+  WriteSeed(folder + "progressive.jpg", gs::EncodeJpeg({9, 10, 3, true, bytes(270)}));
+  WriteSeed(folder + "cmyk.jpg", gs::EncodeJpeg({2, 2, 4, false, bytes(16)}));
+  WriteSeed(folder + "rgb.png", gs::EncodePng({5, 4, PNG_COLOR_TYPE_RGB, 8, false, bytes(60)}));
+  WriteSeed(folder + "rgba16.png", gs::EncodePng({3, 2, PNG_COLOR_TYPE_RGB_ALPHA, 16, false, bytes(48)}));
+  WriteSeed(folder + "interlaced.png", gs::EncodePng({9, 9, PNG_COLOR_TYPE_GRAY, 8, true, bytes(81)}));
+  WriteSeed(folder + "palette.png", gs::EncodePng({4, 2, PNG_COLOR_TYPE_PALETTE, 2, false, {0x18, 0x81}}));
+}
+
+// A checkpoint without its beginning and its checksum, which the target adds.
+void CheckpointSeeds(const ScratchFolder& scratch, const std::string& corpus) {
+  constexpr std::size_t kMagicAndVersion = 12, kChecksum = 4;
+  for (const gs::Stage stage : {gs::Stage::kAdam, gs::Stage::kLm}) {
+    gs::RunState run;
+    run.origin = R"({"scene": "s", "checkpoint_every": "5", "snapshot_every": "", "preset": "fast",)"
+                 R"( "options": {"adam": {"iterations": 7}}})";
+    run.stage = stage;
+    run.iteration = 3;
+    run.history = {
+        {.stage = stage, .iteration = 2, .seconds = 1, .cost = 0.5, .train = {}, .test = {}, .gaussians = 2}};
+    run.notes = {"a note"};
+    gs::LmStageShape shape{.sh_degree = 0, .count = 2, .done = 1, .units = {1, 1}};
+    std::vector<float> parameters(2 * splat::NumAttributes(0), 0.5f);
+    gs::WriteCheckpoint(scratch / "checkpoint", run, [&](ArchiveWriter& archive) { archive(shape, parameters); });
+    const std::string bytes = scratch.Read("checkpoint");
+    WriteSeed(corpus + "/checkpoint/" + (stage == gs::Stage::kAdam ? "adam" : "lm"),
+              bytes.substr(kMagicAndVersion, bytes.size() - kMagicAndVersion - kChecksum));
+  }
+}
+
+// Any bytes are a scene; these are few enough to read, and different in length.
+void OperatorSeeds(const std::string& corpus) {
+  unsigned state = 1;
+  for (const std::size_t size : {40u, 200u, 700u, 1500u}) {
+    std::string bytes;
+    for (std::size_t i = 0; i < size; ++i) {
+      state = 1664525u * state + 1013904223u;
+      bytes += static_cast<char>(state >> 24);
+    }
+    for (const char wild : {0, 1}) {
+      bytes[0] = wild, bytes[1] = 3;
+      WriteSeed(corpus + "/operators/" + (wild ? "wild" : "tame") + std::to_string(size), bytes);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vesta::fuzz
+
+int main(int argc, char** argv) {
+  if (argc != 2) return std::fputs("usage: fuzz_seeds CORPUS\n", stderr), 2;
+  const vesta::fuzz::ScratchFolder scratch;
+  vesta::fuzz::ColmapSeeds(scratch, argv[1]);
+  vesta::fuzz::SplatSeeds(argv[1]);
+  vesta::fuzz::ImageSeeds(argv[1]);
+  vesta::fuzz::CheckpointSeeds(scratch, argv[1]);
+  vesta::fuzz::OperatorSeeds(argv[1]);
+}

@@ -1,0 +1,44 @@
+#include <cmath>
+#include <cstring>
+
+#include "problems/bundle_adjustment/bal_file.h"
+#include "tests/fuzz/promise.h"
+#include "tests/fuzz/scratch_folder.h"
+#include "tests/fuzz/targets.h"
+
+namespace vesta::fuzz {
+namespace {
+
+void PromiseBundle(const bundle::BundleData& data) {
+  const auto numbers = static_cast<std::size_t>(9 * data.num_cameras + 3 * data.num_points);
+  Promise(data.num_cameras >= 0 && data.num_points >= 0 && data.x.size() == numbers, "parameters of another number");
+  for (const bundle::Observation& o : data.observations) {
+    Promise(o.camera >= 0 && o.camera < data.num_cameras, "an observation by no camera");
+    Promise(o.point >= 0 && o.point < data.num_points, "an observation of no point");
+    Promise(std::isfinite(o.pixel[0]) && std::isfinite(o.pixel[1]), "a pixel that is not finite");
+  }
+  for (const double value : data.x) Promise(std::isfinite(value), "a parameter that is not finite");
+}
+
+bool Same(const bundle::BundleData& a, const bundle::BundleData& b) {
+  const auto same = [](const bundle::Observation& o, const bundle::Observation& p) {
+    return o.camera == p.camera && o.point == p.point && std::memcmp(o.pixel, p.pixel, sizeof(o.pixel)) == 0;
+  };
+  return std::equal(a.observations.begin(), a.observations.end(), b.observations.begin(), b.observations.end(), same) &&
+         a.x.size() == b.x.size() &&
+         (a.x.empty() || std::memcmp(a.x.data(), b.x.data(), a.x.size() * sizeof(double)) == 0);
+}
+
+}  // namespace
+
+void FuzzBal(std::string_view bytes) {
+  static const ScratchFolder folder;
+  const std::string path = folder.Write("problem.txt", bytes), copy = folder / "copy.txt";
+  bundle::BundleData data;
+  if (!Reads(path, [&] { data = bundle::ReadBal(path); })) return;
+  PromiseBundle(data);
+  bundle::WriteBal(copy, data);
+  Promise(Same(data, bundle::ReadBal(copy)), "written and read again it is another problem");
+}
+
+}  // namespace vesta::fuzz

@@ -1,0 +1,49 @@
+#include <zlib.h>
+
+#include <cstdint>
+
+#include "apps/checkpointing.h"
+#include "problems/gaussian_splatting/train/checkpoint.h"
+#include "problems/gaussian_splatting/train/lm_state.h"
+#include "tests/fuzz/options_promise.h"
+#include "tests/fuzz/promise.h"
+#include "tests/fuzz/scratch_folder.h"
+#include "tests/fuzz/targets.h"
+
+namespace vesta::fuzz {
+namespace {
+
+// What every checkpoint of this version begins with.
+std::string Beginning(const ScratchFolder& folder) {
+  constexpr std::size_t kMagicAndVersion = 12;
+  gs::RunState run;
+  gs::WriteCheckpoint(folder / "empty", run, [](ArchiveWriter&) {});
+  return folder.Read("empty").substr(0, kMagicAndVersion);
+}
+
+}  // namespace
+
+void FuzzCheckpoint(std::string_view bytes) {
+  static const ScratchFolder folder;
+  static const std::string beginning = Beginning(folder);
+  std::string file = beginning + std::string(bytes);
+  const auto checksum =
+      static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const unsigned char*>(file.data()), file.size()));
+  file.append(reinterpret_cast<const char*>(&checksum), sizeof(checksum));
+  const std::string path = folder.Write("checkpoint.vesta", file);
+  gs::Checkpoint checkpoint;
+  if (!Reads(path, [&] { checkpoint = gs::ReadCheckpoint(path); })) return;
+  const gs::Stage stage = checkpoint.run.stage;
+  Promise(stage == gs::Stage::kAdam || stage == gs::Stage::kLm, "no stage");
+  Promise(checkpoint.iteration() >= 0, "iterations below zero");
+  app::Origin origin;
+  if (Reads(path, [&] { origin = app::ReadOrigin(checkpoint); })) PromiseOptions(origin.settings.options);
+  if (stage != gs::Stage::kLm) return;
+  gs::SplatModel model;
+  if (!Reads("", [&] { model = gs::ModelOfLmStage(checkpoint.stage_state); })) return;
+  Promise(model.sh_degree >= 0 && model.sh_degree <= 3 &&
+              static_cast<Index>(model.data.size()) == model.count * model.num_attributes(),
+          "a model of another number of values");
+}
+
+}  // namespace vesta::fuzz

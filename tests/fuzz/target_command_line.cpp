@@ -1,0 +1,45 @@
+#include <string>
+#include <vector>
+
+#include "apps/checkpointing.h"
+#include "apps/command_line.h"
+#include "apps/print.h"
+#include "tests/fuzz/options_promise.h"
+#include "tests/fuzz/promise.h"
+#include "tests/fuzz/targets.h"
+
+namespace vesta::fuzz {
+namespace {
+
+std::vector<std::string> Lines(std::string_view text) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    lines.emplace_back(std::string(text.substr(0, end)).c_str());  // up to a zero byte: argv has none within a word
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+}  // namespace
+
+void FuzzCommandLine(std::string_view bytes) {
+  try {
+    const app::CommandLine line = app::ParseCommandLine(Lines(bytes));
+    if (!line.command) return;
+    if (line.flags.resume.empty()) {
+      Promise(line.arguments.size() == line.command->arguments.size(), "arguments of another number");
+    }
+    app::ParseInterval("checkpoint_every", line.flags.checkpoint_every);
+    const std::string& preset = line.flags.preset;
+    gs::TrainOptions options = gs::PresetOptions(preset.empty() ? app::kDefaultPreset : preset);
+    for (const app::GivenOption& given : line.options) {
+      Promise(given.field->Set(given.value, options), given.field->name + " does not take what it has taken");
+    }
+    PromiseOptions(options);
+  } catch (const app::UsageError& error) {
+    PromiseOneLine(app::OneLine(error.what()));  // as main prints it: it may quote what was given
+  }
+}
+
+}  // namespace vesta::fuzz

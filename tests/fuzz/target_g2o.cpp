@@ -1,0 +1,57 @@
+#include <cmath>
+
+#include "problems/pose_graph/g2o_file.h"
+#include "tests/fuzz/promise.h"
+#include "tests/fuzz/scratch_folder.h"
+#include "tests/fuzz/targets.h"
+
+namespace vesta::fuzz {
+namespace {
+
+using pose_graph::PoseGraph;
+
+void PromiseGraph(const PoseGraph& graph) {
+  const auto fits = [](const std::vector<double>& values, Index count, int each) {
+    return static_cast<Index>(values.size()) == count * each;
+  };
+  const Index poses = graph.num_poses(), edges = graph.num_edges();
+  Promise(poses > 0 && fits(graph.poses, poses, PoseSize(graph.space)), "poses of another number");
+  Promise(fits(graph.measurements, edges, PoseSize(graph.space)), "measurements of another number");
+  Promise(fits(graph.information, edges, InformationSize(graph.space)), "information of another number");
+  for (const PoseGraph::Edge& edge : graph.edges) {
+    const bool is_there = edge.from >= 0 && edge.from < poses && edge.to >= 0 && edge.to < poses;
+    Promise(is_there && edge.from != edge.to, "an edge between no two poses");
+  }
+  for (const Index fixed : graph.fixed) Promise(fixed >= 0 && fixed < poses, "no pose is fixed");
+  for (const auto* values : {&graph.poses, &graph.measurements, &graph.information}) {
+    for (const double value : *values) Promise(std::isfinite(value), "a number that is not finite");
+  }
+  for (const std::string& note : graph.notes) PromiseOneLine(note);
+}
+
+// But for rounding of the quaternions.
+bool Same(const PoseGraph& a, const PoseGraph& b) {
+  const auto near = [](const std::vector<double>& x, const std::vector<double>& y) {
+    return std::equal(x.begin(), x.end(), y.begin(), y.end(),
+                      [](double p, double q) { return std::abs(p - q) <= 1e-15 * (1 + std::abs(p)); });
+  };
+  return a.space == b.space && a.ids == b.ids && a.fixed == b.fixed && a.num_edges() == b.num_edges() &&
+         near(a.poses, b.poses) && near(a.measurements, b.measurements) && a.information == b.information;
+}
+
+}  // namespace
+
+void FuzzG2o(std::string_view bytes) {
+  static const ScratchFolder folder;
+  const std::string path = folder.Write("graph.g2o", bytes), copy = folder / "copy.g2o";
+  for (const bool clip : {false, true}) {
+    PoseGraph graph;
+    if (!Reads(path, [&] { graph = pose_graph::ReadG2o(path, {.clip_indefinite = clip}); })) continue;
+    PromiseGraph(graph);
+    pose_graph::WriteG2o(graph, copy);
+    // What was clipped is no longer indefinite.
+    Promise(Same(graph, pose_graph::ReadG2o(copy)), "written and read again it is another graph");
+  }
+}
+
+}  // namespace vesta::fuzz

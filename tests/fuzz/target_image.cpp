@@ -1,0 +1,55 @@
+#include <zlib.h>
+
+#include <cstdint>
+
+#include "problems/gaussian_splatting/io/image.h"
+#include "tests/fuzz/promise.h"
+#include "tests/fuzz/scratch_folder.h"
+#include "tests/fuzz/targets.h"
+
+namespace vesta::fuzz {
+namespace {
+
+// Bytes of a 32-bit number, the most significant first.
+std::uint32_t BigEndian(const std::string& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
+  return value;
+}
+
+// A PNG with the checksums that its chunks should have: else every change would end at the first of them.
+std::string WithChecksums(std::string_view bytes) {
+  constexpr std::size_t kSignature = 8, kAround = 12;  // length, type and checksum of a chunk
+  std::string png(bytes);
+  if (!png.starts_with("\x89PNG")) return png;
+  for (std::size_t at = kSignature; at + kAround <= png.size();) {
+    const std::size_t length = BigEndian(png, at);
+    if (length > png.size() - at - kAround) break;
+    const auto* chunk = reinterpret_cast<const unsigned char*>(png.data()) + at + 4;
+    const auto checksum = static_cast<std::uint32_t>(crc32_z(0, chunk, length + 4));
+    for (std::size_t k = 0; k < 4; ++k) png[at + 8 + length + k] = static_cast<char>(checksum >> (24 - 8 * k));
+    at += length + kAround;
+  }
+  return png;
+}
+
+}  // namespace
+
+void FuzzImage(std::string_view bytes) {
+  // Larger ones take long to decode. What their headers may ask for is bounded by CheckImageSize, which is passed here
+  // whatever the size.
+  constexpr std::int64_t kMostPixels = 1 << 20;
+  static const ScratchFolder folder;
+  const std::string path = folder.Write("image", WithChecksums(bytes));
+  gs::ImageSize size;
+  if (!Reads(path, [&] { size = gs::ReadImageSize(path); })) return;
+  Promise(size.width > 0 && size.height > 0, "an image without pixels");
+  if (std::int64_t{size.width} * size.height > kMostPixels) return;
+  gs::Image image;
+  if (!Reads(path, [&] { image = gs::LoadImage(path, {0.2f, 0.5f, 1.0f}); })) return;
+  Promise(image.width == size.width && image.height == size.height, "an image of another size than its header");
+  Promise(image.rgb.size() == 3 * image.num_pixels(), "values of another number");
+  for (const float value : image.rgb) Promise(value >= 0 && value <= 1, "a colour beyond 0..1");
+}
+
+}  // namespace vesta::fuzz

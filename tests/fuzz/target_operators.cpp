@@ -1,0 +1,118 @@
+// A few Gaussians in a small view. The bytes: whether they are wild, their number, degree and the size of the image, a
+// byte each; the camera; the Gaussians, attribute by attribute. Wild parameters are any floats, NaN and infinity
+// among them, and nothing may then break but the numbers. Others lie within the limits that are stated here, and the
+// numbers must hold too. Runs in float, and where tame in double.
+#include <bit>
+#include <cmath>
+
+#include "kernels/math/quaternion.h"
+#include "tests/fuzz/byte_source.h"
+#include "tests/fuzz/promise.h"
+#include "tests/fuzz/targets.h"
+#include "tests/support/adjoint.h"
+#include "tests/support/random.h"
+#include "tests/support/splat_scenes.h"
+
+namespace vesta::fuzz {
+namespace {
+
+splat::PosedCamera TakeCamera(ByteSource& bytes) {
+  splat::PosedCamera view{};
+  view.width = 1 + bytes.Below(40), view.height = 1 + bytes.Below(40);
+  double quaternion[4] = {1e-3, 0, 0, 0};
+  for (double& q : quaternion) q += bytes.Take<std::int8_t>();
+  RotationFromQuaternion(quaternion, view.R);
+  for (double& t : view.T) t = bytes.Between(-8, 8);
+  for (int i = 0; i < 3; ++i) {
+    view.centre[i] = -(view.R[i] * view.T[0] + view.R[3 + i] * view.T[1] + view.R[6 + i] * view.T[2]);
+  }
+  // Fields of view of about 1 to 175 degrees, the principal point up to two images away.
+  view.lens.fx = view.width * std::exp2(bytes.Between(-5, 6));
+  view.lens.fy = view.lens.fx * std::exp2(bytes.Between(-1, 1));
+  view.lens.cx = view.width * bytes.Between(-2, 3), view.lens.cy = view.height * bytes.Between(-2, 3);
+  view.near = std::exp2(bytes.Between(-10, 3));
+  return view;
+}
+
+double TakeTame(ByteSource& bytes, int attribute) {
+  if (attribute < splat::kLogScale) return bytes.Between(-20, 20);
+  if (attribute < splat::kQuaternion) return bytes.Between(-14, 14);  // 1e-6 to 1e6
+  if (attribute < splat::kOpacity) return bytes.Take<std::int8_t>() / 64.0;
+  if (attribute < splat::kSh) return bytes.Between(-50, 50);
+  return bytes.Between(-100, 100);
+}
+
+test::Scene TakeScene(ByteSource& bytes, bool wild) {
+  test::Scene scene;
+  scene.count = bytes.Below(8);
+  scene.sh_degree = bytes.Below(4);
+  scene.active_sh_degree = bytes.Below(scene.sh_degree + 1);
+  scene.view = TakeCamera(bytes);
+  const int attributes = splat::NumAttributes(scene.sh_degree);
+  scene.x.reserve(static_cast<std::size_t>(attributes * scene.count));
+  for (int i = 0; i < attributes * scene.count; ++i) {
+    const double value =
+        wild ? std::bit_cast<float>(bytes.Take<std::uint32_t>()) : TakeTame(bytes, i / std::max(scene.count, 1));
+    scene.x.push_back(static_cast<float>(value));
+  }
+  return scene;
+}
+
+template <class S>
+bool AllFinite(const std::vector<S>& values) {
+  return std::all_of(values.begin(), values.end(), [](S value) { return std::isfinite(value); });
+}
+
+template <class S>
+void PromiseAdjoint(test::RenderedView<S>& rendered, const std::vector<S>& v, const std::vector<S>& u, double bound) {
+  const std::vector<S> Jv = rendered.ApplyJ(v), JTu = rendered.ApplyJT(u);
+  Promise(AllFinite(Jv) && AllFinite(JTu), "a product that is not finite");
+  const double gap = test::AdjointGap(u, Jv, JTu, v);
+  Promise(gap <= bound, "J and J^T are " + std::to_string(gap) + " apart");
+}
+
+// All operators once. Promises what holds of numbers within the limits only where bound > 0, which is that of the
+// adjoint's gap.
+template <class S>
+void RunOperators(const test::Scene& scene, std::uint64_t seed, double bound) {
+  test::RenderedView<S> rendered(scene);
+  test::Random random(seed);
+  const std::vector<S> v = random.NormalVector<S>(scene.x.size()), u = random.NormalVector<S>(rendered.image.size());
+  std::vector<S> omega = u;
+  for (S& value : omega) value *= value;
+  const auto count = static_cast<std::size_t>(scene.count);
+  std::vector<S> blocks(count * splat::kGeometry * (splat::kGeometry + 1) / 2);
+  std::vector<S> harmonics(scene.x.size() - count * splat::kSh);
+  rendered.view.AddGram(rendered.model, rendered.image.data(), omega.data(), blocks.data(), harmonics.data(),
+                        rendered.workspace);
+  if (bound > 0) {
+    Promise(AllFinite(rendered.image), "an image that is not finite");
+    PromiseAdjoint(rendered, v, u, bound);
+    Promise(AllFinite(blocks) && AllFinite(harmonics), "a Gram matrix that is not finite");
+    for (std::size_t a = 0; a < splat::kGeometry; ++a) {
+      for (std::size_t i = 0; i < count; ++i) Promise(blocks[(a * (a + 1) / 2 + a) * count + i] >= 0, "not a square");
+    }
+  } else {
+    rendered.ApplyJ(v), rendered.ApplyJT(u);
+  }
+  for (const splat::CacheFormat format : {splat::CacheFormat::kFull, splat::CacheFormat::kHalf}) {
+    rendered.view.CacheJacobian(rendered.image.data(), format, rendered.workspace);
+    if (bound > 0) {
+      PromiseAdjoint(rendered, v, u, bound);
+    } else {
+      rendered.ApplyJ(v), rendered.ApplyJT(u);
+    }
+  }
+}
+
+}  // namespace
+
+void FuzzOperators(std::string_view bytes) {
+  ByteSource source(bytes);
+  const bool wild = source.Take<std::uint8_t>() % 2 == 1;
+  const test::Scene scene = TakeScene(source, wild);
+  RunOperators<float>(scene, bytes.size(), wild ? 0 : 1e-2);
+  if (!wild) RunOperators<double>(scene, bytes.size(), 1e-8);
+}
+
+}  // namespace vesta::fuzz
