@@ -15,13 +15,13 @@ namespace vesta::gs {
 // What both stages share.
 struct RunState {
   // The caller's: where the photographs lie and which options were given. Kept as it is.
-  std::string origin;
+  std::string origin = {};
   Stage stage = Stage::kAdam;
   int iteration = 0;                     // of the stage
   std::uint64_t scene = 0;               // FingerprintOf the scene
   double seconds = 0, eval_seconds = 0;  // of the training, and of its evaluations
-  std::vector<HistoryRow> history;
-  std::vector<std::string> notes;
+  std::vector<HistoryRow> history = {};
+  std::vector<std::string> notes = {};
 
   template <class Archive>
   void Visit(Archive& archive) {
