@@ -137,7 +137,9 @@ TEST_F(Checkpoints, ImpossibleOnesAreRefused) {
   EXPECT_EQ(error_of({}), "");
   EXPECT_THAT(error_of({.stage = kNoStage}), HasSubstr("cut short or damaged"));
   EXPECT_THAT(error_of({.iteration = -1}), HasSubstr("cut short or damaged"));
-  EXPECT_THAT(error_of({.history = {{.stage = kNoStage}}}), HasSubstr("cut short or damaged"));
+  HistoryRow row;
+  row.stage = kNoStage;
+  EXPECT_THAT(error_of({.history = {row}}), HasSubstr("cut short or damaged"));
 }
 
 TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
