@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -129,24 +130,26 @@ TEST_F(Checkpoints, DamageIsNamed) {
 
 // Whose checksum is right.
 TEST_F(Checkpoints, ImpossibleOnesAreRefused) {
-  const auto error_of = [&](RunState run) {
+  const auto error_of = [&](Stage stage, int iteration, Stage stage_of_row) {
+    RunState run;
+    run.stage = stage, run.iteration = iteration;
+    run.history.emplace_back().stage = stage_of_row;
     WriteCheckpoint(Path("forged"), run, [](ArchiveWriter&) {});
     return ErrorIn(Path("forged"));
   };
   constexpr auto kNoStage = static_cast<Stage>(7);
-  EXPECT_EQ(error_of({}), "");
-  EXPECT_THAT(error_of({.stage = kNoStage}), HasSubstr("cut short or damaged"));
-  EXPECT_THAT(error_of({.iteration = -1}), HasSubstr("cut short or damaged"));
-  HistoryRow row;
-  row.stage = kNoStage;
-  EXPECT_THAT(error_of({.history = {row}}), HasSubstr("cut short or damaged"));
+  EXPECT_EQ(error_of(Stage::kLm, 3, Stage::kAdam), "");
+  EXPECT_THAT(error_of(kNoStage, 3, Stage::kAdam), HasSubstr("cut short or damaged"));
+  EXPECT_THAT(error_of(Stage::kLm, -1, Stage::kAdam), HasSubstr("cut short or damaged"));
+  EXPECT_THAT(error_of(Stage::kLm, 3, kNoStage), HasSubstr("cut short or damaged"));
 }
 
 TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
   std::string saved;
   ArchiveWriter archive([&](std::string_view bytes) { saved += bytes; });
   std::vector<float> parameters(splat::NumAttributes(0));
-  for (const Index count : {Index{1}, Index{-1}, Index{2}, Index{1} << 62}) {
+  // 14 times the last one wraps to 14.
+  for (const Index count : {Index{1}, Index{-1}, Index{2}, std::numeric_limits<Index>::min() + 1}) {
     saved.clear();
     LmStageShape shape{.sh_degree = 0, .count = count, .done = 0, .units = {}};
     archive(shape, parameters);
