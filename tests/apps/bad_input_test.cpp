@@ -153,7 +153,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"help", "trian"}, kUsage, "trian: no such command"},
         BadLine{{"eval", "a", "b", "--iterations=5"},
                 kUsage,
-                "--iterations: not a flag of eval, but of train, config, bundle_adjust"},
+                "--iterations: not a flag of eval, but of train, refine, config, bundle_adjust"},
         BadLine{{"train", "a", "--truth"}, kUsage, "--truth: not a flag of train, but of render"},
         BadLine{{"train", "a", "--notruth"}, kUsage, "not a flag of train"},
         BadLine{{"train", "a", "--speed=9"}, kUsage, "--speed: no such flag"},
