@@ -98,7 +98,7 @@ void ConfigFile::Apply(gs::TrainOptions& options) const {
   for (const auto& [room, values] : json_["options"].items()) {
     if (!values.is_object()) Fail("{}: {}: it must hold options of its own, in braces", path_, Printable(room));
     for (const auto& [key, value] : values.items()) {
-      const std::string name = room + "." + key;
+      const std::string name = fmt::format("{}.{}", room, key);
       const schema::Field<gs::TrainOptions>* field = schema::Find(gs::TrainFields(), name);
       if (!field) {
         const std::vector<std::string> nearest = schema::Nearest(name, schema::Names(gs::TrainFields()));

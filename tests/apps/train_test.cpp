@@ -201,7 +201,8 @@ TEST_F(TinyTraining, RefineBySingleViewsKeepsTheGaussians) {
   const std::string refined = folder_ / "refined";
   const ProgramOutput output = RunProgram({"refine", Ply(out_), scene_, "--out", refined, "--iterations=60"});
   ASSERT_EQ(output.status, 0) << output.err;
-  const json metrics = Metrics(refined), history = metrics["history"];
+  const json metrics = Metrics(refined);
+  const json& history = metrics["history"];
   EXPECT_EQ(history[0]["iteration"], 0);
   EXPECT_NEAR(history[0]["test_psnr"], Metrics(out_)["test"]["psnr"].get<double>(), 1e-6) << "of what was given";
   EXPECT_EQ(history.back()["stage"], "adam");

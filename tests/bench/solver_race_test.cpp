@@ -60,6 +60,7 @@ TEST(Choices, CrossSolversAndTolerances) {
               {"iterates", LinearSolverKind::kPcg, PreconditionerKind::kJacobi}},
              LmOptions(), "double", make, choices);
   std::vector<std::string> names;
+  names.reserve(choices.size());
   for (const Choice& choice : choices) names.push_back(choice.contender.name);
   EXPECT_THAT(names,
               testing::ElementsAre("exact, -, double", "iterates, model 0.1, double", "iterates, model 0.01, double",

@@ -1,5 +1,6 @@
+#include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <iterator>
 
 #include "problems/bundle_adjustment/bal_file.h"
 #include "tests/fuzz/promise.h"
@@ -22,11 +23,11 @@ void PromiseBundle(const bundle::BundleData& data) {
 
 bool Same(const bundle::BundleData& a, const bundle::BundleData& b) {
   const auto same = [](const bundle::Observation& o, const bundle::Observation& p) {
-    return o.camera == p.camera && o.point == p.point && std::memcmp(o.pixel, p.pixel, sizeof(o.pixel)) == 0;
+    return o.camera == p.camera && o.point == p.point &&
+           std::equal(std::begin(o.pixel), std::end(o.pixel), std::begin(p.pixel));
   };
   return std::equal(a.observations.begin(), a.observations.end(), b.observations.begin(), b.observations.end(), same) &&
-         a.x.size() == b.x.size() &&
-         (a.x.empty() || std::memcmp(a.x.data(), b.x.data(), a.x.size() * sizeof(double)) == 0);
+         std::equal(a.x.begin(), a.x.end(), b.x.begin(), b.x.end());
 }
 
 }  // namespace

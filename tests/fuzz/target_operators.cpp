@@ -51,7 +51,7 @@ test::Scene TakeScene(ByteSource& bytes, bool wild) {
   scene.active_sh_degree = bytes.Below(scene.sh_degree + 1);
   scene.view = TakeCamera(bytes);
   const int attributes = splat::NumAttributes(scene.sh_degree);
-  scene.x.reserve(static_cast<std::size_t>(attributes * scene.count));
+  scene.x.reserve(static_cast<std::size_t>(Index{attributes} * scene.count));
   for (int i = 0; i < attributes * scene.count; ++i) {
     const double value =
         wild ? std::bit_cast<float>(bytes.Take<std::uint32_t>()) : TakeTame(bytes, i / std::max(scene.count, 1));
