@@ -161,7 +161,7 @@ void CheckArguments(const CommandLine& line) {
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option) {
   if (command.command & (kTrain | kConfig)) return true;
   if (command.command != kRefine) return false;
-  // These are the model's, or of the stage that it has behind it.
+  // These are the model's, or of growth, of which there is none.
   return !option.name.starts_with("density.") && option.name != "train.sh_degree" && option.name != "train.background";
 }
 

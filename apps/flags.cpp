@@ -61,9 +61,8 @@ const FlagTable& ProgramFlags() {
             "where all options start: lengths of ours, or the settings of 3DGS-LM's paper or code"}},
           {kRefine,
            {"method", &O::method, kMethods,
-            "by Adam on single views, by Levenberg-Marquardt on all of them, or by one after the other; auto: what "
-            "gains "
-            "more for its time, which is views"}},
+            "by Adam on single views, Levenberg-Marquardt on all, or one after the other; auto: by views, which gains "
+            "more"}},
       },
       {
           {kTrain,

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -123,6 +125,15 @@ int ParseCount(const std::string& flag, const std::string& text) {
     Fail("--{}={}: choose a whole number above 0", flag, text);
   }
   return static_cast<int>(value);
+}
+
+int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv) {
+  try {
+    return body(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", bench, error.what());
+    return 1;
+  }
 }
 
 }  // namespace vesta::bench

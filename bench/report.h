@@ -72,4 +72,7 @@ std::vector<std::string> SplitAtCommas(const std::string& text);
 // A whole number from 1 to 10 million. Throws Error, naming the flag, for anything else.
 int ParseCount(const std::string& flag, const std::string& text);
 
+// The body of main: runs `body`. An exception becomes one line on stderr after the benchmark's name, and status 1.
+int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv);
+
 }  // namespace vesta::bench

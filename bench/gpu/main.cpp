@@ -273,11 +273,4 @@ int Run(int argc, char** argv) {
 }  // namespace
 }  // namespace vesta::bench
 
-int main(int argc, char** argv) {
-  try {
-    return vesta::bench::Run(argc, argv);
-  } catch (const vesta::Error& error) {
-    fmt::print(stderr, "gpu_kernels: {}\n", error.what());
-    return 1;
-  }
-}
+int main(int argc, char** argv) { return vesta::bench::ReportErrors("gpu_kernels", vesta::bench::Run, argc, argv); }

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -77,28 +76,31 @@ void Tell(const Race& race, const std::vector<Outcome>& outcomes, Sort sort, dou
     return name.rfind("Ceres CGNR", 0) == 0 ||
            (name.rfind("Ceres ITERATIVE", 0) == 0 && name.find("explicit") == std::string::npos);
   };
-  const double ours = Fastest(outcomes, goal, [](const std::string& name) { return name == "vesta"; });
-  const auto target = [&](const std::string& what, double theirs, double time, double times) {
+  const auto native = [](const std::string& name) { return name == "vesta"; };
+  const auto target = [&](const std::string& what, const auto& theirs, const auto& mine, double times) {
+    const auto races = [&](const auto& passes) {
+      return std::any_of(outcomes.begin(), outcomes.end(),
+                         [&](const Outcome& outcome) { return passes(outcome.name); });
+    };
+    if (!races(theirs) || !races(mine)) return;
+    const double their_time = Fastest(outcomes, goal, theirs), my_time = Fastest(outcomes, goal, mine);
     // A solver that did not get there took at least the whole time. If neither did, the ratio is unknown.
-    if (std::isinf(time) && std::isinf(theirs)) return;
-    const double ratio = std::min(theirs, limit) / std::min(time, limit);
+    if (std::isinf(my_time) && std::isinf(their_time)) return;
+    const double ratio = std::min(their_time, limit) / std::min(my_time, limit);
     report.AddTarget(
         {fmt::format("{}, {} threads: {}", race.problem, race.threads, what), ratio, "x", times, ratio >= times});
   };
   if (sort == Sort::kCalibration) {
-    target("the bridge against the best of Ceres", Fastest(outcomes, goal, starts("Ceres")),
-           Fastest(outcomes, goal, starts("vesta bridge auto")), 1 / 1.1);
+    target("the bridge against the best of Ceres", starts("Ceres"), starts("vesta bridge auto"), 1 / 1.1);
     return;
   }
   if (sort == Sort::kPoses) {
-    target("vesta against CGNR", Fastest(outcomes, goal, starts("Ceres CGNR")), ours,
-           race.problem == "sphere2500" ? 5 : 1);
+    target("vesta against CGNR", starts("Ceres CGNR"), native, race.problem == "sphere2500" ? 5 : 1);
   } else {
-    target("vesta against CGNR and implicit ITERATIVE_SCHUR", Fastest(outcomes, goal, implicit), ours, 2);
+    target("vesta against CGNR and implicit ITERATIVE_SCHUR", implicit, native, 2);
   }
-  target("vesta against the best of Ceres", Fastest(outcomes, goal, starts("Ceres")), ours, 1);
-  target("the bridge against CGNR", Fastest(outcomes, goal, starts("Ceres CGNR")),
-         Fastest(outcomes, goal, starts("vesta bridge")), 1);
+  target("vesta against the best of Ceres", starts("Ceres"), native, 1);
+  target("the bridge against CGNR", starts("Ceres CGNR"), starts("vesta bridge"), 1);
 }
 
 int Main(int argc, char** argv) {
@@ -116,7 +118,6 @@ int Main(int argc, char** argv) {
     if (!curves) Fail("--curves={}: the file cannot be written", curves_path);
     curves << "problem,threads,solver,seconds,cost,inner\n";
   }
-  const auto wanted = [&](const std::string& name) { return name.find(only) != std::string::npos; };
   for (const std::string& threads : SplitAtCommas(arguments.Flag("threads", "1,2"))) {
     const RaceOptions options{ParseCount("threads", threads), static_cast<double>(arguments.Count("seconds", 60))};
     const auto run = [&](const std::string& name, std::vector<Contender> contenders, Sort sort) {
@@ -128,10 +129,8 @@ int Main(int argc, char** argv) {
       const Race race{name, options.threads, std::move(contenders)};
       Tell(race, RunRace(race, repeats, times), sort, options.seconds, report, curves_path.empty() ? nullptr : &curves);
     };
-    for (const std::string& path : FilesOf(arguments.Flag("data", ""), ".txt")) {
-      const std::string name = std::filesystem::path(path).stem().string();
-      if (!wanted(name)) continue;
-      run(name, BundleContenders([path] { return bundle::ReadBal(path); }, options), Sort::kBundle);
+    for (const ProblemFile& file : FilesOf(arguments.Flag("data", ""), ".txt", only)) {
+      run(file.name, BundleContenders([path = file.path] { return bundle::ReadBal(path); }, options), Sort::kBundle);
     }
     for (const std::string& text : SplitAtCommas(arguments.Flag("generated", ""))) {
       const bundle::GenerateOptions generated = Generated(text);
@@ -145,10 +144,8 @@ int Main(int argc, char** argv) {
       }
       run("calibration " + text, CalibrationContenders(views, corners, options), Sort::kCalibration);
     }
-    for (const std::string& path : FilesOf(arguments.Flag("pose_graphs", ""), ".g2o")) {
-      const std::string name = std::filesystem::path(path).stem().string();
-      if (!wanted(name)) continue;
-      run(name, PoseGraphContenders(path, options), Sort::kPoses);
+    for (const ProblemFile& file : FilesOf(arguments.Flag("pose_graphs", ""), ".g2o", only)) {
+      run(file.name, PoseGraphContenders(file.path, options), Sort::kPoses);
     }
   }
   report.Finish(arguments.Flag("json", ""));
@@ -159,10 +156,5 @@ int Main(int argc, char** argv) {
 }  // namespace vesta::bench
 
 int main(int argc, char** argv) {
-  try {
-    return vesta::bench::Main(argc, argv);
-  } catch (const vesta::Error& error) {
-    std::fprintf(stderr, "solver_vs_ceres: %s\n", error.what());
-    return 1;
-  }
+  return vesta::bench::ReportErrors("solver_vs_ceres", vesta::bench::Main, argc, argv);
 }

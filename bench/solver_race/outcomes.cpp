@@ -61,15 +61,17 @@ Row Figures(const Outcome& outcome, const Goals& goals) {
           {"peak MiB", run.peak_mib}};
 }
 
-std::vector<std::string> FilesOf(const std::string& folder, const std::string& extension) {
-  std::vector<std::string> files;
+std::vector<ProblemFile> FilesOf(const std::string& folder, const std::string& extension, const std::string& part) {
+  std::vector<ProblemFile> files;
   if (folder.empty()) return files;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (entry.path().extension() == extension) files.push_back(entry.path().string());
+    if (entry.path().extension() != extension) continue;
+    files.push_back({entry.path().string(), entry.path().stem().string()});
   }
   if (files.empty()) Fail("{}: holds no *{} file", folder, extension);
-  std::sort(files.begin(), files.end());
+  std::erase_if(files, [&](const ProblemFile& file) { return file.name.find(part) == std::string::npos; });
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
   return files;
 }
 

@@ -45,7 +45,11 @@ Goals GoalsOf(const std::vector<Outcome>& outcomes, double known = std::numeric_
 // The columns from "s to 1.01" to "peak MiB". All are infinite or 0 of a contender that failed.
 Row Figures(const Outcome& outcome, const Goals& goals);
 
-// The files in a folder with this extension, sorted; none for "". Throws Error where the folder holds none.
-std::vector<std::string> FilesOf(const std::string& folder, const std::string& extension);
+struct ProblemFile {
+  std::string path, name;  // the name without folder and extension
+};
+// The files in a folder with this extension, sorted, whose names have `part` in them; none for "". Throws Error where
+// the folder holds none with the extension.
+std::vector<ProblemFile> FilesOf(const std::string& folder, const std::string& extension, const std::string& part);
 
 }  // namespace vesta::bench

@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <map>
 
@@ -62,6 +61,7 @@ class Tradeoff {
         solvers_(SplitAtCommas(arguments.Flag("solvers", ""))) {}
 
   const RaceOptions& race() const { return race_; }
+  const std::string& only() const { return only_; }
   bool Wants(const std::string& problem) const { return problem.find(only_) != std::string::npos; }
 
   void Run(const std::string& sort, const std::string& problem, double known, std::vector<Choice> choices) {
@@ -143,15 +143,11 @@ int Main(int argc, char** argv) {
       argc, argv,
       {"data", "pose_graphs", "nist", "threads", "repeats", "times", "seconds", "only", "solvers", "json", "all_json"});
   Tradeoff tradeoff(arguments);
-  for (const std::string& path : FilesOf(arguments.Flag("data", ""), ".txt")) {
-    const std::string name = std::filesystem::path(path).stem().string();
-    if (tradeoff.Wants(name)) tradeoff.Run("BAL", name, KnownCost(name), BundleChoices(path, tradeoff.race()));
+  for (const auto& [path, name] : FilesOf(arguments.Flag("data", ""), ".txt", tradeoff.only())) {
+    tradeoff.Run("BAL", name, KnownCost(name), BundleChoices(path, tradeoff.race()));
   }
-  for (const std::string& path : FilesOf(arguments.Flag("pose_graphs", ""), ".g2o")) {
-    const std::string name = std::filesystem::path(path).stem().string();
-    if (tradeoff.Wants(name)) {
-      tradeoff.Run("pose graphs", name, KnownCost(name), PoseGraphChoices(path, tradeoff.race()));
-    }
+  for (const auto& [path, name] : FilesOf(arguments.Flag("pose_graphs", ""), ".g2o", tradeoff.only())) {
+    tradeoff.Run("pose graphs", name, KnownCost(name), PoseGraphChoices(path, tradeoff.race()));
   }
   for (const std::string& start : SplitAtCommas(arguments.Flag("nist", ""))) {
     if (start != "1" && start != "2") Fail("--nist={}: choose 1, 2, or 1,2", start);
@@ -167,10 +163,5 @@ int Main(int argc, char** argv) {
 }  // namespace vesta::bench
 
 int main(int argc, char** argv) {
-  try {
-    return vesta::bench::Main(argc, argv);
-  } catch (const vesta::Error& error) {
-    std::fprintf(stderr, "solver_tradeoff: %s\n", error.what());
-    return 1;
-  }
+  return vesta::bench::ReportErrors("solver_tradeoff", vesta::bench::Main, argc, argv);
 }

@@ -47,7 +47,8 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   setup.scene = gs::LoadScene(path, app::SceneOptions(setup.options));
   setup.options = gs::FitToScene(setup.options, gs::NumTrainingViews(setup.scene));
   // These races are about LM.
-  if (setup.options.lm.iterations == 0) setup.options.lm.iterations = gs::LmStageOptions().iterations;
+  constexpr int kLmIterations = 8;
+  if (setup.options.lm.iterations == 0) setup.options.lm.iterations = kLmIterations;
   return setup;
 }
 
@@ -59,15 +60,6 @@ std::ofstream OpenCurves(const Arguments& arguments) {
   if (!curves) Fail("--curves={}: the file cannot be written", path);
   WriteCsvHeader(curves);
   return curves;
-}
-
-int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv) {
-  try {
-    return body(argc, argv);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", bench, error.what());
-    return 1;
-  }
 }
 
 }  // namespace vesta::bench

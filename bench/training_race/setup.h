@@ -24,7 +24,4 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
 // The file of --curves with its head; not open where the flag was not given. Throws Error where it cannot be written.
 std::ofstream OpenCurves(const Arguments& arguments);
 
-// The body of main: runs `body`. An exception becomes one line on stderr after the benchmark's name, and status 1.
-int ReportErrors(const char* bench, int (*body)(int, char**), int argc, char** argv);
-
 }  // namespace vesta::bench

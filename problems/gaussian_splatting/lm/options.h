@@ -63,7 +63,7 @@ struct SplatMetricOptions {
 
 // Levenberg-Marquardt on all training views (solver/), started from where Adam stopped.
 struct LmStageOptions : SplatMetricOptions {
-  int iterations = 8;
+  int iterations = 0;
   // The stage ends sooner where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
   // next to nothing to gain (docs/results/2026-11-22-stage-switch.md).
   double min_gain = 0.006;

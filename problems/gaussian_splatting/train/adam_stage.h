@@ -154,6 +154,7 @@ class AdamStage {
     const int n = *options_.adam.iterations, done = state_->iteration;
     const double before = state_->span.after, planned = 1.0 * done / n;
     const double left = n - done, in_time = IterationsInTime();
+    // A limit that never binds changes no bit.
     const bool is_on_plan = before == planned && left <= in_time;
     if (is_on_plan || options_.time_limit <= 0) return {planned, (done + 1.0) / n};
     return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};

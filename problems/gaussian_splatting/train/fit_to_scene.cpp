@@ -17,6 +17,7 @@ Index NumTrainingViews(const Scene& scene) {
 }
 
 TrainOptions FitToScene(TrainOptions options, Index training_views) {
+  ValidateOptions(options);
   AdamOptions& adam = options.adam;
   constexpr double kMost = 1e7;
   if (!adam.iterations) {

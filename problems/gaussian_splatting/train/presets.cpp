@@ -9,14 +9,10 @@ namespace vesta::gs {
 namespace {
 
 // Single views gain more for their work than LM wherever that was measured (docs/results/2026-11-24-length.md).
-TrainOptions Balanced() {
-  TrainOptions options;
-  options.lm.iterations = 0;
-  return options;
-}
+TrainOptions Balanced() { return {}; }
 
 TrainOptions Fast() {
-  TrainOptions options = Balanced();
+  TrainOptions options;
   options.adam.length = 0.25;
   options.lm.view_agreement = 0;  // after so short an Adam stage the views still agree on most of the gradient
   // With the whole gradient, blocks of the harmonics pay (docs/results/2026-11-23-harmonics-blocks.md).
@@ -26,7 +22,7 @@ TrainOptions Fast() {
 }
 
 TrainOptions Best() {
-  TrainOptions options = Balanced();
+  TrainOptions options;
   options.adam.length = 2;
   options.density.gradient_threshold = 5e-4;
   options.lm.min_gain = 0.001;

@@ -130,11 +130,9 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   }
 }
 
-TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool is_given,
-                      double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
-  ValidateOptions(asked);
+TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options, bool is_given, double seconds_before,
+                      const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
-  TrainOptions options = FitToScene(asked, NumTrainingViews(scene));
   TrainingSession session(scene, options, seconds_before, callbacks);
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
@@ -196,7 +194,7 @@ TrainResult Train(const Scene& scene, const TrainOptions& options, double second
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
                    const TrainCallbacks& callbacks, const StageRunners& stages) {
   const std::vector<Index> order = SpatialOrder(model);
-  TrainOptions without_growth = options;
+  TrainOptions without_growth = FitToScene(options, NumTrainingViews(scene));
   without_growth.density.enabled = false;
   TrainResult result =
       RunStages(scene, InOrder(std::move(model), order), without_growth, true, seconds_before, callbacks, stages);

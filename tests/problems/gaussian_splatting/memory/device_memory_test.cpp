@@ -126,6 +126,7 @@ TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {
 
 TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
   TrainOptions options;
+  options.lm.iterations = 8;
   const MemoryScene scene = MadeUp();
   LmStageOptions recompute;
   recompute.jacobian = JacobianKind::kRecompute;
@@ -158,6 +159,7 @@ TEST(DeviceMemoryPlan, TakesWhatIsFreeOrTheBudget) {
 
 TEST(DeviceMemoryPlan, GaussiansGrowAsFarAsTheGpuHasRoom) {
   TrainOptions options;
+  options.lm.iterations = 8;
   options.density.max_gaussians = 1000000;
   const Index fit = PlanGaussians(MadeUp(), options, DeviceMemory({}, 0.6 * kGib));
   EXPECT_GT(fit, 20000);

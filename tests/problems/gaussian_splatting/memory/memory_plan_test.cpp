@@ -64,6 +64,7 @@ double Gib(double bytes) { return bytes / (1 << 30); }
 
 TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
   TrainOptions options;
+  options.lm.iterations = 8;
   options.lm.jacobian = JacobianKind::kCache16;
   const MemoryScene scene = MadeUp();
   LmStageOptions recompute = options.lm, rebuild = options.lm;
@@ -104,6 +105,7 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
 
 TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
   TrainOptions options;
+  options.lm.iterations = 8;
   options.memory = {.budget_gib = 0.05, .before_mib = 10};
   const auto message_of = [&](const auto& call) -> std::string {
     try {
@@ -127,6 +129,7 @@ TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
 
 TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
   TrainOptions options;
+  options.lm.iterations = 8;
   options.density.max_gaussians = 1000000;
   EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 1000000);
   options.memory.budget_gib = 0.5;
