@@ -89,6 +89,11 @@ void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, st
   terms_.push_back({std::move(cost), std::move(loss)});
 }
 
+void BlockProblem::ReserveResidualBlocks(std::size_t count) {
+  residuals_.reserve(count);
+  terms_.reserve(count);
+}
+
 void BlockProblem::Changed() {
   structure_.reset();
   normal_matrix_.reset();

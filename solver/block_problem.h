@@ -2,6 +2,7 @@
 // ceres::Problem, with the Jacobian held block by block.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -53,6 +54,9 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   // No loss: rho(s) = s. The blocks are as many as the cost function has, of its sizes, all different.
   void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
                         std::vector<int> blocks);
+
+  // Room for `count` residual blocks in all, for who knows their number.
+  void ReserveResidualBlocks(std::size_t count);
 
   void set_evaluation_callback(std::function<void(ConstView x, bool jacobians)> callback) {
     options_.evaluation_callback = std::move(callback);

@@ -22,7 +22,9 @@ void SetNumThreads(int num_threads) {
   CheckNumThreads(num_threads);
   g_num_threads = num_threads;
   Control().reset();
-  if (num_threads > 0) {
+  // One thread needs no oneTBB: to start it would cost a small problem a third of its time (it looks for its allocator's
+  // library, and asks the system about its memory).
+  if (num_threads > 1) {
     Control() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                       static_cast<std::size_t>(num_threads));
   }
@@ -36,7 +38,6 @@ void ParallelForChunks(Index count, Index grain, const std::function<void(Index,
   const auto run = [&](Index begin, Index end) {
     for (Index c = begin; c < end; ++c) body(c * grain, std::min(count, (c + 1) * grain));
   };
-  // Starting oneTBB for one thread would cost a small problem a third of its time.
   if (chunks == 1 || g_num_threads == 1) return run(0, chunks);
   tbb::parallel_for(
       tbb::blocked_range<Index>(0, chunks, 1),

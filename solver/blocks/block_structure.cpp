@@ -89,6 +89,10 @@ void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters
 
 void BlockStructure::LayRows(std::span<const ResidualBlock> residuals, const std::vector<bool>& eliminated,
                              const std::vector<int>& free_of) {
+  std::size_t arguments = 0;
+  for (const ResidualBlock& residual : residuals) arguments += residual.parameters.size();
+  rows_.reserve(residuals.size());
+  cells_.reserve(arguments);
   for (const ResidualBlock& residual : residuals) {
     BlockRow row{.residual_offset = num_residuals_,
                  .value_offset = 0,
@@ -108,6 +112,7 @@ void BlockStructure::LayRows(std::span<const ResidualBlock> residuals, const std
   }
   // Values lie in the order in which they are mostly read: an eliminated block's rows one after another.
   std::vector<std::pair<int, std::size_t>> order;
+  order.reserve(rows_.size());
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const BlockRow& row = rows_[r];
     order.emplace_back(

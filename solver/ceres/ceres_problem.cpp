@@ -13,19 +13,6 @@ namespace vesta::ceres_bridge {
 
 namespace {
 
-class Cost final : public CostFunction {
- public:
-  explicit Cost(const ceres::CostFunction& cost)
-      : CostFunction(cost.num_residuals(), {cost.parameter_block_sizes().begin(), cost.parameter_block_sizes().end()}),
-        cost_(cost) {}
-  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
-    return cost_.Evaluate(parameters, residuals, jacobians);
-  }
-
- private:
-  const ceres::CostFunction& cost_;
-};
-
 class LossOf final : public Loss {
  public:
   explicit LossOf(const ceres::LossFunction& loss) : loss_(loss) {}
@@ -88,6 +75,14 @@ std::shared_ptr<const Manifold> ManifoldFor(const ceres::Problem& problem, const
 
 }  // namespace
 
+CeresProblem::Cost::Cost(const ceres::CostFunction& cost)
+    : CostFunction(cost.num_residuals(), {cost.parameter_block_sizes().begin(), cost.parameter_block_sizes().end()}),
+      cost_(cost) {}
+
+bool CeresProblem::Cost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+  return cost_.Evaluate(parameters, residuals, jacobians);
+}
+
 CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options options) : problem_(std::move(options)) {
   problem.GetParameterBlocks(&values_);
   for (const double* values : values_) {
@@ -116,14 +111,12 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
   }
   std::vector<ceres::ResidualBlockId> residual_blocks;
   problem.GetResidualBlocks(&residual_blocks);
-  std::unordered_map<const ceres::CostFunction*, std::shared_ptr<const CostFunction>> costs;
+  problem_.ReserveResidualBlocks(residual_blocks.size());
   std::unordered_map<const ceres::LossFunction*, std::shared_ptr<const Loss>> losses;
   std::vector<double*> arguments;
   for (const ceres::ResidualBlockId id : residual_blocks) {
-    const ceres::CostFunction* cost = problem.GetCostFunctionForResidualBlock(id);
     const ceres::LossFunction* loss = problem.GetLossFunctionForResidualBlock(id);
-    auto& our_cost = costs[cost];
-    if (!our_cost) our_cost = std::make_shared<Cost>(*cost);
+    const Cost& cost = costs_.emplace_back(*problem.GetCostFunctionForResidualBlock(id));
     std::shared_ptr<const Loss> our_loss;
     if (loss) {
       auto& known = losses[loss];
@@ -134,7 +127,8 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
     std::vector<int> blocks;
     blocks.reserve(arguments.size());
     for (const double* values : arguments) blocks.push_back(block_of_.at(values));
-    problem_.AddResidualBlock(our_cost, our_loss, std::move(blocks));
+    // Owned here: a pointer without a count of its own.
+    problem_.AddResidualBlock({std::shared_ptr<const CostFunction>(), &cost}, std::move(our_loss), std::move(blocks));
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <ceres/ceres.h>
 
+#include <deque>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -36,6 +37,16 @@ class CeresProblem {
   int block(const double* values) const;
 
  private:
+  class Cost final : public CostFunction {
+   public:
+    explicit Cost(const ceres::CostFunction& cost);
+    bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+
+   private:
+    const ceres::CostFunction& cost_;
+  };
+
+  std::deque<Cost> costs_;  // of each residual block
   BlockProblem problem_;
   std::vector<double*> values_;  // of each block
   std::unordered_map<const double*, int> block_of_;
