@@ -17,9 +17,11 @@ constexpr Index kGrain = 64;
 
 BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstView x)
     : problem_(problem),
-      storage_(problem.storage_),
-      jacobian_(problem.Structure(), std::move(storage_)),
-      residuals_(problem.Structure().num_residuals()) {
+      memory_(problem.memory_),
+      jacobian_(problem.Structure(), std::move(memory_.jacobian)),
+      residuals_(std::move(memory_.residuals)),
+      product_(std::move(memory_.product)) {
+  residuals_.ResizeForOverwrite(problem.Structure().num_residuals());
   const auto rows = static_cast<Index>(problem.Structure().rows().size());
   ParallelForChunks(rows, kGrain, [&](Index begin, Index end) {
     Scratch scratch;
@@ -69,6 +71,12 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, I
     for (int i = 0; i < row.num_residuals; ++i) s += f[i] * f[i];
     LossCorrection(loss->Evaluate(s), s).Apply(row.num_residuals, row.width, f, values, row.width, 1);
   }
+}
+
+void BlockLinearization::ApplyH(ConstView v, View Hv) {
+  product_.ResizeForOverwrite(num_residuals());
+  jacobian_.Apply(v, product_);
+  jacobian_.ApplyTranspose(product_, Hv);
 }
 
 const BlockMatrix& BlockLinearization::NormalMatrix() {

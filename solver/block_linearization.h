@@ -1,6 +1,8 @@
 // BlockProblem at one x.
 #pragma once
 
+#include <utility>
+
 #include "solver/block_problem.h"
 #include "solver/blocks/block_jacobian.h"
 #include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
@@ -13,13 +15,14 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>, publi
   // Evaluates all residuals and Jacobians, manifolds and losses applied. The problem must outlive this object and not
   // change in its life.
   BlockLinearization(const BlockProblem& problem, ConstView x);
-  ~BlockLinearization() override { storage_ = jacobian_.TakeStorage(); }
+  ~BlockLinearization() override { memory_ = {jacobian_.TakeStorage(), std::move(residuals_), std::move(product_)}; }
 
   Index num_residuals() const override { return residuals_.size(); }
   Index num_parameters() const override { return jacobian_.structure().num_tangent(); }
   ConstView residuals() const override { return residuals_.view(); }
   void ApplyJ(ConstView v, View u) override { jacobian_.Apply(v, u); }
   void ApplyJT(ConstView u, View g) override { jacobian_.ApplyTranspose(u, g); }
+  void ApplyH(ConstView v, View Hv) override;
   void DiagJTJ(View d) override { jacobian_.SquaredColumns(d); }
   std::vector<BlockGroup> block_groups() const override { return jacobian_.structure().groups(); }
   void BlockGram(BlockDiagonal<B>& diagonal) override { jacobian_.Gram(BlockJacobian::Part::kAll, diagonal); }
@@ -31,9 +34,10 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>, publi
   void EvaluateRow(const BlockProblem& problem, ConstView x, Index row, Scratch& scratch);
 
   const BlockProblem& problem_;
-  B::Vector& storage_;  // the problem's: a Jacobian's memory goes from one linearization to the next
+  BlockProblem::LinearizationMemory& memory_;  // the problem's
   BlockJacobian jacobian_;
   B::Vector residuals_;                               // corrected for the losses, as the Jacobian is
+  B::Vector product_;                                 // J v, of ApplyH
   std::shared_ptr<const BlockMatrix> normal_matrix_;  // once asked for
 };
 

@@ -101,6 +101,10 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
     std::shared_ptr<const CostFunction> cost;
     std::shared_ptr<const Loss> loss;
   };
+  // What a linearization hands on to the next: memory, not contents.
+  struct LinearizationMemory {
+    B::Vector jacobian, residuals, product;
+  };
   const ParameterBlock& Parameter(int block) const;
   void Changed();
   const BlockStructure& Structure() const;
@@ -140,7 +144,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   std::vector<Term> terms_;
   std::vector<double> lower_, upper_;  // an entry of x each, or empty: no bounds
   mutable std::optional<BlockStructure> structure_;
-  mutable B::Vector storage_;  // of a Jacobian, between two linearizations
+  mutable LinearizationMemory memory_;
   // Kept from one linearization to the next: the sums of H, the plan of its factor, and the memory of both.
   mutable std::shared_ptr<BlockNormalMatrix> normal_matrix_;
   std::shared_ptr<SparseCholesky> cholesky_;

@@ -16,10 +16,10 @@ class BlockJacobian {
   // Some of the free blocks.
   enum class Part { kAll, kKept, kEliminated };
 
-  // storage: memory to use again, of any size; its contents do not count.
+  // Holds anything until it is written. storage: memory to use again, of any size.
   explicit BlockJacobian(const BlockStructure& structure, B::Vector storage = {})
       : structure_(structure), values_(std::move(storage)) {
-    if (values_.size() != structure.num_values()) values_.Resize(structure.num_values());
+    values_.ResizeForOverwrite(structure.num_values());
   }
   B::Vector TakeStorage() { return std::move(values_); }
 

@@ -28,6 +28,12 @@ void VisitPairs(const BlockStructure& structure, const Visit& visit) {
   }
 }
 
+std::size_t NumPairs(const BlockStructure& structure) {
+  Index count = 0;
+  for (const BlockRow& row : structure.rows()) count += Index{row.num_cells} * (row.num_cells - 1) / 2;
+  return At(count);
+}
+
 }  // namespace
 
 BlockNormalMatrix::BlockNormalMatrix(const BlockStructure& structure) {
@@ -35,6 +41,9 @@ BlockNormalMatrix::BlockNormalMatrix(const BlockStructure& structure) {
   for (const FreeBlock& block : structure.free_blocks()) sizes.push_back(block.size);
   std::vector<BlockPattern::Pair> pairs;
   std::vector<Term> terms;
+  const std::size_t count = NumPairs(structure);
+  pairs.reserve(count);
+  terms.reserve(count);
   VisitPairs(structure, [&](Index row, const BlockCell& larger, const BlockCell& smaller) {
     pairs.push_back({larger.free, smaller.free});
     terms.push_back({row, larger.local, smaller.local});
@@ -89,9 +98,7 @@ double BlockNormalMatrix::Multiplications(const BlockStructure& structure) {
 double BlockNormalMatrix::Bytes(const BlockStructure& structure) {
   // A pair's term, its block in the pattern, and what finding them takes.
   constexpr double kPair = 2 * sizeof(Term) + sizeof(BlockPattern::Pair) + 6 * sizeof(Index);
-  double pairs = 0;
-  for (const BlockRow& row : structure.rows()) pairs += 0.5 * row.num_cells * (row.num_cells - 1.0);
-  return kPair * pairs;
+  return kPair * static_cast<double>(NumPairs(structure));
 }
 
 }  // namespace vesta
