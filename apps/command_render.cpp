@@ -72,7 +72,7 @@ int RunRender(const CommandLine& line) {
   files.ReadsScene(line.arguments[1], posed.scene);
   std::vector<const gs::View*> views;
   for (const gs::View& view : posed.scene.views) {
-    if (view.is_test) views.push_back(&view);
+    if (view.is_test()) views.push_back(&view);
   }
   const std::vector<std::string> names = FileNames(views);
   for (const std::string& name : names) files.Writes(given, out.File(name));

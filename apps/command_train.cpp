@@ -35,10 +35,13 @@ void CheckSceneFolder(const std::string& path) {
 }
 
 void PrintScene(const gs::Scene& scene) {
-  const auto is_test = [](const gs::View& view) { return view.is_test; };
-  const auto tests = std::count_if(scene.views.begin(), scene.views.end(), is_test);
-  Print("{} views to train on, {} to test; {} points; loaded in {:.1f} s\n",
-        static_cast<std::ptrdiff_t>(scene.views.size()) - tests, tests, scene.points.size(), SecondsSinceStart());
+  const auto count = [&](gs::ViewRole role) {
+    return std::ranges::count_if(scene.views, [&](const gs::View& view) { return view.role == role; });
+  };
+  const auto held_out = count(gs::ViewRole::kHeldOut);
+  Print("{} views to train on, {}{} to test; {} points; loaded in {:.1f} s\n", count(gs::ViewRole::kTraining),
+        held_out > 0 ? fmt::format("{} held out to judge by, ", held_out) : "", count(gs::ViewRole::kTest),
+        scene.points.size(), SecondsSinceStart());
   for (const std::string& note : scene.notes) Print("{}\n", note);
   std::fflush(stdout);
 }
@@ -55,6 +58,12 @@ gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm) {
   callbacks.progress = [line, log_lm](const gs::TrainProgress& progress) {
     if (log_lm) LogIteration(progress);
     line->Update(progress);
+  };
+  callbacks.predicted = [line](const gs::Prediction& p) {
+    line->Finish();
+    Print("{}: {} in all, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "a first guess" : "expected",
+          FormatDuration(p.seconds), p.mib, p.gaussians);
+    std::fflush(stdout);
   };
   callbacks.stop = Interrupted;
   return callbacks;

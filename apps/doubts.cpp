@@ -26,7 +26,7 @@ bool IsOfOneColor(const gs::Image& image) {
 template <class Holds>
 bool HoldsForTrainingViews(const gs::Scene& scene, const Holds& holds) {
   return std::all_of(scene.views.begin(), scene.views.end(),
-                     [&](const gs::View& view) { return view.is_test || holds(view); });
+                     [&](const gs::View& view) { return !view.is_trained() || holds(view); });
 }
 
 bool SeesNoPoint(const gs::View& view, const gs::PointCloud& points) {

@@ -12,16 +12,25 @@ using Json = nlohmann::ordered_json;
 
 Json ToJson(const gs::Quality& quality) { return {{"psnr", quality.psnr}, {"ssim", quality.ssim}}; }
 
+Json ToJson(const gs::Prediction& prediction) {
+  return {{"at_seconds", prediction.at_seconds},
+          {"seconds", prediction.seconds},
+          {"mib", prediction.mib},
+          {"gaussians", prediction.gaussians}};
+}
+
 Json ToJson(const gs::HistoryRow& row) {
-  return {{"stage", gs::StageName(row.stage)},
-          {"iteration", row.iteration},
-          {"seconds", row.seconds},
-          {"cost", row.cost},
-          {"train_psnr", row.train.psnr},
-          {"train_ssim", row.train.ssim},
-          {"test_psnr", row.test.psnr},
-          {"test_ssim", row.test.ssim},
-          {"gaussians", row.gaussians}};
+  Json json = {{"stage", gs::StageName(row.stage)},
+               {"iteration", row.iteration},
+               {"seconds", row.seconds},
+               {"cost", row.cost},
+               {"train_psnr", row.train.psnr},
+               {"train_ssim", row.train.ssim},
+               {"test_psnr", row.test.psnr},
+               {"test_ssim", row.test.ssim},
+               {"gaussians", row.gaussians}};
+  if (row.held_out.views > 0) json["held_out_psnr"] = row.held_out.psnr, json["held_out_ssim"] = row.held_out.ssim;
+  return json;
 }
 
 void AddModel(const gs::SplatModel& model, Json* json) {
@@ -39,6 +48,7 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   Json json;
   json["test"] = ToJson(result.history.back().test);
   json["train"] = ToJson(result.history.back().train);
+  if (result.history.back().held_out.views > 0) json["held_out"] = ToJson(result.history.back().held_out);
   AddModel(result.model, &json);
   json["seconds"] = {{"load", facts.load_seconds},
                      {"adam", adam_end},
@@ -56,6 +66,9 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
     json["memory"]["gpu"] = {{"predicted_mib", result.memory.device_predicted_mib},
                              {"peak_mib", result.memory.device_peak_mib},
                              {"free_mib", result.memory.device_free_mib}};
+  }
+  for (const gs::Prediction& prediction : result.predictions) {
+    json[prediction.is_first_guess ? "guessed" : "predicted"] = ToJson(prediction);
   }
   json["device"] = facts.device;
   json["threads"] = facts.threads;

@@ -39,6 +39,7 @@ gs::LoadSceneOptions SceneOptions(const gs::TrainOptions& options) {
   scene.background = ToFloat(options.background);
   scene.memory_budget_gib = options.memory.budget_gib;
   scene.random_points.seed = options.seed;
+  scene.hold_out = options.target_psnr > 0;
   return scene;
 }
 

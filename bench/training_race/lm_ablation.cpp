@@ -4,7 +4,7 @@
 //               [--curves FILE] [-- flags of vesta train]
 //
 // The flags after "--" make the reference; variants.cpp lists what is changed. LM goes on for --budget times as long as
-// the reference's Adam stage took (default 1), whatever --lm_iterations and --lm_min_gain say; what trains from the
+// the reference's Adam stage took (default 1), whatever --lm_iterations and lm.min_gain say; what trains from the
 // points ("when to switch", "no LM") has the time of both. Figures are those at that very time, on the straight line
 // between the evaluations before and after it; medians of the repeats, which go round all variants. --evaluations: rows
 // of an Adam stage. The rows "noise" change next to nothing: a difference smaller than theirs is no difference.

@@ -215,7 +215,7 @@ int Main(int argc, char** argv) {
       argc, argv,
       {"methods", "lengths", "rate_factors", "views_per_iteration", "repeats", "evaluations", "json", "curves"});
   const auto training_views = static_cast<int>(std::count_if(setup.scene.views.begin(), setup.scene.views.end(),
-                                                             [](const auto& view) { return !view.is_test; }));
+                                                             [](const auto& view) { return view.is_trained(); }));
   std::ofstream curves = OpenCurves(setup.arguments);
   std::vector<Outcome> outcomes;
   for (Method& method : SelectMethods(setup.arguments, setup.options, training_views)) {

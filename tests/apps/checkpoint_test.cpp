@@ -98,7 +98,7 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
   ExpectOneLine(Train(whole_, {"--checkpoint_every=often"}),
                 HasSubstr("--checkpoint_every=often: it must be a number of iterations"));
   // A longer LM is the resumed run's own affair.
-  EXPECT_EQ(RunProgram({"train", "--resume=" + out_, "--lm_iterations=5", "--lm_min_gain=0"}).status, 0);
+  EXPECT_EQ(RunProgram({"train", "--resume=" + out_, "--lm_iterations=5", "--set=lm.min_gain=0"}).status, 0);
 }
 
 TEST_F(KilledTraining, LeavesItsSnapshots) {

@@ -75,7 +75,7 @@ TEST_F(DemoSceneTest, LoadsBackWithExactPoses) {
   const std::vector<View> views = CameraPath(10, 40, 30);
   for (std::size_t k = 0; k < views.size(); ++k) {
     const gs::View& view = loaded.views[k];
-    EXPECT_EQ(view.is_test, k % 8 == 0);
+    EXPECT_EQ(view.is_test(), k % 8 == 0);
     ASSERT_EQ(view.image.width, 40);
     ASSERT_EQ(view.image.height, 30);
     for (const auto& [u, v] : {std::pair{0.5, 0.5}, {39.5, 0.5}, {20.0, 15.0}, {7.5, 29.5}}) {

@@ -78,10 +78,12 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   const gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
   EXPECT_EQ(model.sh_degree, 1);
   EXPECT_TRUE(model.has_background);
-  const json metrics = Metrics(out_);
+  json metrics = Metrics(out_);
+  metrics.erase("guessed");  // where the stage lasts for a second
+  EXPECT_THAT(Keys(metrics["predicted"]), UnorderedElementsAre("at_seconds", "seconds", "mib", "gaussians"));
   EXPECT_THAT(Keys(metrics), UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds",
-                                                  "work_megapixels", "peak_memory_mib", "memory", "device", "threads",
-                                                  "seed", "preset", "options", "history"));
+                                                  "work_megapixels", "predicted", "peak_memory_mib", "memory", "device",
+                                                  "threads", "seed", "preset", "options", "history"));
   EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
   EXPECT_EQ(metrics["parameters"], model.count * 23);
@@ -94,6 +96,17 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_EQ(metrics["memory"]["peak_mib"], metrics["peak_memory_mib"]);
   EXPECT_EQ(metrics["memory"]["jacobian"], "rebuild");
   ExpectEvalReproduces(out_);
+}
+
+TEST_F(TinyTraining, EndsAtATargetOnViewsHeldOut) {
+  const ProgramOutput output = Train(out_, {"--iterations=40", "--target_psnr=1"});
+  ASSERT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("7 views to train on, 1 held out to judge by, 2 to test"));
+  const json metrics = Metrics(out_);
+  ASSERT_EQ(metrics["history"].size(), 1u);
+  EXPECT_EQ(metrics["history"][0]["held_out_psnr"], metrics["held_out"]["psnr"]);
+  EXPECT_GE(metrics["held_out"]["psnr"], 1.0);
+  EXPECT_THAT(RunProgram({"train", scene_, "--out=" + out_, "--target_psnr=-1"}).err, HasSubstr("target_psnr"));
 }
 
 TEST_F(TinyTraining, HistoryFollowsBothStages) {

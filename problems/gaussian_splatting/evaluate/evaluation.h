@@ -29,14 +29,14 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     rendered.ResizeForOverwrite(shape.NumValues());
     splats.Build(model, ToPosedCamera(view, NearPlane(scene)), background.data(), workspace);
     splats.Render(rendered.data());
-    if (view.is_test || held.empty()) {
+    if (!view.is_trained() || held.empty()) {
       Splats::Show(HostSpan<const float>(view.image.rgb.data(), shape.NumValues()), truth);
     } else {
       VESTA_CHECK(next < held.size(), "{} targets are fewer than the training views", held.size());
       Splats::Show(typename B::ConstView(held[next++].truth), truth);
     }
     // Before the meter, which may write into both images.
-    const double objective = view.is_test ? 0 : loss.Evaluate(rendered, truth, shape).objective;
+    const double objective = !view.is_trained() ? 0 : loss.Evaluate(rendered, truth, shape).objective;
     sum.Add(view, meter.Measure(rendered, truth, shape), objective);
   }
   return sum.Mean();

@@ -20,18 +20,18 @@ Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& sce
 }
 
 void EvaluationSum::Add(const View& view, const ImageQuality& quality, double objective) {
-  Quality& of_kind = view.is_test ? sum_.test : sum_.train;
+  Quality& of_kind = view.is_trained() ? sum_.train : view.is_test() ? sum_.test : sum_.held_out;
   of_kind.psnr += quality.psnr;
   of_kind.ssim += quality.ssim;
   ++of_kind.views;
-  if (view.is_test) return;
+  if (!view.is_trained()) return;
   sum_.cost += objective;
   values_ += 3.0 * view.camera.width * view.camera.height;
 }
 
 Evaluation EvaluationSum::Mean() const {
   Evaluation mean = sum_;
-  for (Quality* quality : {&mean.train, &mean.test}) {
+  for (Quality* quality : {&mean.train, &mean.held_out, &mean.test}) {
     if (quality->views == 0) continue;
     quality->psnr /= quality->views;
     quality->ssim /= quality->views;

@@ -19,14 +19,14 @@ struct Quality {
 };
 
 struct Evaluation {
-  Quality train, test;
+  Quality train, held_out, test;
   double cost = 0;  // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
 };
 
 // Adds up what is measured view by view.
 class EvaluationSum {
  public:
-  // objective: of the photometric loss on the image as rendered; of a test view it does not count.
+  // objective: of the photometric loss on the image as rendered; only of views that are trained on it counts.
   void Add(const View& view, const ImageQuality& quality, double objective);
   Evaluation Mean() const;
 

@@ -76,9 +76,10 @@ void LoadPixels(const LoadSceneOptions& options, View* view) {
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   Scene scene = ReadModel(path, options);
   CheckImageFiles(path, scene.views);
-  if (std::all_of(scene.views.begin(), scene.views.end(), [](const View& view) { return view.is_test; })) {
+  if (std::all_of(scene.views.begin(), scene.views.end(), [](const View& view) { return view.is_test(); })) {
     Fail("{}: no view is left to train on, as every 8th from the first is for testing; add images", path);
   }
+  if (options.hold_out) HoldOut(&scene.views);
   NotePassedOver(path, &scene);
   CheckMemory(options, scene.views);
   ParallelFor(static_cast<Index>(scene.views.size()), 1,

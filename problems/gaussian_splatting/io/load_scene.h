@@ -15,6 +15,7 @@ struct LoadSceneOptions {
   std::string image_folder = "images";       // of a COLMAP scene; images_4 and the like rescale the cameras
   double memory_budget_gib = 0;              // refuse, before any is decoded, images that take more; 0: no limit
   RandomPoints random_points;                // for NeRF scenes without points
+  bool hold_out = false;                     // keep some training views back (HoldOut)
 };
 
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and

@@ -251,7 +251,9 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random)
     if (i > 0 && view.name == scene.views[i - 1].name) {
       Fail("{}: image {} occurs twice in the transforms", scene_folder, view.name);
     }
-    if (!test_names.empty()) view.is_test = test_names.contains(view.name);
+    if (!test_names.empty()) {
+      view.role = test_names.contains(view.name) ? ViewRole::kTest : ViewRole::kTraining;
+    }
   }
   const std::string points = FindPoints(folder, scene.files.front(), top);
   if (!points.empty()) scene.files.push_back(points);

@@ -8,7 +8,7 @@
 
 namespace vesta::gs {
 
-MemoryScene CountMemory(const SplatModel& model, const std::vector<const View*>& views, double near, int most,
+MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries) {
   const double background[3] = {0, 0, 0};
   splat::SplatView<float> view;
@@ -18,7 +18,7 @@ MemoryScene CountMemory(const SplatModel& model, const std::vector<const View*>&
   const double share = std::min(1.0, static_cast<double>(most) / static_cast<double>(views.size()));
   const std::vector<Index> counted = SpreadUnits(static_cast<Index>(views.size()), share, 0);
   for (const Index v : counted) {
-    view.Build(ToKernelModel(model), ToPosedCamera(*views[static_cast<std::size_t>(v)], near), background, workspace);
+    view.Build(model, ToPosedCamera(*views[static_cast<std::size_t>(v)], near), background, workspace);
     sum.splats += static_cast<double>(view.num_splats());
     sum.pairs += static_cast<double>(view.num_pairs());
     const double entries = with_entries ? static_cast<double>(view.CountVisits().pixels) : 0;

@@ -5,7 +5,7 @@
 
 #include "kernels/gaussian_splatting/view_counts.h"
 #include "problems/gaussian_splatting/model/scene.h"
-#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::gs {
 
@@ -25,7 +25,7 @@ struct MemoryScene {
 
 // Projects and bins at most `most` of the views, evenly spread, and gives the others their mean; counts entries where
 // `with_entries` (then each takes as long as rendering, besides). most >= 1.
-MemoryScene CountMemory(const SplatModel& model, const std::vector<const View*>& views, double near, int most,
+MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<const View*>& views, double near, int most,
                         bool with_entries);
 
 }  // namespace vesta::gs

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/depth_in_view.h"
 
 namespace vesta::gs {
@@ -23,7 +24,19 @@ std::array<double, 3> CameraCenter(const View& view) {
 
 void SortAndSplit(std::vector<View>* views) {
   std::sort(views->begin(), views->end(), [](const View& a, const View& b) { return a.name < b.name; });
-  for (std::size_t i = 0; i < views->size(); ++i) (*views)[i].is_test = i % 8 == 0;
+  for (std::size_t i = 0; i < views->size(); ++i) (*views)[i].role = i % 8 == 0 ? ViewRole::kTest : ViewRole::kTraining;
+}
+
+void HoldOut(std::vector<View>* views) {
+  std::vector<View*> trained;
+  for (View& view : *views) {
+    if (view.is_trained()) trained.push_back(&view);
+  }
+  if (trained.size() < 2) Fail("of {} training views none can be held out to judge by; add images", trained.size());
+  // The middle of each eight, and of fewer.
+  for (std::size_t i = std::min<std::size_t>(3, trained.size() / 2); i < trained.size(); i += 8) {
+    trained[i]->role = ViewRole::kHeldOut;
+  }
 }
 
 namespace {
@@ -32,7 +45,7 @@ namespace {
 double CameraRadius(const std::vector<View>& views) {
   std::vector<std::array<double, 3>> centers;
   for (const View& view : views) {
-    if (!view.is_test) centers.push_back(CameraCenter(view));
+    if (view.is_trained()) centers.push_back(CameraCenter(view));
   }
   std::array<double, 3> mean{};
   for (const auto& center : centers) {
@@ -54,7 +67,7 @@ double DepthInView(const View& view, const std::array<float, 3>& point) {
 double SceneExtent(const std::vector<View>& views, const PointCloud& points) {
   std::vector<double> depths;
   for (const View& view : views) {
-    if (view.is_test) continue;
+    if (!view.is_trained()) continue;
     for (const auto& point : points.positions) {
       const double depth = DepthInView(view, point);
       if (depth > 0) depths.push_back(depth);

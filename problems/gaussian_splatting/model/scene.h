@@ -20,6 +20,13 @@ struct Camera {
 // The same camera for its image resized to width x height.
 Camera ResizeCamera(const Camera& camera, int width, int height);
 
+// What a view is for.
+enum class ViewRole {
+  kTraining,
+  kHeldOut,  // of those to train on, one that is kept back, to judge by while training
+  kTest,     // seen by nothing that decides
+};
+
 // One image with its pose. Camera axes: x right, y down, z forward (COLMAP); x_camera = rotation x_world + translation.
 struct View {
   std::string name;        // relative to the image folder; the key of order and split
@@ -27,8 +34,11 @@ struct View {
   Camera camera;
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major, orthonormal, world to camera
   std::array<double, 3> translation{};
-  bool is_test = false;
+  ViewRole role = ViewRole::kTraining;
   Image image;  // empty until LoadScene has filled it; then of the camera's size
+
+  bool is_trained() const { return role == ViewRole::kTraining; }
+  bool is_test() const { return role == ViewRole::kTest; }
 };
 
 // Centre of the view's camera in world coordinates.
@@ -55,6 +65,9 @@ struct Scene {
 
 // Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.
 void SortAndSplit(std::vector<View>* views);
+// Keeps back every 8th of the training views, from the fourth on, at least one. Throws Error where that leaves none to
+// train on.
+void HoldOut(std::vector<View>* views);
 
 // The unit of lengths of the training schedule: half the median depth of the points in the training views' images.
 // So a learning rate for positions is one in pixels, whatever the cameras do. Kerbl et al. 2023 (after NeRF++) take 1.1

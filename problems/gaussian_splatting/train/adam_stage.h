@@ -18,9 +18,11 @@
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
+#include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
+#include "problems/gaussian_splatting/train/forecast.h"
 #include "problems/gaussian_splatting/train/kept_state.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
@@ -81,13 +83,14 @@ class AdamStage {
         options_(session.options()),
         result_(model),
         near_(NearPlane(session.scene())),
+        begin_seconds_(session.Seconds()),
         saved_(session.TakeSavedStage(Stage::kAdam)) {}
 
   // All that is left to do. On a device throws OutOfDeviceMemory; then what follows may be called.
   void Run() {
     if (!state_) Begin();
     if (targets_.empty()) targets_.Show(session_.training_views(), near_);
-    while (!state_->span.is_last() && !session_.stopped()) Iterate();
+    while (!finished_ && !state_->span.is_last() && !session_.stopped()) Iterate();
     if (!finished_) Finish();
   }
 
@@ -164,7 +167,13 @@ class AdamStage {
     constexpr double kAny = 1e300;
     const double seconds = session_.SecondsForAdam(SecondsPerPixel());
     if (!pace_.is_known() || seconds >= kAny) return kAny;
-    return pace_.IterationsLeft(seconds, state_->span.after, lacks_halves_ ? 0 : options_.adam.coarse_part);
+    const StageAhead ahead = Ahead();
+    return (seconds - ahead.change_seconds) / ahead.seconds;
+  }
+  // Needs pace_.is_known().
+  StageAhead Ahead() const {
+    return ForecastStage(pace_, growth_, options_.adam, options_.density, state_->span.after, state_->model.count(),
+                         !lacks_halves_);
   }
 
   void Record() {
@@ -199,19 +208,23 @@ class AdamStage {
     return coarse_targets_.empty() ? targets_ : coarse_targets_;
   }
 
+  // Of one view's cost.
+  void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
+    const ImageShape shape = target.shape();
+    passes_->image.ResizeForOverwrite(shape.NumValues());
+    passes_->image_gradient.ResizeForOverwrite(shape.NumValues());
+    passes_->view.Build(x, target.camera, options_.background.data(), passes_->workspace);
+    passes_->view.Render(passes_->image.data());
+    passes_->loss.Gradient(passes_->image, target.truth, shape, passes_->image_gradient);
+    passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
+  }
   // The mean cost of some views a value; their gradients are added up.
   double AddGradients(const splat::Model<float>& x, const StageTargets<B>& targets, float* gradient, bool observes) {
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
       const std::size_t next = state_->order.Next();
-      const TargetView<B>& target = targets[next];
-      const ImageShape shape = target.shape();
-      passes_->image.ResizeForOverwrite(shape.NumValues());
-      passes_->image_gradient.ResizeForOverwrite(shape.NumValues());
-      passes_->view.Build(x, target.camera, options_.background.data(), passes_->workspace);
-      passes_->view.Render(passes_->image.data());
-      passes_->loss.Gradient(passes_->image, target.truth, shape, passes_->image_gradient);
-      passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
+      const ImageShape shape = targets[next].shape();
+      AddGradient(x, targets[next], gradient);
       if (observes) {
         const double share = PullShare(shape.width, targets_[next].camera.width);
         state_->model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
@@ -226,12 +239,61 @@ class AdamStage {
   }
   // By the latest iteration; the first takes longer than any other and does not count.
   void MeasurePace(double seconds) {
-    pace_.Observe(!coarse_targets_.empty(), seconds);
+    pace_.Observe(!coarse_targets_.empty(), state_->model.count(), seconds);
     if (!std::exchange(is_warm_, true)) return;
     worked_seconds_ += seconds, worked_pixels_ += pixels_;
   }
   // Of training; 0: not known.
   double SecondsPerPixel() const { return worked_pixels_ > 0 ? worked_seconds_ / worked_pixels_ : 0; }
+
+  // Tells what the whole stage will take: a second after its start, and when it is seen how the Gaussians grow.
+  void PredictWhereDue(int degree) {
+    const bool grows = Observes(options_.density, state_->span);
+    const bool is_first_guess = grows && !growth_.is_known();
+    const bool is_late = session_.Seconds() - begin_seconds_ >= 1;
+    if (!pace_.is_known() || has_predicted_ || (is_first_guess && (!is_late || has_guessed_))) return;
+    (is_first_guess ? has_guessed_ : has_predicted_) = true;
+    if (!is_first_guess && !coarse_targets_.empty()) MeasureFullSize(degree);
+    const StageAhead ahead = Ahead();
+    const double rows = std::ceil((1 - state_->span.after) * options_.adam.evaluations);
+    const double row = session_.EvaluationAhead(SecondsPerPixel()) * ahead.full_seconds /
+                       pace_.Seconds(false, static_cast<double>(state_->model.count()));
+    const double left =
+        (*options_.adam.iterations - state_->iteration) * ahead.seconds + ahead.change_seconds + rows * row;
+    const double total = session_.TotalSeconds();
+    const double seconds = options_.time_limit > 0 ? std::min(options_.time_limit, total + left) : total + left;
+    session_.Predict({is_first_guess, total, seconds, PredictMib(degree, ahead.gaussians), ahead.gaussians});
+  }
+  double PredictMib(int degree, double gaussians) {
+    const MemoryScene now =
+        CountMemory(OnHost(state_->model.kernel_model(degree)), session_.training_views(), near_, 8, false);
+    const MemoryScene then = now.Scaled(static_cast<Index>(gaussians));
+    if constexpr (kOnHost) {
+      return PredictedMib(then, options_, 0);
+    } else {
+      return PredictedDeviceMib(then, options_, 0, session_.kept_on_device());
+    }
+  }
+  // How much longer views of full size take, by some of them. Leaves no trace in what is trained.
+  void MeasureFullSize(int degree) {
+    const int attributes = splat::NumAttributes(degree);
+    const auto seconds = [&](const StageTargets<B>& targets, std::size_t view) {
+      const double begin = session_.Seconds();
+      AddGradient(state_->model.kernel_model(degree), targets[view], state_->model.gradient(attributes));
+      passes_->loss.Value();  // waits for a device
+      return session_.Seconds() - begin;
+    };
+    constexpr std::size_t kMostViews = 8;
+    const std::size_t all = targets_.all().size(), views = std::min(kMostViews, all);
+    seconds(targets_, 0);  // allocates
+    double coarse = 0, full = 0;
+    for (std::size_t k = 0; k < views; ++k) {
+      coarse += seconds(coarse_targets_, k * all / views) / static_cast<double>(views);
+      full += seconds(targets_, k * all / views) / static_cast<double>(views);
+    }
+    state_->model.ForgetGradient();
+    pace_.SetFullBeyondCoarse(std::max(0.0, full - coarse));
+  }
 
   void Iterate() {
     const int it = state_->iteration + 1;
@@ -250,9 +312,10 @@ class AdamStage {
     if (state_->averages && Averages(options_.adam, span, it)) Average();
     MeasurePace(session_.Seconds() - begin);
     const double ahead = session_.EvaluationAhead(SecondsPerPixel());
-    const bool is_end = span.is_last(), is_last = is_end || session_.ShouldStop(ahead);
     const bool is_due = span.Reaches(1.0 / options_.adam.evaluations);
-    if (is_last || (is_due && session_.HasTimeToRecord(ahead))) Record();
+    const bool is_stopped = session_.ShouldStop(ahead);
+    if (span.is_last() || is_stopped || (is_due && session_.HasTimeToRecord(ahead))) Record();
+    const bool is_end = span.is_last() || session_.has_reached_target(), is_last = is_end || is_stopped;
     session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); });
     if (is_last && !is_end) {
       state_->model.DownloadResult(result_);
@@ -263,6 +326,7 @@ class AdamStage {
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
     session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
+    if (!is_last) PredictWhereDue(degree);
     if (!is_end) {
       session_.SaveWhereDue(Stage::kAdam, it, [&](ArchiveWriter& archive) { archive(*state_); });
     }
@@ -279,10 +343,14 @@ class AdamStage {
 
   void ChangeGaussians(int it) {
     if (Densifies(options_.density, state_->span)) {
+      const Index before = state_->model.count();
+      const double begin = session_.Seconds();
       passes_.emplace();  // the new bases need room while the old ones are there
       state_->model.Densify(it, [&] {
         if constexpr (!kOnHost) KeepStateBeforeGrowth();
       });
+      growth_.Observe(before, state_->model.count());
+      pace_.ObserveChange(state_->model.count(), session_.Seconds() - begin);
     }
     if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
   }
@@ -323,6 +391,7 @@ class AdamStage {
   const TrainOptions& options_;
   SplatModel& result_;
   double near_;
+  double begin_seconds_;
   std::optional<std::string> saved_;  // to begin from
   std::optional<AdamStageState<B>> state_;
   StageTargets<B> targets_, coarse_targets_;
@@ -331,6 +400,8 @@ class AdamStage {
   KeptState before_growth_;  // of AdamStageState
   int growth_at_ = 0, recorded_ = 0;
   StagePace pace_;
+  GrowthForecast growth_;
+  bool has_guessed_ = false, has_predicted_ = false;
   double pixels_ = 0;  // of the latest iteration's views
   double worked_seconds_ = 0, worked_pixels_ = 0;
   bool is_warm_ = false;

@@ -16,7 +16,7 @@ namespace {
 // The file: these eight bytes, the version, RunState, the stage's state, and the CRC-32 of all before it.
 constexpr std::string_view kMagic = "vestaTRN";
 // To be raised whenever a Visit that takes part changes.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
   if (bytes.empty()) return before;  // of a null pointer zlib's is that of the start
@@ -48,10 +48,10 @@ std::uint64_t FingerprintOf(const Scene& scene) {
   for (const View& view : scene.views) {
     std::string name = view.name;
     Camera camera = view.camera;
-    bool is_test = view.is_test;
+    ViewRole role = view.role;
     auto rotation = view.rotation;
     auto translation = view.translation;
-    writer(name, camera.width, camera.height, camera.lens, is_test, rotation, translation);
+    writer(name, camera.width, camera.height, camera.lens, role, rotation, translation);
   }
   return hash;
 }

@@ -13,7 +13,7 @@ double IterationsFor(Index training_views) {
 }
 
 Index NumTrainingViews(const Scene& scene) {
-  return std::ranges::count_if(scene.views, [](const View& view) { return !view.is_test; });
+  return std::ranges::count_if(scene.views, [](const View& view) { return view.is_trained(); });
 }
 
 TrainOptions FitToScene(TrainOptions options, Index training_views) {

@@ -14,7 +14,7 @@ struct HistoryRow {
   int iteration = 0;
   double seconds = 0;  // since the start of the process, evaluation left out
   double cost = 0;     // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
-  Quality train, test;
+  Quality train, held_out, test;
   Index gaussians = 0;
 };
 

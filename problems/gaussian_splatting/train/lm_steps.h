@@ -89,7 +89,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageS
   if (summary.status == LmStatus::kFunctionTolerance && session.options().lm.min_gain > 0) {
     session.Note(fmt::format(
         "LM ended after {} of {} iterations: the last one lowered the cost by less than "
-        "--lm_min_gain={:g} of it",
+        "lm.min_gain={:g} of it",
         first + summary.iterations.back().iteration, session.options().lm.iterations, session.options().lm.min_gain));
   }
   return summary.FullReport();

@@ -20,6 +20,11 @@ schema::Table<TrainOptions> OwnFields() {
        {0, 1e9},
        "end after so many seconds, loading and evaluation included; 0: none",
        "time_limit"},
+      {"train.target_psnr",
+       &O::target_psnr,
+       {0, 100},
+       "end where an eighth of the training views, held out, has so many dB; 0: none",
+       "target_psnr"},
       // Up to what every reader of JSON has exactly.
       {"train.seed", &O::seed, {0, 9007199254740992}, "start of the random numbers", "seed"},
   };

@@ -21,6 +21,8 @@ struct TrainOptions : StageOptions {
   int downscale = 1;
   std::uint64_t seed = 0;
   double time_limit = 0;  // seconds from the start of the process; 0: none
+  // dB: the Adam stage ends where the views held out (ViewRole::kHeldOut) have as much; 0: none.
+  double target_psnr = 0;
 };
 
 // All fields of all rooms, named "room.field"; those of TrainOptions itself "train.field".

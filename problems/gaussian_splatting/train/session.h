@@ -60,7 +60,7 @@ class TrainingSession {
         clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0)),
         renderer_(options.background, NearPlane(scene)) {
     for (const View& view : scene.views) {
-      if (!view.is_test) training_views_.push_back(&view);
+      if (view.is_trained()) training_views_.push_back(&view);
     }
     if (callbacks.resume) Resume(*callbacks.resume);
   }
@@ -88,7 +88,8 @@ class TrainingSession {
     const TrainingClock::Pause pause(clock_);
     const Evaluation evaluation = model.evaluate();
     row.stage = stage, row.iteration = iteration, row.cost = evaluation.cost;
-    row.train = evaluation.train, row.test = evaluation.test, row.gaussians = model.gaussians;
+    row.train = evaluation.train, row.held_out = evaluation.held_out, row.test = evaluation.test;
+    row.gaussians = model.gaussians;
     history_.push_back(row);
     if (callbacks_.evaluated) callbacks_.evaluated(row, model.on_host());
     latest_evaluation_ = clock_.Total() - begin;
@@ -141,6 +142,16 @@ class TrainingSession {
     return stopped_;
   }
   bool stopped() const { return stopped_; }
+  // Of the latest row; 0: there are no such views.
+  double held_out_psnr() const { return history_.empty() ? 0 : history_.back().held_out.psnr; }
+  // Whether the views held out have come to what was asked for, by the latest row.
+  bool has_reached_target() const { return options_.target_psnr > 0 && held_out_psnr() >= options_.target_psnr; }
+
+  void Predict(const Prediction& prediction) {
+    predictions_.push_back(prediction);
+    if (callbacks_.predicted) callbacks_.predicted(prediction);
+  }
+  std::vector<Prediction> TakePredictions() { return std::move(predictions_); }
   std::vector<HistoryRow> TakeHistory() { return std::move(history_); }
 
  private:
@@ -165,6 +176,7 @@ class TrainingSession {
   std::vector<const View*> training_views_;
   std::vector<HistoryRow> history_;
   std::vector<std::string> notes_;
+  std::vector<Prediction> predictions_;
   Timer checkpoint_timer_, snapshot_timer_;
   std::optional<std::string> saved_stage_;
   double latest_evaluation_ = 0;  // seconds; 0: none yet

@@ -46,6 +46,8 @@ class TrainedModel {
     if (gradient_.size() != attributes * count_) gradient_.Resize(attributes * count_);
     return gradient_.data();
   }
+  // Of what was added since the last step.
+  void ForgetGradient() { gradient_ = Vector(); }
   // Adam's step by the gradient.
   void Step(int attributes, double factor) { adam_.Step(count_, x_, gradient(attributes), attributes, factor); }
   // Counts the parameters in their mean, until Gaussians change. On a device throws OutOfDeviceMemory; then there is no

@@ -49,10 +49,17 @@ void CheckViews(const Scene& scene) {
       Fail("view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it", view.name,
            camera.width, camera.height);
     }
-    has_training = has_training || !view.is_test;
+    has_training = has_training || view.is_trained();
   }
   if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
   CheckPixels(scene.views);
+}
+
+void CheckTarget(const Scene& scene, const TrainOptions& options) {
+  const auto is_held_out = [](const View& view) { return view.role == ViewRole::kHeldOut; };
+  if (options.target_psnr <= 0 || std::ranges::any_of(scene.views, is_held_out)) return;
+  Fail("train.target_psnr={}: the scene has no views held out to judge by; load it with LoadSceneOptions::hold_out",
+       options.target_psnr);
 }
 
 // What a model tells of itself beside its Gaussians.
@@ -65,7 +72,8 @@ void SetOrigins(const Scene& scene, const TrainOptions& options, SplatModel& mod
 // Hands out Adam's result, where LM is to come.
 void SaveBeforeLm(const TrainingSession& session, const TrainCallbacks& callbacks, const SplatModel& model,
                   TrainOptions& options, TrainResult& result) {
-  if (!callbacks.before_lm || options.lm.iterations == 0 || session.stopped()) return;
+  const bool ends = session.stopped() || session.has_reached_target();
+  if (!callbacks.before_lm || options.lm.iterations == 0 || ends) return;
   try {
     callbacks.before_lm(model);
   } catch (const Error& error) {
@@ -96,7 +104,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   const bool has_cache = IsCached(options.lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;
-  const MemoryScene counts = CountMemory(model, views, NearPlane(session.scene()), counted, has_cache);
+  const MemoryScene counts = CountMemory(ToKernelModel(model), views, NearPlane(session.scene()), counted, has_cache);
   LmPlan plan{options.lm};
   try {
     plan = PlanLm(counts, options, MemoryOf(stages, options));
@@ -114,7 +122,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
     result.lm_left_out = error.what();
     options.lm.iterations = 0;
   }
-  if (options.lm.iterations > 0 && !session.ShouldStop()) {
+  if (options.lm.iterations > 0 && !session.has_reached_target() && !session.ShouldStop()) {
     options.lm = plan.lm;
     result.lm_report = stages.lm(session, model, plan.hold_batches);
   } else {
@@ -130,9 +138,17 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   }
 }
 
+void NoteMissedTarget(TrainingSession& session) {
+  session.Note(
+      fmt::format("{:.2f} dB on the views held out, not the {:.2f} of --target_psnr; give it longer, as by "
+                  "--preset=best, or a lower target",
+                  session.held_out_psnr(), session.options().target_psnr));
+}
+
 TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options, bool is_given, double seconds_before,
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
+  CheckTarget(scene, options);
   TrainingSession session(scene, options, seconds_before, callbacks);
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
@@ -140,7 +156,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   if (session.first_stage() == Stage::kLm && session.saved_stage()) model = ModelOfLmStage(*session.saved_stage());
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   if (options.memory.budget_gib > 0 || stages.device_memory) {
-    const MemoryScene counts = CountMemory(model, session.training_views(), NearPlane(scene), 8, false);
+    const MemoryScene counts = CountMemory(ToKernelModel(model), session.training_views(), NearPlane(scene), 8, false);
     const StageMemory memory = MemoryOf(stages, options);
     const Index fit = PlanGaussians(counts, options, memory);
     if (stages.device_memory) {
@@ -166,6 +182,8 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   result.lm_seconds = session.Seconds() - between;
   result.eval_seconds = session.EvalSeconds();
   result.stopped = session.stopped();
+  result.predictions = session.TakePredictions();
+  if (options.target_psnr > 0 && !session.has_reached_target()) NoteMissedTarget(session);
   result.model = std::move(model);
   result.history = session.TakeHistory();
   result.megapixels = CountedMegapixels(session.training_views(), options, result.history);

@@ -37,8 +37,19 @@ struct CheckpointOptions {
   std::string origin;  // RunState::origin
 };
 
+// What the whole training will take, foreseen on the way.
+struct Prediction {
+  bool is_first_guess = false;  // from speed alone: how the Gaussians will grow has not been seen yet
+  double at_seconds = 0;        // since the start of the process
+  double seconds = 0;           // of the process until the end of the Adam stage, evaluation included
+  double mib = 0;               // most that the Adam stage holds, of a GPU where it runs on one
+  double gaussians = 0;
+};
+
 struct TrainCallbacks {
   std::function<void(const TrainProgress&)> progress;
+  // A second after the start, and when it is seen how the Gaussians grow.
+  std::function<void(const Prediction&)> predicted;
   // With every row of the history, and the model that it is of. The clock stands still.
   std::function<void(const HistoryRow&, const splat::Model<float>&)> evaluated;
   // Asked after every iteration; true ends training there, with the result as it stands.
@@ -84,6 +95,7 @@ struct MemoryReport {
 struct TrainResult {
   MemoryReport memory;
   SplatModel model;
+  std::vector<Prediction> predictions;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
   double megapixels = 0;                                      // CountedMegapixels

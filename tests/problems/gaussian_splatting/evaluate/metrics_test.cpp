@@ -19,7 +19,7 @@ Scene FlatScene(const std::vector<double>& truths, int tests) {
   for (std::size_t v = 0; v < truths.size(); ++v) {
     scene.views[v].image = Image(kWidth, kHeight);
     for (float& value : scene.views[v].image.rgb) value = static_cast<float>(truths[v]);
-    scene.views[v].is_test = v + static_cast<std::size_t>(tests) >= truths.size();
+    scene.views[v].role = v + static_cast<std::size_t>(tests) >= truths.size() ? ViewRole::kTest : ViewRole::kTraining;
   }
   return scene;
 }
@@ -104,14 +104,32 @@ TEST(Evaluate, RenderedTruthIsPerfect) {
   EXPECT_NEAR(e.cost, 0, 1e-7);
 }
 
+TEST(Evaluate, AViewHeldOutCountsForItselfOnly) {
+  Scene scene = test::RingOfCameras(9, 40, 30, true);
+  const SplatModel model = test::RandomModel(20, 1, 2);
+  test::RenderTruth(test::RandomModel(20, 1, 3), 0, &scene);
+  scene.views[3].role = ViewRole::kHeldOut;
+  Renderer renderer({0, 0, 0}, NearPlane(scene));
+  const Evaluation before = renderer.Evaluate(model, scene);
+  EXPECT_EQ(before.train.views, 6);
+  EXPECT_EQ(before.held_out.views, 1);
+  EXPECT_EQ(before.test.views, 2);
+  for (float& value : scene.views[3].image.rgb) value = 1 - value;
+  const Evaluation changed = renderer.Evaluate(model, scene);
+  EXPECT_NE(changed.held_out.psnr, before.held_out.psnr);
+  EXPECT_EQ(changed.train.psnr, before.train.psnr);
+  EXPECT_EQ(changed.test.psnr, before.test.psnr);
+  EXPECT_EQ(changed.cost, before.cost);
+}
+
 TEST(Evaluate, ATestImageCountsForTheTestViewsOnly) {
   Scene scene = test::RingOfCameras(9, 40, 30, true);
   const SplatModel model = test::RandomModel(20, 1, 2);
   test::RenderTruth(test::RandomModel(20, 1, 3), 0, &scene);
   Renderer renderer({0, 0, 0}, NearPlane(scene));
   const Evaluation before = renderer.Evaluate(model, scene);
-  ASSERT_TRUE(scene.views[8].is_test);
-  ASSERT_FALSE(scene.views[3].is_test);
+  ASSERT_TRUE(scene.views[8].is_test());
+  ASSERT_FALSE(scene.views[3].is_test());
   Scene other_test = scene, other_train = scene;
   for (float& value : other_test.views[8].image.rgb) value = 1 - value;
   for (float& value : other_train.views[3].image.rgb) value = 1 - value;

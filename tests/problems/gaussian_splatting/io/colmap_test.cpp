@@ -59,8 +59,8 @@ TEST(Colmap, SceneHasNormalisedPosesSortedByName) {
   EXPECT_EQ(scene.views[0].name, "a 1.jpg");
   EXPECT_EQ(scene.views[0].image_path, folder / "images_2/a 1.jpg");
   EXPECT_EQ(scene.views[0].camera.width, 30);
-  EXPECT_TRUE(scene.views[0].is_test);
-  EXPECT_FALSE(scene.views[1].is_test || scene.views[2].is_test);
+  EXPECT_TRUE(scene.views[0].is_test());
+  EXPECT_FALSE(scene.views[1].is_test() || scene.views[2].is_test());
   for (const View& view : scene.views) {
     const auto& r = view.rotation;
     for (std::size_t a = 0; a < 3; ++a) {

@@ -44,7 +44,7 @@ TEST_F(LoadSceneTest, LoadsAllPixels) {
     EXPECT_EQ(view.image.rgb, expected.rgb);
     EXPECT_EQ(view.camera.lens.fx, model_.cameras[0].camera.lens.fx);
   }
-  EXPECT_TRUE(scene.views[0].is_test && scene.views[8].is_test);
+  EXPECT_TRUE(scene.views[0].is_test() && scene.views[8].is_test());
   EXPECT_EQ(scene.points.size(), 4);
 }
 

@@ -42,7 +42,7 @@ TEST_F(NerfTest, ReadsIntrinsicsNamesAndRandomPoints) {
   EXPECT_EQ(scene.views[0].image_path, folder_ / "images/a.png");
   EXPECT_EQ(scene.views[1].name, "images/b.jpg");
   EXPECT_EQ(scene.views[2].name, "images/c.JPG");
-  EXPECT_TRUE(scene.views[0].is_test && !scene.views[1].is_test);
+  EXPECT_TRUE(scene.views[0].is_test() && !scene.views[1].is_test());
   const Camera& camera = scene.views[0].camera;
   EXPECT_TRUE(camera.width == 40 && camera.height == 30 && camera.lens.fx == 50 && camera.lens.fy == 51 &&
               camera.lens.cx == 19.5 && camera.lens.cy == 15.5);
@@ -88,15 +88,15 @@ TEST_F(NerfTest, BlenderScenesHaveAnAngleAndTheirOwnSplit) {
   const Scene scene = Read();
   ASSERT_EQ(scene.views.size(), 3u);
   EXPECT_EQ(scene.views[0].name, "test/r_0.png");
-  EXPECT_TRUE(scene.views[0].is_test);
-  EXPECT_FALSE(scene.views[1].is_test || scene.views[2].is_test);
+  EXPECT_TRUE(scene.views[0].is_test());
+  EXPECT_FALSE(scene.views[1].is_test() || scene.views[2].is_test());
   EXPECT_EQ(scene.views[0].camera.width, 20) << "the size comes from the image";
   EXPECT_DOUBLE_EQ(scene.views[1].camera.lens.fx, 20 / std::tan(0.4));
   EXPECT_EQ(scene.views[1].camera.lens.fy, scene.views[1].camera.lens.fx);
   EXPECT_EQ(scene.views[1].camera.lens.cx, 20);
   EXPECT_EQ(scene.views[1].camera.lens.cy, 15);
   std::filesystem::remove(folder_ / "transforms_test.json");
-  EXPECT_TRUE(Read().views[0].is_test) << "every 8th without a test file";
+  EXPECT_TRUE(Read().views[0].is_test()) << "every 8th without a test file";
 }
 
 TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {

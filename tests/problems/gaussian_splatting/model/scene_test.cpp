@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "kernels/core/error.h"
+
 namespace vesta::gs {
 namespace {
 
@@ -11,8 +13,27 @@ TEST(Scene, EveryEighthByNameIsForTesting) {
   SortAndSplit(&views);
   for (std::size_t i = 0; i < views.size(); ++i) {
     EXPECT_EQ(views[i].name[0], static_cast<char>('a' + i));
-    EXPECT_EQ(views[i].is_test, i == 0 || i == 8 || i == 16);
+    EXPECT_EQ(views[i].is_test(), i == 0 || i == 8 || i == 16);
   }
+}
+
+TEST(Scene, HoldsOutEveryEighthOfTheTrainingViews) {
+  const auto held_out = [](std::size_t count) {
+    std::vector<View> views(count);
+    SortAndSplit(&views);
+    HoldOut(&views);
+    std::vector<std::size_t> found;
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(views[i].is_test(), i % 8 == 0) << "test views stay what they are";
+      EXPECT_EQ(views[i].is_trained(), views[i].role == ViewRole::kTraining);
+      if (views[i].role == ViewRole::kHeldOut) found.push_back(i);
+    }
+    return found;
+  };
+  // Of the training views 1, 2, 3, 4, 5, 6, 7, 9, 10, ...
+  EXPECT_EQ(held_out(20), (std::vector<std::size_t>{4, 13}));
+  EXPECT_EQ(held_out(3), (std::vector<std::size_t>{2}));
+  EXPECT_THROW(held_out(2), Error) << "one view is to be trained on";
 }
 
 TEST(Scene, CenterIsWhereTheCameraMapsToZero) {
@@ -32,7 +53,7 @@ TEST(Scene, ExtentIsOfTheMedianDepth) {
   views[0].translation = {-2, 0, 0};
   views[1].translation = {0, 0, 6};
   views[2].translation = {0, 0, 1000};
-  views[2].is_test = true;
+  views[2].role = ViewRole::kTest;
   // Depths 10 and 16; 20 and 26; behind the first and 2 in the second; the last beside both images.
   const PointCloud points{{{0, 0, 10}, {3, 0, 20}, {0, 0, -4}, {40, 0, 1}}, {}};
   EXPECT_DOUBLE_EQ(SceneExtent(views, points), 0.5 * 16);
@@ -47,7 +68,7 @@ TEST(Scene, ExtentWithoutPointsIsTheRadiusOfTheTrainingCameras) {
   views[1].translation = {2, 0, 0};
   views[2].translation = {0, 0, 0};
   views[3].translation = {100, 100, 100};
-  views[3].is_test = true;
+  views[3].role = ViewRole::kTest;
   EXPECT_DOUBLE_EQ(SceneExtent(views, {}), 2.2);
   views.resize(1);
   EXPECT_EQ(SceneExtent(views, {}), 1.0) << "one camera has no extent";

@@ -42,7 +42,7 @@ TEST(ExtremeTrainings, ImagesOfPixelsThatAreNotFiniteAreRefused) {
     for (const bool in_test_view : {false, true}) {
       Scene scene = TrainingScene();
       View& view = scene.views[in_test_view ? 8 : 5];
-      ASSERT_EQ(view.is_test, in_test_view);
+      ASSERT_EQ(view.is_test(), in_test_view);
       view.image.rgb[77] = bad;
       std::string message;
       try {

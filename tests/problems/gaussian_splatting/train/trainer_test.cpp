@@ -177,7 +177,7 @@ TEST(Trainer, TestImagesDoNotChangeTheModel) {
   Scene scene = TrainingScene();
   const TrainResult before = Train(scene, options, 0, {});
   for (View& view : scene.views) {
-    if (!view.is_test) continue;
+    if (!view.is_test()) continue;
     for (float& value : view.image.rgb) value = 1 - value;
   }
   const TrainResult after = Train(scene, options, 0, {});
@@ -186,7 +186,7 @@ TEST(Trainer, TestImagesDoNotChangeTheModel) {
   EXPECT_NE(after.history.back().test.psnr, before.history.back().test.psnr);
 
   scene.views[3].image.rgb[17] += 0.5f;
-  ASSERT_FALSE(scene.views[3].is_test);
+  ASSERT_FALSE(scene.views[3].is_test());
   EXPECT_NE(Train(scene, options, 0, {}).model.data, before.model.data);
 }
 
@@ -324,6 +324,60 @@ TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
   ExpectLastRowIsOf(result, scene, {0, 0, 0});
 }
 
+TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
+  Scene scene = TrainingScene();
+  HoldOut(&scene.views);
+  TrainOptions options = ShortTraining(200, 3);
+  options.target_psnr = 1;  // less than at the start
+  const TrainResult early = Train(scene, options, 0, {});
+  ASSERT_EQ(early.history.size(), 1u);
+  EXPECT_EQ(early.history[0].stage, Stage::kAdam) << "LM does not run";
+  EXPECT_EQ(early.history[0].iteration, 10) << "the first row of 20";
+  EXPECT_FALSE(early.stopped);
+  EXPECT_THAT(early.notes, testing::IsEmpty());
+  ExpectLastRowIsOf(early, scene, {0, 0, 0});
+
+  options.target_psnr = 99;
+  const TrainResult all = Train(scene, options, 0, {});
+  EXPECT_EQ(all.history.back().stage, Stage::kLm);
+  EXPECT_THAT(all.notes, testing::Contains(testing::HasSubstr("not the 99.00 of --target_psnr")));
+  // What is held out takes no part.
+  for (View& view : scene.views) {
+    if (view.role != ViewRole::kHeldOut) continue;
+    for (float& value : view.image.rgb) value = 1 - value;
+  }
+  EXPECT_EQ(Train(scene, options, 0, {}).model.data, all.model.data);
+}
+
+TEST(Trainer, ATargetNeedsViewsHeldOut) {
+  TrainOptions options = ShortTraining(2, 0);
+  options.target_psnr = 20;
+  try {
+    Train(TrainingScene(), options, 0, {});
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("LoadSceneOptions::hold_out"));
+  }
+}
+
+// To foresee leaves no trace in what is trained.
+TEST(Trainer, ForeseesItsEnd) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(200, 0);
+  TrainCallbacks callbacks;
+  std::vector<Prediction> told;
+  callbacks.predicted = [&](const Prediction& prediction) { told.push_back(prediction); };
+  const TrainResult result = Train(scene, options, 0, callbacks);
+  ASSERT_FALSE(told.empty());
+  ASSERT_EQ(result.predictions.size(), told.size());
+  const Prediction& last = told.back();
+  EXPECT_FALSE(last.is_first_guess);
+  EXPECT_GT(last.seconds, last.at_seconds);
+  EXPECT_GT(last.mib, options.memory.before_mib);
+  EXPECT_LE(last.gaussians, static_cast<double>(options.density.max_gaussians));
+  EXPECT_GE(last.gaussians, 60);
+}
+
 // Of 27 and 28 views, four are for testing.
 TEST(Trainer, ColoursBearWhatTheTrainingViewsDo) {
   TrainOptions options = ShortTraining(2, 0);
@@ -396,7 +450,7 @@ TEST(Trainer, RefusesBadOptionsAndScenesWithoutTrainingViews) {
   options.sh_degree = 7;
   EXPECT_THROW(Refine(scene, test::RandomModel(1, 1, 8), options, 0, {}), Error);
   scene.views.resize(1);
-  ASSERT_TRUE(scene.views[0].is_test);
+  ASSERT_TRUE(scene.views[0].is_test());
   EXPECT_THROW(Train(scene, ShortTraining(10, 1), 0, {}), Error);
 }
 

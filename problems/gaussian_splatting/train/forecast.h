@@ -1,0 +1,23 @@
+// What the rest of the Adam stage will be like.
+#pragma once
+
+#include "problems/gaussian_splatting/adam/options.h"
+#include "problems/gaussian_splatting/density/growth_forecast.h"
+#include "problems/gaussian_splatting/density/options.h"
+#include "problems/gaussian_splatting/train/stage_pace.h"
+
+namespace vesta::gs {
+
+struct StageAhead {
+  double seconds = 0;         // of an iteration, mean over what is left of the stage
+  double full_seconds = 0;    // the same had all of them views of full size
+  double change_seconds = 0;  // of all changes of the model
+  double gaussians = 0;       // at its end
+};
+
+// done: the part of the stage that is behind, under 1, with so many Gaussians. has_halves: whether there are views of
+// half size. Needs pace.is_known().
+StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const AdamOptions& adam,
+                         const DensityOptions& density, double done, Index gaussians, bool has_halves);
+
+}  // namespace vesta::gs
