@@ -34,8 +34,8 @@ TEST(Help, SaysWhichVersion) { EXPECT_THAT(Help({"--version"}), testing::Matches
 
 // The preset's value is in brackets; refine shows its own.
 TEST(Help, SaysWhatFlagsAreWithoutBeingGiven) {
-  EXPECT_THAT(Help({"help", "train", "--all"}), HasSubstr("a smaller part; 0: never; from 0 to 1 [0.006]"));
-  EXPECT_THAT(Help({"help", "refine", "--all"}), HasSubstr("a smaller part; 0: never; from 0 to 1 [0.001]"));
+  EXPECT_THAT(RunProgram({"help", "train", "--all"}).out, HasSubstr("a smaller part; 0: never; from 0 to 1 [0.006]"));
+  EXPECT_THAT(RunProgram({"help", "refine", "--all"}).out, HasSubstr("a smaller part; 0: never; from 0 to 1 [0.001]"));
 }
 
 // Flags: the lines that begin with one.
