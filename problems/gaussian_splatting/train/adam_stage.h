@@ -274,7 +274,7 @@ class AdamStage {
       return PredictedDeviceMib(then, options_, 0, session_.kept_on_device());
     }
   }
-  // How much longer views of full size take, by some of them. Leaves no trace in what is trained.
+  // How much longer iterations on views of full size take, by some of the views. Leaves no trace in what is trained.
   void MeasureFullSize(int degree) {
     const int attributes = splat::NumAttributes(degree);
     const auto seconds = [&](const StageTargets<B>& targets, std::size_t view) {
@@ -292,7 +292,7 @@ class AdamStage {
       full += seconds(targets_, k * all / views) / static_cast<double>(views);
     }
     state_->model.ForgetGradient();
-    pace_.SetFullBeyondCoarse(std::max(0.0, full - coarse));
+    pace_.SetFullBeyondCoarse(options_.adam.views_per_iteration * std::max(0.0, full - coarse));
   }
 
   void Iterate() {
