@@ -17,6 +17,12 @@ def print_targets(targets):
               f"{'met' if target['met'] else 'MISSED'}")
 
 
+def split_at_dashes(words):
+    """What stands before the first "--", and after it."""
+    at = words.index("--") if "--" in words else len(words)
+    return words[:at], words[at + 1:]
+
+
 @functools.cache
 def commit():
     """That of the sources, "unknown" without git."""

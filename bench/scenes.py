@@ -49,11 +49,7 @@ def train(program, name, scenes, out, flags):
 
 
 def main():
-    arguments = sys.argv[1:]
-    flags = []
-    if "--" in arguments:
-        flags = arguments[arguments.index("--") + 1:]
-        arguments = arguments[:arguments.index("--")]
+    arguments, flags = report.split_at_dashes(sys.argv[1:])
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path)
     parser.add_argument("scenes", type=Path)

@@ -43,10 +43,7 @@ FACTORS = numbers(float, lambda value: 0 < value < math.inf)
 
 
 def arguments_of(words):
-    flags = []
-    if "--" in words:
-        at = words.index("--")
-        words, flags = words[:at], words[at + 1:]
+    words, flags = report.split_at_dashes(words)
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=Path)
     parser.add_argument("--program", type=Path, default=ROOT / "build/release/vesta")

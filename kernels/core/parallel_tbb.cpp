@@ -22,8 +22,7 @@ void SetNumThreads(int num_threads) {
   CheckNumThreads(num_threads);
   g_num_threads = num_threads;
   Control().reset();
-  // One thread needs no oneTBB: to start it would cost a small problem a third of its time (it looks for its
-  // allocator's library, and asks the system about its memory).
+  // One thread needs no oneTBB, which when it starts looks for its allocator's library and asks about the memory.
   if (num_threads > 1) {
     Control() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                       static_cast<std::size_t>(num_threads));

@@ -36,7 +36,7 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
       Splats::Show(typename B::ConstView(held[next++].truth), truth);
     }
     // Before the meter, which may write into both images.
-    const double objective = !view.is_trained() ? 0 : loss.Evaluate(rendered, truth, shape).objective;
+    const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     sum.Add(view, meter.Measure(rendered, truth, shape), objective);
   }
   return sum.Mean();

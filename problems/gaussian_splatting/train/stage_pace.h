@@ -18,7 +18,7 @@ class StagePace {
   void Observe(bool is_coarse, Index gaussians, double seconds) {
     // The first iteration of all, and of each size, allocates.
     Scale& scale = scales_[is_coarse];
-    if (scale.observed++ > 0) scale.Add(seconds / Growth(gaussians));
+    if (scale.observed++ > 0) scale.Add(seconds / Growth(static_cast<double>(gaussians)));
   }
   // A change of the model, which left so many Gaussians.
   void ObserveChange(Index gaussians, double seconds) {
@@ -45,10 +45,9 @@ class StagePace {
  private:
   static constexpr std::size_t kLatest = 40;
   // Eight trainings have 0.6 to 1.05 as the exponent (docs/results/2026-11-24-forecast.md).
-  template <class Count>
-  static double Growth(Count gaussians) {
+  static double Growth(double gaussians) {
     constexpr double kExponent = 0.87;
-    return std::pow(std::max(1.0, static_cast<double>(gaussians)), kExponent);
+    return std::pow(std::max(1.0, gaussians), kExponent);
   }
   // Until it is measured. It was 0.9 to 1.8 on the same trainings.
   static constexpr double kFullByCoarse = 1.4;

@@ -183,7 +183,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   result.eval_seconds = session.EvalSeconds();
   result.stopped = session.stopped();
   result.predictions = session.TakePredictions();
-  if (options.target_psnr > 0 && !session.has_reached_target()) NoteMissedTarget(session);
+  if (options.target_psnr > 0 && !session.has_reached_target() && !result.stopped) NoteMissedTarget(session);
   result.model = std::move(model);
   result.history = session.TakeHistory();
   result.megapixels = CountedMegapixels(session.training_views(), options, result.history);

@@ -14,6 +14,7 @@
 namespace vesta::gs {
 namespace {
 
+using test::ExpectLastRowIsOf;
 using test::ShortTraining;
 using test::TrainingScene;
 
@@ -21,18 +22,6 @@ void ExpectUsable(const SplatModel& model) {
   ASSERT_GT(model.count, 0);
   ASSERT_EQ(static_cast<Index>(model.data.size()), model.num_attributes() * model.count);
   for (const float value : model.data) ASSERT_TRUE(std::isfinite(value));
-}
-
-// The last row is the evaluation of the model that is returned.
-void ExpectLastRowIsOf(const TrainResult& result, const Scene& scene, const std::array<double, 3>& background) {
-  Renderer renderer(background, NearPlane(scene));
-  const Evaluation e = renderer.Evaluate(result.model, scene);
-  ASSERT_FALSE(result.history.empty());
-  const HistoryRow& last = result.history.back();
-  EXPECT_EQ(last.cost, e.cost);
-  EXPECT_EQ(last.train.psnr, e.train.psnr);
-  EXPECT_EQ(last.test.ssim, e.test.ssim);
-  EXPECT_EQ(last.gaussians, result.model.count);
 }
 
 class FullTraining : public testing::Test {
@@ -309,73 +298,6 @@ TEST(Trainer, OptionsOfLmThatCannotBeFollowedAreNoted) {
   options.lm.batches = 1;
   options.lm.l1_weight = options.lm.ssim_weight = 0;
   EXPECT_THAT(Train(scene, options, 0, {}).notes, testing::Contains(testing::HasSubstr("are both 0")));
-}
-
-TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
-  const Scene scene = TrainingScene();
-  TrainOptions options = ShortTraining(1000, 5);
-  options.time_limit = 10;
-  // Loading alone has taken longer.
-  const TrainResult result = Train(scene, options, 20, {});
-  EXPECT_TRUE(result.stopped);
-  ASSERT_EQ(result.history.size(), 1u);
-  EXPECT_EQ(result.history[0].iteration, 1);
-  EXPECT_GE(result.history[0].seconds, 20);
-  ExpectLastRowIsOf(result, scene, {0, 0, 0});
-}
-
-TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
-  Scene scene = TrainingScene();
-  HoldOut(&scene.views);
-  TrainOptions options = ShortTraining(200, 3);
-  options.target_psnr = 1;  // less than at the start
-  const TrainResult early = Train(scene, options, 0, {});
-  ASSERT_EQ(early.history.size(), 1u);
-  EXPECT_EQ(early.history[0].stage, Stage::kAdam) << "LM does not run";
-  EXPECT_EQ(early.history[0].iteration, 10) << "the first row of 20";
-  EXPECT_FALSE(early.stopped);
-  EXPECT_THAT(early.notes, testing::IsEmpty());
-  ExpectLastRowIsOf(early, scene, {0, 0, 0});
-
-  options.target_psnr = 99;
-  const TrainResult all = Train(scene, options, 0, {});
-  EXPECT_EQ(all.history.back().stage, Stage::kLm);
-  EXPECT_THAT(all.notes, testing::Contains(testing::HasSubstr("not the 99.00 of --target_psnr")));
-  // What is held out takes no part.
-  for (View& view : scene.views) {
-    if (view.role != ViewRole::kHeldOut) continue;
-    for (float& value : view.image.rgb) value = 1 - value;
-  }
-  EXPECT_EQ(Train(scene, options, 0, {}).model.data, all.model.data);
-}
-
-TEST(Trainer, ATargetNeedsViewsHeldOut) {
-  TrainOptions options = ShortTraining(2, 0);
-  options.target_psnr = 20;
-  try {
-    Train(TrainingScene(), options, 0, {});
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("LoadSceneOptions::hold_out"));
-  }
-}
-
-// To foresee leaves no trace in what is trained.
-TEST(Trainer, ForeseesItsEnd) {
-  const Scene scene = TrainingScene();
-  TrainOptions options = ShortTraining(200, 0);
-  TrainCallbacks callbacks;
-  std::vector<Prediction> told;
-  callbacks.predicted = [&](const Prediction& prediction) { told.push_back(prediction); };
-  const TrainResult result = Train(scene, options, 0, callbacks);
-  ASSERT_FALSE(told.empty());
-  ASSERT_EQ(result.predictions.size(), told.size());
-  const Prediction& last = told.back();
-  EXPECT_FALSE(last.is_first_guess);
-  EXPECT_GT(last.seconds, last.at_seconds);
-  EXPECT_GT(last.mib, options.memory.before_mib);
-  EXPECT_LE(last.gaussians, static_cast<double>(options.density.max_gaussians));
-  EXPECT_GE(last.gaussians, 60);
 }
 
 // Of 27 and 28 views, four are for testing.
