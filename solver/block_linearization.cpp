@@ -33,7 +33,7 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, I
   const BlockStructure& structure = jacobian_.structure();
   const BlockRow& row = structure.rows()[static_cast<std::size_t>(r)];
   const auto term = static_cast<std::size_t>(r);
-  const std::vector<int>& parameters = problem.residuals_[term].parameters;
+  const std::span<const int> parameters = problem.residuals_[term].parameters;
   double* f = residuals_.data() + row.residual_offset;
   double* values = jacobian_.row_values(r);
   if (!problem.EvaluateTerm(x, term, f, scratch)) {

@@ -72,9 +72,9 @@ void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
 }
 
 void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
-                                    std::vector<int> blocks) {
+                                    std::span<const int> blocks) {
   VESTA_CHECK(cost != nullptr && cost->num_residuals() > 0, "a residual block without residuals");
-  const std::vector<int>& sizes = cost->block_sizes();
+  const std::span<const int> sizes = cost->block_sizes();
   VESTA_CHECK(sizes.size() == blocks.size(), "a cost function of {} blocks given {}", sizes.size(), blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     VESTA_CHECK(Parameter(blocks[i]).ambient_size == sizes[i],
@@ -85,12 +85,12 @@ void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, st
                 "block {} is used twice in one residual block", blocks[i]);
   }
   Changed();
-  residuals_.push_back({cost->num_residuals(), std::move(blocks)});
+  residuals_.Add({cost->num_residuals(), blocks});
   terms_.push_back({std::move(cost), std::move(loss)});
 }
 
 void BlockProblem::ReserveResidualBlocks(std::size_t count) {
-  residuals_.reserve(count);
+  residuals_.Reserve(count);
   terms_.reserve(count);
 }
 
@@ -116,7 +116,7 @@ Index BlockProblem::tangent_offset(int block) {
 int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
 
 inline void BlockProblem::Prepare(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const {
-  const ResidualBlock& block = residuals_[term];
+  const ResidualBlock block = residuals_[term];
   const std::size_t count = block.parameters.size();
   scratch.arguments.resize(count);
   const double** arguments = scratch.arguments.data();
@@ -128,7 +128,7 @@ inline void BlockProblem::Prepare(ConstView x, std::size_t term, double* residua
 
 bool BlockProblem::EvaluateTerm(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const {
   Prepare(x, term, residuals, scratch);
-  const ResidualBlock& block = residuals_[term];
+  const ResidualBlock block = residuals_[term];
   const auto entries = [&](int p) {
     const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
     return parameter.tangent_size > 0 ? block.num_residuals * parameter.ambient_size : 0;

@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solver/blocks/block_structure.h"
@@ -53,7 +55,11 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   void SetBounds(int block, int entry, double lower, double upper);
   // No loss: rho(s) = s. The blocks are as many as the cost function has, of its sizes, all different.
   void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
-                        std::vector<int> blocks);
+                        std::span<const int> blocks);
+  void AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
+                        std::initializer_list<int> blocks) {
+    AddResidualBlock(std::move(cost), std::move(loss), std::span(blocks.begin(), blocks.size()));
+  }
 
   // Room for `count` residual blocks in all, for who knows their number.
   void ReserveResidualBlocks(std::size_t count);
@@ -140,7 +146,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   std::vector<ParameterBlock> parameters_;
   std::vector<std::shared_ptr<const Manifold>> manifolds_;
   std::vector<bool> constant_;
-  std::vector<ResidualBlock> residuals_;
+  ResidualBlockList residuals_;
   std::vector<Term> terms_;
   std::vector<double> lower_, upper_;  // an entry of x each, or empty: no bounds
   mutable std::optional<BlockStructure> structure_;

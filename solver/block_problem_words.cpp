@@ -29,7 +29,7 @@ std::string BlockProblem::NameResidual(int, Index row) {
 }
 
 std::string BlockProblem::DescribeTerm(ConstView x, std::size_t term, bool jacobians, Scratch& scratch) const {
-  const ResidualBlock& block = residuals_[term];
+  const ResidualBlock block = residuals_[term];
   const auto values_of = [&](int p) {
     const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
     return std::span(x.data() + parameter.ambient_offset, static_cast<std::size_t>(parameter.ambient_size));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -16,13 +17,16 @@ namespace vesta {
 class CostFunction {
  public:
   CostFunction(int num_residuals, std::vector<int> block_sizes)
-      : num_residuals_(num_residuals), block_sizes_(std::move(block_sizes)) {}
+      : num_residuals_(num_residuals), own_sizes_(std::move(block_sizes)), block_sizes_(own_sizes_) {}
+  // Sizes that lie elsewhere and outlive this: a problem may have millions of cost functions of one kind.
+  CostFunction(int num_residuals, std::span<const int> block_sizes)
+      : num_residuals_(num_residuals), block_sizes_(block_sizes) {}
   virtual ~CostFunction() = default;
   CostFunction(const CostFunction&) = delete;
   CostFunction& operator=(const CostFunction&) = delete;
 
   int num_residuals() const { return num_residuals_; }
-  const std::vector<int>& block_sizes() const { return block_sizes_; }
+  std::span<const int> block_sizes() const { return block_sizes_; }
 
   // residuals: num_residuals() numbers. jacobians: null, or one pointer a block, null where not asked for, to
   // num_residuals() rows of block_sizes()[i] numbers, row after row. All of them are to be written, zeros too. false:
@@ -31,7 +35,8 @@ class CostFunction {
 
  private:
   int num_residuals_;
-  std::vector<int> block_sizes_;
+  std::vector<int> own_sizes_;
+  std::span<const int> block_sizes_;
 };
 
 namespace cost_internal {
@@ -52,23 +57,22 @@ class AutoDiffCost final : public CostFunction {
  public:
   template <class... Args>
   explicit AutoDiffCost(Args&&... args)
-      : CostFunction(kResiduals, {kBlocks...}), functor_(std::forward<Args>(args)...) {}
+      : CostFunction(kResiduals, std::span<const int>(kSizes)), functor_(std::forward<Args>(args)...) {}
 
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     if (jacobians == nullptr) return Call(parameters, residuals);
     using T = Dual<double>;
     std::array<T, (kBlocks + ...)> p;
     std::array<const T*, sizeof...(kBlocks)> blocks;
-    constexpr std::array<int, sizeof...(kBlocks)> sizes{kBlocks...};
-    for (std::size_t b = 0, k = 0; b < sizes.size(); ++b) {
+    for (std::size_t b = 0, k = 0; b < kSizes.size(); ++b) {
       blocks[b] = p.data() + k;
-      for (int i = 0; i < sizes[b]; ++i, ++k) p[k] = T(parameters[b][i], 0.0);
+      for (int i = 0; i < kSizes[b]; ++i, ++k) p[k] = T(parameters[b][i], 0.0);
     }
     std::array<T, kResiduals> r;
     Forget(kResiduals, r.data());
     bool evaluated = false;
-    for (std::size_t b = 0, k = 0; b < sizes.size(); ++b) {
-      for (int i = 0; i < sizes[b]; ++i, ++k) {
+    for (std::size_t b = 0, k = 0; b < kSizes.size(); ++b) {
+      for (int i = 0; i < kSizes[b]; ++i, ++k) {
         if (jacobians[b] == nullptr) continue;
         p[k].v = 1;
         if (!Call(blocks.data(), r.data())) return false;
@@ -76,7 +80,7 @@ class AutoDiffCost final : public CostFunction {
         evaluated = true;
         for (int row = 0; row < kResiduals; ++row) {
           residuals[row] = r[static_cast<std::size_t>(row)].a;
-          jacobians[b][row * sizes[b] + i] = r[static_cast<std::size_t>(row)].v;
+          jacobians[b][row * kSizes[b] + i] = r[static_cast<std::size_t>(row)].v;
         }
       }
     }
@@ -84,6 +88,7 @@ class AutoDiffCost final : public CostFunction {
   }
 
  private:
+  static constexpr std::array<int, sizeof...(kBlocks)> kSizes{kBlocks...};
   template <class T>
   bool Call(const T* const* blocks, T* residuals) const {
     return cost_internal::Call(functor_, blocks, residuals, std::make_index_sequence<sizeof...(kBlocks)>());

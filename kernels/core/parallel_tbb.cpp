@@ -10,10 +10,7 @@
 namespace vesta {
 namespace {
 
-std::unique_ptr<tbb::global_control>& Control() {
-  static std::unique_ptr<tbb::global_control> control;
-  return control;
-}
+std::unique_ptr<tbb::global_control> g_control;
 int g_num_threads = 0;
 
 }  // namespace
@@ -21,10 +18,10 @@ int g_num_threads = 0;
 void SetNumThreads(int num_threads) {
   CheckNumThreads(num_threads);
   g_num_threads = num_threads;
-  Control().reset();
+  g_control.reset();
   // One thread needs no oneTBB, which when it starts looks for its allocator's library and asks about the memory.
   if (num_threads > 1) {
-    Control() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+    g_control = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                       static_cast<std::size_t>(num_threads));
   }
 }

@@ -13,7 +13,7 @@ namespace {
 // than what it came from.
 constexpr double kWorthEliminating = 0.6;
 
-std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, std::span<const ResidualBlock> residuals) {
+std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals) {
   std::vector<std::vector<std::size_t>> rows_of(parameters.size());
   for (std::size_t r = 0; r < residuals.size(); ++r) {
     for (const int p : residuals[r].parameters) {
@@ -44,7 +44,7 @@ std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, std
 
 }  // namespace
 
-BlockStructure::BlockStructure(std::span<const ParameterBlock> parameters, std::span<const ResidualBlock> residuals,
+BlockStructure::BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals,
                                bool eliminate) {
   const std::vector<bool> eliminated =
       eliminate ? FindEliminated(parameters, residuals) : std::vector<bool>(parameters.size(), false);
@@ -87,13 +87,12 @@ void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters
   }
 }
 
-void BlockStructure::LayRows(std::span<const ResidualBlock> residuals, const std::vector<bool>& eliminated,
+void BlockStructure::LayRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
                              const std::vector<int>& free_of) {
-  std::size_t arguments = 0;
-  for (const ResidualBlock& residual : residuals) arguments += residual.parameters.size();
   rows_.reserve(residuals.size());
-  cells_.reserve(arguments);
-  for (const ResidualBlock& residual : residuals) {
+  cells_.reserve(residuals.num_arguments());
+  for (std::size_t r = 0; r < residuals.size(); ++r) {
+    const ResidualBlock residual = residuals[r];
     BlockRow row{.residual_offset = num_residuals_,
                  .value_offset = 0,
                  .num_residuals = residual.num_residuals,

@@ -6,6 +6,7 @@
 
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/span.h"
+#include "solver/blocks/residual_block_list.h"
 
 namespace vesta {
 
@@ -14,12 +15,6 @@ struct ParameterBlock {
   Index ambient_offset = 0;  // in x
   int ambient_size = 0;
   int tangent_size = 0;  // 0: constant
-};
-
-// A residual block: how many residuals, of which parameter blocks.
-struct ResidualBlock {
-  int num_residuals = 0;
-  std::vector<int> parameters;
 };
 
 // A free parameter block's columns within one residual block's Jacobian.
@@ -62,7 +57,7 @@ class BlockStructure {
  public:
   // eliminate: find a group of blocks no two of which share a residual (greedily, the least used first, after the
   // independent sets of Ceres's orderings) and put it last, where it is most of the step.
-  BlockStructure(std::span<const ParameterBlock> parameters, std::span<const ResidualBlock> residuals, bool eliminate);
+  BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals, bool eliminate);
 
   Index num_tangent() const { return num_tangent_; }
   // Tangent parameters that are not eliminated; num_tangent() when nothing is.
@@ -88,7 +83,7 @@ class BlockStructure {
  private:
   void NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& eliminated,
                         std::vector<int>& free_of);
-  void LayRows(std::span<const ResidualBlock> residuals, const std::vector<bool>& eliminated,
+  void LayRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
                const std::vector<int>& free_of);
   void ListUses();
 

@@ -76,8 +76,7 @@ std::shared_ptr<const Manifold> ManifoldFor(const ceres::Problem& problem, const
 }  // namespace
 
 CeresProblem::Cost::Cost(const ceres::CostFunction& cost)
-    : CostFunction(cost.num_residuals(), {cost.parameter_block_sizes().begin(), cost.parameter_block_sizes().end()}),
-      cost_(cost) {}
+    : CostFunction(cost.num_residuals(), std::span<const int>(cost.parameter_block_sizes())), cost_(cost) {}
 
 bool CeresProblem::Cost::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
   return cost_.Evaluate(parameters, residuals, jacobians);
@@ -85,6 +84,7 @@ bool CeresProblem::Cost::Evaluate(const double* const* parameters, double* resid
 
 CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options options) : problem_(std::move(options)) {
   problem.GetParameterBlocks(&values_);
+  block_of_.reserve(values_.size());
   for (const double* values : values_) {
     const int size = problem.ParameterBlockSize(values);
     const auto manifold = ManifoldFor(problem, values);
@@ -114,6 +114,7 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
   problem_.ReserveResidualBlocks(residual_blocks.size());
   std::unordered_map<const ceres::LossFunction*, std::shared_ptr<const Loss>> losses;
   std::vector<double*> arguments;
+  std::vector<int> blocks;
   for (const ceres::ResidualBlockId id : residual_blocks) {
     const ceres::LossFunction* loss = problem.GetLossFunctionForResidualBlock(id);
     const Cost& cost = costs_.emplace_back(*problem.GetCostFunctionForResidualBlock(id));
@@ -124,11 +125,10 @@ CeresProblem::CeresProblem(ceres::Problem& problem, BlockProblem::Options option
       our_loss = known;
     }
     problem.GetParameterBlocksForResidualBlock(id, &arguments);
-    std::vector<int> blocks;
-    blocks.reserve(arguments.size());
+    blocks.clear();
     for (const double* values : arguments) blocks.push_back(block_of_.at(values));
     // Owned here: a pointer without a count of its own.
-    problem_.AddResidualBlock({std::shared_ptr<const CostFunction>(), &cost}, std::move(our_loss), std::move(blocks));
+    problem_.AddResidualBlock({std::shared_ptr<const CostFunction>(), &cost}, std::move(our_loss), blocks);
   }
 }
 

@@ -132,9 +132,8 @@ TEST(AutoChoice, APreconditionerOfTheCallersOwnIsAsked) {
 TEST(AutoChoice, DistanceCountsHops) {
   const auto distance = [](const std::vector<std::vector<int>>& residuals, int blocks, bool eliminate) {
     const std::vector<ParameterBlock> parameters(static_cast<std::size_t>(blocks), {0, 1, 1});
-    std::vector<ResidualBlock> rows;
-    rows.reserve(residuals.size());
-    for (const auto& residual : residuals) rows.push_back({1, residual});
+    ResidualBlockList rows;
+    for (const auto& residual : residuals) rows.Add({1, residual});
     return LongestDistance(BlockStructure(parameters, rows, eliminate));
   };
   EXPECT_EQ(distance({}, 0, false), 0);
