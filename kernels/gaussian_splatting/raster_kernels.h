@@ -1,6 +1,7 @@
 // Raster passes over single tiles, for the instruction set chosen at run time.
 #pragma once
 
+#include "kernels/gaussian_splatting/removal.h"
 #include "kernels/gaussian_splatting/types.h"
 
 namespace vesta::splat {
@@ -19,6 +20,8 @@ struct RasterKernels {
   void (*adjoint)(const TileLists<S>& lists, int tile, const S* image, const S* u, SplatTangent<S>* pair_sums);
   // For each pair of the tile the Gram sums under the non-negative weights omega (3 planes).
   void (*gram)(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums);
+  // For each pair of the tile what the loss gains or loses without its splat.
+  void (*removal)(const TileLists<S>& lists, int tile, const RemovalLoss<S>& loss, Removal<S>* pair_sums);
   // What each of these visits.
   VisitCounts (*count)(const TileLists<S>& lists, int tile);
 };

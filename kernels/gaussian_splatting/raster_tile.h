@@ -3,6 +3,7 @@
 
 #include "kernels/gaussian_splatting/passes.h"
 #include "kernels/gaussian_splatting/raster_kernels.h"
+#include "kernels/gaussian_splatting/removal_pass.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
@@ -99,8 +100,8 @@ VisitCounts CountTile(const TileLists<S>& lists, int tile) {
 
 template <class V, class S>
 RasterKernels<S> MakeRasterKernels() {
-  return {&ForwardTile<V, S>, &TangentTile<V, S>, &ForwardTangentTile<V, S>,
-          &AdjointTile<V, S>, &GramTile<V, S>,    &CountTile<V, S>};
+  return {&ForwardTile<V, S>, &TangentTile<V, S>, &ForwardTangentTile<V, S>, &AdjointTile<V, S>,
+          &GramTile<V, S>,    &RemovalTile<V, S>, &CountTile<V, S>};
 }
 
 }  // namespace VESTA_ISA

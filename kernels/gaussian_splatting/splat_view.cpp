@@ -185,6 +185,24 @@ void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega
   });
 }
 
+template <class S>
+void SplatView<S>::AddRemovals(const RemovalLoss<S>& loss, Removal<double>* removals,
+                               ViewWorkspace<S>& workspace) const {
+  EnsureSize(workspace.pair_removals, num_pairs());
+  EnsureSize(workspace.splat_removals, num_splats());
+  const TileLists<S> lists = Lists();
+  const auto& raster = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain,
+              [&](Index tile) { raster.removal(lists, static_cast<int>(tile), loss, workspace.pair_removals.data()); });
+  SumPairs<S>(bins_, num_splats(), workspace.pair_removals.data(), workspace.splat_removals.data());
+  ParallelFor(rank_of_.size(), kGaussianGrain, [&](Index i) {
+    if (rank_of_[i] < 0) return;
+    const Removal<S>& of_view = workspace.splat_removals[rank_of_[i]];
+    removals[i].rise += of_view.rise;
+    removals[i].weight += of_view.weight;
+  });
+}
+
 template class SplatView<float>;
 template class SplatView<double>;
 

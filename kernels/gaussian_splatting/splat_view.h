@@ -21,6 +21,7 @@ struct ViewWorkspace {
   HostBuffer<KeyValue> order, order_scratch;
   HostBuffer<SplatTangent<S>> pair_sums, splat_sums;
   HostBuffer<SplatGram<S>> pair_grams, splat_grams;
+  HostBuffer<Removal<S>> pair_removals, splat_removals;
   HostBuffer<S> u_tiles;
 
   // Bytes of what Build takes of it for such a view of so many Gaussians, of what J and J^T take, a cached Jacobian
@@ -88,6 +89,8 @@ class SplatView {
   // 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
+  // removals[i] += those of Gaussian i, for each that is seen. loss.rendered: from Render.
+  void AddRemovals(const RemovalLoss<S>& loss, Removal<double>* removals, ViewWorkspace<S>& workspace) const;
 
  private:
   // The tangents of the splats, by rank, that dx makes; in the workspace.

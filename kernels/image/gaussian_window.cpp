@@ -16,4 +16,11 @@ std::array<double, kWindowTaps> GaussianTaps() {
   return taps;
 }
 
+double WindowVariance() {
+  double variance = 0.0;
+  int offset = -kWindowRadius;
+  for (const double tap : GaussianTaps()) variance += tap * offset * offset, ++offset;
+  return variance;
+}
+
 }  // namespace vesta

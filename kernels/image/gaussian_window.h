@@ -12,5 +12,7 @@ inline constexpr int kWindowTaps = 2 * kWindowRadius + 1;
 // assessment, IEEE TIP 2004); they sum to 1. Pixels outside the image count as zeros with their weight kept, as in the
 // code of Kerbl et al. 2023, so the window of a border pixel sums to less than 1.
 std::array<double, kWindowTaps> GaussianTaps();
+// Along one axis, pixels squared.
+double WindowVariance();
 
 }  // namespace vesta

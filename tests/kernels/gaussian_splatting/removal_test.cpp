@@ -1,0 +1,146 @@
+// What the removal pass foretells, against the loss of an image rendered without the splat.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "kernels/image/gaussian_window.h"
+#include "kernels/image/photometric_loss.h"
+#include "tests/support/splat_scenes.h"
+
+namespace vesta::splat {
+namespace {
+
+using test::RenderedView;
+using test::Scene;
+
+// Few and thin enough that no pixel closes.
+test::SceneOptions Open(int count) {
+  return {.name = "open", .width = 53, .height = 37, .count = count, .opacity_min = 0.1, .opacity_max = 0.5};
+}
+
+// A photograph of the scene as it would be with other colours.
+std::vector<double> TruthOf(Scene scene) {
+  test::Random random(5);
+  for (int c = 0; c < 3; ++c) {
+    for (int i = 0; i < scene.count; ++i) scene.At(kSh + c, i) += 0.4 * random.Normal();
+  }
+  return RenderedView<double>(scene).image;
+}
+
+template <class S>
+HostSpan<const S> View(const std::vector<S>& values) {
+  return {values.data(), static_cast<Index>(values.size())};
+}
+
+template <class S>
+struct Foretold {
+  std::vector<Removal<double>> removals;
+  double cost = 0;
+
+  Foretold(const Scene& scene, const std::vector<double>& truth_image, const PhotometricWeights& weights)
+      : removals(static_cast<std::size_t>(scene.count)) {
+    RenderedView<S> rendered(scene);
+    const std::vector<S> truth(truth_image.begin(), truth_image.end());
+    std::vector<S> gradient(truth.size());
+    PhotometricLoss<S> loss(weights);
+    PhotometricLinearization<S> linearization;
+    cost = loss.Linearize(View(rendered.image), View(truth), {scene.view.width, scene.view.height},
+                          {gradient.data(), static_cast<Index>(gradient.size())}, linearization)
+               .cost;
+    rendered.view.AddRemovals({.rendered = rendered.image.data(),
+                               .truth = truth.data(),
+                               .gradient = gradient.data(),
+                               .diagonal = linearization.diagonal.data(),
+                               .curvature = linearization.curvature.data(),
+                               .penalty = PenaltyCoefficientsOf<S>(weights),
+                               .l1 = static_cast<S>(weights.l1),
+                               .ssim = static_cast<S>(weights.ssim),
+                               .window_variance = static_cast<S>(WindowVariance())},
+                              removals.data(), rendered.workspace);
+  }
+};
+
+double CostWithout(Scene scene, int gaussian, const std::vector<double>& truth, const PhotometricWeights& weights) {
+  scene.At(kOpacity, gaussian) = -100;
+  const RenderedView<double> rendered(scene);
+  return PhotometricLoss<double>(weights)
+      .Evaluate(View(rendered.image), View(truth), {scene.view.width, scene.view.height})
+      .cost;
+}
+
+std::vector<int> Ranks(const std::vector<double>& values) {
+  std::vector<int> order(values.size()), rank(values.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return values[static_cast<std::size_t>(a)] < values[static_cast<std::size_t>(b)]; });
+  for (std::size_t k = 0; k < order.size(); ++k) rank[static_cast<std::size_t>(order[k])] = static_cast<int>(k);
+  return rank;
+}
+
+TEST(Removal, IsExactForALossOfPixelsByThemselves) {
+  const Scene scene = test::RandomScene(Open(7), 3);
+  const std::vector<double> truth = TruthOf(scene);
+  for (const auto pixel : {PixelLinearization::kIrls, PixelLinearization::kL2}) {
+    const PhotometricWeights weights{.l1 = 1, .ssim = 0, .pixel = pixel};
+    const Foretold<double> foretold(scene, truth, weights);
+    for (int i = 0; i < scene.count; ++i) {
+      const double rise = CostWithout(scene, i, truth, weights) - foretold.cost;
+      EXPECT_NEAR(foretold.removals[static_cast<std::size_t>(i)].rise, rise, 1e-10 * foretold.cost) << i;
+    }
+  }
+}
+
+TEST(Removal, OfTheWholeLossIsNearEnoughToRankBy) {
+  const Scene scene = test::RandomScene(Open(60), 4);
+  const std::vector<double> truth = TruthOf(scene);
+  const PhotometricWeights weights;
+  const Foretold<double> foretold(scene, truth, weights);
+  std::vector<double> said, true_rise, ratio;
+  for (int i = 0; i < scene.count; ++i) {
+    const Removal<double>& removal = foretold.removals[static_cast<std::size_t>(i)];
+    if (removal.weight == 0) continue;
+    said.push_back(removal.rise);
+    true_rise.push_back(CostWithout(scene, i, truth, weights) - foretold.cost);
+    ratio.push_back(said.back() / true_rise.back());
+  }
+  ASSERT_GT(said.size(), 40U);
+  const std::vector<int> a = Ranks(said), b = Ranks(true_rise);
+  double squares = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) squares += (a[k] - b[k]) * (a[k] - b[k]);
+  const auto n = static_cast<double>(a.size());
+  EXPECT_GT(1 - 6 * squares / (n * (n * n - 1)), 0.9);
+  std::nth_element(ratio.begin(), ratio.begin() + static_cast<std::ptrdiff_t>(ratio.size() / 2), ratio.end());
+  EXPECT_NEAR(ratio[ratio.size() / 2], 1, 0.3);
+}
+
+TEST(Removal, WeighsSharesOfPixels) {
+  Scene scene = test::RandomScene(test::SceneOptions{.name = "dense", .count = 80}, 6);
+  const auto with_background = [&](double value) {
+    for (double& channel : scene.background) channel = value;
+    return RenderedView<double>(scene).image;
+  };
+  const std::vector<double> black = with_background(0), white = with_background(1);
+  double covered = 0;
+  for (std::size_t i = 0; i < black.size() / 3; ++i) covered += 1 - (white[i] - black[i]);
+  double weight = 0;
+  for (const auto& removal : Foretold<double>(scene, black, {}).removals) weight += removal.weight;
+  EXPECT_NEAR(weight, covered, 1e-9 * covered);
+}
+
+TEST(Removal, AgreesInFloat) {
+  const Scene scene = test::RandomScene(Open(60), 7);
+  const std::vector<double> truth = TruthOf(scene);
+  const Foretold<double> exact(scene, truth, {});
+  const Foretold<float> single(scene, truth, {});
+  double largest = 0;
+  for (const auto& removal : exact.removals) largest = std::max(largest, std::abs(removal.rise));
+  for (std::size_t i = 0; i < exact.removals.size(); ++i) {
+    EXPECT_NEAR(single.removals[i].rise, exact.removals[i].rise, 2e-4 * largest) << i;
+    EXPECT_NEAR(single.removals[i].weight, exact.removals[i].weight, 1e-5 * (1 + exact.removals[i].weight)) << i;
+  }
+}
+
+}  // namespace
+}  // namespace vesta::splat
