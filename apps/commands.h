@@ -11,6 +11,7 @@ inline constexpr int kInterruptedStatus = 130;
 
 int RunTrain(const CommandLine& line);
 int RunRefine(const CommandLine& line);
+int RunPrune(const CommandLine& line);
 int RunEval(const CommandLine& line);
 int RunRender(const CommandLine& line);
 int RunConfig(const CommandLine& line);

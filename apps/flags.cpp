@@ -26,6 +26,7 @@ const std::vector<CommandInfo>& Commands() {
   static const std::vector<CommandInfo> commands = {
       {kTrain, "train", {"SCENE"}, "train a splat from photographs with poses", "DIR"},
       {kRefine, "refine", {"PLY", "SCENE"}, "improve a splat of any trainer's", "DIR"},
+      {kPrune, "prune", {"PLY", "SCENE"}, "take out of a splat what its scene does not need", "DIR"},
       {kEval, "eval", {"PLY", "SCENE"}, "measure a splat on the training and test views"},
       {kRender, "render", {"PLY", "SCENE"}, "write images of the test views", "DIR"},
       {kConfig, "config", {}, "print the options of a training, for --config"},
@@ -48,7 +49,8 @@ std::string UsageForm(const CommandInfo& command) {
 
 const FlagTable& ProgramFlags() {
   using O = Flags;
-  constexpr unsigned kTrains = kTrain | kRefine, kOptions = kTrains | kConfig, kViews = kEval | kRender;
+  constexpr unsigned kRefines = kRefine | kPrune, kTrains = kTrain | kRefines, kOptions = kTrains | kConfig,
+                     kViews = kEval | kRender;
   constexpr schema::Range kCount{0, 1e9};
   static const FlagTable flags = {
       {
@@ -59,7 +61,20 @@ const FlagTable& ProgramFlags() {
           {kOptions,
            {"preset", &O::preset, PresetNames(),
             "where all options start: lengths of ours, or the settings of 3DGS-LM's paper or code"}},
-          {kRefine,
+          {kPrune, {"keep", &O::keep, {1e-9, 1}, "part of the Gaussians that stay: 0.5"}},
+          {kPrune,
+           {"max_loss",
+            &O::max_loss,
+            {1e-6, 1e6},
+            "as many go as let the cost of the training views rise by this part of itself, 0.05: by a twentieth, "
+            "before "
+            "what stays is trained on"}},
+          {kPrune, {"size_mib", &O::size_mib, {1e-9, 1e9}, "MiB that point_cloud.ply may have"}},
+          {kPrune,
+           {"criterion", &O::criterion, gs::kCriteria,
+            "who goes first, where a number stays; worth: whoever the training views miss least"},
+           true},
+          {kRefines,
            {"method", &O::method, kMethods,
             "by Adam on single views, Levenberg-Marquardt on all, or one after the other; auto: by views, which gains "
             "more"}},
@@ -79,7 +94,7 @@ const FlagTable& ProgramFlags() {
            {"config", &O::config, schema::Words{"FILE"},
             "options as in this metrics.json, or what `vesta config` prints; flags win over it"}},
           {kTrain | kConfig, {"fixed_model", &O::fixed_model, "no densification, all SH degrees from the start"}, true},
-          {kRefine | kViews,
+          {kRefines | kViews,
            {"background", &O::background, {0, 1}, "colour behind everything; auto: the .ply's, else black"}},
           {kViews, {"downscale", &O::downscale, {1, 64}, "divide the images' width and height by this"}},
           {kBundleAdjust, {"iterations", &O::iterations, kCount, "most iterations of Levenberg-Marquardt"}},

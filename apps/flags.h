@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/core/schema.h"
+#include "problems/gaussian_splatting/parsimony/criterion.h"
 #include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::app {
@@ -19,7 +20,15 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-enum Command : unsigned { kTrain = 1, kRefine = 2, kEval = 4, kRender = 8, kBundleAdjust = 16, kConfig = 32 };
+enum Command : unsigned {
+  kTrain = 1,
+  kRefine = 2,
+  kEval = 4,
+  kRender = 8,
+  kBundleAdjust = 16,
+  kConfig = 32,
+  kPrune = 64
+};
 
 struct CommandInfo {
   Command command;
@@ -44,6 +53,8 @@ struct Flags {
   std::string resume;                            // a folder with a checkpoint; empty: none
   std::string checkpoint_every, snapshot_every;  // as ParseInterval reads them; empty: never
   bool truth = false;
+  std::optional<double> keep, max_loss, size_mib;  // of prune, which takes exactly one of them
+  gs::Criterion criterion = gs::Criterion::kWorth;
   std::optional<gs::RefineMethod> method;  // none: the preset's
   std::string preset;                      // empty: that of the file of --config, or kDefaultPreset
   std::string config;

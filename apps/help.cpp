@@ -35,7 +35,8 @@ std::string Line(const std::string& name, const schema::FieldInfo& field, const 
 
 // What options are without being given.
 gs::TrainOptions Defaults(const CommandInfo& command) {
-  return command.command == kRefine ? gs::RefinePresetOptions(kDefaultPreset) : gs::PresetOptions(kDefaultPreset);
+  return command.command & (kRefine | kPrune) ? gs::RefinePresetOptions(kDefaultPreset)
+                                              : gs::PresetOptions(kDefaultPreset);
 }
 
 std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& command, bool all) {
@@ -81,7 +82,7 @@ std::string HelpOf(const CommandInfo& command, bool all) {
   text += OwnFlags(ProgramFlags().before_options, command, all);
   text += OptionFlags(command);
   text += OwnFlags(ProgramFlags().after_options, command, all);
-  const bool trains = command.command & (kTrain | kRefine);
+  const bool trains = command.command & (kTrain | kRefine | kPrune);
   if (trains || command.command == kConfig) {
     if (all) {
       text += AllOptions(command);
@@ -95,10 +96,11 @@ std::string HelpOf(const CommandInfo& command, bool all) {
         "Writes DIR/point_cloud.ply and DIR/metrics.json. Ctrl-C ends training after the current iteration and writes\n"
         "what there is (exit status 130).\n";
   }
-  if (command.command == kRefine) {
-    text +=
-        "PLY is in the INRIA layout; its SH degree and its number of Gaussians stay. Give --background where it was\n"
-        "trained over another colour than black and does not say so.\n";
+  if (command.command & (kRefine | kPrune)) {
+    text += fmt::format(
+        "PLY is in the INRIA layout; its SH degree {}. Give --background where it was\n"
+        "trained over another colour than black and does not say so.\n",
+        command.command == kRefine ? "and its number of Gaussians stay" : "stays");
   }
   return text;
 }

@@ -1,4 +1,4 @@
-// The `vesta` program: train | refine | eval | render | config | bundle_adjust | help. `vesta help` says more.
+// The `vesta` program: train | refine | prune | eval | render | config | bundle_adjust | help. `vesta help` says more.
 #include <glog/logging.h>
 
 #include <cstdio>
@@ -30,6 +30,8 @@ int Run(int argc, char** argv) {
       return RunTrain(line);
     case kRefine:
       return RunRefine(line);
+    case kPrune:
+      return RunPrune(line);
     case kEval:
       return RunEval(line);
     case kRender:

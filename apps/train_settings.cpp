@@ -17,7 +17,7 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   settings.preset = file ? file->preset() : "";
   if (!flags.preset.empty()) settings.preset = flags.preset;
   if (settings.preset.empty()) settings.preset = kDefaultPreset;
-  const bool refines = line.command->command == kRefine;
+  const bool refines = line.command->command & (kRefine | kPrune);
   const bool goes_on = resumed && flags.preset.empty() && !file;
   if (goes_on) settings.preset = resumed->preset;
   settings.options = goes_on   ? resumed->options

@@ -23,7 +23,8 @@ SPLAT_ROOMS = {
         "lm": ["model"],
         "evaluate": ["model"],
         "memory": ["model", "adam", "density", "lm", "evaluate"],
-        "train": ["model", "adam", "density", "lm", "evaluate", "memory"],
+        "parsimony": ["model"],
+        "train": ["model", "adam", "density", "lm", "evaluate", "memory", "parsimony"],
     }.items()
 }
 # Room -> rooms it may include, itself apart. The longest matching prefix decides which room a file is in. A header that

@@ -1,0 +1,190 @@
+#include "apps/train_and_write.h"
+
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+
+#include "apps/checkpointing.h"
+#include "apps/commands.h"
+#include "apps/doubts.h"
+#include "apps/interrupt.h"
+#include "apps/metrics_json.h"
+#include "apps/print.h"
+#include "apps/process.h"
+#include "apps/progress.h"
+#include "apps/training_results.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
+#include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
+
+namespace vesta::app {
+namespace {
+
+// --log_lm: each LM iteration goes to the log, whatever the progress line shows.
+void LogIteration(const gs::TrainProgress& p) {
+  if (p.stage != gs::Stage::kLm) return;
+  LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
+                           p.note);
+}
+
+gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm) {
+  gs::TrainCallbacks callbacks;
+  callbacks.progress = [line, log_lm](const gs::TrainProgress& progress) {
+    if (log_lm) LogIteration(progress);
+    line->Update(progress);
+  };
+  callbacks.predicted = [line](const gs::Prediction& p) {
+    line->Finish();
+    Print("{}: {} in all, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "a first guess" : "expected",
+          FormatDuration(p.seconds), p.mib, p.gaussians);
+    std::fflush(stdout);
+  };
+  callbacks.stop = Interrupted;
+  return callbacks;
+}
+
+// The last row of each stage; where there is LM alone, the row it started from too.
+void PrintTable(const gs::TrainResult& result) {
+  constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
+  Print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
+        "test SSIM");
+  for (std::size_t i = 0; i < result.history.size(); ++i) {
+    const gs::HistoryRow& row = result.history[i];
+    const bool is_last_of_stage = i + 1 == result.history.size() || result.history[i + 1].stage != row.stage;
+    const bool is_given_model = i == 0 && row.stage == gs::Stage::kLm;
+    if (!is_given_model && !is_last_of_stage) continue;
+    Print(kRow, gs::StageName(row.stage), row.iteration, Figure(row.seconds, 1), row.gaussians, Figure(row.cost, 6),
+          Figure(row.train.psnr, 3), Figure(row.train.ssim, 4), Figure(row.test.psnr, 3), Figure(row.test.ssim, 4));
+  }
+}
+
+// By how much a given model is better now.
+void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
+  Print("refined: cost {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
+        Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
+        Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
+}
+
+// What --checkpoint_every and --snapshot_every ask for.
+void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const OutputFolder& out, gs::TrainCallbacks* callbacks) {
+  callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
+  if (!callbacks->checkpoint.every.never()) callbacks->checkpoint.path = CheckpointFile(out.path());
+  callbacks->snapshot_every = ParseInterval("snapshot_every", flags.snapshot_every);
+  if (callbacks->snapshot_every.never()) return;
+  callbacks->snapshot = [&scene, &out](gs::Stage stage, int iteration, const splat::Model<float>& model) {
+    gs::SplatModel copy;
+    copy.sh_degree = model.sh_degree;
+    copy.count = model.count;
+    copy.data.assign(model.x, model.x + copy.num_attributes() * model.count);
+    gs::MoveToWorld(scene, &copy);
+    gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
+  };
+}
+
+// A model as its file has it.
+gs::SplatModel InWorld(const gs::Scene& scene, gs::SplatModel model) {
+  gs::MoveToWorld(scene, &model);
+  return model;
+}
+
+// Memory is foreseen, and what is foreseen can be wrong.
+void NoteMemory(const gs::MemoryOptions& options, const gs::MemoryReport& report, std::vector<std::string>* notes) {
+  constexpr double kMibInGib = 1024;
+  const bool is_of_gpu = report.device_free_mib > 0;
+  const double budget = kMibInGib * options.budget_gib, peak = is_of_gpu ? report.device_peak_mib : PeakMemoryMib();
+  if (budget <= 0 || peak <= budget) return;
+  notes->push_back(fmt::format("--memory_budget={}: at most {:.1f} MiB were to be taken, {:.1f} were",
+                               options.budget_gib, budget, peak));
+}
+
+void NoteOrigin(const gs::SplatModel& model, std::vector<std::string>* notes) {
+  const auto& o = model.origin;
+  if (o == std::array<double, 3>{}) return;
+  notes->push_back(fmt::format(
+      "The splat lies about ({}, {}, {}) of the scene's frame, where its floats are fine enough; its file says so",
+      o[0], o[1], o[2]));
+}
+
+}  // namespace
+
+void CheckSceneFolder(const std::string& path) {
+  if (FolderExists(path)) return;
+  if (FileExists(path)) Fail("{}: a file, where the scene's folder is to be named; `vesta help` shows the order", path);
+  Fail("{}: no such scene folder", path);
+}
+
+void PrintScene(const gs::Scene& scene) {
+  const auto count = [&](gs::ViewRole role) {
+    return std::ranges::count_if(scene.views, [&](const gs::View& view) { return view.role == role; });
+  };
+  const auto held_out = count(gs::ViewRole::kHeldOut);
+  Print("{} views to train on, {}{} to test; {} points; loaded in {:.1f} s\n", count(gs::ViewRole::kTraining),
+        held_out > 0 ? fmt::format("{} held out to judge by, ", held_out) : "", count(gs::ViewRole::kTest),
+        scene.points.size(), SecondsSinceStart());
+  for (const std::string& note : scene.notes) Print("{}\n", note);
+  std::fflush(stdout);
+}
+
+// The files that a training will write, as far as their names are known.
+void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
+  const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
+  file("point_cloud.ply"), file("metrics.json");
+  if (!flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
+}
+
+int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSettings& settings,
+                  const gs::StageRunners& stages, const ExpectedModel& expected, double load_seconds, OutputFolder* out,
+                  const std::function<gs::TrainResult(gs::TrainCallbacks&)>& run) {
+  CatchInterrupts();
+  TrainingResults results(out);
+  if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
+    Print("The disk of {} has no room for {} Gaussians, which there may be in the end\n", out->path(), expected.most);
+  }
+  ProgressLine line(stdout);
+  gs::TrainCallbacks callbacks = Callbacks(&line, flags.log_lm);
+  SaveOnTheWay(flags, scene, *out, &callbacks);
+  callbacks.before_lm = [&](const gs::SplatModel& model) {
+    // Nothing is copied where the frames are one.
+    if (scene.origin == std::array<double, 3>{}) return results.SaveModel(model);
+    results.SaveModel(InWorld(scene, model));
+  };
+  gs::TrainResult result;
+  try {
+    result = run(callbacks);
+  } catch (const Error& error) {
+    if (!results.has_saved_model()) throw;
+    line.Finish();
+    Fail("{}; Adam's result is in {}", error.what(), results.model_path());
+  }
+  line.Finish();
+  if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
+
+  gs::MoveToWorld(scene, &result.model);
+  NoteOrigin(result.model, &result.notes);
+  NoteMemory(settings.options.memory, result.memory, &result.notes);
+  for (const std::string& note : result.notes) Print("{}\n", note);
+  if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
+  result.notes.insert(result.notes.begin(), scene.notes.begin(), scene.notes.end());  // told at the start
+  results.Save(result.model, MetricsJson(result,
+                                         {.load_seconds = load_seconds,
+                                          .total_seconds = SecondsSinceStart(),
+                                          .peak_memory_mib = PeakMemoryMib(),
+                                          .device = stages.device.c_str(),
+                                          .threads = NumThreads()},
+                                         settings));
+  PrintTable(result);
+  if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
+    if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
+    Print("{}", DoubtOfScene(result.history.front().train.psnr));
+  } else if (!result.stopped) {
+    Print("{}", DoubtOfTraining(scene, result.history.back().train.psnr));
+  }
+  Print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path());
+  return Interrupted() ? kInterruptedStatus : 0;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,34 @@
+// What the commands that train have in common: they load a scene, train by one of the trainer's functions, show it, and
+// write DIR/point_cloud.ply and DIR/metrics.json.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "apps/outputs.h"
+#include "apps/train_settings.h"
+#include "problems/gaussian_splatting/train/trainer.h"
+
+namespace vesta::app {
+
+// Throws Error where there is no such folder.
+void CheckSceneFolder(const std::string& path);
+
+// How many views and points were loaded, and what is odd about them.
+void PrintScene(const gs::Scene& scene);
+
+// The files that a training into the folder will write, as far as their names are known.
+void WritesResults(const Flags& flags, const std::string& out, RunFiles* files);
+
+// How many Gaussians there may be in the end, to begin with, and the degree of their harmonics.
+struct ExpectedModel {
+  Index most, least;
+  int sh_degree;
+};
+
+// Trains by `run(callbacks)` and writes the results, complete or stopped. Returns the exit status.
+int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSettings& settings,
+                  const gs::StageRunners& stages, const ExpectedModel& expected, double load_seconds, OutputFolder* out,
+                  const std::function<gs::TrainResult(gs::TrainCallbacks&)>& run);
+
+}  // namespace vesta::app

@@ -1,0 +1,31 @@
+// By what a Gaussian is judged to be dispensable.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kernels/core/schema.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/parsimony/views_of_model.h"
+
+namespace vesta::gs {
+
+enum class Criterion {
+  kWorth,        // the rise of the cost without it (worth.h)
+  kWeight,       // its shares of the pixels, as Fan et al. 2024 (LightGaussian) and others accumulate them
+  kSensitivity,  // how sure the photographs are of its place and size (Hanson et al. 2025, PUP 3D-GS)
+  kOpacity,
+  kRandom,
+};
+inline constexpr schema::Choice<Criterion> kCriteria[] = {{Criterion::kWorth, "worth"},
+                                                          {Criterion::kWeight, "weight"},
+                                                          {Criterion::kSensitivity, "sensitivity"},
+                                                          {Criterion::kOpacity, "opacity"},
+                                                          {Criterion::kRandom, "random"}};
+static_assert(schema::EachOnce(kCriteria));
+
+// By Gaussian: who has less goes first. seed: of kRandom.
+std::vector<double> ScoresOf(const SplatModel& model, const JudgingViews& judges, Criterion criterion,
+                             std::uint64_t seed);
+
+}  // namespace vesta::gs

@@ -1,0 +1,116 @@
+#include "problems/gaussian_splatting/parsimony/prune.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/support.h"
+#include "problems/gaussian_splatting/parsimony/worth.h"
+
+namespace vesta::gs {
+namespace {
+
+// The least first; of two alike the later.
+std::vector<Index> LeastFirst(const std::vector<double>& scores) {
+  std::vector<Index> order(scores.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  const auto score = [&](Index i) { return scores[static_cast<std::size_t>(i)]; };
+  std::ranges::sort(order, [&](Index a, Index b) { return score(a) != score(b) ? score(a) < score(b) : a > b; });
+  return order;
+}
+
+// Without the first `gone` of the order.
+SplatModel Without(SplatModel model, std::vector<Index> order, Index gone) {
+  order.erase(order.begin(), order.begin() + gone);
+  std::ranges::sort(order);
+  return InOrder(std::move(model), order);
+}
+
+Index MostOfRound(const SplatModel& model, const PruneOptions& options) {
+  return static_cast<Index>(std::ceil(options.part_of_round * static_cast<double>(model.count)));
+}
+
+// What no view shows goes whatever is asked for, but for a count: not below it.
+void DropUnsupported(const JudgingViews& judges, Index least, PruneResult& result) {
+  const std::vector<Support> support = MeasureSupport(ToKernelModel(result.model), judges);
+  std::vector<Index> wanting, order;
+  for (Index i = 0; i < result.model.count; ++i) {
+    (support[static_cast<std::size_t>(i)].is_wanting() ? wanting : order).push_back(i);
+  }
+  result.unsupported = std::min(static_cast<Index>(wanting.size()), std::max(result.model.count - least, Index{0}));
+  order.insert(order.begin(), wanting.begin(), wanting.end());
+  result.model = Without(std::move(result.model), std::move(order), result.unsupported);
+}
+
+void PruneToCount(const JudgingViews& judges, const PruneOptions& options, PruneResult& result) {
+  const Index count = std::max<Index>(*options.goal.count, 1);
+  for (; result.model.count > count; ++result.rounds) {
+    std::vector<Index> order = LeastFirst(ScoresOf(result.model, judges, options.criterion, options.seed));
+    const Index gone = std::min(MostOfRound(result.model, options), result.model.count - count);
+    result.model = Without(std::move(result.model), std::move(order), gone);
+  }
+}
+
+// How many of the order may go: those whose rises, added up, are within `budget`. What makes the cost lower alone buys
+// nothing for others, since what goes together is not judged together.
+Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& rise, Index most, double budget) {
+  Index gone = 0;
+  for (; gone < most; ++gone) {
+    budget -= std::max(0.0, rise[static_cast<std::size_t>(order[static_cast<std::size_t>(gone)])]);
+    if (budget < 0) break;
+  }
+  return gone;
+}
+
+// Each round spends, by what is foreseen, a part of what may still be lost. Those that go together cost more than one
+// by one: where they cost too much the round is taken back, and rounds become smaller.
+void PruneToRise(const JudgingViews& judges, const PruneOptions& options, PruneResult& result) {
+  constexpr double kLeastRound = 0.002;
+  const double most = result.cost_before * (1 + *options.goal.max_rise);
+  SplatModel last = result.model;
+  Worth worth = MeasureWorth(result.model, judges);
+  double part_of_rest = 0.5, part_of_round = options.part_of_round;
+  const auto all = [&] { return static_cast<double>(last.count); };
+  while (part_of_round > kLeastRound) {
+    std::vector<Index> order = LeastFirst(worth.rise);
+    const auto limit = std::min(static_cast<Index>(std::ceil(part_of_round * all())), last.count - 1);
+    const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
+    if (static_cast<double>(gone) < kLeastRound * all()) break;
+    result.model = Without(last, std::move(order), gone);
+    ++result.rounds;
+    Worth after = MeasureWorth(result.model, judges);
+    if (after.cost > most) {
+      part_of_rest *= 0.5, part_of_round *= 0.5;
+      continue;
+    }
+    worth = std::move(after);
+    last = result.model;
+  }
+  result.model = std::move(last);
+}
+
+}  // namespace
+
+PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {
+  if (judges.views.empty()) Fail("the scene has no training view to judge Gaussians by");
+  VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
+  PruneResult result;
+  result.model = std::move(model);
+  result.cost_before = MeasureWorth(result.model, judges).cost;
+  // Who compares criteria compares them alone.
+  if (options.criterion == Criterion::kWorth) DropUnsupported(judges, options.goal.count.value_or(1), result);
+  if (options.goal.count) {
+    PruneToCount(judges, options, result);
+  } else {
+    PruneToRise(judges, options, result);
+  }
+  result.cost_after = MeasureWorth(result.model, judges).cost;
+  return result;
+}
+
+}  // namespace vesta::gs

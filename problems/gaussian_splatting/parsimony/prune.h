@@ -1,0 +1,35 @@
+// Takes Gaussians out of a finished model, in rounds: what is worth little while others stand before or behind it may
+// be worth much once they are gone, so all are judged anew after each.
+#pragma once
+
+#include <optional>
+
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/parsimony/criterion.h"
+
+namespace vesta::gs {
+
+// Exactly one of the two is given.
+struct PruneGoal {
+  std::optional<Index> count;      // so many Gaussians stay, at least one; more than there are: all
+  std::optional<double> max_rise;  // the cost of the training views rises by at most this part of itself, > 0
+};
+
+struct PruneOptions {
+  PruneGoal goal;
+  Criterion criterion = Criterion::kWorth;  // of a count; a rise is always judged by worth
+  std::uint64_t seed = 0;
+  double part_of_round = 0.25;  // most that goes in a round, of those that are left; in (0, 1]
+};
+
+struct PruneResult {
+  SplatModel model;                        // those kept, in their order and as they were
+  double cost_before = 0, cost_after = 0;  // of the training views (Worth::cost)
+  Index unsupported = 0;  // those that went because no training view shows enough of them (Support::is_wanting)
+  int rounds = 0;
+};
+
+// By the views that judge. Throws Error where none does.
+PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options);
+
+}  // namespace vesta::gs

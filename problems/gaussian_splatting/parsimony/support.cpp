@@ -1,0 +1,80 @@
+#include "problems/gaussian_splatting/parsimony/support.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "kernels/core/parallel.h"
+#include "kernels/gaussian_splatting/splat_view.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
+namespace vesta::gs {
+namespace {
+
+// The integral over the image of 2^-(p^2 + q^2), pixels squared: along rows in closed form, and a sum over rows.
+double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
+  // Beyond, the falloff is less than 1e-4.
+  constexpr double kReach = 3.7;
+  constexpr int kMostRows = 64;
+  const double r = static_cast<double>(splat.r), s = static_cast<double>(splat.s), v = static_cast<double>(splat.v);
+  const double low = std::max(0.0, v - kReach / s), high = std::min<double>(height, v + kReach / s);
+  if (!(low < high)) return 0;
+  const int rows = std::clamp(static_cast<int>(std::ceil(high - low)), 1, kMostRows);
+  const double step = (high - low) / rows, root = std::sqrt(std::numbers::ln2);
+  double sum = 0;
+  for (int k = 0; k < rows; ++k) {
+    const double dy = low + (k + 0.5) * step - v, q = s * dy;
+    const double centre = static_cast<double>(splat.u) - static_cast<double>(splat.beta) * dy;
+    const double inside = std::erf(root * r * (width - centre)) - std::erf(-root * r * centre);
+    sum += std::exp2(-q * q) * inside;
+  }
+  return sum * step * std::sqrt(std::numbers::pi) / (2 * root * r);
+}
+
+// Squared distance of the nearest camera, in focal lengths of that camera an image's area.
+double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
+  std::array<double, 3> deviation{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    deviation[k] = std::exp(static_cast<double>(model.x[(splat::kLogScale + static_cast<Index>(k)) * model.count + i]));
+  }
+  std::ranges::sort(deviation);
+  double largest = 0;
+  for (const splat::PosedCamera& camera : cameras) {
+    double distance2 = 0;
+    for (Index k = 0; k < 3; ++k) {
+      const double d = static_cast<double>(model.x[(splat::kMean + k) * model.count + i]) - camera.centre[k];
+      distance2 += d * d;
+    }
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    largest = std::max(largest, camera.lens.fx * camera.lens.fy / (distance2 * pixels));
+  }
+  return std::min(1.0, 2 * std::numbers::pi * deviation[1] * deviation[2] * largest);
+}
+
+}  // namespace
+
+std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges) {
+  std::vector<Support> support(static_cast<std::size_t>(model.count));
+  std::vector<splat::PosedCamera> cameras;
+  cameras.reserve(judges.views.size());
+  for (const View* view : judges.views) cameras.push_back(ToPosedCamera(*view, judges.near));
+  splat::SplatView<float> projected;
+  splat::ViewWorkspace<float> workspace;
+  for (const splat::PosedCamera& camera : cameras) {
+    projected.Build(model, camera, judges.background.data(), workspace);
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    ParallelFor(model.count, 1024, [&](Index i) {
+      const std::int32_t rank = projected.rank_of()[i];
+      if (rank < 0) return;
+      support[static_cast<std::size_t>(i)].shown +=
+          FalloffInImage(projected.splats()[rank], camera.width, camera.height) / pixels;
+    });
+  }
+  ParallelFor(model.count, 1024,
+              [&](Index i) { support[static_cast<std::size_t>(i)].body = BodyOf(model, i, cameras); });
+  return support;
+}
+
+}  // namespace vesta::gs

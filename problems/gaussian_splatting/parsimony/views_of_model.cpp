@@ -1,0 +1,15 @@
+#include "problems/gaussian_splatting/parsimony/views_of_model.h"
+
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
+namespace vesta::gs {
+
+JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background) {
+  JudgingViews judges{.views = {}, .background = background, .near = NearPlane(scene)};
+  for (const View& view : scene.views) {
+    if (view.is_trained()) judges.views.push_back(&view);
+  }
+  return judges;
+}
+
+}  // namespace vesta::gs
