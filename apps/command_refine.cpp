@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -23,35 +24,38 @@ double ModelMib(const gs::SplatModel& model) {
   return static_cast<double>(model.data.size() * sizeof(float)) / (1 << 20);
 }
 
-// What of --keep, --max_loss and --size_mib was given, of such a model.
-gs::PruneGoal GoalOf(const Flags& flags, const gs::SplatModel& model) {
-  if (flags.max_loss) return {.count = {}, .max_rise = flags.max_loss};
-  const auto gaussians = static_cast<double>(model.count);
-  double count = flags.keep.value_or(1) * gaussians;
-  if (flags.size_mib) {
-    constexpr double kHeader = 4096;  // more than it takes
-    const auto each = static_cast<double>(gs::SplatPlyBytes(model.count, model.sh_degree)) / gaussians;
-    count = (*flags.size_mib * (1 << 20) - kHeader) / each;
-  }
-  return {.count = std::max<Index>(1, static_cast<Index>(std::min(count, gaussians))), .max_rise = {}};
+// The part of the Gaussians that a .ply of so many MiB has room for.
+double PartIn(double mib, const gs::SplatModel& model) {
+  constexpr double kHeader = 4096;  // more than it takes, bytes
+  const auto all = static_cast<double>(gs::SplatPlyBytes(model.count, model.sh_degree));
+  return std::clamp((mib * (1 << 20) - kHeader) / all, 1 / static_cast<double>(model.count), 1.0);
 }
 
-void CheckOneGoal(const Flags& flags) {
-  const int given = (flags.keep ? 1 : 0) + (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
+void CheckOneGoal(const Flags& flags, const gs::TrainOptions& options) {
+  const int given = (options.parsimony.prunes() ? 1 : 0) + (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
   if (given == 1) return;
-  throw UsageError(given == 0 ? "how much is to go? Give one of --keep, --max_loss and --size_mib"
+  throw UsageError(given == 0 ? "how much is to go? Give --keep=PART, under 1, --max_loss or --size_mib"
                               : "--keep, --max_loss and --size_mib: give only one of them");
 }
 
-// A line on what went.
-std::string Report(const gs::PruneResult& result, Index before) {
-  std::string line =
-      fmt::format("pruned from {} to {} Gaussians in {} rounds; cost of the training views {:.3f} times what it was",
-                  before, result.model.count, result.rounds, result.cost_after / result.cost_before);
-  if (result.unsupported > 0) {
-    line += fmt::format("; {} of those that went hardly any training view shows", result.unsupported);
+// Takes out at once what the training would take out by and by, where there is none, or what the cost can spare.
+// Returns a line on what went, if any did.
+std::string PruneNow(const Flags& flags, const gs::TrainOptions& options, PosedModel& posed) {
+  const bool by_and_by = options.adam.runs() && !flags.max_loss;
+  if (by_and_by) return "";
+  const Index before = posed.model.count;
+  const double kept = std::round(options.parsimony.keep * static_cast<double>(before));
+  gs::PruneOptions prune{.goal = {}, .criterion = options.parsimony.criterion, .seed = options.seed};
+  if (flags.max_loss) {
+    prune.goal.max_rise = flags.max_loss;
+  } else {
+    prune.goal.count = std::max<Index>(1, static_cast<Index>(kept));
   }
-  return line;
+  gs::PruneResult result =
+      gs::Prune(std::move(posed.model), gs::TrainingViewsOf(posed.scene, options.background), prune);
+  posed.model = std::move(result.model);
+  return fmt::format("pruned from {} to {} Gaussians in {} rounds; cost of the training views {:.3f} times what it was",
+                     before, posed.model.count, result.rounds, result.cost_after / result.cost_before);
 }
 
 // Refines what `change` makes of the splat; it returns a line for the user, or none.
@@ -72,7 +76,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   options.background = ToDouble(posed.model.background);
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
-  const std::string note = change(posed, options);
+  const std::string note = change(settings.options, posed);
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
   const ExpectedModel expected{posed.model.count, posed.model.count, posed.model.sh_degree};
@@ -88,18 +92,14 @@ int RefineChanged(const CommandLine& line, const Change& change) {
 }  // namespace
 
 int RunRefine(const CommandLine& line) {
-  return RefineChanged(line, [](const PosedModel&, const gs::TrainOptions&) { return std::string(); });
+  return RefineChanged(line, [](const gs::TrainOptions&, const PosedModel&) { return std::string(); });
 }
 
 int RunPrune(const CommandLine& line) {
-  CheckOneGoal(line.flags);
-  return RefineChanged(line, [&](PosedModel& posed, const gs::TrainOptions& options) {
-    const Index before = posed.model.count;
-    const gs::PruneGoal goal = GoalOf(line.flags, posed.model);
-    gs::PruneResult result = gs::Prune(std::move(posed.model), gs::TrainingViewsOf(posed.scene, options.background),
-                                       {.goal = goal, .criterion = line.flags.criterion, .seed = options.seed});
-    posed.model = std::move(result.model);
-    return Report(result, before);
+  CheckOneGoal(line.flags, SettingsOf(line).options);
+  return RefineChanged(line, [&](gs::TrainOptions& options, PosedModel& posed) {
+    if (line.flags.size_mib) options.parsimony.keep = PartIn(*line.flags.size_mib, posed.model);
+    return PruneNow(line.flags, options, posed);
   });
 }
 

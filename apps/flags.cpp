@@ -61,7 +61,6 @@ const FlagTable& ProgramFlags() {
           {kOptions,
            {"preset", &O::preset, PresetNames(),
             "where all options start: lengths of ours, or the settings of 3DGS-LM's paper or code"}},
-          {kPrune, {"keep", &O::keep, {1e-9, 1}, "part of the Gaussians that stay: 0.5"}},
           {kPrune,
            {"max_loss",
             &O::max_loss,
@@ -70,10 +69,6 @@ const FlagTable& ProgramFlags() {
             "before "
             "what stays is trained on"}},
           {kPrune, {"size_mib", &O::size_mib, {1e-9, 1e9}, "MiB that point_cloud.ply may have"}},
-          {kPrune,
-           {"criterion", &O::criterion, gs::kCriteria,
-            "who goes first, where a number stays; worth: whoever the training views miss least"},
-           true},
           {kRefines,
            {"method", &O::method, kMethods,
             "by Adam on single views, Levenberg-Marquardt on all, or one after the other; auto: by views, which gains "

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "kernels/core/schema.h"
-#include "problems/gaussian_splatting/parsimony/criterion.h"
 #include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::app {
@@ -53,10 +52,9 @@ struct Flags {
   std::string resume;                            // a folder with a checkpoint; empty: none
   std::string checkpoint_every, snapshot_every;  // as ParseInterval reads them; empty: never
   bool truth = false;
-  std::optional<double> keep, max_loss, size_mib;  // of prune, which takes exactly one of them
-  gs::Criterion criterion = gs::Criterion::kWorth;
-  std::optional<gs::RefineMethod> method;  // none: the preset's
-  std::string preset;                      // empty: that of the file of --config, or kDefaultPreset
+  std::optional<double> max_loss, size_mib;  // of prune, which takes one of them or a part to keep
+  std::optional<gs::RefineMethod> method;    // none: the preset's
+  std::string preset;                        // empty: that of the file of --config, or kDefaultPreset
   std::string config;
   std::string set;  // never filled: CommandLine::options has them
   bool fixed_model = false;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "apps/command_line.h"
+#include "apps/train_settings.h"
 
 namespace vesta::app {
 namespace {
@@ -33,12 +34,6 @@ std::string Line(const std::string& name, const schema::FieldInfo& field, const 
   return fmt::format("  {:<{}} {}{}\n", head, kWidth, help, brackets);
 }
 
-// What options are without being given.
-gs::TrainOptions Defaults(const CommandInfo& command) {
-  return command.command & (kRefine | kPrune) ? gs::RefinePresetOptions(kDefaultPreset)
-                                              : gs::PresetOptions(kDefaultPreset);
-}
-
 std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& command, bool all) {
   std::string text;
   for (const FlagRow& row : rows) {
@@ -50,7 +45,7 @@ std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& comman
 }
 
 std::string OptionFlags(const CommandInfo& command) {
-  const gs::TrainOptions defaults = Defaults(command);
+  const gs::TrainOptions defaults = PresetOf(command, kDefaultPreset);
   std::string text;
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
     if (!field.flag || !TakesOption(command, field)) continue;
@@ -61,7 +56,7 @@ std::string OptionFlags(const CommandInfo& command) {
 
 // Room by room, with the range of each.
 std::string AllOptions(const CommandInfo& command) {
-  const gs::TrainOptions defaults = Defaults(command);
+  const gs::TrainOptions defaults = PresetOf(command, kDefaultPreset);
   std::string text = "\nAll options, to be set by --set KEY=VALUE; some have a flag too:\n", last_room;
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
     if (!TakesOption(command, field)) continue;

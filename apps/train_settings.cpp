@@ -9,6 +9,13 @@
 
 namespace vesta::app {
 
+gs::TrainOptions PresetOf(const CommandInfo& command, const std::string& preset,
+                          std::optional<gs::RefineMethod> method) {
+  if (command.command == kRefine) return gs::RefinePresetOptions(preset, method);
+  if (command.command == kPrune) return gs::PrunePresetOptions(preset, method);
+  return gs::PresetOptions(preset);
+}
+
 TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) {
   const Flags& flags = line.flags;
   std::optional<ConfigFile> file;
@@ -17,12 +24,9 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   settings.preset = file ? file->preset() : "";
   if (!flags.preset.empty()) settings.preset = flags.preset;
   if (settings.preset.empty()) settings.preset = kDefaultPreset;
-  const bool refines = line.command->command & (kRefine | kPrune);
   const bool goes_on = resumed && flags.preset.empty() && !file;
   if (goes_on) settings.preset = resumed->preset;
-  settings.options = goes_on   ? resumed->options
-                     : refines ? gs::RefinePresetOptions(settings.preset, flags.method)
-                               : gs::PresetOptions(settings.preset);
+  settings.options = goes_on ? resumed->options : PresetOf(*line.command, settings.preset, flags.method);
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
   if (flags.fixed_model) {

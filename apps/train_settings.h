@@ -15,8 +15,12 @@ struct TrainSettings {
   gs::TrainOptions options;
 };
 
-// Of train, config or refine. Throws Error where a file cannot be used, or options do not go together. resumed: what
-// stands in the place of the preset where none is given.
+// Where the options of such a command start. method: of refine and prune.
+gs::TrainOptions PresetOf(const CommandInfo& command, const std::string& preset,
+                          std::optional<gs::RefineMethod> method = {});
+
+// Of train, config, refine or prune. Throws Error where a file cannot be used, or options do not go together. resumed:
+// what stands in the place of the preset where none is given.
 TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed = nullptr);
 
 // How such a training loads its scene.

@@ -1,13 +1,14 @@
 #include "problems/gaussian_splatting/parsimony/criterion.h"
 
 #include "kernels/core/random.h"
+#include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/parsimony/worth.h"
 
 namespace vesta::gs {
 namespace {
 
-std::vector<double> Opacities(const SplatModel& model) {
-  const float* logit = model.attribute(splat::kOpacity);
+std::vector<double> Opacities(const splat::Model<float>& model) {
+  const float* logit = model.x + splat::kOpacity * model.count;
   return {logit, logit + model.count};
 }
 
@@ -19,7 +20,7 @@ std::vector<double> RandomScores(Index count, std::uint64_t seed) {
 
 }  // namespace
 
-std::vector<double> ScoresOf(const SplatModel& model, const JudgingViews& judges, Criterion criterion,
+std::vector<double> ScoresOf(const splat::Model<float>& model, const JudgingViews& judges, Criterion criterion,
                              std::uint64_t seed) {
   switch (criterion) {
     case Criterion::kWorth:

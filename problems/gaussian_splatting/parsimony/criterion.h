@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kernels/core/schema.h"
-#include "problems/gaussian_splatting/model/splat_model.h"
+#include "kernels/gaussian_splatting/project_kernels.h"
 #include "problems/gaussian_splatting/parsimony/views_of_model.h"
 
 namespace vesta::gs {
@@ -25,7 +25,7 @@ inline constexpr schema::Choice<Criterion> kCriteria[] = {{Criterion::kWorth, "w
 static_assert(schema::EachOnce(kCriteria));
 
 // By Gaussian: who has less goes first. seed: of kRandom.
-std::vector<double> ScoresOf(const SplatModel& model, const JudgingViews& judges, Criterion criterion,
+std::vector<double> ScoresOf(const splat::Model<float>& model, const JudgingViews& judges, Criterion criterion,
                              std::uint64_t seed);
 
 }  // namespace vesta::gs

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -24,35 +25,26 @@ std::vector<Index> LeastFirst(const std::vector<double>& scores) {
   return order;
 }
 
-// Without the first `gone` of the order.
-SplatModel Without(SplatModel model, std::vector<Index> order, Index gone) {
-  order.erase(order.begin(), order.begin() + gone);
-  std::ranges::sort(order);
-  return InOrder(std::move(model), order);
-}
-
 Index MostOfRound(const SplatModel& model, const PruneOptions& options) {
   return static_cast<Index>(std::ceil(options.part_of_round * static_cast<double>(model.count)));
 }
 
-// What no view shows goes whatever is asked for, but for a count: not below it.
-void DropUnsupported(const JudgingViews& judges, Index least, PruneResult& result) {
-  const std::vector<Support> support = MeasureSupport(ToKernelModel(result.model), judges);
-  std::vector<Index> wanting, order;
-  for (Index i = 0; i < result.model.count; ++i) {
-    (support[static_cast<std::size_t>(i)].is_wanting() ? wanting : order).push_back(i);
+// Scores with what hardly any view shows below all else.
+std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<float>& model,
+                                const JudgingViews& judges) {
+  const std::vector<Support> support = MeasureSupport(model, judges);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    if (support[i].is_wanting()) scores[i] = -std::numeric_limits<double>::infinity();
   }
-  result.unsupported = std::min(static_cast<Index>(wanting.size()), std::max(result.model.count - least, Index{0}));
-  order.insert(order.begin(), wanting.begin(), wanting.end());
-  result.model = Without(std::move(result.model), std::move(order), result.unsupported);
+  return scores;
 }
 
 void PruneToCount(const JudgingViews& judges, const PruneOptions& options, PruneResult& result) {
   const Index count = std::max<Index>(*options.goal.count, 1);
   for (; result.model.count > count; ++result.rounds) {
-    std::vector<Index> order = LeastFirst(ScoresOf(result.model, judges, options.criterion, options.seed));
-    const Index gone = std::min(MostOfRound(result.model, options), result.model.count - count);
-    result.model = Without(std::move(result.model), std::move(order), gone);
+    const Index left = std::max(count, result.model.count - MostOfRound(result.model, options));
+    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.criterion, options.seed, left);
+    result.model = InOrder(std::move(result.model), kept);
   }
 }
 
@@ -73,7 +65,7 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, PruneR
   constexpr double kLeastRound = 0.002;
   const double most = result.cost_before * (1 + *options.goal.max_rise);
   SplatModel last = result.model;
-  Worth worth = MeasureWorth(result.model, judges);
+  Worth worth = MeasureWorth(ToKernelModel(result.model), judges);
   double part_of_rest = 0.5, part_of_round = options.part_of_round;
   const auto all = [&] { return static_cast<double>(last.count); };
   while (part_of_round > kLeastRound) {
@@ -81,9 +73,11 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, PruneR
     const auto limit = std::min(static_cast<Index>(std::ceil(part_of_round * all())), last.count - 1);
     const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
     if (static_cast<double>(gone) < kLeastRound * all()) break;
-    result.model = Without(last, std::move(order), gone);
+    order.erase(order.begin(), order.begin() + gone);
+    std::ranges::sort(order);
+    result.model = InOrder(last, order);
     ++result.rounds;
-    Worth after = MeasureWorth(result.model, judges);
+    Worth after = MeasureWorth(ToKernelModel(result.model), judges);
     if (after.cost > most) {
       part_of_rest *= 0.5, part_of_round *= 0.5;
       continue;
@@ -96,20 +90,28 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, PruneR
 
 }  // namespace
 
+std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, Criterion criterion,
+                           std::uint64_t seed, Index count) {
+  std::vector<double> scores = ScoresOf(model, judges, criterion, seed);
+  if (criterion == Criterion::kWorth) scores = WithSupport(std::move(scores), model, judges);
+  std::vector<Index> order = LeastFirst(scores);
+  order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, model.count));
+  std::ranges::sort(order);
+  return order;
+}
+
 PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {
   if (judges.views.empty()) Fail("the scene has no training view to judge Gaussians by");
   VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
   PruneResult result;
   result.model = std::move(model);
-  result.cost_before = MeasureWorth(result.model, judges).cost;
-  // Who compares criteria compares them alone.
-  if (options.criterion == Criterion::kWorth) DropUnsupported(judges, options.goal.count.value_or(1), result);
+  result.cost_before = MeasureWorth(ToKernelModel(result.model), judges).cost;
   if (options.goal.count) {
     PruneToCount(judges, options, result);
   } else {
     PruneToRise(judges, options, result);
   }
-  result.cost_after = MeasureWorth(result.model, judges).cost;
+  result.cost_after = MeasureWorth(ToKernelModel(result.model), judges).cost;
   return result;
 }
 

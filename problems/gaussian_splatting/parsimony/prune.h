@@ -3,11 +3,17 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/parsimony/criterion.h"
 
 namespace vesta::gs {
+
+// Those of the model that stay where `count` are to, at least one, ascending: whoever has most by the criterion. With
+// kWorth what hardly any view shows (Support::is_wanting) goes before all others.
+std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, Criterion criterion,
+                           std::uint64_t seed, Index count);
 
 // Exactly one of the two is given.
 struct PruneGoal {
@@ -25,7 +31,6 @@ struct PruneOptions {
 struct PruneResult {
   SplatModel model;                        // those kept, in their order and as they were
   double cost_before = 0, cost_after = 0;  // of the training views (Worth::cost)
-  Index unsupported = 0;  // those that went because no training view shows enough of them (Support::is_wanting)
   int rounds = 0;
 };
 

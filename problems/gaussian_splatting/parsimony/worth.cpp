@@ -17,7 +17,7 @@ namespace {
 // Renders the model into one judge after the other.
 class RenderedViews {
  public:
-  RenderedViews(const SplatModel& model, const JudgingViews& judges) : model_(ToKernelModel(model)), judges_(judges) {}
+  RenderedViews(const splat::Model<float>& model, const JudgingViews& judges) : model_(model), judges_(judges) {}
 
   // body(view): with view() and image() of that judge.
   template <class Body>
@@ -29,13 +29,12 @@ class RenderedViews {
       body(*view);
     }
   }
-  const splat::Model<float>& model() const { return model_; }
   const splat::SplatView<float>& view() const { return view_; }
   const HostBuffer<float>& image() const { return image_; }
   splat::ViewWorkspace<float>& workspace() { return workspace_; }
 
  private:
-  splat::Model<float> model_;
+  const splat::Model<float>& model_;
   const JudgingViews& judges_;
   splat::SplatView<float> view_;
   splat::ViewWorkspace<float> workspace_;
@@ -61,7 +60,7 @@ double LogDeterminant(std::array<double, 21>& a) {
 
 }  // namespace
 
-Worth MeasureWorth(const SplatModel& model, const JudgingViews& judges) {
+Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges) {
   const auto n = static_cast<std::size_t>(model.count);
   std::vector<splat::Removal<double>> removals(n);
   Worth worth;
@@ -91,16 +90,16 @@ Worth MeasureWorth(const SplatModel& model, const JudgingViews& judges) {
   return worth;
 }
 
-std::vector<double> MeasureSensitivity(const SplatModel& model, const JudgingViews& judges) {
+std::vector<double> MeasureSensitivity(const splat::Model<float>& model, const JudgingViews& judges) {
   const Index n = model.count;
   constexpr Index kEntries = splat::kGeometry * (splat::kGeometry + 1) / 2;
   std::vector<float> blocks(static_cast<std::size_t>(kEntries * n));
-  std::vector<float> sh_diagonal(static_cast<std::size_t>((model.num_attributes() - splat::kSh) * n));
+  std::vector<float> sh_diagonal(static_cast<std::size_t>((splat::NumAttributes(model.sh_degree) - splat::kSh) * n));
   std::vector<float> ones;
   RenderedViews rendered(model, judges);
   rendered.ForEach([&](const View&) {
     ones.assign(static_cast<std::size_t>(rendered.image().size()), 1.0f);
-    rendered.view().AddGram(rendered.model(), rendered.image().data(), ones.data(), blocks.data(), sh_diagonal.data(),
+    rendered.view().AddGram(model, rendered.image().data(), ones.data(), blocks.data(), sh_diagonal.data(),
                             rendered.workspace());
   });
   std::vector<double> sensitivity(static_cast<std::size_t>(n));
@@ -114,7 +113,7 @@ std::vector<double> MeasureSensitivity(const SplatModel& model, const JudgingVie
     double log_det = LogDeterminant(block);
     // By the standard deviations themselves, not their logarithms.
     for (int k = splat::kLogScale; k < splat::kQuaternion; ++k) {
-      log_det -= 2 * static_cast<double>(model.attribute(k)[i]);
+      log_det -= 2 * static_cast<double>(model.x[k * n + i]);
     }
     sensitivity[static_cast<std::size_t>(i)] = log_det;
   });

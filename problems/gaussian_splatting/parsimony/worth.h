@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "problems/gaussian_splatting/model/splat_model.h"
+#include "kernels/gaussian_splatting/project_kernels.h"
 #include "problems/gaussian_splatting/parsimony/views_of_model.h"
 
 namespace vesta::gs {
@@ -17,11 +17,11 @@ struct Worth {
 };
 
 // Takes about three times as long as rendering all views.
-Worth MeasureWorth(const SplatModel& model, const JudgingViews& judges);
+Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges);
 
 // log |det| of the 6 x 6 block of J^T J of each Gaussian's mean and standard deviations, J of all colours of all views:
 // how sure the photographs are of where and how large it is (Hanson et al. 2025, PUP 3D-GS, equation 6). -infinity
 // where they do not tell.
-std::vector<double> MeasureSensitivity(const SplatModel& model, const JudgingViews& judges);
+std::vector<double> MeasureSensitivity(const splat::Model<float>& model, const JudgingViews& judges);
 
 }  // namespace vesta::gs

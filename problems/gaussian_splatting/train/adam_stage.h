@@ -20,6 +20,8 @@
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/parsimony/prune.h"
+#include "problems/gaussian_splatting/parsimony/schedule.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/forecast.h"
@@ -38,11 +40,12 @@ struct AdamStageState {
   int iteration = 0;     // done
   StageSpan span{0, 0};  // of that one
   double mean_cost = 0;
-  bool averages = true;  // false once the mean of the parameters has found no room
+  bool averages = true;      // false once the mean of the parameters has found no room
+  Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(model, order, iteration, span.before, span.after, mean_cost, averages);
+    archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning);
   }
 };
 
@@ -172,8 +175,8 @@ class AdamStage {
   }
   // Needs pace_.is_known().
   StageAhead Ahead() const {
-    return ForecastStage(pace_, growth_, options_.adam, options_.density, state_->span.after, state_->model.count(),
-                         !lacks_halves_);
+    return ForecastStage(pace_, growth_, options_, state_->span.after, state_->model.count(), !lacks_halves_,
+                         state_->before_pruning);
   }
 
   void Record() {
@@ -324,6 +327,7 @@ class AdamStage {
     // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
     // stopped it is done for the sake of the state that is saved, and at the end not at all.
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
+    if (!is_last && Prunes(options_.parsimony, state_->span)) PruneGaussians(degree);
     session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_last) PredictWhereDue(degree);
@@ -353,6 +357,17 @@ class AdamStage {
       pace_.ObserveChange(state_->model.count(), session_.Seconds() - begin);
     }
     if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
+  }
+
+  // On the host, whose judges' images are full size whatever the iterations see.
+  void PruneGaussians(int degree) {
+    if (state_->before_pruning == 0) state_->before_pruning = state_->model.count();
+    const Index left = CountAfter(options_.parsimony, state_->span, state_->before_pruning);
+    if (left >= state_->model.count()) return;
+    passes_.emplace();
+    state_->model.Keep(Keepers(OnHost(state_->model.kernel_model(degree)),
+                               TrainingViewsOf(session_.scene(), options_.background), options_.parsimony.criterion,
+                               options_.seed, left));
   }
 
   // The mean is an improvement; for want of its room training does not end.

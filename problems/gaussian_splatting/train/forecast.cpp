@@ -5,25 +5,32 @@
 
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
+#include "problems/gaussian_splatting/parsimony/schedule.h"
 
 namespace vesta::gs {
 
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const AdamOptions& adam,
-                         const DensityOptions& density, double done, Index gaussians, bool has_halves) {
+StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
+                         Index gaussians, bool has_halves, Index before_pruning) {
   constexpr int kPieces = 100;  // of the whole stage; those that are left are looked at one by one
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
-  const auto limit = static_cast<double>(std::max(density.max_gaussians, gaussians));
+  const auto limit = static_cast<double>(std::max(options.density.max_gaussians, gaussians));
   StageAhead ahead{.gaussians = static_cast<double>(gaussians)};
   int changes = 0;
   for (int k = 0; k < pieces; ++k) {
     const StageSpan span{done + k * piece, done + (k + 1) * piece};
-    const bool is_coarse = has_halves && IsCoarse(adam, span);
+    const bool is_coarse = has_halves && IsCoarse(options.adam, span);
     ahead.seconds += pace.Seconds(is_coarse, ahead.gaussians) / pieces;
     ahead.full_seconds += pace.Seconds(false, ahead.gaussians) / pieces;
-    if (!Densifies(density, span)) continue;
-    ahead.gaussians = std::min(limit, growth.After(static_cast<double>(gaussians), ++changes));
-    ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
+    if (Densifies(options.density, span)) {
+      ahead.gaussians = std::min(limit, growth.After(static_cast<double>(gaussians), ++changes));
+      ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
+    }
+    if (Prunes(options.parsimony, span)) {
+      if (before_pruning == 0) before_pruning = static_cast<Index>(ahead.gaussians);
+      const auto left = static_cast<double>(CountAfter(options.parsimony, span, before_pruning));
+      ahead.gaussians = std::min(ahead.gaussians, left);
+    }
   }
   return ahead;
 }

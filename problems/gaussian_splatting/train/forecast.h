@@ -1,9 +1,8 @@
 // What the rest of the Adam stage will be like.
 #pragma once
 
-#include "problems/gaussian_splatting/adam/options.h"
 #include "problems/gaussian_splatting/density/growth_forecast.h"
-#include "problems/gaussian_splatting/density/options.h"
+#include "problems/gaussian_splatting/train/options.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
 
 namespace vesta::gs {
@@ -16,8 +15,8 @@ struct StageAhead {
 };
 
 // done: the part of the stage that is behind, under 1, with so many Gaussians. has_halves: whether there are views of
-// half size. Needs pace.is_known().
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const AdamOptions& adam,
-                         const DensityOptions& density, double done, Index gaussians, bool has_halves);
+// half size. before_pruning: how many there were when pruning began, 0 where it has not. Needs pace.is_known().
+StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
+                         Index gaussians, bool has_halves, Index before_pruning = 0);
 
 }  // namespace vesta::gs

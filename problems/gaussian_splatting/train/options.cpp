@@ -44,6 +44,7 @@ const schema::Table<TrainOptions>& TrainFields() {
     AddRoom("adam", &TrainOptions::adam, AdamFields(), &all);
     AddRoom("density", &TrainOptions::density, DensityFields(), &all);
     AddRoom("lm", &TrainOptions::lm, LmStageFields(), &all);
+    AddRoom("parsimony", &TrainOptions::parsimony, ParsimonyFields(), &all);
     for (const schema::Field<TrainOptions>& field : OwnFields()) all.push_back(field);
     AddRoom("memory", &TrainOptions::memory, MemoryFields(), &all);
     AddRoom("rates", &TrainOptions::rates, LearningRateFields(), &all);

@@ -10,11 +10,13 @@
 #include "kernels/core/schema.h"
 #include "problems/gaussian_splatting/memory/options.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
+#include "problems/gaussian_splatting/parsimony/options.h"
 
 namespace vesta::gs {
 
 struct TrainOptions : StageOptions {
   LearningRates rates;
+  ParsimonyOptions parsimony;
   std::optional<int> sh_degree;  // of training; none: what the training views bear (DefaultShDegree)
   std::array<double, 3> background{0, 0, 0};
   // Of the images of the scene, which whoever loads it divides by this.
@@ -43,5 +45,7 @@ enum class RefineMethod { kViews, kLm, kBoth };  // Adam by single views, LM on 
 // The same for refining: no growth, and all at full size. LM goes on while there is anything to gain, for 12 iterations
 // at most. Without a method by what gains most for its work: by views, but the presets of the paper by LM.
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
+// The same for pruning: Gaussians go from the first iterations on, the rest of the stage makes up for them.
+TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method = {});
 
 }  // namespace vesta::gs

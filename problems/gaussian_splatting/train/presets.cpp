@@ -110,6 +110,7 @@ TrainOptions PresetOptions(const std::string& name) {
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
   TrainOptions options = PresetOptions(name);
   options.density.enabled = false;
+  options.parsimony.keep = 1;
   const bool is_paper = name == "paper" || name == "paper_code";
   const RefineMethod by = method.value_or(is_paper ? RefineMethod::kLm : RefineMethod::kViews);
   AdamOptions& adam = options.adam;
@@ -121,6 +122,14 @@ TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMe
   options.lm.iterations = by == RefineMethod::kViews ? 0 : 12;
   options.lm.min_gain = 0.001;
   options.lm.preconditioner = LmPreconditioner::kBlockSh;
+  return options;
+}
+
+TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
+  TrainOptions options = RefinePresetOptions(name, method);
+  options.parsimony.begin = 0;
+  options.parsimony.end = 0.7;
+  options.parsimony.every = 0.05;
   return options;
 }
 

@@ -67,6 +67,19 @@ class TrainedModel {
     if (plan.changes) Follow(plan, iteration);
     StartAnew();
   }
+  // Leaves only these, ascending, with their moments.
+  void Keep(const std::vector<Index>& kept) {
+    average_.StartAnew();
+    gradient_ = Vector();
+    const std::vector<std::uint32_t> source(kept.begin(), kept.end());
+    const std::vector<std::uint8_t> all(kept.size(), 1);
+    Buffer<std::uint32_t, Space> rows;
+    Buffer<std::uint8_t, Space> keeping;
+    rows.CopyFrom(HostSpan<const std::uint32_t>(source.data(), static_cast<Index>(source.size())));
+    keeping.CopyFrom(HostSpan<const std::uint8_t>(all.data(), static_cast<Index>(all.size())));
+    Rearrange(rows, keeping);
+    StartAnew();
+  }
   void ResetOpacity() {
     average_.StartAnew();
     DensityControl<Space>::LowerOpacities(x_.data(), count_);
@@ -107,16 +120,19 @@ class TrainedModel {
 
  private:
   void Follow(const DensityPlan<Space>& plan, int iteration) {
-    adam_.Rearrange(count_, plan.source, plan.kept);
-    const Index attributes = splat::NumAttributes(sh_degree_);
+    Rearrange(plan.source, plan.kept);
+    density_.Renew(plan, iteration, x_.data());
+  }
+  // Gaussian i becomes a copy of source[i], with its moments where kept[i].
+  void Rearrange(const Buffer<std::uint32_t, Space>& source, const Buffer<std::uint8_t, Space>& kept) {
+    adam_.Rearrange(count_, source, kept);
+    const Index attributes = splat::NumAttributes(sh_degree_), count = source.size();
     Vector x;
-    x.ResizeForOverwrite(attributes * plan.count);
-    // Of parameters new Gaussians have copies.
+    x.ResizeForOverwrite(attributes * count);
     GatherRows<Space>(
-        RowGathering<std::uint32_t>{attributes, count_, plan.count, plan.source.data(), nullptr, x_.data(), x.data()});
-    density_.Renew(plan, iteration, x.data());
+        RowGathering<std::uint32_t>{attributes, count_, count, source.data(), nullptr, x_.data(), x.data()});
     x_ = std::move(x);
-    count_ = plan.count;
+    count_ = count;
   }
   // What begins anew with each change of the model.
   void StartAnew() {

@@ -216,6 +216,8 @@ TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& opt
   without_growth.density.enabled = false;
   TrainResult result =
       RunStages(scene, InOrder(std::move(model), order), without_growth, true, seconds_before, callbacks, stages);
+  // Some were taken out: those left stay in the order of space.
+  if (result.model.count != static_cast<Index>(order.size())) return result;
   // Neither stage moves a Gaussian elsewhere among the others: theirs is the order they came in.
   std::vector<Index> back(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);

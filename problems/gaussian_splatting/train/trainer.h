@@ -110,7 +110,8 @@ struct TrainResult {
 // Error where the checkpoint is of another scene.
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
-// From `model`, whose count, order and SH degree are kept; stages as the options have them.
+// From `model`, whose SH degree is kept, and count and order too where none are to be taken out; stages as the options
+// have them.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 

@@ -74,12 +74,12 @@ TEST(GrowthForecast, OfAModelThatDoesNotGrow) {
 TEST(ForecastStage, AddsUpWhatIsLeft) {
   StagePace pace;
   for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 1), pace.Observe(false, 100, 3);
-  AdamOptions adam;
-  adam.coarse_part = 0.5;
-  DensityOptions density;
+  TrainOptions options;
+  options.adam.coarse_part = 0.5;
+  DensityOptions& density = options.density;
   density.enabled = false;
   const auto ahead = [&](double done, bool has_halves = true) {
-    return ForecastStage(pace, {}, adam, density, done, 100, has_halves);
+    return ForecastStage(pace, {}, options, done, 100, has_halves);
   };
   EXPECT_NEAR(ahead(0).seconds, 2, 0.03);
   EXPECT_NEAR(ahead(0.25).seconds, (1 + 2 * 3) / 3.0, 0.03);
@@ -94,7 +94,7 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   density.max_gaussians = 150;
   GrowthForecast growth;
   growth.Observe(90, 100);
-  const StageAhead growing = ForecastStage(pace, growth, adam, density, 0.1, 100, true);
+  const StageAhead growing = ForecastStage(pace, growth, options, 0.1, 100, true);
   EXPECT_EQ(growing.gaussians, 150) << "the cap";
   EXPECT_GT(growing.seconds, 1.1 * without_growth);
 }
@@ -103,18 +103,18 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
 // as large a part of it is coarse as was asked for.
 TEST(ForecastStage, EndsTheStageInTime) {
   constexpr double kTime = 5000;
-  AdamOptions adam;
-  adam.coarse_part = 0.5;
-  DensityOptions density;
+  TrainOptions options;
+  options.adam.coarse_part = 0.5;
+  DensityOptions& density = options.density;
   density.enabled = false;
   StagePace pace;
   double clock = 0, done = 0;
   int coarse = 0, fine = 0;
   while (done < 1) {
     double left = 1e300;
-    if (pace.is_known()) left = (kTime - clock) / ForecastStage(pace, {}, adam, density, done, 100, true).seconds;
+    if (pace.is_known()) left = (kTime - clock) / ForecastStage(pace, {}, options, done, 100, true).seconds;
     done += (1 - done) / std::max(1.0, left);
-    const bool is_coarse = done <= adam.coarse_part;
+    const bool is_coarse = done <= options.adam.coarse_part;
     ++(is_coarse ? coarse : fine);
     const double seconds = is_coarse ? 1 : fine < 500 ? 3 : 5;
     pace.Observe(is_coarse, 100, seconds);

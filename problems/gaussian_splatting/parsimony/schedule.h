@@ -1,0 +1,28 @@
+// When Gaussians are taken out in the course of the Adam stage, and how many. The same on every device.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/span.h"
+#include "problems/gaussian_splatting/model/stage_span.h"
+#include "problems/gaussian_splatting/parsimony/options.h"
+
+namespace vesta::gs {
+
+// Whether some go after this iteration. At the last it is too late: nothing would train on.
+inline bool Prunes(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  const bool is_within = span.HasReached(parsimony.begin) && span.IsWithin(parsimony.end + parsimony.every);
+  return parsimony.prunes() && is_within && span.Reaches(parsimony.every) && !span.is_last();
+}
+
+// How many are left after it, of so many at the beginning: the same part of those left goes each time, so that each
+// time the rest has as much to make up for.
+inline Index CountAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
+  const double whole = parsimony.end - parsimony.begin;
+  const double part = whole > 0 ? std::clamp((span.after - parsimony.begin) / whole, 0.0, 1.0) : 1;
+  const double left = std::pow(parsimony.keep, part) * static_cast<double>(at_begin);
+  return std::max<Index>(1, static_cast<Index>(std::round(left)));
+}
+
+}  // namespace vesta::gs
