@@ -22,8 +22,8 @@ std::string Help(const std::vector<std::string>& arguments) {
 
 TEST(Help, OverviewNamesTheCommands) {
   const std::string text = Help({"help"});
-  for (const char* command : {"vesta train", "vesta refine", "vesta eval", "vesta render", "vesta config",
-                              "vesta bundle_adjust", "vesta help"}) {
+  for (const char* command : {"vesta train", "vesta refine", "vesta prune", "vesta eval", "vesta render",
+                              "vesta config", "vesta bundle_adjust", "vesta help"}) {
     EXPECT_THAT(text, HasSubstr(command));
   }
   EXPECT_EQ(Help({"--help"}), text);
@@ -55,8 +55,8 @@ TEST(Help, ListsFewFlagsAndWithAllEveryOption) {
     EXPECT_EQ(all.status, 0);
     EXPECT_EQ(RunProgram({command, "--help", "--all"}).out, all.out);
     for (const auto& field : gs::TrainFields()) {
-      const bool is_of_refine =
-          !field.name.starts_with("density.") && field.name != "train.sh_degree" && field.name != "train.background";
+      const bool is_of_refine = !field.name.starts_with("density.") && !field.name.starts_with("parsimony.") &&
+                                field.name != "train.sh_degree" && field.name != "train.background";
       const std::string line = "\n  " + field.name + "=" + field.Placeholder();
       EXPECT_EQ(all.out.find(line) != std::string::npos, command != "refine" || is_of_refine) << line;
     }
@@ -78,6 +78,10 @@ TEST(Help, CommandListsItsFlagsAlone) {
   EXPECT_THAT(refine, HasSubstr("--method=views|lm|both"));
   EXPECT_THAT(refine, HasSubstr("PLY is in the INRIA layout"));
   EXPECT_THAT(train, Not(HasSubstr("INRIA layout")));
+  const std::string prune = Help({"help", "prune"});
+  for (const char* flag : {"--keep=X", "--max_loss=X", "--size_mib=X", "--method="}) {
+    EXPECT_THAT(prune, HasSubstr(flag));
+  }
   EXPECT_THAT(Help({"help", "render"}), HasSubstr("--truth"));
   EXPECT_THAT(Help({"help", "eval"}), HasSubstr("--json=FILE"));
 }

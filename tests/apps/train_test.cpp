@@ -225,6 +225,32 @@ TEST_F(TinyTraining, RefineBySingleViewsKeepsTheGaussians) {
   ExpectEvalReproduces(refined);
 }
 
+TEST_F(TinyTraining, PruneKeepsAPart) {
+  ASSERT_EQ(Train(out_, {"--iterations=60"}).status, 0);
+  const Index all = Metrics(out_)["gaussians"];
+  const std::string pruned = folder_ / "pruned";
+  const auto prune = [&](const std::string& goal, const std::string& iterations) {
+    const ProgramOutput output =
+        RunProgram({"prune", Ply(out_), scene_, "--out=" + pruned, goal, "--iterations=" + iterations});
+    EXPECT_EQ(output.status, 0) << output.err;
+    ExpectEvalReproduces(pruned);
+    EXPECT_EQ(Metrics(pruned)["gaussians"], gs::ReadSplatPly(Ply(pruned)).count);
+    return output.out;
+  };
+  const auto count = [&] { return Metrics(pruned)["gaussians"].get<Index>(); };
+  prune("--keep=0.5", "40");
+  EXPECT_NEAR(static_cast<double>(count()), 0.5 * static_cast<double>(all), 1);
+  EXPECT_EQ(Metrics(pruned)["history"][0]["gaussians"], all) << "what was given is in the history";
+  // Without iterations at once.
+  EXPECT_THAT(prune("--keep=0.5", "0"), HasSubstr(fmt::format("pruned from {} to {} Gaussians in", all, count())));
+  const double size = 0.3 * static_cast<double>(fs::file_size(Ply(out_))) / (1 << 20);
+  prune(fmt::format("--size_mib={}", size), "0");
+  EXPECT_LE(fs::file_size(Ply(pruned)), size * (1 << 20));
+  EXPECT_GT(fs::file_size(Ply(pruned)), 0.5 * size * (1 << 20));
+  EXPECT_THAT(prune("--max_loss=0.1", "0"), HasSubstr("cost of the training views 1.0"));
+  EXPECT_LT(count(), all);
+}
+
 TEST_F(TinyTraining, RefineLowersTheCost) {
   ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0"}).status, 0);
   const std::string refined = folder_ / "refined";

@@ -365,6 +365,7 @@ class AdamStage {
     const Index left = CountAfter(options_.parsimony, state_->span, state_->before_pruning);
     if (left >= state_->model.count()) return;
     passes_.emplace();
+    before_growth_ = KeptState();  // of more than there are now
     state_->model.Keep(Keepers(OnHost(state_->model.kernel_model(degree)),
                                TrainingViewsOf(session_.scene(), options_.background), options_.parsimony.criterion,
                                options_.seed, left));

@@ -98,6 +98,20 @@ TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
   EXPECT_EQ(tight.model.data, roomy.model.data);
 }
 
+// Who goes is judged on the host, by the model on the GPU.
+TEST(DeviceStages, PrunesAsTheHostDoes) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = AdamAlone();
+  options.density.enabled = false;
+  options.parsimony = {.keep = 0.5, .begin = 0.5, .end = 0.7, .every = 0.1};
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  const TrainResult on_gpu = Train(scene, options, 0, {}, DeviceStages());
+  const TrainResult on_host = Train(scene, options, 0, {});
+  ASSERT_EQ(on_host.model.count, static_cast<Index>(scene.points.size()) / 2);
+  EXPECT_EQ(on_gpu.model.count, on_host.model.count);
+  EXPECT_NEAR(on_gpu.history.back().train.psnr, on_host.history.back().train.psnr, 0.3);
+}
+
 TEST(DeviceStages, AdamEndsWithWhatItHas) {
   // One view is larger than all before it.
   Scene scene = test::RingOfCameras(8, 24, 16, false);

@@ -1,0 +1,129 @@
+#include "problems/gaussian_splatting/parsimony/prune.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/schedule.h"
+#include "problems/gaussian_splatting/parsimony/worth.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+// Photographs of a model, which has ten Gaussians more that hardly show.
+struct Padded {
+  static constexpr Index kNeeded = 30, kAll = 40;
+  Scene scene = test::RingOfCameras(8, 48, 36, true);
+  SplatModel model = test::RandomModel(kAll, 0, 3);
+
+  Padded() {
+    float* logit = model.attribute(splat::kOpacity);
+    for (Index i = kNeeded; i < kAll; ++i) logit[i] = -20;
+    test::RenderTruth(model, 0, &scene);
+    for (Index i = kNeeded; i < kAll; ++i) logit[i] = -4;
+  }
+  JudgingViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
+  PruneResult PruneTo(const PruneGoal& goal, Criterion criterion = Criterion::kWorth) const {
+    return Prune(model, Judges(), {.goal = goal, .criterion = criterion});
+  }
+};
+
+TEST(Keepers, AreThoseTheViewsMiss) {
+  const Padded padded;
+  const std::vector<Index> kept =
+      Keepers(ToKernelModel(padded.model), padded.Judges(), Criterion::kWorth, 0, Padded::kNeeded);
+  ASSERT_EQ(kept.size(), 30U);
+  for (Index i = 0; i < Padded::kNeeded; ++i) EXPECT_EQ(kept[static_cast<std::size_t>(i)], i);
+}
+
+TEST(Keepers, WhatNoViewShowsGoesFirst) {
+  Padded padded;
+  // Large, opaque, and outside all images.
+  padded.model.attribute(splat::kMean + 1)[4] = 4;
+  for (int k = 0; k < 3; ++k) padded.model.attribute(splat::kLogScale + k)[4] = -1;
+  const auto kept = [&](Criterion criterion) {
+    return Keepers(ToKernelModel(padded.model), padded.Judges(), criterion, 0, Padded::kAll - 1);
+  };
+  EXPECT_THAT(kept(Criterion::kWorth), testing::Not(testing::Contains(4)));
+  EXPECT_THAT(kept(Criterion::kOpacity), testing::Contains(4)) << "by which it counts as much as others";
+}
+
+TEST(Keepers, OfEachCriterion) {
+  const Padded padded;
+  std::set<std::vector<Index>> ways;
+  for (const auto& criterion : kCriteria) {
+    const std::vector<Index> kept =
+        Keepers(ToKernelModel(padded.model), padded.Judges(), criterion.value, 0, Padded::kAll / 4);
+    EXPECT_EQ(kept.size(), 10U) << criterion.name;
+    EXPECT_TRUE(std::ranges::is_sorted(kept)) << criterion.name;
+    ways.insert(kept);
+  }
+  EXPECT_EQ(ways.size(), 5U) << "each has its own";
+  const auto random = [&](std::uint64_t seed) {
+    return Keepers(ToKernelModel(padded.model), padded.Judges(), Criterion::kRandom, seed, 10);
+  };
+  EXPECT_EQ(random(1), random(1));
+  EXPECT_NE(random(1), random(2));
+}
+
+TEST(Prune, ToACount) {
+  const Padded padded;
+  const PruneResult result = padded.PruneTo({.count = Padded::kNeeded, .max_rise = {}});
+  EXPECT_EQ(result.model.count, Padded::kNeeded);
+  EXPECT_EQ(result.rounds, 1);
+  EXPECT_LT(result.cost_after, 0.01 * result.cost_before) << "what was too much is gone";
+  for (int a = 0; a < padded.model.num_attributes(); ++a) {
+    for (Index i = 0; i < Padded::kNeeded; ++i) {
+      ASSERT_EQ(result.model.attribute(a)[i], padded.model.attribute(a)[i]) << "as they were";
+    }
+  }
+  EXPECT_EQ(padded.PruneTo({.count = 1000, .max_rise = {}}).model.data, padded.model.data);
+  const PruneResult one = padded.PruneTo({.count = 0, .max_rise = {}});
+  EXPECT_EQ(one.model.count, 1) << "never none";
+  EXPECT_GT(one.rounds, 8) << "a quarter at a time";
+}
+
+TEST(Prune, ToARise) {
+  const Padded padded;
+  Index last = Padded::kAll;
+  // Photographs of other colours, so that there is a cost.
+  Padded other = padded;
+  for (View& view : other.scene.views) {
+    for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;
+  }
+  for (const double rise : {0.01, 0.2, 3.0}) {
+    const PruneResult result = other.PruneTo({.count = {}, .max_rise = rise});
+    EXPECT_LE(result.cost_after, (1 + rise) * result.cost_before) << rise;
+    EXPECT_LT(result.model.count, last) << rise;
+    last = result.model.count;
+  }
+}
+
+TEST(Prune, NeedsAJudge) {
+  Padded padded;
+  for (View& view : padded.scene.views) view.role = ViewRole::kTest;
+  EXPECT_THAT(ErrorOf([&] { padded.PruneTo({.count = 3, .max_rise = {}}); }), testing::HasSubstr("no training view"));
+}
+
+TEST(ParsimonySchedule, TheSamePartGoesEachTime) {
+  const ParsimonyOptions parsimony{.keep = 0.25, .begin = 0.5, .end = 0.7, .every = 0.1};
+  constexpr int kIterations = 100;
+  std::vector<std::pair<int, Index>> left;
+  for (int it = 1; it <= kIterations; ++it) {
+    const StageSpan span{(it - 1.0) / kIterations, 1.0 * it / kIterations};
+    if (Prunes(parsimony, span)) left.emplace_back(it, CountAfter(parsimony, span, 1000));
+  }
+  EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}, {80, 250}}));
+  EXPECT_FALSE(Prunes({}, {0.69, 0.7})) << "unless it is asked for";
+  EXPECT_FALSE(Prunes({.keep = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1})) << "nothing would train on";
+  EXPECT_EQ(CountAfter({.keep = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,100 @@
+#include "problems/gaussian_splatting/parsimony/worth.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "kernels/gaussian_splatting/splat_view.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr std::array<double, 3> kBackground = {0, 0, 0};
+
+// A model that is not what its photographs show, every fifth of them a test view.
+struct Fit {
+  Scene scene = test::RingOfCameras(10, 48, 36, true);
+  SplatModel model = test::RandomModel(40, 1, 3);
+
+  Fit() { test::RenderTruth(test::Perturbed(model, 0.03, 4), 0, &scene); }
+  Worth Measure() const { return MeasureWorth(ToKernelModel(model), TrainingViewsOf(scene, kBackground)); }
+};
+
+TEST(Worth, CostIsThatOfTheTrainingViews) {
+  Fit fit;
+  Renderer renderer(kBackground, NearPlane(fit.scene));
+  double values = 0;
+  for (const View& view : fit.scene.views) {
+    if (view.is_trained()) values += 3.0 * view.camera.width * view.camera.height;
+  }
+  const double cost = fit.Measure().cost;
+  EXPECT_NEAR(cost, values * renderer.Evaluate(fit.model, fit.scene).cost, 1e-5 * cost);
+  for (View& view : fit.scene.views) {
+    if (!view.is_trained()) view.image.rgb.assign(view.image.rgb.size(), 0.5f);
+  }
+  EXPECT_EQ(fit.Measure().cost, cost) << "test views have no say";
+}
+
+TEST(Worth, IsTheRiseOfTheCostWithoutIt) {
+  Fit fit;
+  const Worth worth = fit.Measure();
+  float* logit = fit.model.attribute(splat::kOpacity);
+  int compared = 0;
+  for (Index i = 0; i < fit.model.count; ++i) {
+    const float before = std::exchange(logit[i], -100.0f);
+    const double rise = fit.Measure().cost - worth.cost;
+    logit[i] = before;
+    const double said = worth.rise[static_cast<std::size_t>(i)];
+    // SSIM's part is known by a quadratic alone, and most of them are large.
+    EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * worth.cost) << i;
+    compared += std::abs(rise) > 0.01 * worth.cost ? 1 : 0;
+  }
+  EXPECT_GT(compared, 20) << "that matter";
+}
+
+TEST(Worth, WhatNoViewShowsHasNone) {
+  Fit fit;
+  fit.model.attribute(splat::kMean + 1)[7] = 1000;
+  const Worth worth = fit.Measure();
+  EXPECT_EQ(worth.rise[7], 0);
+  EXPECT_EQ(worth.weight[7], 0);
+  EXPECT_GT(worth.weight[8], 0);
+  EXPECT_EQ(MeasureSensitivity(ToKernelModel(fit.model), TrainingViewsOf(fit.scene, kBackground))[7],
+            -std::numeric_limits<double>::infinity());
+}
+
+// By J v, column by column.
+TEST(Sensitivity, IsTheDeterminantOfTheJacobian) {
+  const Fit fit;
+  const splat::Model<float> model = ToKernelModel(fit.model);
+  const JudgingViews judges = TrainingViewsOf(fit.scene, kBackground);
+  const std::vector<double> sensitivity = MeasureSensitivity(model, judges);
+  constexpr int kOrder = 6;
+  for (const Index i : {2, 17, 31}) {
+    Eigen::Matrix<double, kOrder, kOrder> gram = Eigen::Matrix<double, kOrder, kOrder>::Zero();
+    for (const View* view : judges.views) {
+      splat::SplatView<float> splats;
+      splat::ViewWorkspace<float> workspace;
+      splats.Build(model, ToPosedCamera(*view, judges.near), kBackground.data(), workspace);
+      Eigen::MatrixXf columns(3 * splats.num_pixels(), kOrder);
+      for (int k = 0; k < kOrder; ++k) {
+        std::vector<float> dx(fit.model.data.size());
+        // By the standard deviation, not its logarithm.
+        const float unit = k < splat::kLogScale ? 1 : std::exp(-fit.model.attribute(k)[i]);
+        dx[static_cast<std::size_t>(k * model.count + i)] = unit;
+        splats.ApplyJ(model, dx.data(), columns.col(k).data(), workspace);
+      }
+      gram += (columns.transpose() * columns).cast<double>();
+    }
+    EXPECT_NEAR(sensitivity[static_cast<std::size_t>(i)], std::log(gram.determinant()), 2e-3) << i;
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs
