@@ -4,7 +4,10 @@
 // "Stochastic gradient descent for non-smooth optimization", section 4). For every memory space.
 #pragma once
 
+#include <utility>
+
 #include "kernels/core/vector_backend.h"
+#include "problems/gaussian_splatting/model/gather_rows.h"
 
 namespace vesta::gs {
 
@@ -25,6 +28,16 @@ class ParameterMean {
     ++terms_;
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);
     backend_.Axpby(weight, x, 1 - weight, mean_);
+  }
+  // Of `count` Gaussians only those of these rows are left.
+  void Rearrange(Index count, Span<const std::uint32_t, typename B::Space> source) {
+    if (empty()) return;
+    const Index attributes = mean_.size() / count;
+    typename B::Vector gathered;
+    gathered.ResizeForOverwrite(attributes * source.size());
+    GatherRows<typename B::Space>(RowGathering<std::uint32_t>{attributes, count, source.size(), source.data(), nullptr,
+                                                              mean_.data(), gathered.data()});
+    mean_ = std::move(gathered);
   }
   // Forgets all, its memory too: for other Gaussians.
   void StartAnew() {

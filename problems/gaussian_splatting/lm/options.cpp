@@ -45,7 +45,7 @@ const schema::Table<LmStageOptions>& LmStageFields() {
        "most iterations of Levenberg-Marquardt, all views each",
        "lm_iterations"},
       {"min_gain", &O::min_gain, {0, 1}, "end it where an iteration lowers the cost by a smaller part; 0: never"},
-      {"pcg_iterations", &O::pcg_iterations, kCount, "most conjugate-gradient iterations in each", "pcg_iterations"},
+      {"pcg_iterations", &O::pcg_iterations, kCount, "most conjugate-gradient iterations in each"},
       {"pcg_tolerance",
        &O::pcg_tolerance,
        {0, 1},

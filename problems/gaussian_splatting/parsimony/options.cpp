@@ -6,6 +6,7 @@ const schema::Table<ParsimonyOptions>& ParsimonyFields() {
   using O = ParsimonyOptions;
   constexpr schema::Range kPart{0, 1};
   static const schema::Table<O> fields = {
+      {"supported", &O::supported, "whether what hardly any training view shows is taken out"},
       {"keep",
        &O::keep,
        {1e-9, 1},

@@ -10,6 +10,12 @@
 
 namespace vesta::gs {
 
+// Whether what hardly any view shows goes after this iteration.
+inline bool ChecksSupport(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  const bool begins = !StageSpan{0, span.before}.HasReached(parsimony.begin) && span.HasReached(parsimony.begin);
+  return parsimony.supported && (begins || span.is_last());
+}
+
 // Whether some go after this iteration. At the last it is too late: nothing would train on.
 inline bool Prunes(const ParsimonyOptions& parsimony, const StageSpan& span) {
   const bool is_within = span.HasReached(parsimony.begin) && span.IsWithin(parsimony.end + parsimony.every);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/splat_view.h"
@@ -75,6 +76,19 @@ std::vector<Support> MeasureSupport(const splat::Model<float>& model, const Judg
   ParallelFor(model.count, 1024,
               [&](Index i) { support[static_cast<std::size_t>(i)].body = BodyOf(model, i, cameras); });
   return support;
+}
+
+std::vector<Index> Supported(const splat::Model<float>& model, const JudgingViews& judges) {
+  const std::vector<Support> support = MeasureSupport(model, judges);
+  std::vector<Index> kept;
+  kept.reserve(support.size());
+  for (std::size_t i = 0; i < support.size(); ++i) {
+    if (!support[i].is_wanting()) kept.push_back(static_cast<Index>(i));
+  }
+  if (!kept.empty()) return kept;
+  kept.resize(support.size());
+  std::iota(kept.begin(), kept.end(), Index{0});
+  return kept;
 }
 
 }  // namespace vesta::gs

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "problems/gaussian_splatting/parsimony/views_of_model.h"
 
@@ -25,5 +26,8 @@ struct Support {
 
 // By Gaussian. Without images: of the cameras alone. Takes less time than rendering all views.
 std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges);
+
+// Those that the views do show, ascending; all where they show none.
+std::vector<Index> Supported(const splat::Model<float>& model, const JudgingViews& judges);
 
 }  // namespace vesta::gs

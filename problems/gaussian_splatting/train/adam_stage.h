@@ -19,15 +19,16 @@
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
-#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/parsimony/prune.h"
 #include "problems/gaussian_splatting/parsimony/schedule.h"
+#include "problems/gaussian_splatting/parsimony/support.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/forecast.h"
 #include "problems/gaussian_splatting/train/kept_state.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
+#include "problems/gaussian_splatting/train/stage_targets.h"
 #include "problems/gaussian_splatting/train/trained_model.h"
 
 namespace vesta::gs {
@@ -47,34 +48,6 @@ struct AdamStageState {
   void Visit(Archive& archive) {
     archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning);
   }
-};
-
-// Views to fit at one size, with what their truths lie in.
-template <class B>
-class StageTargets {
- public:
-  bool empty() const { return targets_.empty(); }
-  const TargetView<B>& operator[](std::size_t i) const { return targets_[i]; }
-  const std::vector<TargetView<B>>& all() const { return targets_; }
-
-  // Of photographs that outlive this.
-  void Show(const std::vector<const View*>& views, double near) { targets_ = MakeTargets<B>(views, near); }
-  // Of photographs made for the purpose.
-  void Hold(std::vector<View> views, double near) {
-    views_ = std::move(views);
-    std::vector<const View*> pointers;
-    for (const View& view : views_) pointers.push_back(&view);
-    Show(pointers, near);
-    if constexpr (!std::is_same_v<typename B::Space, Host>) views_ = std::vector<View>();
-  }
-  void Clear() {
-    targets_.clear(), targets_.shrink_to_fit();
-    views_ = std::vector<View>();
-  }
-
- private:
-  std::vector<View> views_;
-  std::vector<TargetView<B>> targets_;
 };
 
 template <class B>
@@ -314,6 +287,7 @@ class AdamStage {
     ForgetGrowthThatHolds();
     if (state_->averages && Averages(options_.adam, span, it)) Average();
     MeasurePace(session_.Seconds() - begin);
+    if (ChecksSupport(options_.parsimony, span)) DropUnsupported(degree);
     const double ahead = session_.EvaluationAhead(SecondsPerPixel());
     const bool is_due = span.Reaches(1.0 / options_.adam.evaluations);
     const bool is_stopped = session_.ShouldStop(ahead);
@@ -364,12 +338,19 @@ class AdamStage {
     if (state_->before_pruning == 0) state_->before_pruning = state_->model.count();
     const Index left = CountAfter(options_.parsimony, state_->span, state_->before_pruning);
     if (left >= state_->model.count()) return;
+    KeepOnly(Keepers(OnHost(state_->model.kernel_model(degree)), Judges(), options_.parsimony.criterion, options_.seed,
+                     left));
+  }
+  void DropUnsupported(int degree) {
+    const std::vector<Index> kept = Supported(OnHost(state_->model.result(degree)), Judges());
+    if (static_cast<Index>(kept.size()) < state_->model.count()) KeepOnly(kept);
+  }
+  void KeepOnly(const std::vector<Index>& kept) {
     passes_.emplace();
     before_growth_ = KeptState();  // of more than there are now
-    state_->model.Keep(Keepers(OnHost(state_->model.kernel_model(degree)),
-                               TrainingViewsOf(session_.scene(), options_.background), options_.parsimony.criterion,
-                               options_.seed, left));
+    state_->model.Keep(kept);
   }
+  JudgingViews Judges() const { return TrainingViewsOf(session_.scene(), options_.background); }
 
   // The mean is an improvement; for want of its room training does not end.
   void Average() {

@@ -67,9 +67,8 @@ class TrainedModel {
     if (plan.changes) Follow(plan, iteration);
     StartAnew();
   }
-  // Leaves only these, ascending, with their moments.
+  // Leaves only these, ascending, with their moments and their mean.
   void Keep(const std::vector<Index>& kept) {
-    average_.StartAnew();
     gradient_ = Vector();
     const std::vector<std::uint32_t> source(kept.begin(), kept.end());
     const std::vector<std::uint8_t> all(kept.size(), 1);
@@ -77,6 +76,7 @@ class TrainedModel {
     Buffer<std::uint8_t, Space> keeping;
     rows.CopyFrom(HostSpan<const std::uint32_t>(source.data(), static_cast<Index>(source.size())));
     keeping.CopyFrom(HostSpan<const std::uint8_t>(all.data(), static_cast<Index>(all.size())));
+    average_.Rearrange(count_, rows);
     Rearrange(rows, keeping);
     StartAnew();
   }
