@@ -83,6 +83,12 @@ class Adam {
   const Vector& second() const { return second_; }
   const BlockBases<Space>& bases() const { return bases_; }
 
+  // Whether what was read can be that of such a model.
+  bool IsOf(Index count, Index parameters) const {
+    if (steps_ < 0 || (!units_.empty() && units_.size() != count) || first_.size() != second_.size()) return false;
+    if (first_.empty()) return true;
+    return first_.size() == parameters && bases_.size() == (rule_.has_blocks() ? BlockArraySize(count) : 0);
+  }
   // All but rates and metric, which are options.
   template <class Archive>
   void Visit(Archive& archive) {

@@ -26,6 +26,12 @@ class BlockBases<Host> {
   BlockBases(Index count, HostSpan<const float> flat);
 
   bool empty() const { return pieces_.empty(); }
+  // Of Flat().
+  Index size() const {
+    Index size = 0;
+    for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
+    return size;
+  }
   // BlockAdamArrays::bases for the Gaussians from piece * kTurnChunk on.
   float* piece(Index piece) { return pieces_[static_cast<std::size_t>(piece)].data(); }
   float At(int number, Index i) const {
@@ -41,12 +47,11 @@ class BlockBases<Host> {
   // The same bytes as of Flat(): those of every memory space.
   template <class Archive>
   void Visit(Archive& archive) {
-    Index size = 0;
-    for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
-    archive(size);
+    Index all = size();
+    archive(all);
     if constexpr (Archive::kReads) {
       pieces_.clear();
-      for (Index rest = size; rest > 0; rest -= static_cast<Index>(pieces_.back().size())) {
+      for (Index rest = all; rest > 0; rest -= static_cast<Index>(pieces_.back().size())) {
         pieces_.emplace_back(static_cast<std::size_t>(std::min(rest, BlockArraySize(kTurnChunk))));
         archive.Bytes(pieces_.back().data(), pieces_.back().size() * sizeof(float));
       }

@@ -14,6 +14,7 @@ class BlockBases<Device> {
   explicit BlockBases(Index count) { numbers_.CopyFrom(BlockBases<Host>(count).Flat()); }
 
   bool empty() const { return numbers_.empty(); }
+  Index size() const { return numbers_.size(); }
   float* data() { return numbers_.data(); }
   // As that of the host. Throws OutOfDeviceMemory.
   void Rearrange(Span<const std::uint32_t, Device> source, Span<const std::uint8_t, Device> kept);

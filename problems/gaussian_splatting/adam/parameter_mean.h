@@ -39,6 +39,8 @@ class ParameterMean {
                                                               mean_.data(), gathered.data()});
     mean_ = std::move(gathered);
   }
+  // Whether what was read can be that of so many parameters.
+  bool IsOf(Index parameters) const { return terms_ == 0 || (terms_ > 0 && mean_.size() == parameters); }
   // Forgets all, its memory too: for other Gaussians.
   void StartAnew() {
     terms_ = 0;

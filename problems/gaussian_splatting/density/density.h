@@ -69,6 +69,8 @@ class DensityControl {
     ForEach<Space>(count, kGrain, density::LowerLogit{x + splat::kOpacity * count});
   }
 
+  // Whether what was read can be that of a model of so many Gaussians.
+  bool IsOf(Index count) const { return options_.max_gaussians > 0 && pull_.size() == count && seen_.size() == count; }
   // The limit and what was observed; the rest are options.
   template <class Archive>
   void Visit(Archive& archive) {

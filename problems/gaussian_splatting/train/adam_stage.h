@@ -44,6 +44,11 @@ struct AdamStageState {
   bool averages = true;      // false once the mean of the parameters has found no room
   Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
 
+  // Whether what was read can be such a state.
+  bool IsWhole() const {
+    const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
+    return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0;
+  }
   template <class Archive>
   void Visit(Archive& archive) {
     archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning);
@@ -120,8 +125,13 @@ class AdamStage {
     if (saved_) Restore(*std::exchange(saved_, std::nullopt));
   }
   void Restore(const std::string& bytes) {
-    ArchiveReader reader(bytes);
-    reader(*state_);
+    try {
+      ArchiveReader reader(bytes);
+      reader(*state_);
+    } catch (const Error&) {
+      session_.RefuseSavedStage();
+    }
+    if (!state_->IsWhole()) session_.RefuseSavedStage();
   }
 
   int ActiveDegree(const StageSpan& span) const {

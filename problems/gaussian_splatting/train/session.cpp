@@ -70,6 +70,11 @@ std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {
   return stage == first_stage() ? std::exchange(saved_stage_, std::nullopt) : std::nullopt;
 }
 
+void TrainingSession::RefuseSavedStage() const {
+  Fail("{}: holds no state that this training could have had; resume from another checkpoint, or train anew",
+       callbacks_.resume->path);
+}
+
 void TrainingSession::Resume(const Checkpoint& checkpoint) {
   if (checkpoint.run.scene != FingerprintOf(scene_)) {
     Fail("{}: of other photographs or cameras than this scene's; give the scene that it was trained on",

@@ -113,6 +113,8 @@ class TrainingSession {
   const std::optional<std::string>& saved_stage() const { return saved_stage_; }
   // The state of this stage that was saved, once; none where the stage begins anew.
   std::optional<std::string> TakeSavedStage(Stage stage);
+  // Where it cannot be one: throws Error, which names the checkpoint.
+  [[noreturn]] void RefuseSavedStage() const;
 
   // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there
   // of what is otherwise copied to the host.

@@ -112,6 +112,14 @@ class TrainedModel {
     StartAnew();
   }
 
+  // Whether what was read is in itself a model that can be trained on.
+  bool IsWhole() const {
+    // A degree or a count beyond these would overflow the product.
+    constexpr Index kMost = Index{1} << 40;
+    if (sh_degree_ < 0 || sh_degree_ > 3 || count_ < 1 || count_ > kMost) return false;
+    return x_.size() == splat::NumAttributes(sh_degree_) * count_ && adam_.IsOf(count_, x_.size()) &&
+           average_.IsOf(x_.size()) && density_.IsOf(count_);
+  }
   template <class Archive>
   void Visit(Archive& archive) {
     archive(sh_degree_, count_, x_, adam_, average_, density_);

@@ -52,6 +52,7 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
   TrainOptions options = ShortTraining(kIterations, 0);
   options.adam.evaluations = kIterations;
   options.adam.average_part = 0;
+  options.parsimony.supported = false;  // the rows are of all Gaussians
   std::map<int, std::vector<float>> iterates;
   TrainCallbacks callbacks;
   callbacks.evaluated = [&](const HistoryRow& row, const splat::Model<float>& x) {

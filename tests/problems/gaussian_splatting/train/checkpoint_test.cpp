@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <limits>
 #include <string>
 #include <utility>
@@ -165,6 +166,34 @@ TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
     archive(shape, parameters);
     const std::string error = ErrorOf([&] { ModelOfLmStage(saved); });
     EXPECT_EQ(error.empty(), count == 1) << error;
+  }
+}
+
+// States of Adam's stage that are no training's, behind a checksum that is right.
+TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
+  TrainUntil(Options(), Stage::kAdam, 30, false);
+  const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
+  const auto error_of = [&](const std::string& state) {
+    RunState run = real.run;
+    WriteCheckpoint(Path("checkpoint"), run,
+                    [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
+    return ErrorOf([&] { TrainUntil(Options(), Stage::kAdam, 40, true); });
+  };
+  EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
+  // It begins with the degree of the harmonics and the number of Gaussians.
+  const auto with = [&](std::size_t at, auto value) {
+    std::string state = real.stage_state;
+    std::memcpy(state.data() + at, &value, sizeof(value));
+    return state;
+  };
+  constexpr std::size_t kCount = sizeof(int), kSize = kCount + sizeof(Index);
+  Index count = 0;
+  std::memcpy(&count, real.stage_state.data() + kCount, sizeof(count));
+  const std::string half = real.stage_state.substr(0, real.stage_state.size() / 2);
+  for (const std::string& state :
+       {with(0, 7), with(0, -1), with(kCount, count + 1), with(kCount, Index{-1}), with(kCount, Index{0}),
+        with(kCount, std::numeric_limits<Index>::max()), with(kSize, Index{1} << 60), half, std::string()}) {
+    EXPECT_THAT(error_of(state), AllOf(HasSubstr(Path("checkpoint")), HasSubstr("holds no state that this training")));
   }
 }
 
