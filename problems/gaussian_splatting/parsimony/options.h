@@ -8,7 +8,7 @@ namespace vesta::gs {
 
 // Times are parts of the Adam stage.
 struct ParsimonyOptions {
-  // What hardly any training view shows (Support::is_wanting) goes at `begin` and at the end of the stage.
+  // What hardly any training view shows (Support::is_wanting) goes at `begin` and at `end`.
   bool supported = true;
   double keep = 1;  // part of the Gaussians there are at `begin` that is left at `end`; 1: none need go
   Criterion criterion = Criterion::kWorth;

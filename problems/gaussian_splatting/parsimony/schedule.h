@@ -10,10 +10,12 @@
 
 namespace vesta::gs {
 
-// Whether what hardly any view shows goes after this iteration.
+// Whether what hardly any view shows goes after this iteration. Not at the last: what it showed of it is missed, and
+// nothing would make up for that.
 inline bool ChecksSupport(const ParsimonyOptions& parsimony, const StageSpan& span) {
-  const bool begins = !StageSpan{0, span.before}.HasReached(parsimony.begin) && span.HasReached(parsimony.begin);
-  return parsimony.supported && (begins || span.is_last());
+  const StageSpan done{0, span.before};
+  const auto comes_to = [&](double part) { return !done.HasReached(part) && span.HasReached(part); };
+  return parsimony.supported && !span.is_last() && (comes_to(parsimony.begin) || comes_to(parsimony.end));
 }
 
 // Whether some go after this iteration. At the last it is too late: nothing would train on.

@@ -125,5 +125,20 @@ TEST(ParsimonySchedule, TheSamePartGoesEachTime) {
   EXPECT_EQ(CountAfter({.keep = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
 }
 
+TEST(ParsimonySchedule, SupportIsAskedForTwice) {
+  constexpr int kIterations = 50;
+  const auto asked = [](const ParsimonyOptions& parsimony) {
+    std::vector<int> at;
+    for (int it = 1; it <= kIterations; ++it) {
+      if (ChecksSupport(parsimony, {(it - 1.0) / kIterations, 1.0 * it / kIterations})) at.push_back(it);
+    }
+    return at;
+  };
+  EXPECT_THAT(asked({}), testing::ElementsAre(30, 40));
+  EXPECT_THAT(asked({.supported = false}), testing::IsEmpty());
+  EXPECT_THAT(asked({.begin = 0, .end = 0.5}), testing::ElementsAre(25)) << "the first iteration is no change";
+  EXPECT_THAT(asked({.begin = 0.5, .end = 1}), testing::ElementsAre(25)) << "after the last nothing is trained";
+}
+
 }  // namespace
 }  // namespace vesta::gs
