@@ -22,6 +22,7 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 

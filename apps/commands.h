@@ -13,6 +13,7 @@ int RunTrain(const CommandLine& line);
 int RunRefine(const CommandLine& line);
 int RunEval(const CommandLine& line);
 int RunRender(const CommandLine& line);
+int RunConvert(const CommandLine& line);
 int RunConfig(const CommandLine& line);
 int RunBundleAdjust(const CommandLine& line);
 
