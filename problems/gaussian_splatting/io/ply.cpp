@@ -6,9 +6,7 @@
 
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
-#include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/io/byte_reader.h"
-#include "problems/gaussian_splatting/io/ply_vertices.h"
+#include "problems/gaussian_splatting/io/ply_table.h"
 #include "problems/gaussian_splatting/io/splat_comments.h"
 
 namespace vesta::gs {
@@ -50,7 +48,12 @@ int DegreeOf(const std::string& path, int num_rest) {
 }  // namespace
 
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options) {
-  const PlyVertices vertices(path);
+  return ReadSplatPly(PlyFile(path), options);
+}
+
+SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
+  const std::string& path = file.path();
+  const PlyTable vertices(file, "vertex");
   SplatModel model;
   model.Resize(DegreeOf(path, vertices.CountWithPrefix("f_rest_")), 0);
   std::vector<FileColumn> columns = FileColumns(model.sh_degree);
@@ -62,8 +65,8 @@ SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options
   }
   if (vertices.count() == 0) Fail("{}: it holds no Gaussians", path);
   model.Resize(model.sh_degree, vertices.count());
-  ReadSplatComments(path, vertices.comments(), &model);
-  std::vector<PlyVertices::Column<float>> copies;
+  ReadSplatComments(path, file.comments(), &model);
+  std::vector<PlyTable::Column<float>> copies;
   copies.reserve(columns.size());
   for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
   vertices.Copy(copies);
@@ -108,7 +111,8 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
 }
 
 WorldPoints ReadPointPly(const std::string& path) {
-  const PlyVertices vertices(path);
+  const PlyFile file(path);
+  const PlyTable vertices(file, "vertex");
   if (vertices.count() == 0) Fail("{}: it holds no points", path);
   const auto n = static_cast<std::size_t>(vertices.count());
   const char* const axes[3] = {"x", "y", "z"};
@@ -117,7 +121,7 @@ WorldPoints ReadPointPly(const std::string& path) {
   std::vector<double> positions(3 * n);
   std::vector<float> colors(3 * n, 0.5f);
   const auto columns = [n](const char* const(&names)[3], auto* values) {
-    std::vector<PlyVertices::Column<std::remove_pointer_t<decltype(values)>>> result;
+    std::vector<PlyTable::Column<std::remove_pointer_t<decltype(values)>>> result;
     for (std::size_t k = 0; k < 3; ++k) result.push_back({names[k], values + k * n});
     return result;
   };

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "problems/gaussian_splatting/io/ply_file.h"
 #include "problems/gaussian_splatting/io/usable_gaussians.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
@@ -19,6 +20,7 @@ namespace vesta::gs {
 // of f_rest (0, 9, 24, 45) gives the degree. Comments give background and origin (splat_comments.h). Throws Error, one
 // line with the file and what is wrong.
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options = {});
+SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options);
 
 // Writes that layout, little-endian float, whole or not at all (atomic_file.h); reading it back gives the same bits.
 void WriteSplatPly(const std::string& path, const SplatModel& model);

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include "kernels/core/check.h"
 #include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/io/compressed_ply.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/io/spz.h"
 
@@ -18,7 +20,7 @@ using Writer = void (*)(const std::string& path, const SplatModel& model);
 constexpr struct {
   std::string_view extension;
   Writer write;
-} kFormats[] = {{".ply", WriteSplatPly}, {".spz", WriteSpz}};
+} kFormats[] = {{".compressed.ply", WriteCompressedPly}, {".ply", WriteSplatPly}, {".spz", WriteSpz}};
 
 Writer WriterFor(const std::string& path) {
   std::string name = std::filesystem::path(path).filename().string();
@@ -34,8 +36,12 @@ Writer WriterFor(const std::string& path) {
 
 SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options) {
   std::string bytes = ReadFile(path);
+  if (bytes.starts_with("NGSP")) {
+    Fail("{}: .spz of version 4 or later, where versions 1 to 3 are read; export it as one of those, or as .ply", path);
+  }
   if (bytes.starts_with("\x1f\x8b")) return ReadSpz(path, bytes, options);
-  return ReadSplatPly(path, options);
+  const PlyFile file(path, std::move(bytes));
+  return IsCompressedPly(file) ? ReadCompressedPly(file, options) : ReadSplatPly(file, options);
 }
 
 void WriteSplat(const std::string& path, const SplatModel& model) { WriterFor(path)(path, model); }
