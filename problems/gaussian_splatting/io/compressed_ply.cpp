@@ -11,6 +11,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/math/spherical_harmonics.h"
+#include "problems/gaussian_splatting/io/chunk_order.h"
 #include "problems/gaussian_splatting/io/opacity_byte.h"
 #include "problems/gaussian_splatting/io/ply_table.h"
 #include "problems/gaussian_splatting/io/smallest_three.h"
@@ -240,7 +241,7 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
 void WriteCompressedPly(const std::string& path, const SplatModel& in_any_order) {
   CheckDrawable(path, in_any_order);
   if (in_any_order.count == 0) Fail("{}: it would hold no Gaussians", path);
-  const SplatModel model = InOrder(in_any_order, SpatialOrder(in_any_order));
+  const SplatModel model = InOrder(in_any_order, ChunkOrder(in_any_order, kChunk));
   const Index count = model.count, chunks = (count - 1) / kChunk + 1;
   const int rest = ShCoefficients(model.sh_degree) - 1;
 

@@ -18,8 +18,8 @@ bool IsCompressedPly(const PlyFile& file);
 // (splat_comments.h). Throws Error, one line with the file and what is wrong.
 SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& options = {});
 
-// Writes little-endian, whole or not at all (atomic_file.h), the Gaussians in the order of space (spatial_order.h): so
-// those of a chunk are neighbours, and its bounds are narrow. Steps of what is stored, of the bounds' distance in a
+// Writes little-endian, whole or not at all (atomic_file.h), the Gaussians in an order in which those of a chunk are
+// near each other (chunk_order.h). Steps of what is stored, of the bounds' distance in a
 // chunk:
 //   means, log-scales    1/2047 in x and z, 1/1023 in y; log-scales are clamped to -40..40
 //   colours              1/255 (f_dc)
