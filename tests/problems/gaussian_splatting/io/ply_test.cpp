@@ -2,7 +2,6 @@
 
 #include <random>
 
-#include "problems/gaussian_splatting/io/ply_vertices.h"
 #include "tests/problems/gaussian_splatting/io/test_ply.h"
 
 namespace vesta::gs {
@@ -121,28 +120,6 @@ TEST(PointPly, ColoursOfEveryKind) {
   EXPECT_EQ(ReadPointPly(folder / "p.ply").positions[0], (std::array<double, 3>{1, 2, 3}));
   write("float", "nan 0 0");
   ExpectError([&] { ReadPointPly(folder / "p.ply"); }, "p.ply: point 0 is not finite");
-}
-
-TEST(PointPly, BinaryTypesOfEveryWidth) {
-  const TempFolder folder;
-  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n";
-  const std::pair<const char*, std::string> columns[] = {
-      {"char a", "\xfe"},       {"uint8 b", "\xfe"},           {"int16 c", "\xfe\xff"},
-      {"ushort d", "\xfe\xff"}, {"int e", "\xfe\xff\xff\xff"}, {"uint32 f", std::string("\0\0\0\xff", 4)}};
-  std::string bytes;
-  for (const auto& [property, value] : columns) {
-    text += std::string("property ") + property + "\n";
-    bytes += value;
-  }
-  WriteBytes(folder / "v.ply", text + "end_header\n" + bytes);
-  const PlyVertices vertices(folder / "v.ply");
-  std::array<float, 6> values{};
-  std::vector<PlyVertices::Column<float>> copies;
-  for (std::size_t i = 0; i < 6; ++i) copies.push_back({std::string(1, static_cast<char>('a' + i)), &values[i]});
-  vertices.Copy(copies);
-  EXPECT_EQ(values, (std::array<float, 6>{-2, 254, -2, 65534, -2, 4278190080.0f}));
-  EXPECT_EQ(vertices.FullScale("b"), 255);
-  EXPECT_EQ(vertices.FullScale("d"), 65535);
 }
 
 }  // namespace

@@ -1,0 +1,67 @@
+// A splat as a training may leave it, for formats that have no numbers for just any.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "problems/gaussian_splatting/model/splat_model.h"
+
+namespace vesta::gs {
+
+// Means within a few units, standard deviations of e^-6 to e^-1, quaternions of any length, harmonics within 0.95.
+inline SplatModel RandomSplat(int degree, Index count) {
+  std::mt19937 random(5);
+  const auto uniform = [&](double low, double high) {
+    return static_cast<float>(low + (high - low) * static_cast<double>(random()) / 4294967295.0);
+  };
+  SplatModel model;
+  model.Resize(degree, count);
+  for (int a = 0; a < model.num_attributes(); ++a) {
+    for (Index i = 0; i < count; ++i) {
+      float* value = model.attribute(a) + i;
+      if (a < splat::kLogScale)
+        *value = uniform(-4, 4);
+      else if (a < splat::kQuaternion)
+        *value = uniform(-6, -1);
+      else if (a < splat::kOpacity)
+        *value = uniform(-3, 3);
+      else if (a < splat::kSh)
+        *value = uniform(-4, 4);
+      else if (a < splat::kSh + 3)
+        *value = uniform(-2, 2);
+      else
+        *value = uniform(-0.95, 0.95);
+    }
+  }
+  return model;
+}
+
+// Between the rotations of Gaussian i of one and j of the other, radians.
+inline double AngleBetween(const SplatModel& a, Index i, const SplatModel& b, Index j) {
+  double product = 0, a2 = 0, b2 = 0;
+  for (int k = splat::kQuaternion; k < splat::kOpacity; ++k) {
+    const double p = a.attribute(k)[i], q = b.attribute(k)[j];
+    product += p * q, a2 += p * p, b2 += q * q;
+  }
+  return 2 * std::acos(std::min(1.0, std::abs(product) / std::sqrt(a2 * b2)));
+}
+
+inline double Opacity(const SplatModel& model, Index i) {
+  return 1 / (1 + std::exp(-static_cast<double>(model.attribute(splat::kOpacity)[i])));
+}
+
+// The largest difference of Gaussians i of an attribute: order[i] of the one, i of the other; an empty order: in order.
+inline double LargestDifference(const SplatModel& a, const std::vector<Index>& order, const SplatModel& b,
+                                int attribute) {
+  double largest = 0;
+  for (Index i = 0; i < b.count; ++i) {
+    const Index from = order.empty() ? i : order[static_cast<std::size_t>(i)];
+    largest = std::max(largest, std::abs(static_cast<double>(a.attribute(attribute)[from]) -
+                                         static_cast<double>(b.attribute(attribute)[i])));
+  }
+  return largest;
+}
+
+}  // namespace vesta::gs
