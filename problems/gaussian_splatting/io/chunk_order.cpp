@@ -49,7 +49,8 @@ Cut BestCut(const SplatModel& model, const std::vector<Index>& order, Index chun
   std::vector<double> costs(static_cast<std::size_t>(chunks));  // of a cut before chunk c
   Box before, after;
   for (Index i = 0; i < n; ++i) {
-    if (i > 0 && i % chunk == 0) costs[static_cast<std::size_t>(i / chunk)] = static_cast<double>(i) * before.SumOfSquares();
+    if (i > 0 && i % chunk == 0)
+      costs[static_cast<std::size_t>(i / chunk)] = static_cast<double>(i) * before.SumOfSquares();
     before.Add(model, order[static_cast<std::size_t>(i)]);
   }
   Cut best;

@@ -76,8 +76,11 @@ std::array<double, 4> UnpackRotation(std::uint32_t word) {
 // A coefficient of -4..4, as SuperSplat has it: the middle of its 256th part, but for the first and the last, which are
 // the ends.
 double ShOfByte(std::uint8_t byte) { return byte == 0 ? -4 : byte == 255 ? 4 : (byte + 0.5) / 32 - 4; }
-std::uint8_t ByteOfSh(double sh) {
-  return static_cast<std::uint8_t>(std::clamp(std::floor((sh + 4) * 32), 0.0, 255.0));
+
+// Between two parts, as 0 is, either is as near: the lower where `even`. Of many zeros all in one would be a colour.
+std::uint8_t ByteOfSh(double sh, bool even) {
+  const double parts = (sh + 4) * 32, lower = std::floor(parts) - (even && parts == std::floor(parts) ? 1 : 0);
+  return static_cast<std::uint8_t>(std::clamp(lower, 0.0, 255.0));
 }
 
 double ColorOf(double dc) { return 0.5 + sh::k0 * dc; }
@@ -268,7 +271,8 @@ void WriteCompressedPly(const std::string& path, const SplatModel& in_any_order)
       words[static_cast<std::size_t>(i)] = Pack(model, own, i);
       for (int channel = 0; channel < 3; ++channel) {
         for (int coefficient = 1; coefficient <= rest; ++coefficient) {
-          *bytes++ = ByteOfSh(static_cast<double>(model.attribute(splat::kSh + 3 * coefficient + channel)[i]));
+          *bytes++ =
+              ByteOfSh(static_cast<double>(model.attribute(splat::kSh + 3 * coefficient + channel)[i]), i % 2 == 0);
         }
       }
     }

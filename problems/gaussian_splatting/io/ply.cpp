@@ -6,6 +6,7 @@
 
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/io/opacity_byte.h"
 #include "problems/gaussian_splatting/io/ply_table.h"
 #include "problems/gaussian_splatting/io/splat_comments.h"
 
@@ -70,6 +71,11 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
   copies.reserve(columns.size());
   for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
   vertices.Copy(copies);
+  // Programs that unpack compact files write the opacities 0 and 1 so (opacity_byte.h).
+  for (Index i = 0; i < model.count; ++i) {
+    float& logit = model.attribute(splat::kOpacity)[i];
+    if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);
+  }
   TakeUsableGaussians(path, options, &model);
   return model;
 }

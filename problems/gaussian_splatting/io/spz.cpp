@@ -12,6 +12,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/io/cube_turns.h"
 #include "problems/gaussian_splatting/io/gzip.h"
 #include "problems/gaussian_splatting/io/half_turn.h"
 #include "problems/gaussian_splatting/io/opacity_byte.h"
@@ -107,30 +108,47 @@ void WriteFixed(std::int32_t value, std::uint8_t* bytes) {
 
 std::uint8_t ToByte(double value) { return static_cast<std::uint8_t>(std::clamp(std::round(value), 0.0, 255.0)); }
 
-// x, y, z, w; without the largest: versions 1 and 2 leave out w.
+// w, x, y, z. Versions 1 and 2 leave out w.
 std::array<double, 4> ReadRotation(std::uint32_t version, const std::uint8_t* bytes) {
-  SmallestThree three{3, {}};
+  SmallestThree three{3, {}};  // of x, y, z, w
   if (version < 3) {
     for (std::size_t k = 0; k < 3; ++k) three.rest[k] = bytes[k] / kQuaternionScale - 1;
-    return FromSmallestThree(three);
+  } else {
+    // From the highest bits on: two for the place of the largest, and for each of the others a sign and nine bits.
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, bytes, sizeof(bits));
+    three.largest = static_cast<int>(bits >> 30);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t number = bits >> (20 - 10 * k) & 0x3ff;
+      const double magnitude = kLargestOfSmallest * (number & 0x1ff) / 0x1ff;
+      three.rest[k] = number & 0x200 ? -magnitude : magnitude;
+    }
   }
-  // From the highest bits on: two for the place of the largest, and for each of the others a sign and nine bits.
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, bytes, sizeof(bits));
-  three.largest = static_cast<int>(bits >> 30);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t number = bits >> (20 - 10 * k) & 0x3ff;
-    const double magnitude = kLargestOfSmallest * (number & 0x1ff) / 0x1ff;
-    three.rest[k] = number & 0x200 ? -magnitude : magnitude;
-  }
-  return FromSmallestThree(three);
+  const auto [x, y, z, w] = FromSmallestThree(three);
+  return {w, x, y, z};
 }
 
-void WriteRotation(std::array<double, 4> xyzw, std::uint8_t* bytes) {
-  double norm2 = 0;
-  for (const double value : xyzw) norm2 += value * value;
-  const double scale = std::copysign(kQuaternionScale / std::sqrt(norm2), xyzw[3]);
-  for (std::size_t k = 0; k < 3; ++k) bytes[k] = ToByte(scale * xyzw[k] + kQuaternionScale);
+// Of w, x, y, z, in three bytes. Where w is small they tell it badly: so of the quaternions that mean the same
+// Gaussian the one is written that comes back nearest. Gives the axes that its log-scales are to be in.
+std::array<int, 3> WriteRotation(const std::array<double, 4>& q, std::uint8_t* bytes) {
+  std::array<int, 3> axes{};
+  double nearest = 0;
+  for (const CubeTurn& turn : CubeTurns()) {
+    const std::array<double, 4> turned = Product(q, turn.quaternion);
+    double norm2 = 0;
+    for (const double value : turned) norm2 += value * value;
+    const double scale = std::copysign(1 / std::sqrt(norm2), turned[0]);
+    std::array<std::uint8_t, 3> rounded{};
+    for (std::size_t k = 0; k < 3; ++k) rounded[k] = ToByte((scale * turned[k + 1] + 1) * kQuaternionScale);
+    const std::array<double, 4> again = ReadRotation(kWrittenVersion, rounded.data());
+    double product = 0, again2 = 0;
+    for (std::size_t k = 0; k < 4; ++k) product += scale * turned[k] * again[k], again2 += again[k] * again[k];
+    if (product <= nearest * std::sqrt(again2)) continue;
+    nearest = product / std::sqrt(again2);
+    axes = turn.axes;
+    std::copy(rounded.begin(), rounded.end(), bytes);
+  }
+  return axes;
 }
 
 // Reads past what other programs append to a splat. Refuses what would change its meaning.
@@ -238,7 +256,7 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
         set(splat::kLogScale + k, from.scale[3 * i + k] / kLogScalesPerUnit + kLeastLogScale);
         set(splat::kSh + k, (from.color[3 * i + k] - kColorZero) / kColorScale);
       }
-      const auto [x, y, z, w] = ReadRotation(header.version, from.rotation + i * widths.rotation);
+      const auto [w, x, y, z] = ReadRotation(header.version, from.rotation + i * widths.rotation);
       set(splat::kQuaternion, w), set(splat::kQuaternion + 1, x);
       set(splat::kQuaternion + 2, y), set(splat::kQuaternion + 3, z);
       model.attribute(splat::kOpacity)[i] = OpacityLogit(from.opacity[i]);
@@ -266,14 +284,16 @@ void WriteSpz(const std::string& path, const SplatModel& model) {
       const auto get = [&](int attribute) {
         return static_cast<double>(HalfTurnSign(attribute) * model.attribute(attribute)[i]);
       };
+      const int q = splat::kQuaternion;
+      const std::array<int, 3> axes =
+          WriteRotation({get(q), get(q + 1), get(q + 2), get(q + 3)}, to.rotation + i * widths.rotation);
       for (int k = 0; k < 3; ++k) {
         const double mean = std::round(std::ldexp(get(splat::kMean + k), header.fraction_bits));
         WriteFixed(static_cast<std::int32_t>(mean), to.mean + 9 * i + 3 * k);
-        to.scale[3 * i + k] = ToByte((get(splat::kLogScale + k) - kLeastLogScale) * kLogScalesPerUnit);
+        const double log_scale = get(splat::kLogScale + axes[static_cast<std::size_t>(k)]);
+        to.scale[3 * i + k] = ToByte((log_scale - kLeastLogScale) * kLogScalesPerUnit);
         to.color[3 * i + k] = ToByte(get(splat::kSh + k) * kColorScale + kColorZero);
       }
-      const int q = splat::kQuaternion;
-      WriteRotation({get(q + 1), get(q + 2), get(q + 3), get(q)}, to.rotation + i * widths.rotation);
       to.opacity[i] = OpacityByte(model.attribute(splat::kOpacity)[i]);
       for (int k = 0; k < widths.sh; ++k) {
         to.sh[i * widths.sh + k] = ToByte(get(splat::kSh + 3 + k) * kShScale + kShZero);

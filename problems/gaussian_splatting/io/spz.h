@@ -19,7 +19,8 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
 // Writes version 2, which all readers know, whole or not at all (atomic_file.h). Steps of what is stored:
 //   means          2^-12 units as a rule; finer where Gaussians are small, coarser where means lie far out
 //   log-scales     1/16 in -10..5.94
-//   rotations      1/127.5 in the x, y and z of the quaternion whose w is not negative
+//   rotations      1/127.5 in x, y and z of a quaternion: of the 24 that mean the same Gaussian, with its log-scales in
+//                  other places, the one that comes out nearest (cube_turns.h); 0.014 radians at most
 //   opacities      1/255 (opacity_byte.h)
 //   SH             coefficient 0: 0.026 in -3.33..3.33; the others: 1/128 in -1..0.99
 // What lies beyond is clamped, but throws Error, one line with the file, where a step of the means is longer than half

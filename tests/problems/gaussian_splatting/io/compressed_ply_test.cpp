@@ -129,7 +129,7 @@ TEST_F(CompressedPly, BytesAreTheFormats) {
   EXPECT_EQ(words[6], 0u << 21 | 1023u << 11 | 0u);
   EXPECT_EQ(words[7], 0u << 24 | 255u << 16 | 0u << 8 | 254u);
   const std::string sh = bytes.substr(bytes.size() - 18);
-  EXPECT_EQ(sh.substr(0, 9), std::string("\x00\x80\x80\x80\x80\x80\xff\x80\x80", 9));
+  EXPECT_EQ(sh.substr(0, 9), std::string("\x00\x7f\x7f\x7f\x7f\x7f\xff\x7f\x7f", 9));
   EXPECT_EQ(sh.substr(9), std::string("\xff\x80\x80\x90\x80\x80\x00\x80\x80", 9));
 }
 

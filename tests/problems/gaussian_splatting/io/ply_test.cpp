@@ -87,7 +87,7 @@ TEST(SplatPly, UnusableGaussiansAreRefusedOrLeftOut) {
   const TempFolder folder;
   SplatModel model = ExampleSplat(1, 6);
   model.attribute(20)[1] = std::nanf("");
-  model.attribute(splat::kOpacity)[3] = HUGE_VALF;
+  model.attribute(splat::kLogScale)[3] = HUGE_VALF;
   for (int a = 0; a < 4; ++a) model.attribute(splat::kQuaternion + a)[4] = 0;
   WriteSplatPly(folder / "a.ply", model);
   ExpectError([&] { ReadSplatPly(folder / "a.ply"); }, "a.ply: 3 of 6 Gaussians have values that are not finite");
@@ -98,6 +98,22 @@ TEST(SplatPly, UnusableGaussiansAreRefusedOrLeftOut) {
     EXPECT_EQ(kept.attribute(a)[1], model.attribute(a)[2]);
     EXPECT_EQ(kept.attribute(a)[2], model.attribute(a)[5]);
   }
+}
+
+// Of the opacities 0 and 1: programs that unpack compact files write them so.
+TEST(SplatPly, OpacitiesMayBeInfinite) {
+  const TempFolder folder;
+  SplatModel model = ExampleSplat(0, 3);
+  model.attribute(splat::kOpacity)[0] = HUGE_VALF;
+  model.attribute(splat::kOpacity)[1] = -HUGE_VALF;
+  WriteSplatPly(folder / "a.ply", model);
+  SplatModel again = ReadSplatPly(folder / "a.ply");
+  EXPECT_NEAR(again.attribute(splat::kOpacity)[0], 6.9, 0.1);
+  EXPECT_NEAR(again.attribute(splat::kOpacity)[1], -6.9, 0.1);
+  EXPECT_EQ(again.attribute(splat::kOpacity)[2], model.attribute(splat::kOpacity)[2]);
+  model.attribute(splat::kOpacity)[0] = std::nanf("");
+  WriteSplatPly(folder / "a.ply", model);
+  ExpectError([&] { ReadSplatPly(folder / "a.ply"); }, "1 of 3 Gaussians");
 }
 
 TEST(PointPly, ColoursOfEveryKind) {
