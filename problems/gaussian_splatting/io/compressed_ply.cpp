@@ -77,10 +77,8 @@ std::array<double, 4> UnpackRotation(std::uint32_t word) {
 // the ends.
 double ShOfByte(std::uint8_t byte) { return byte == 0 ? -4 : byte == 255 ? 4 : (byte + 0.5) / 32 - 4; }
 
-// Between two parts, as 0 is, either is as near: the lower where `even`. Of many zeros all in one would be a colour.
-std::uint8_t ByteOfSh(double sh, bool even) {
-  const double parts = (sh + 4) * 32, lower = std::floor(parts) - (even && parts == std::floor(parts) ? 1 : 0);
-  return static_cast<std::uint8_t>(std::clamp(lower, 0.0, 255.0));
+std::uint8_t ByteOfSh(double sh) {
+  return static_cast<std::uint8_t>(std::clamp(std::floor((sh + 4) * 32), 0.0, 255.0));
 }
 
 double ColorOf(double dc) { return 0.5 + sh::k0 * dc; }
@@ -200,6 +198,24 @@ void Unpack(const std::array<std::uint32_t, kNumWords>& words, const Bounds& bou
     model->attribute(splat::kQuaternion + k)[i] = static_cast<float>(q[static_cast<std::size_t>(k)]);
 }
 
+// The harmonics of Gaussians [begin, end). Their step is coarse: half of what one is off by is added to the next, which
+// lies beside it, so that errors do not add up to a colour in pixels that both are seen in. A value is off by 3/4 of a
+// step then, at most.
+void WriteSh(const SplatModel& model, Index begin, Index end, std::uint8_t* bytes) {
+  constexpr double kHalfStep = 1.0 / 64;
+  std::array<double, splat::kMaxAttributes> carried{};
+  for (Index i = begin; i < end; ++i) {
+    for (int channel = 0; channel < 3; ++channel) {
+      for (int attribute = splat::kSh + 3 + channel; attribute < model.num_attributes(); attribute += 3) {
+        double& error = carried[static_cast<std::size_t>(attribute)];
+        const double value = static_cast<double>(model.attribute(attribute)[i]) + error;
+        *bytes = ByteOfSh(value);
+        error = 0.5 * std::clamp(value - ShOfByte(*bytes++), -kHalfStep, kHalfStep);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 bool IsCompressedPly(const PlyFile& file) { return file.Has("chunk"); }
@@ -266,16 +282,8 @@ void WriteCompressedPly(const std::string& path, const SplatModel& in_any_order)
     float* out = bounds.data() + begin / kChunk * static_cast<Index>(std::size(kBounds));
     for (const auto& [name, bounded, is_max] : kBounds)
       *out++ = static_cast<float>((is_max ? own.max : own.min)[bounded]);
-    std::uint8_t* bytes = sh.data() + begin * 3 * rest;
-    for (Index i = begin; i < end; ++i) {
-      words[static_cast<std::size_t>(i)] = Pack(model, own, i);
-      for (int channel = 0; channel < 3; ++channel) {
-        for (int coefficient = 1; coefficient <= rest; ++coefficient) {
-          *bytes++ =
-              ByteOfSh(static_cast<double>(model.attribute(splat::kSh + 3 * coefficient + channel)[i]), i % 2 == 0);
-        }
-      }
-    }
+    WriteSh(model, begin, end, sh.data() + begin * 3 * rest);
+    for (Index i = begin; i < end; ++i) words[static_cast<std::size_t>(i)] = Pack(model, own, i);
   });
   AtomicFile file(path);
   file.Write(header);

@@ -26,7 +26,7 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
 // and of the whole:
 //   rotations            1/723 in the three smaller numbers of the quaternion
 //   opacities            1/255 (opacity_byte.h)
-//   SH beyond degree 0   1/32 in -4..4, clamped
+//   SH beyond degree 0   1/32 in -4..4, clamped; half of an error is made up for in the next Gaussian
 // Throws Error, one line with the file, where a value is not finite.
 void WriteCompressedPly(const std::string& path, const SplatModel& model);
 

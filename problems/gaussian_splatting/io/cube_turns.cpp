@@ -34,9 +34,16 @@ std::array<CubeTurn, 24> MakeTurns() {
     if (first > 0 && norm2 != 3) turns[count++] = TurnOf({w, x, y, z});
   };
   add(1, 0, 0, 0);
-  for (int code = 0; code < 81; ++code) {
-    const std::array<double, 4> q = {code / 27 - 1.0, code / 9 % 3 - 1.0, code / 3 % 3 - 1.0, code % 3 - 1.0};
-    if (q != std::array<double, 4>{1, 0, 0, 0}) add(q[0], q[1], q[2], q[3]);
+  const std::array<double, 3> parts = {-1, 0, 1};
+  for (const double w : parts) {
+    for (const double x : parts) {
+      for (const double y : parts) {
+        for (const double z : parts) {
+          const bool is_first = x == 0 && y == 0 && z == 0;
+          if (!is_first) add(w, x, y, z);
+        }
+      }
+    }
   }
   VESTA_CHECK(count == turns.size(), "{} turns", count);
   return turns;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "problems/gaussian_splatting/io/usable_gaussians.h"
 #include "problems/gaussian_splatting/model/splat_model.h"

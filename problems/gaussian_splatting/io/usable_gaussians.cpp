@@ -1,6 +1,7 @@
 #include "problems/gaussian_splatting/io/usable_gaussians.h"
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/check.h"

@@ -18,23 +18,15 @@ inline SplatModel RandomSplat(int degree, Index count) {
   };
   SplatModel model;
   model.Resize(degree, count);
-  for (int a = 0; a < model.num_attributes(); ++a) {
-    for (Index i = 0; i < count; ++i) {
-      float* value = model.attribute(a) + i;
-      if (a < splat::kLogScale)
-        *value = uniform(-4, 4);
-      else if (a < splat::kQuaternion)
-        *value = uniform(-6, -1);
-      else if (a < splat::kOpacity)
-        *value = uniform(-3, 3);
-      else if (a < splat::kSh)
-        *value = uniform(-4, 4);
-      else if (a < splat::kSh + 3)
-        *value = uniform(-2, 2);
-      else
-        *value = uniform(-0.95, 0.95);
-    }
-  }
+  const auto fill = [&](int begin, int end, double low, double high) {
+    for (int a = begin; a < end; ++a) std::generate_n(model.attribute(a), count, [&] { return uniform(low, high); });
+  };
+  fill(splat::kMean, splat::kLogScale, -4, 4);
+  fill(splat::kLogScale, splat::kQuaternion, -6, -1);
+  fill(splat::kQuaternion, splat::kOpacity, -3, 3);
+  fill(splat::kOpacity, splat::kSh, -4, 4);
+  fill(splat::kSh, splat::kSh + 3, -2, 2);
+  fill(splat::kSh + 3, model.num_attributes(), -0.95, 0.95);
   return model;
 }
 
