@@ -99,3 +99,9 @@ for file in spz_js.spz spz_js.compressed.ply transform.spz transform.compressed.
   "$vesta" convert "$file" --out=read.ply >/dev/null
   node means.mjs original.ply read.ply
 done
+
+echo "-- one by the other, without vesta: to compare"
+transform transform.spz by_transform.ply
+evaluate "transform.spz, by splat-transform a .ply" by_transform.ply
+spz_js transform.compressed.ply by_spz_js.ply
+evaluate "transform.compressed.ply, by spz-js a .ply" by_spz_js.ply

@@ -59,8 +59,8 @@ TEST(Gzip, CutsAndDamageAreRefused) {
 }
 
 TEST(Gzip, NothingExpandsMoreThanItIsSaidTo) {
-  const std::string zipped = Gzip(std::string(20'000'000, '\0'), "");
-  EXPECT_LT(20'000'000 / kMostDeflateExpands, static_cast<int>(zipped.size()));
+  const std::string zipped = Gzip(std::string(5'000'000, '\0'), "");
+  EXPECT_LT(5'000'000 / kMostDeflateExpands, static_cast<int>(zipped.size()));
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
         {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
          "not a splat in the INRIA layout: its vertices have no property y"}}) {
     WriteBytes(path, bytes);
-    ExpectError([&] { ReadSplat(path); }, path + ": " + message);
+    ExpectError([&] { ReadSplat(path); }, fmt::format("{}: {}", path, message));
   }
   ExpectError([&] { ReadSplat(folder / "missing.spz"); }, "missing.spz: no such file");
 }

@@ -13,7 +13,7 @@ namespace {
 std::string Unzipped(const std::string& path) {
   const std::string zipped = ReadBytes(path);
   GzipReader reader(path, zipped);
-  std::string bytes(10'000'000, '\0');
+  std::string bytes(1'000'000, '\0');
   bytes.resize(reader.Read(bytes.data(), bytes.size()));
   return bytes;
 }
