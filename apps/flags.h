@@ -19,7 +19,15 @@ class UsageError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-enum Command : unsigned { kTrain = 1, kRefine = 2, kEval = 4, kRender = 8, kBundleAdjust = 16, kConfig = 32, kConvert = 64 };
+enum Command : unsigned {
+  kTrain = 1,
+  kRefine = 2,
+  kEval = 4,
+  kRender = 8,
+  kBundleAdjust = 16,
+  kConfig = 32,
+  kConvert = 64
+};
 
 struct CommandInfo {
   Command command;

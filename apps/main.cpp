@@ -1,4 +1,5 @@
-// The `vesta` program: train | refine | eval | render | convert | config | bundle_adjust | help. `vesta help` says more.
+// The `vesta` program: train | refine | eval | render | convert | config | bundle_adjust | help. `vesta help` says
+// more.
 #include <glog/logging.h>
 
 #include <cstdio>
