@@ -14,6 +14,7 @@ int RunRefine(const CommandLine& line);
 int RunPrune(const CommandLine& line);
 int RunEval(const CommandLine& line);
 int RunRender(const CommandLine& line);
+int RunConvert(const CommandLine& line);
 int RunConfig(const CommandLine& line);
 int RunBundleAdjust(const CommandLine& line);
 

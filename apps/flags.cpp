@@ -25,10 +25,11 @@ std::vector<const char*> PresetNames() {
 const std::vector<CommandInfo>& Commands() {
   static const std::vector<CommandInfo> commands = {
       {kTrain, "train", {"SCENE"}, "train a splat from photographs with poses", "DIR"},
-      {kRefine, "refine", {"PLY", "SCENE"}, "improve a splat of any trainer's", "DIR"},
-      {kPrune, "prune", {"PLY", "SCENE"}, "take out of a splat what its scene does not need", "DIR"},
-      {kEval, "eval", {"PLY", "SCENE"}, "measure a splat on the training and test views"},
-      {kRender, "render", {"PLY", "SCENE"}, "write images of the test views", "DIR"},
+      {kRefine, "refine", {"SPLAT", "SCENE"}, "improve a splat of any trainer's", "DIR"},
+      {kPrune, "prune", {"SPLAT", "SCENE"}, "take out of a splat what its scene does not need", "DIR"},
+      {kEval, "eval", {"SPLAT", "SCENE"}, "measure a splat on the training and test views"},
+      {kRender, "render", {"SPLAT", "SCENE"}, "write images of the test views", "DIR"},
+      {kConvert, "convert", {"SPLAT"}, "write a splat in another format", "FILE"},
       {kConfig, "config", {}, "print the options of a training, for --config"},
       {kBundleAdjust, "bundle_adjust", {"FILE"}, "improve cameras and points of a BAL file", "FILE"},
   };
@@ -55,6 +56,9 @@ const FlagTable& ProgramFlags() {
   static const FlagTable flags = {
       {
           {kTrains | kRender, {"out", &O::out, schema::Words{"DIR"}, "folder for the results, made if missing"}},
+          {kConvert,
+           {"out", &O::out, schema::Words{"FILE"},
+            "file for the result; its extension says the format: .ply, .compressed.ply or .spz"}},
           {kBundleAdjust, {"out", &O::out, schema::Words{"FILE"}, "file for the result"}},
           {kEval | kBundleAdjust, {"json", &O::json, schema::Words{"FILE"}, "write the numbers to this file too"}},
           {kRender, {"truth", &O::truth, "put the photograph to the right of each rendered image"}},
@@ -90,7 +94,7 @@ const FlagTable& ProgramFlags() {
             "options as in this metrics.json, or what `vesta config` prints; flags win over it"}},
           {kTrain | kConfig, {"fixed_model", &O::fixed_model, "no densification, all SH degrees from the start"}, true},
           {kRefines | kViews,
-           {"background", &O::background, {0, 1}, "colour behind everything; auto: the .ply's, else black"}},
+           {"background", &O::background, {0, 1}, "colour behind everything; auto: the splat's, else black"}},
           {kViews, {"downscale", &O::downscale, {1, 64}, "divide the images' width and height by this"}},
           {kBundleAdjust, {"iterations", &O::iterations, kCount, "most iterations of Levenberg-Marquardt"}},
           {kBundleAdjust,
@@ -106,7 +110,8 @@ const FlagTable& ProgramFlags() {
            {"loss_scale", &O::loss_scale, {1e-6, 1e9}, "pixels from which an error counts less under --loss"}},
           {kTrains | kBundleAdjust,
            {"device", &O::device, kDevices, "where to compute; auto: train and refine on a GPU where there is one"}},
-          {kTrains | kViews | kBundleAdjust, {"threads", &O::threads, {0, 1024}, "threads; 0: one for each core"}},
+          {kTrains | kViews | kConvert | kBundleAdjust,
+           {"threads", &O::threads, {0, 1024}, "threads; 0: one for each core"}},
           {kTrains | kBundleAdjust,
            {"log_lm", &O::log_lm, "log each LM iteration, and the engine's report, to stderr"},
            true},

@@ -26,7 +26,8 @@ enum Command : unsigned {
   kRender = 8,
   kBundleAdjust = 16,
   kConfig = 32,
-  kPrune = 64
+  kPrune = 64,
+  kConvert = 128
 };
 
 struct CommandInfo {

@@ -20,6 +20,7 @@ std::string Overview() {
   text +=
       "\nSCENE is a folder: a COLMAP model (images/ and sparse/0/) or a NeRF one (transforms.json).\n"
       "Every 8th image by name, from the first on, is kept for testing.\n"
+      "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic).\n"
       "FILE is a bundle adjustment in the text form of \"Bundle adjustment in the large\".\n";
   return text;
 }
@@ -93,9 +94,9 @@ std::string HelpOf(const CommandInfo& command, bool all) {
   }
   if (command.command & (kRefine | kPrune)) {
     text += fmt::format(
-        "PLY is in the INRIA layout; its SH degree {}. Give --background where it was\n"
-        "trained over another colour than black and does not say so.\n",
-        command.command == kRefine ? "and its number of Gaussians stay" : "stays");
+        "The SH degree{} of SPLAT stay{}. Give --background where it was trained over another\n"
+        "colour than black and does not say so.\n",
+        command.command == kRefine ? " and the number of Gaussians" : "", command.command == kRefine ? "" : "s");
   }
   return text;
 }

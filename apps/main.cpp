@@ -1,4 +1,5 @@
-// The `vesta` program: train | refine | prune | eval | render | config | bundle_adjust | help. `vesta help` says more.
+// The `vesta` program: train | refine | prune | eval | render | convert | config | bundle_adjust | help. `vesta help`
+// says more.
 #include <glog/logging.h>
 
 #include <cstdio>
@@ -36,6 +37,8 @@ int Run(int argc, char** argv) {
       return RunEval(line);
     case kRender:
       return RunRender(line);
+    case kConvert:
+      return RunConvert(line);
     case kConfig:
       return RunConfig(line);
     case kBundleAdjust:

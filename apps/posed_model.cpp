@@ -6,10 +6,10 @@
 
 namespace vesta::app {
 
-PosedModel LoadPosedModel(const std::string& ply, const std::string& scene,
+PosedModel LoadPosedModel(const std::string& splat, const std::string& scene,
                           const std::optional<std::array<double, 3>>& background, gs::LoadSceneOptions options) {
   PosedModel posed;
-  posed.model = gs::ReadSplatPly(ply);
+  posed.model = gs::ReadSplat(splat);
   if (background) posed.model.background = ToFloat(*background);
   options.background = posed.model.background;
   posed.scene = gs::LoadScene(scene, options);

@@ -7,7 +7,7 @@
 
 #include "apps/command_line.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
-#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/splat_file.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::app {
@@ -17,8 +17,8 @@ struct PosedModel {
   gs::Scene scene;
 };
 
-// Reads both, the scene as told but for the background: that given, else what the .ply states, else black.
-PosedModel LoadPosedModel(const std::string& ply, const std::string& scene,
+// Reads both, the scene as told but for the background: that given, else what the file of the splat states, else black.
+PosedModel LoadPosedModel(const std::string& splat, const std::string& scene,
                           const std::optional<std::array<double, 3>>& background, gs::LoadSceneOptions options);
 // Those that eval or render name.
 PosedModel LoadPosedModel(const CommandLine& line);

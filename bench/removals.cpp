@@ -1,7 +1,7 @@
 // By how much the cost of the training views rises without a Gaussian: what vesta foretells
 // (kernels/gaussian_splatting/removal.h) beside the truth, an image rendered without it.
 //
-//   removals PLY SCENE [--count 500] [--downscale 1] [--views 64] [--seed 0] [--json FILE]
+//   removals SPLAT SCENE [--count 500] [--downscale 1] [--views 64] [--seed 0] [--json FILE]
 //
 // Gaussians are drawn at random among those that some view shows; of many views only so many are looked at.
 #include <algorithm>
@@ -18,7 +18,8 @@
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
-#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/splat_file.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/parsimony/worth.h"
 
@@ -119,8 +120,8 @@ gs::JudgingViews JudgesOf(const gs::Scene& scene, const gs::SplatModel& model, s
 
 int Main(int argc, char** argv) {
   const Arguments arguments(argc, argv, {"count", "downscale", "views", "seed", "json"});
-  if (arguments.positional.size() != 2) throw Error("the form is `removals PLY SCENE`");
-  gs::SplatModel model = gs::ReadSplatPly(arguments.positional[0]);
+  if (arguments.positional.size() != 2) throw Error("the form is `removals SPLAT SCENE`");
+  gs::SplatModel model = gs::ReadSplat(arguments.positional[0]);
   gs::LoadSceneOptions options;
   options.downscale = arguments.Count("downscale", 1);
   options.background = model.background;

@@ -68,7 +68,7 @@ EXTERNAL = {
     "jpeglib.h": [SPLATS + "io"],
     "png.h": [SPLATS + "io"],
     "nanoflann": [SPLATS + "model"],
-    "zlib.h": [SPLATS + "train"],
+    "zlib.h": [SPLATS + "io", SPLATS + "train"],
 }
 SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')

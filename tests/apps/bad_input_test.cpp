@@ -199,8 +199,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"train", "a", "--out"}, kUsage, "--out: its value is missing; write --out=DIR"},
         BadLine{{"train", "a"}, kUsage, "--out=DIR is missing"},
         BadLine{{"train", "--out=b"}, kUsage, "SCENE is missing; the form is `vesta train SCENE --out=DIR`"},
-        BadLine{{"eval", "a"}, kUsage, "SCENE is missing; the form is `vesta eval PLY SCENE`"},
+        BadLine{{"eval", "a"}, kUsage, "SCENE is missing; the form is `vesta eval SPLAT SCENE`"},
         BadLine{{"eval", "a", "b", "c"}, kUsage, "c: too much"},
+        BadLine{{"convert", "a"}, kUsage, "--out=FILE is missing; the form is `vesta convert SPLAT --out=FILE`"},
+        BadLine{{"convert", "--out=a.ply"}, kUsage, "SPLAT is missing; the form is `vesta convert SPLAT --out=FILE`"},
+        BadLine{{"convert", "a", "--out=b.ply", "--background=0,0,0"}, kUsage, "--background: not a flag of convert"},
         BadLine{{"train", "a", "--out=b", "--device=cuda"}, kFailed, "this build has no CUDA"}));
 
 }  // namespace

@@ -23,7 +23,7 @@ std::string Help(const std::vector<std::string>& arguments) {
 TEST(Help, OverviewNamesTheCommands) {
   const std::string text = Help({"help"});
   for (const char* command : {"vesta train", "vesta refine", "vesta prune", "vesta eval", "vesta render",
-                              "vesta config", "vesta bundle_adjust", "vesta help"}) {
+                              "vesta convert", "vesta config", "vesta bundle_adjust", "vesta help"}) {
     EXPECT_THAT(text, HasSubstr(command));
   }
   EXPECT_EQ(Help({"--help"}), text);
@@ -76,14 +76,18 @@ TEST(Help, CommandListsItsFlagsAlone) {
   const std::string refine = Help({"help", "refine"});
   EXPECT_THAT(refine, HasSubstr("--lm_iterations=N"));
   EXPECT_THAT(refine, HasSubstr("--method=views|lm|both"));
-  EXPECT_THAT(refine, HasSubstr("PLY is in the INRIA layout"));
-  EXPECT_THAT(train, Not(HasSubstr("INRIA layout")));
+  EXPECT_THAT(refine, HasSubstr("the number of Gaussians of SPLAT stay"));
+  EXPECT_THAT(train, Not(HasSubstr("SPLAT")));
   const std::string prune = Help({"help", "prune"});
   for (const char* flag : {"--keep=X", "--max_loss=X", "--size_mib=X", "--method="}) {
     EXPECT_THAT(prune, HasSubstr(flag));
   }
   EXPECT_THAT(Help({"help", "render"}), HasSubstr("--truth"));
   EXPECT_THAT(Help({"help", "eval"}), HasSubstr("--json=FILE"));
+  const std::string convert = Help({"help", "convert"});
+  EXPECT_THAT(convert, HasSubstr("vesta convert SPLAT --out=FILE"));
+  EXPECT_THAT(convert, HasSubstr(".ply, .compressed.ply or .spz"));
+  EXPECT_EQ(CountFlags(convert), 2);
 }
 
 }  // namespace

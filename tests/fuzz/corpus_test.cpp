@@ -22,13 +22,15 @@ constexpr Target kTargets[] = {{"bal", FuzzBal},
                                {"checkpoint", FuzzCheckpoint},
                                {"colmap", FuzzColmap},
                                {"command_line", FuzzCommandLine},
+                               {"compressed_ply", FuzzCompressedPly},
                                {"config", FuzzConfig},
                                {"g2o", FuzzG2o},
                                {"image", FuzzImage},
                                {"nerf", FuzzNerf},
                                {"operators", FuzzOperators},
                                {"point_ply", FuzzPointPly},
-                               {"splat_ply", FuzzSplatPly}};
+                               {"splat_ply", FuzzSplatPly},
+                               {"spz", FuzzSpz}};
 
 const fs::path kCorpus = "tests/fuzz/corpus";
 

@@ -6,8 +6,11 @@
 #include <filesystem>
 
 #include "apps/checkpointing.h"
+#include "problems/gaussian_splatting/io/compressed_ply.h"
+#include "problems/gaussian_splatting/io/gzip.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/spz.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
 #include "problems/gaussian_splatting/train/lm_state.h"
 #include "tests/fuzz/scratch_folder.h"
@@ -34,8 +37,16 @@ void ColmapSeeds(const ScratchFolder& scratch, const std::string& corpus) {
   }
 }
 
-void SplatSeeds(const std::string& corpus) {
-  std::filesystem::create_directories(corpus + "/splat_ply");
+// What was compressed by gzip.
+std::string Unzipped(const std::string& zipped) {
+  gs::GzipReader reader("seed", zipped);
+  std::string bytes(1 << 16, '\0');
+  bytes.resize(reader.Read(bytes.data(), bytes.size()));
+  return bytes;
+}
+
+void SplatSeeds(const ScratchFolder& scratch, const std::string& corpus) {
+  for (const char* folder : {"/splat_ply", "/compressed_ply"}) std::filesystem::create_directories(corpus + folder);
   for (int degree = 0; degree <= 3; ++degree) {
     gs::SplatModel model;
     model.Resize(degree, 2);
@@ -43,7 +54,21 @@ void SplatSeeds(const std::string& corpus) {
     for (Index i = 0; i < model.count; ++i) model.attribute(splat::kQuaternion)[i] = 1;
     model.has_background = degree == 1;
     if (degree == 2) model.origin = {1, 2, 3};
-    gs::WriteSplatPly(corpus + "/splat_ply/degree" + std::to_string(degree) + ".ply", model);
+    const std::string name = "degree" + std::to_string(degree);
+    gs::WriteSplatPly(corpus + "/splat_ply/" + name + ".ply", model);
+    gs::WriteCompressedPly(corpus + "/compressed_ply/" + name + ".ply", model);
+    gs::WriteSpz(scratch / "seed.spz", model);
+    const std::string zipped = scratch.Read("seed.spz");
+    const std::string comment = degree == 2 ? "vesta origin 1 2 3\n" : "";
+    std::string bytes = Unzipped(zipped);
+    WriteSeed(corpus + "/spz/" + name, comment + bytes);
+    if (degree == 1) WriteSeed(corpus + "/spz/zipped.spz", zipped);
+    if (degree > 0) continue;
+    // Version 3 has a byte more for each rotation, which lie at the end; version 1 three fewer for each mean.
+    bytes[4] = 3;
+    WriteSeed(corpus + "/spz/version3", bytes + "\x80\xc0");
+    bytes[4] = 1;
+    WriteSeed(corpus + "/spz/version1", bytes.erase(16, 6));
   }
 }
 
@@ -108,7 +133,7 @@ int main(int argc, char** argv) {
   if (argc != 2) return std::fputs("usage: fuzz_seeds CORPUS\n", stderr), 2;
   const vesta::fuzz::ScratchFolder scratch;
   vesta::fuzz::ColmapSeeds(scratch, argv[1]);
-  vesta::fuzz::SplatSeeds(argv[1]);
+  vesta::fuzz::SplatSeeds(scratch, argv[1]);
   vesta::fuzz::ImageSeeds(argv[1]);
   vesta::fuzz::CheckpointSeeds(scratch, argv[1]);
   vesta::fuzz::OperatorSeeds(argv[1]);

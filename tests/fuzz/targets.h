@@ -11,12 +11,14 @@ namespace vesta::fuzz {
 void FuzzBal(std::string_view bytes);
 void FuzzCheckpoint(std::string_view bytes);  // without what stands before the state, and the checksum
 void FuzzColmap(std::string_view bytes);      // a digit chooses one of the six files, the rest is that file
+void FuzzCompressedPly(std::string_view bytes);
 void FuzzConfig(std::string_view bytes);
 void FuzzG2o(std::string_view bytes);
 void FuzzImage(std::string_view bytes);  // JPEG, or PNG with any checksums
 void FuzzNerf(std::string_view bytes);   // transforms.json
 void FuzzPointPly(std::string_view bytes);
 void FuzzSplatPly(std::string_view bytes);
+void FuzzSpz(std::string_view bytes);  // before compression, a line "vesta..." for the comment; or compressed
 
 // One word a line.
 void FuzzCommandLine(std::string_view bytes);

@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <type_traits>
 
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
-#include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/io/byte_reader.h"
-#include "problems/gaussian_splatting/io/ply_vertices.h"
+#include "problems/gaussian_splatting/io/opacity_byte.h"
+#include "problems/gaussian_splatting/io/ply_table.h"
+#include "problems/gaussian_splatting/io/splat_comments.h"
 
 namespace vesta::gs {
 namespace {
-
-constexpr std::string_view kBackgroundComment = "vesta background", kOriginComment = "vesta origin";
 
 // A property of the file and the attribute it holds; -1 for the normals, which are zero.
 struct FileColumn {
@@ -49,73 +46,15 @@ int DegreeOf(const std::string& path, int num_rest) {
   Fail("{}: {} properties f_rest_*; a splat of degree 0, 1, 2 or 3 has 0, 9, 24 or 45", path, num_rest);
 }
 
-// The three numbers after a comment of that beginning, where there is one; each must be one that is_valid.
-template <class T>
-bool ReadComment(const std::string& path, const std::vector<std::string>& comments, std::string_view beginning,
-                 const char* what, bool (*is_valid)(double), std::array<T, 3>* numbers) {
-  bool is_there = false;
-  for (std::string_view comment : comments) {
-    if (!comment.starts_with(beginning)) continue;
-    comment.remove_prefix(beginning.size());
-    for (T& number : *numbers) {
-      double value = 0;
-      if (!ParseNumber(NextWord(&comment), &value) || !is_valid(value)) {
-        Fail("{}: the comment '{}' is not followed by three {}; correct or remove it", path, beginning, what);
-      }
-      number = static_cast<T>(value);
-    }
-    is_there = true;
-  }
-  return is_there;
-}
-
-void ReadComments(const std::string& path, const std::vector<std::string>& comments, SplatModel* model) {
-  const auto is_color = [](double value) { return value >= 0 && value <= 1; };
-  const auto is_place = [](double value) {
-    return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
-  };
-  model->has_background =
-      ReadComment(path, comments, kBackgroundComment, "numbers in 0..1", +is_color, &model->background);
-  ReadComment(path, comments, kOriginComment, "finite numbers", +is_place, &model->origin);
-}
-
-// The Gaussians that can be drawn, in order.
-std::vector<Index> UsableGaussians(const SplatModel& model) {
-  std::vector<char> usable(static_cast<std::size_t>(model.count));
-  ParallelForChunks(model.count, 4096, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
-      const float* q = model.attribute(splat::kQuaternion) + i;
-      usable[static_cast<std::size_t>(i)] =
-          q[0] != 0 || q[model.count] != 0 || q[2 * model.count] != 0 || q[3 * model.count] != 0;
-    }
-    for (int a = 0; a < model.num_attributes(); ++a) {
-      const float* values = model.attribute(a);
-      for (Index i = begin; i < end; ++i) {
-        if (!std::isfinite(values[i])) usable[static_cast<std::size_t>(i)] = false;
-      }
-    }
-  });
-  std::vector<Index> indices;
-  for (Index i = 0; i < model.count; ++i) {
-    if (usable[static_cast<std::size_t>(i)]) indices.push_back(i);
-  }
-  return indices;
-}
-
-// Leaves out the Gaussians that are not listed.
-void Keep(const std::vector<Index>& kept, SplatModel* model) {
-  SplatModel result = *model;
-  result.Resize(model->sh_degree, static_cast<Index>(kept.size()));
-  for (int a = 0; a < model->num_attributes(); ++a) {
-    for (std::size_t i = 0; i < kept.size(); ++i) result.attribute(a)[i] = model->attribute(a)[kept[i]];
-  }
-  *model = std::move(result);
-}
-
 }  // namespace
 
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options) {
-  const PlyVertices vertices(path);
+  return ReadSplatPly(PlyFile(path), options);
+}
+
+SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
+  const std::string& path = file.path();
+  const PlyTable vertices(file, "vertex");
   SplatModel model;
   model.Resize(DegreeOf(path, vertices.CountWithPrefix("f_rest_")), 0);
   std::vector<FileColumn> columns = FileColumns(model.sh_degree);
@@ -127,19 +66,17 @@ SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options
   }
   if (vertices.count() == 0) Fail("{}: it holds no Gaussians", path);
   model.Resize(model.sh_degree, vertices.count());
-  ReadComments(path, vertices.comments(), &model);
-  std::vector<PlyVertices::Column<float>> copies;
+  ReadSplatComments(path, file.comments(), &model);
+  std::vector<PlyTable::Column<float>> copies;
   copies.reserve(columns.size());
   for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
   vertices.Copy(copies);
-
-  const std::vector<Index> usable = UsableGaussians(model);
-  const Index bad = model.count - static_cast<Index>(usable.size());
-  if (bad > 0 && (!options.drop_unusable || usable.empty())) {
-    Fail("{}: {} of {} Gaussians have values that are not finite or a zero quaternion; remove them, or train again",
-         path, bad, model.count);
+  // Programs that unpack compact files write the opacities 0 and 1 so (opacity_byte.h).
+  for (Index i = 0; i < model.count; ++i) {
+    float& logit = model.attribute(splat::kOpacity)[i];
+    if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);
   }
-  if (bad > 0) Keep(usable, &model);
+  TakeUsableGaussians(path, options, &model);
   return model;
 }
 
@@ -159,14 +96,7 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
               "{} values for {} Gaussians of degree {}", model.data.size(), model.count, model.sh_degree);
   const std::vector<FileColumn> columns = FileColumns(model.sh_degree);
   std::string header = "ply\nformat binary_little_endian 1.0\n";
-  if (model.has_background) {
-    const auto& b = model.background;
-    header += fmt::format("comment {} {} {} {}\n", kBackgroundComment, b[0], b[1], b[2]);
-  }
-  if (model.origin != std::array<double, 3>{}) {
-    const auto& o = model.origin;
-    header += fmt::format("comment {} {} {} {}\n", kOriginComment, o[0], o[1], o[2]);
-  }
+  for (const std::string& comment : SplatComments(model)) header += fmt::format("comment {}\n", comment);
   header += fmt::format("element vertex {}\n", model.count);
   for (const FileColumn& column : columns) header += fmt::format("property float {}\n", column.property);
   header += "end_header\n";
@@ -187,7 +117,8 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
 }
 
 WorldPoints ReadPointPly(const std::string& path) {
-  const PlyVertices vertices(path);
+  const PlyFile file(path);
+  const PlyTable vertices(file, "vertex");
   if (vertices.count() == 0) Fail("{}: it holds no points", path);
   const auto n = static_cast<std::size_t>(vertices.count());
   const char* const axes[3] = {"x", "y", "z"};
@@ -196,7 +127,7 @@ WorldPoints ReadPointPly(const std::string& path) {
   std::vector<double> positions(3 * n);
   std::vector<float> colors(3 * n, 0.5f);
   const auto columns = [n](const char* const(&names)[3], auto* values) {
-    std::vector<PlyVertices::Column<std::remove_pointer_t<decltype(values)>>> result;
+    std::vector<PlyTable::Column<std::remove_pointer_t<decltype(values)>>> result;
     for (std::size_t k = 0; k < 3; ++k) result.push_back({names[k], values + k * n});
     return result;
   };

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "problems/gaussian_splatting/io/ply_file.h"
+#include "problems/gaussian_splatting/io/usable_gaussians.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
@@ -13,17 +15,12 @@ class AtomicFile;
 
 namespace vesta::gs {
 
-struct ReadSplatOptions {
-  // A Gaussian with a value that is not finite, or with a zero quaternion, cannot be drawn. By default a file with such
-  // is refused; with this set they are left out, the others keep their order.
-  bool drop_unusable = false;
-};
-
 // The layout of the INRIA code (Kerbl et al. 2023): x y z nx ny nz f_dc_0..2 f_rest_0.. opacity scale_0..2 rot_0..3,
 // f_rest channel by channel. Read in any order, float or double, binary or ascii, other properties ignored; the number
-// of f_rest (0, 9, 24, 45) gives the degree. The comment "vesta background R G B" gives the background, "vesta origin X
-// Y Z" the point of the world that the means are about. Throws Error, one line with the file and what is wrong.
+// of f_rest (0, 9, 24, 45) gives the degree. Comments give background and origin (splat_comments.h). An opacity logit
+// may be infinite. Throws Error, one line with the file and what is wrong.
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options = {});
+SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options);
 
 // Writes that layout, little-endian float, whole or not at all (atomic_file.h); reading it back gives the same bits.
 void WriteSplatPly(const std::string& path, const SplatModel& model);

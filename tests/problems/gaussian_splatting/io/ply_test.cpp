@@ -2,7 +2,6 @@
 
 #include <random>
 
-#include "problems/gaussian_splatting/io/ply_vertices.h"
 #include "tests/problems/gaussian_splatting/io/test_ply.h"
 
 namespace vesta::gs {
@@ -88,7 +87,7 @@ TEST(SplatPly, UnusableGaussiansAreRefusedOrLeftOut) {
   const TempFolder folder;
   SplatModel model = ExampleSplat(1, 6);
   model.attribute(20)[1] = std::nanf("");
-  model.attribute(splat::kOpacity)[3] = HUGE_VALF;
+  model.attribute(splat::kLogScale)[3] = HUGE_VALF;
   for (int a = 0; a < 4; ++a) model.attribute(splat::kQuaternion + a)[4] = 0;
   WriteSplatPly(folder / "a.ply", model);
   ExpectError([&] { ReadSplatPly(folder / "a.ply"); }, "a.ply: 3 of 6 Gaussians have values that are not finite");
@@ -99,6 +98,22 @@ TEST(SplatPly, UnusableGaussiansAreRefusedOrLeftOut) {
     EXPECT_EQ(kept.attribute(a)[1], model.attribute(a)[2]);
     EXPECT_EQ(kept.attribute(a)[2], model.attribute(a)[5]);
   }
+}
+
+// Of the opacities 0 and 1: programs that unpack compact files write them so.
+TEST(SplatPly, OpacitiesMayBeInfinite) {
+  const TempFolder folder;
+  SplatModel model = ExampleSplat(0, 3);
+  model.attribute(splat::kOpacity)[0] = HUGE_VALF;
+  model.attribute(splat::kOpacity)[1] = -HUGE_VALF;
+  WriteSplatPly(folder / "a.ply", model);
+  SplatModel again = ReadSplatPly(folder / "a.ply");
+  EXPECT_NEAR(again.attribute(splat::kOpacity)[0], 6.9, 0.1);
+  EXPECT_NEAR(again.attribute(splat::kOpacity)[1], -6.9, 0.1);
+  EXPECT_EQ(again.attribute(splat::kOpacity)[2], model.attribute(splat::kOpacity)[2]);
+  model.attribute(splat::kOpacity)[0] = std::nanf("");
+  WriteSplatPly(folder / "a.ply", model);
+  ExpectError([&] { ReadSplatPly(folder / "a.ply"); }, "1 of 3 Gaussians");
 }
 
 TEST(PointPly, ColoursOfEveryKind) {
@@ -121,28 +136,6 @@ TEST(PointPly, ColoursOfEveryKind) {
   EXPECT_EQ(ReadPointPly(folder / "p.ply").positions[0], (std::array<double, 3>{1, 2, 3}));
   write("float", "nan 0 0");
   ExpectError([&] { ReadPointPly(folder / "p.ply"); }, "p.ply: point 0 is not finite");
-}
-
-TEST(PointPly, BinaryTypesOfEveryWidth) {
-  const TempFolder folder;
-  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n";
-  const std::pair<const char*, std::string> columns[] = {
-      {"char a", "\xfe"},       {"uint8 b", "\xfe"},           {"int16 c", "\xfe\xff"},
-      {"ushort d", "\xfe\xff"}, {"int e", "\xfe\xff\xff\xff"}, {"uint32 f", std::string("\0\0\0\xff", 4)}};
-  std::string bytes;
-  for (const auto& [property, value] : columns) {
-    text += std::string("property ") + property + "\n";
-    bytes += value;
-  }
-  WriteBytes(folder / "v.ply", text + "end_header\n" + bytes);
-  const PlyVertices vertices(folder / "v.ply");
-  std::array<float, 6> values{};
-  std::vector<PlyVertices::Column<float>> copies;
-  for (std::size_t i = 0; i < 6; ++i) copies.push_back({std::string(1, static_cast<char>('a' + i)), &values[i]});
-  vertices.Copy(copies);
-  EXPECT_EQ(values, (std::array<float, 6>{-2, 254, -2, 65534, -2, 4278190080.0f}));
-  EXPECT_EQ(vertices.FullScale("b"), 255);
-  EXPECT_EQ(vertices.FullScale("d"), 65535);
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+// convert: a splat in another format.
+#include <filesystem>
+
+#include "apps/commands.h"
+#include "apps/outputs.h"
+#include "apps/print.h"
+#include "problems/gaussian_splatting/io/splat_file.h"
+
+namespace vesta::app {
+namespace {
+
+double MegabytesOf(const std::string& file) { return 1e-6 * static_cast<double>(std::filesystem::file_size(file)); }
+
+}  // namespace
+
+int RunConvert(const CommandLine& line) {
+  const std::string &from = line.arguments[0], &to = line.flags.out;
+  RunFiles files = FilesOf(line);
+  files.Writes(Given("out", to), to);
+  files.Check();
+  gs::CheckSplatExtension(to);
+  CheckWritable("out", to);
+  const gs::SplatModel model = gs::ReadSplat(from);
+  gs::WriteSplat(to, model);
+  Print("{} Gaussians of SH degree {}: {:.3f} MB, now {:.3f} MB in {}\n", model.count, model.sh_degree,
+        MegabytesOf(from), MegabytesOf(to), to);
+  return 0;
+}
+
+}  // namespace vesta::app

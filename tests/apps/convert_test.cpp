@@ -1,0 +1,105 @@
+// Splats in other formats: one line says what became of them, and what is read stays.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/splat_file.h"
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+class Convert : public testing::Test {
+ protected:
+  Convert() {
+    WriteTinyScene(scene_);
+    const ProgramOutput train = RunProgram(
+        {"train", scene_, "--out=" + out_, "--iterations=150", "--lm_iterations=0", "--background=0.25,0.5,1"});
+    EXPECT_EQ(train.status, 0) << train.err;
+  }
+  // PSNR of the training views, dB, over the background that the file tells.
+  double TrainPsnr(const std::string& splat) const {
+    const std::string json = folder_ / "eval.json";
+    EXPECT_EQ(RunProgram({"eval", splat, scene_, "--json=" + json}).status, 0);
+    return nlohmann::json::parse(ReadFile(json))["train"]["psnr"];
+  }
+  // One line, status 1, and no file but those there before.
+  void ExpectRefused(const std::vector<std::string>& words, const std::string& part) const {
+    const ProgramOutput output = RunProgram(words);
+    EXPECT_EQ(output.status, 1);
+    EXPECT_EQ(CountLines(output.err), 1) << output.err;
+    EXPECT_THAT(output.err, HasSubstr(part));
+    EXPECT_EQ(output.out, "");
+  }
+
+  TempFolder folder_;
+  const std::string scene_ = folder_ / "scene", out_ = folder_ / "out", ply_ = out_ + "/point_cloud.ply";
+};
+
+TEST_F(Convert, EveryFormatShowsTheSame) {
+  const double psnr = TrainPsnr(ply_);
+  for (const char* name : {"a.spz", "a.compressed.ply", "a.ply"}) {
+    SCOPED_TRACE(name);
+    const std::string splat = folder_ / name, back = folder_ / "back.ply";
+    const ProgramOutput output = RunProgram({"convert", ply_, "--out", splat});
+    ASSERT_EQ(output.status, 0) << output.err;
+    EXPECT_THAT(output.out, MatchesRegex("[0-9]+ Gaussians of SH degree [0-3]: [0-9.]+ MB, now [0-9.]+ MB in .*/" +
+                                         std::string(name) + "\n"));
+    EXPECT_EQ(output.err, "");
+    EXPECT_NEAR(TrainPsnr(splat), psnr, 0.3);
+    // And back: what all trainers read.
+    ASSERT_EQ(RunProgram({"convert", splat, "--out=" + back}).status, 0);
+    EXPECT_EQ(gs::ReadSplatPly(back).count, gs::ReadSplatPly(ply_).count);
+    EXPECT_EQ(TrainPsnr(back), TrainPsnr(splat));
+  }
+  EXPECT_TRUE(ReadFile(folder_ / "a.ply") == ReadFile(ply_));
+  EXPECT_LT(4 * fs::file_size(folder_ / "a.spz"), fs::file_size(ply_));
+}
+
+TEST_F(Convert, TheProgramTakesEveryFormat) {
+  const std::string splat = folder_ / "a.spz";
+  ASSERT_EQ(RunProgram({"convert", ply_, "--out=" + splat}).status, 0);
+  EXPECT_EQ(RunProgram({"render", splat, scene_, "--out=" + (folder_ / "renders")}).status, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "renders/000.png"));
+  const std::string refined = folder_ / "refined";
+  const ProgramOutput output = RunProgram({"refine", splat, scene_, "--out=" + refined, "--iterations=5"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_EQ(gs::ReadSplatPly(refined + "/point_cloud.ply").background[2], 1);
+}
+
+TEST_F(Convert, WhatIsReadStays) {
+  const std::string before = ReadFile(ply_), link = folder_ / "link.ply";
+  fs::create_symlink(ply_, link);
+  for (const std::string& out : {ply_, link})
+    ExpectRefused({"convert", ply_, "--out=" + out}, "it would replace " + ply_);
+  EXPECT_TRUE(ReadFile(ply_) == before);
+}
+
+TEST_F(Convert, WhatCannotBeDoneIsOneLine) {
+  const std::string spz = folder_ / "a.spz";
+  std::ofstream(spz) << "old";
+  ExpectRefused({"convert", ply_, "--out=" + (folder_ / "a.sog")}, "a.sog: the extension says the format");
+  ExpectRefused({"convert", ply_, "--out=" + (folder_ / "none/a.ply")}, "none/a.ply: cannot be written");
+  ExpectRefused({"convert", ply_, "--out=" + out_}, out_ + " is a folder");
+  ExpectRefused({"convert", folder_ / "no.ply", "--out=" + spz}, "no.ply: no such file");
+  gs::SplatModel model = gs::ReadSplatPly(ply_);
+  model.attribute(splat::kMean)[0] = 1e9f;
+  gs::WriteSplatPly(folder_ / "far.ply", model);
+  ExpectRefused({"convert", folder_ / "far.ply", "--out=" + spz}, spz + ": a mean 1e+09 units from the origin");
+  EXPECT_EQ(ReadFile(spz), "old");
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(folder_.path())) files += entry.path().extension() == ".tmp" ? 1 : 0;
+  EXPECT_EQ(files, 0u);
+}
+
+}  // namespace
+}  // namespace vesta::test

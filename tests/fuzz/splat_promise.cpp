@@ -1,0 +1,34 @@
+#include "tests/fuzz/splat_promise.h"
+
+#include <cmath>
+
+#include "problems/gaussian_splatting/io/splat_file.h"
+
+namespace vesta::fuzz {
+
+void PromiseSplat(const gs::SplatModel& model) {
+  Promise(model.sh_degree >= 0 && model.sh_degree <= 3 && model.count > 0, "no splat");
+  Promise(static_cast<Index>(model.data.size()) == model.count * model.num_attributes(), "values of another number");
+  for (const float value : model.data) Promise(std::isfinite(value), "a value that is not finite");
+  for (Index i = 0; i < model.count; ++i) {
+    bool is_zero = true;
+    for (int k = 0; k < 4; ++k) is_zero = is_zero && model.attribute(splat::kQuaternion + k)[i] == 0;
+    Promise(!is_zero, "a quaternion of zero");
+  }
+  for (const float channel : model.background) Promise(channel >= 0 && channel <= 1, "a background beyond 0..1");
+  for (const double value : model.origin) Promise(std::isfinite(value), "an origin that is not finite");
+}
+
+void PromiseItSurvives(const gs::SplatModel& model, const std::string& copy,
+                       void (*write)(const std::string& path, const gs::SplatModel& model)) {
+  if (!Reads(copy, [&] { write(copy, model); })) return;
+  const gs::SplatModel again = gs::ReadSplat(copy);
+  PromiseSplat(again);
+  Promise(again.count == model.count && again.sh_degree == model.sh_degree,
+          "written and read again it is another splat");
+  Promise(again.background == model.background && again.has_background == model.has_background &&
+              again.origin == model.origin,
+          "written and read again it lies elsewhere, or before another background");
+}
+
+}  // namespace vesta::fuzz

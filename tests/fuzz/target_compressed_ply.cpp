@@ -1,0 +1,21 @@
+#include "problems/gaussian_splatting/io/compressed_ply.h"
+#include "problems/gaussian_splatting/io/splat_file.h"
+#include "tests/fuzz/scratch_folder.h"
+#include "tests/fuzz/splat_promise.h"
+#include "tests/fuzz/targets.h"
+
+namespace vesta::fuzz {
+
+// By the reader of all formats: it decides, too, whether the file is compressed.
+void FuzzCompressedPly(std::string_view bytes) {
+  static const ScratchFolder folder;
+  const std::string path = folder.Write("splat.compressed.ply", bytes);
+  for (const bool drop : {true, false}) {
+    gs::SplatModel model;
+    if (!Reads(path, [&] { model = gs::ReadSplat(path, {.drop_unusable = drop}); })) continue;
+    PromiseSplat(model);
+    PromiseItSurvives(model, folder / "copy.compressed.ply", gs::WriteCompressedPly);
+  }
+}
+
+}  // namespace vesta::fuzz

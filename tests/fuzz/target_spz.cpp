@@ -1,0 +1,29 @@
+#include <algorithm>
+
+#include "problems/gaussian_splatting/io/gzip.h"
+#include "problems/gaussian_splatting/io/spz.h"
+#include "tests/fuzz/scratch_folder.h"
+#include "tests/fuzz/splat_promise.h"
+#include "tests/fuzz/targets.h"
+
+namespace vesta::fuzz {
+
+// The checksum of gzip lets nothing through that is changed: bytes are compressed here, unless they are already.
+void FuzzSpz(std::string_view bytes) {
+  static const ScratchFolder folder;
+  const bool is_zipped = bytes.starts_with("\x1f\x8b");
+  // A first line is the comment of the gzip header.
+  const std::size_t line = std::min(bytes.find('\n'), bytes.size());
+  const bool has_comment = bytes.starts_with("vesta") && line < bytes.size();
+  const std::string comment(bytes.substr(0, has_comment ? line : 0));
+  const std::string_view rest = bytes.substr(has_comment ? line + 1 : 0);
+  const std::string path = folder.Write("splat.spz", is_zipped ? std::string(bytes) : gs::Gzip(rest, comment));
+  for (const bool drop : {true, false}) {
+    gs::SplatModel model;
+    if (!Reads(path, [&] { model = gs::ReadSpz(path, {.drop_unusable = drop}); })) continue;
+    PromiseSplat(model);
+    PromiseItSurvives(model, folder / "copy.spz", gs::WriteSpz);
+  }
+}
+
+}  // namespace vesta::fuzz
