@@ -92,7 +92,7 @@ const FlagTable& ProgramFlags() {
           {kOptions,
            {"config", &O::config, schema::Words{"FILE"},
             "options as in this metrics.json, or what `vesta config` prints; flags win over it"}},
-          {kTrain | kConfig, {"fixed_model", &O::fixed_model, "no densification, all SH degrees from the start"}, true},
+          {kTrain | kConfig, {"fixed_model", &O::fixed_model, "the Gaussians that there are from the start, with all SH degrees"}, true},
           {kRefines | kViews,
            {"background", &O::background, {0, 1}, "colour behind everything; auto: the splat's, else black"}},
           {kViews, {"downscale", &O::downscale, {1, 64}, "divide the images' width and height by this"}},

@@ -30,7 +30,7 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
   if (flags.fixed_model) {
-    settings.options.density.enabled = false;
+    settings.options.density.enabled = settings.options.parsimony.supported = false;
     settings.options.adam.sh_band_every = 0;
   }
   gs::ValidateOptions(settings.options);
