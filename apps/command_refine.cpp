@@ -28,32 +28,54 @@ double ModelMib(const gs::SplatModel& model) {
 double PartIn(double mib, const gs::SplatModel& model) {
   constexpr double kHeader = 4096;  // more than it takes, bytes
   const auto all = static_cast<double>(gs::SplatPlyBytes(model.count, model.sh_degree));
-  return std::clamp((mib * (1 << 20) - kHeader) / all, 1 / static_cast<double>(model.count), 1.0);
+  const double part = (mib * (1 << 20) - kHeader) / all;
+  if (part * static_cast<double>(model.count) < 1) Fail("--size_mib={}: has no room for one Gaussian", mib);
+  return std::min(part, 1.0);
 }
 
-void CheckOneGoal(const Flags& flags, const gs::TrainOptions& options) {
-  const int given = (options.parsimony.prunes() ? 1 : 0) + (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
-  if (given == 1) return;
-  throw UsageError(given == 0 ? "how much is to go? Give --keep=PART, under 1, --max_loss or --size_mib"
-                              : "--keep, --max_loss and --size_mib: give only one of them");
+bool IsGiven(const CommandLine& line, const char* option) {
+  return std::ranges::any_of(line.options, [&](const GivenOption& given) { return given.field->name == option; });
 }
 
-// Takes out at once what the training would take out by and by, where there is none, or what the cost can spare.
-// Returns a line on what went, if any did.
-std::string PruneNow(const Flags& flags, const gs::TrainOptions& options, PosedModel& posed) {
-  const bool by_and_by = options.adam.runs() && !flags.max_loss;
-  if (by_and_by) return "";
+// Exactly one goal; what a file says to keep gives way to one that the command line has.
+void CheckOneGoal(const CommandLine& line, const gs::TrainOptions& options) {
+  const Flags& flags = line.flags;
+  const int own = (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
+  const bool keeps = own == 0 ? options.parsimony.prunes() : IsGiven(line, "parsimony.keep");
+  if (own + (keeps ? 1 : 0) == 0) {
+    throw UsageError("how much is to go? Give --keep=PART, under 1, --max_loss or --size_mib");
+  }
+  if (own + (keeps ? 1 : 0) > 1) throw UsageError("--keep, --max_loss and --size_mib: give only one of them");
+  if (flags.max_loss && IsGiven(line, "parsimony.criterion")) {
+    throw UsageError("--set parsimony.criterion: --max_loss goes by worth; give a part to --keep");
+  }
+}
+
+std::string GoalText(const Flags& flags, double keep) {
+  if (flags.max_loss) return fmt::format("--max_loss={}", *flags.max_loss);
+  if (flags.size_mib) return fmt::format("--size_mib={}", *flags.size_mib);
+  return fmt::format("--keep={}", keep);
+}
+
+// Takes out at once what the training would take out by and by, where it is too short for that, or what the cost can
+// spare; the options then ask for no more. Returns a line on what went, if any did.
+std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedModel& posed) {
+  constexpr int kFewIterations = 20;
+  const bool is_short = options.adam.iterations && *options.adam.iterations < kFewIterations;
+  if (!line.flags.max_loss && !is_short) return "";
   const Index before = posed.model.count;
-  const double kept = std::round(options.parsimony.keep * static_cast<double>(before));
-  gs::PruneOptions prune{.goal = {}, .criterion = options.parsimony.criterion, .seed = options.seed};
-  if (flags.max_loss) {
-    prune.goal.max_rise = flags.max_loss;
+  gs::PruneOptions prune{.goal = {},
+                         .ranking = {options.parsimony.criterion, options.parsimony.supported, options.seed}};
+  if (line.flags.max_loss) {
+    prune.goal.max_rise = line.flags.max_loss;
   } else {
+    const double kept = std::floor(options.parsimony.keep * static_cast<double>(before));
     prune.goal.count = std::max<Index>(1, static_cast<Index>(kept));
   }
   gs::PruneResult result =
       gs::Prune(std::move(posed.model), gs::TrainingViewsOf(posed.scene, options.background), prune);
   posed.model = std::move(result.model);
+  options.parsimony.keep = 1;
   return fmt::format("pruned from {} to {} Gaussians in {} rounds; cost of the training views {:.3f} times what it was",
                      before, posed.model.count, result.rounds, result.cost_after / result.cost_before);
 }
@@ -96,10 +118,13 @@ int RunRefine(const CommandLine& line) {
 }
 
 int RunPrune(const CommandLine& line) {
-  CheckOneGoal(line.flags, SettingsOf(line).options);
+  CheckOneGoal(line, SettingsOf(line).options);
   return RefineChanged(line, [&](gs::TrainOptions& options, PosedModel& posed) {
     if (line.flags.size_mib) options.parsimony.keep = PartIn(*line.flags.size_mib, posed.model);
-    return PruneNow(line.flags, options, posed);
+    const std::string goal = GoalText(line.flags, options.parsimony.keep);
+    const std::string now = PruneNow(line, options, posed);
+    return now.empty() ? fmt::format("pruned by and by from {} Gaussians, as {} asks", posed.model.count, goal)
+                       : fmt::format("{}, as {} asks", now, goal);
   });
 }
 

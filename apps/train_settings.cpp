@@ -29,8 +29,12 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   settings.options = goes_on ? resumed->options : PresetOf(*line.command, settings.preset, flags.method);
   if (file) file->Apply(settings.options);
   for (const GivenOption& given : line.options) given.field->Set(given.value, settings.options);
+  if (line.command->command == kRefine) {  // a file may ask for what refining does not do
+    settings.options.parsimony = PresetOf(*line.command, settings.preset, flags.method).parsimony;
+  }
   if (flags.fixed_model) {
     settings.options.density.enabled = settings.options.parsimony.supported = false;
+    settings.options.parsimony.keep = 1;
     settings.options.adam.sh_band_every = 0;
   }
   gs::ValidateOptions(settings.options);

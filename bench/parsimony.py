@@ -58,6 +58,8 @@ def call(*words):
 
 def carry_out(options, flags, runs):
     identity = {"scene": options.scene.name, "downscale": options.downscale, "flags": flags}
+    if any(row[key] != value for row in runs.rows for key, value in identity.items()):
+        sys.exit(f"parsimony.py: {options.out} has runs of another scene, size or flags; give another --out")
     flags = [f"--downscale={options.downscale}", *flags]
     ways = [(criterion, [f"--set=parsimony.criterion={criterion}"]) for criterion in options.criteria]
     ways += [(variant, variant.split()) for variant in options.variant]

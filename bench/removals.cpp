@@ -11,6 +11,7 @@
 #include <numeric>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/report.h"
@@ -136,7 +137,7 @@ int Main(int argc, char** argv) {
                             static_cast<std::uint64_t>(std::stoull(arguments.Flag("seed", "0"))))) {
     said.push_back(worth.rise[static_cast<std::size_t>(i)]);
     truth.push_back(costs.RiseWithout(i));
-    ratios.push_back(said.back() / truth.back());
+    if (truth.back() != 0) ratios.push_back(said.back() / truth.back());
   }
   if (ratios.empty()) throw Error(arguments.positional[0] + ": no view shows a Gaussian of it");
 

@@ -249,6 +249,14 @@ TEST_F(TinyTraining, PruneKeepsAPart) {
   EXPECT_GT(fs::file_size(Ply(pruned)), 0.5 * size * (1 << 20));
   EXPECT_THAT(prune("--max_loss=0.1", "0"), HasSubstr("cost of the training views 1.0"));
   EXPECT_LT(count(), all);
+  // Refining keeps them all, whatever the file of options asks for.
+  prune("--keep=0.5", "30");
+  const Index half = count();
+  ASSERT_EQ(
+      RunProgram({"refine", Ply(pruned), scene_, "--out=" + folder_ / "again", "--config=" + pruned + "/metrics.json"})
+          .status,
+      0);
+  EXPECT_EQ(Metrics(folder_ / "again")["gaussians"].get<Index>(), half);
 }
 
 TEST_F(TinyTraining, RefineLowersTheCost) {

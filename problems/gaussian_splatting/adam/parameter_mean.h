@@ -4,8 +4,6 @@
 // "Stochastic gradient descent for non-smooth optimization", section 4). For every memory space.
 #pragma once
 
-#include <utility>
-
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/model/gather_rows.h"
 
@@ -29,15 +27,16 @@ class ParameterMean {
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);
     backend_.Axpby(weight, x, 1 - weight, mean_);
   }
-  // Of `count` Gaussians only those of these rows are left.
-  void Rearrange(Index count, Span<const std::uint32_t, typename B::Space> source) {
-    if (empty()) return;
+  // Of `count` Gaussians the mean of those of these rows.
+  ParameterMean OfRows(Index count, Span<const std::uint32_t, typename B::Space> source) const {
+    ParameterMean rows;
+    if (empty()) return rows;
     const Index attributes = mean_.size() / count;
-    typename B::Vector gathered;
-    gathered.ResizeForOverwrite(attributes * source.size());
+    rows.terms_ = terms_;
+    rows.mean_.ResizeForOverwrite(attributes * source.size());
     GatherRows<typename B::Space>(RowGathering<std::uint32_t>{attributes, count, source.size(), source.data(), nullptr,
-                                                              mean_.data(), gathered.data()});
-    mean_ = std::move(gathered);
+                                                              mean_.data(), rows.mean_.data()});
+    return rows;
   }
   // Whether what was read can be that of so many parameters.
   bool IsOf(Index parameters) const { return terms_ == 0 || (terms_ > 0 && mean_.size() == parameters); }

@@ -1,23 +1,33 @@
 #include "problems/gaussian_splatting/parsimony/options.h"
 
+#include "kernels/core/check.h"
+
 namespace vesta::gs {
 
 const schema::Table<ParsimonyOptions>& ParsimonyFields() {
   using O = ParsimonyOptions;
-  constexpr schema::Range kPart{0, 1};
+  // Behind the end nothing would make up for what goes.
+  constexpr schema::Range kBeforeTheEnd{0, 0.99};
   static const schema::Table<O> fields = {
       {"supported", &O::supported, "whether what hardly any training view shows is taken out"},
       {"keep",
        &O::keep,
        {1e-9, 1},
-       "part of the Gaussians that stays, once they have become as many as they will",
+       "part of the Gaussians that stays; of a training, of as many as they will become",
        "keep"},
       {"criterion", &O::criterion, kCriteria, "who goes first; worth: whoever the training views miss least"},
-      {"begin", &O::begin, kPart, "part of the Adam stage after which the others begin to go"},
-      {"end", &O::end, kPart, "part of it after which all of them are gone"},
+      {"begin", &O::begin, kBeforeTheEnd, "part of the Adam stage after which the others begin to go"},
+      {"end", &O::end, kBeforeTheEnd, "part of it after which all of them are gone"},
       {"every", &O::every, {1e-6, 1}, "part of it between two times"},
   };
   return fields;
+}
+
+void CheckTogether(const ParsimonyOptions& parsimony) {
+  if (!parsimony.prunes()) return;
+  if (parsimony.begin > parsimony.end) {
+    Fail("parsimony.begin={} lies behind parsimony.end={}: none would go", parsimony.begin, parsimony.end);
+  }
 }
 
 }  // namespace vesta::gs

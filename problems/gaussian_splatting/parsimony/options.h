@@ -8,7 +8,7 @@ namespace vesta::gs {
 
 // Times are parts of the Adam stage.
 struct ParsimonyOptions {
-  // What hardly any training view shows (Support::is_wanting) goes at `begin` and at `end`.
+  // What hardly any training view shows (Support::is_wanting) goes at `begin`, unless that is the start, and at `end`.
   bool supported = true;
   double keep = 1;  // part of the Gaussians there are at `begin` that is left at `end`; 1: none need go
   Criterion criterion = Criterion::kWorth;
@@ -20,5 +20,8 @@ struct ParsimonyOptions {
 };
 
 const schema::Table<ParsimonyOptions>& ParsimonyFields();
+
+// Throws Error, one line, where what is asked for cannot be done.
+void CheckTogether(const ParsimonyOptions& parsimony);
 
 }  // namespace vesta::gs

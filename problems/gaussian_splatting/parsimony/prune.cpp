@@ -43,7 +43,7 @@ void PruneToCount(const JudgingViews& judges, const PruneOptions& options, Prune
   const Index count = std::max<Index>(*options.goal.count, 1);
   for (; result.model.count > count; ++result.rounds) {
     const Index left = std::max(count, result.model.count - MostOfRound(result.model, options));
-    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.criterion, options.seed, left);
+    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.ranking, left);
     result.model = InOrder(std::move(result.model), kept);
   }
 }
@@ -69,7 +69,9 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, PruneR
   double part_of_rest = 0.5, part_of_round = options.part_of_round;
   const auto all = [&] { return static_cast<double>(last.count); };
   while (part_of_round > kLeastRound) {
-    std::vector<Index> order = LeastFirst(worth.rise);
+    const splat::Model<float> model = ToKernelModel(last);
+    std::vector<Index> order =
+        LeastFirst(options.ranking.supported ? WithSupport(worth.rise, model, judges) : worth.rise);
     const auto limit = std::min(static_cast<Index>(std::ceil(part_of_round * all())), last.count - 1);
     const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
     if (static_cast<double>(gone) < kLeastRound * all()) break;
@@ -90,10 +92,11 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, PruneR
 
 }  // namespace
 
-std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, Criterion criterion,
-                           std::uint64_t seed, Index count) {
-  std::vector<double> scores = ScoresOf(model, judges, criterion, seed);
-  if (criterion == Criterion::kWorth) scores = WithSupport(std::move(scores), model, judges);
+std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, const Ranking& ranking,
+                           Index count) {
+  std::vector<double> scores = ScoresOf(model, judges, ranking.criterion, ranking.seed);
+  const bool by_support = ranking.supported && ranking.criterion == Criterion::kWorth;
+  if (by_support) scores = WithSupport(std::move(scores), model, judges);
   std::vector<Index> order = LeastFirst(scores);
   order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, model.count));
   std::ranges::sort(order);

@@ -10,10 +10,16 @@
 
 namespace vesta::gs {
 
-// Those of the model that stay where `count` are to, at least one, ascending: whoever has most by the criterion. With
-// kWorth what hardly any view shows (Support::is_wanting) goes before all others.
-std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, Criterion criterion,
-                           std::uint64_t seed, Index count);
+// Who goes before whom.
+struct Ranking {
+  Criterion criterion = Criterion::kWorth;
+  bool supported = true;  // by worth: what hardly any view shows (Support::is_wanting) goes before all others
+  std::uint64_t seed = 0;
+};
+
+// Those of the model that stay where `count` are to, at least one, ascending: whoever ranks highest.
+std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, const Ranking& ranking,
+                           Index count);
 
 // Exactly one of the two is given.
 struct PruneGoal {
@@ -23,8 +29,7 @@ struct PruneGoal {
 
 struct PruneOptions {
   PruneGoal goal;
-  Criterion criterion = Criterion::kWorth;  // of a count; a rise is always judged by worth
-  std::uint64_t seed = 0;
+  Ranking ranking;              // of a count; a rise is judged by worth, and support where that is asked for
   double part_of_round = 0.25;  // most that goes in a round, of those that are left; in (0, 1]
 };
 

@@ -10,18 +10,23 @@
 
 namespace vesta::gs {
 
+// Whether the iteration comes to a part of the stage.
+inline bool ComesTo(double part, const StageSpan& span) {
+  return !StageSpan{0, span.before}.HasReached(part) && span.HasReached(part);
+}
+
 // Whether what hardly any view shows goes after this iteration. Not at the last: what it showed of it is missed, and
 // nothing would make up for that.
 inline bool ChecksSupport(const ParsimonyOptions& parsimony, const StageSpan& span) {
-  const StageSpan done{0, span.before};
-  const auto comes_to = [&](double part) { return !done.HasReached(part) && span.HasReached(part); };
-  return parsimony.supported && !span.is_last() && (comes_to(parsimony.begin) || comes_to(parsimony.end));
+  const bool is_time = ComesTo(parsimony.begin, span) || ComesTo(parsimony.end, span);
+  return parsimony.supported && !span.is_last() && is_time;
 }
 
 // Whether some go after this iteration. At the last it is too late: nothing would train on.
 inline bool Prunes(const ParsimonyOptions& parsimony, const StageSpan& span) {
-  const bool is_within = span.HasReached(parsimony.begin) && span.IsWithin(parsimony.end + parsimony.every);
-  return parsimony.prunes() && is_within && span.Reaches(parsimony.every) && !span.is_last();
+  const bool is_within = span.HasReached(parsimony.begin) && span.IsWithin(parsimony.end);
+  const bool is_time = (is_within && span.Reaches(parsimony.every)) || ComesTo(parsimony.end, span);
+  return parsimony.prunes() && is_time && !span.is_last();
 }
 
 // How many are left after it, of so many at the beginning: the same part of those left goes each time, so that each

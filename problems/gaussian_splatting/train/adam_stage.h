@@ -22,6 +22,7 @@
 #include "problems/gaussian_splatting/parsimony/prune.h"
 #include "problems/gaussian_splatting/parsimony/schedule.h"
 #include "problems/gaussian_splatting/parsimony/support.h"
+#include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/forecast.h"
@@ -29,31 +30,8 @@
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
-#include "problems/gaussian_splatting/train/trained_model.h"
 
 namespace vesta::gs {
-
-// All that the stage's further course depends on, beside options and photographs.
-template <class B>
-struct AdamStageState {
-  TrainedModel<B> model;
-  ViewOrder order;
-  int iteration = 0;     // done
-  StageSpan span{0, 0};  // of that one
-  double mean_cost = 0;
-  bool averages = true;      // false once the mean of the parameters has found no room
-  Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
-
-  // Whether what was read can be such a state.
-  bool IsWhole() const {
-    const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
-    return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0;
-  }
-  template <class Archive>
-  void Visit(Archive& archive) {
-    archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning);
-  }
-};
 
 template <class B>
 class AdamStage {
@@ -91,6 +69,7 @@ class AdamStage {
   // Leaves the model after the last iteration, recorded.
   void Finish() {
     if (recorded_ != state_->iteration) Record();
+    NoteWhoStayed();
     passes_.reset();
     state_->model.Finish(result_);
     finished_ = true;
@@ -306,12 +285,13 @@ class AdamStage {
     session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); });
     if (is_last && !is_end) {
       state_->model.DownloadResult(result_);
+      NoteWhoStayed();
       finished_ = true;
     }
     // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
     // stopped it is done for the sake of the state that is saved, and at the end not at all.
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
-    if (!is_last && Prunes(options_.parsimony, state_->span)) PruneGaussians(degree);
+    if (Prunes(options_.parsimony, state_->span) && !is_end && (!is_last || session_.saves())) PruneGaussians(degree);
     session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_last) PredictWhereDue(degree);
@@ -348,8 +328,17 @@ class AdamStage {
     if (state_->before_pruning == 0) state_->before_pruning = state_->model.count();
     const Index left = CountAfter(options_.parsimony, state_->span, state_->before_pruning);
     if (left >= state_->model.count()) return;
-    KeepOnly(Keepers(OnHost(state_->model.kernel_model(degree)), Judges(), options_.parsimony.criterion, options_.seed,
-                     left));
+    const double begin = session_.Seconds();
+    const Index judged = state_->model.count();
+    const Ranking ranking{options_.parsimony.criterion, options_.parsimony.supported, options_.seed};
+    splat::Model<float> model = state_->model.kernel_model(degree);
+    SplatModel copy;  // what result_ holds may be the model of a stage that is over
+    if constexpr (!kOnHost) {
+      state_->model.DownloadParameters(copy);
+      model.x = copy.data.data();
+    }
+    KeepOnly(Keepers(model, Judges(), ranking, left));
+    pace_.ObserveJudging(judged, session_.Seconds() - begin);
   }
   void DropUnsupported(int degree) {
     const std::vector<Index> kept = Supported(OnHost(state_->model.result(degree)), Judges());
@@ -359,6 +348,14 @@ class AdamStage {
     passes_.emplace();
     before_growth_ = KeptState();  // of more than there are now
     state_->model.Keep(kept);
+  }
+  // Where the stage is over and more are left than were to be.
+  void NoteWhoStayed() {
+    const Index all = state_->before_pruning > 0 ? state_->before_pruning : state_->model.count();
+    const Index wanted = CountAfter(options_.parsimony, {1, 1}, all);
+    if (!options_.parsimony.prunes() || state_->model.count() <= wanted) return;
+    session_.Note(fmt::format("{} Gaussians are left, not the {} of parsimony.keep={}: the stage ended before",
+                              state_->model.count(), wanted, options_.parsimony.keep));
   }
   JudgingViews Judges() const { return TrainingViewsOf(session_.scene(), options_.background); }
 

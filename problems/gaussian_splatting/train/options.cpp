@@ -58,6 +58,7 @@ void ValidateOptions(const TrainOptions& options) {
     if (!field.IsValid(options)) Fail("{}={}: {}", field.name, field.Text(options), field.Requirement());
   }
   CheckTogether(options.lm);
+  CheckTogether(options.parsimony);
 }
 
 }  // namespace vesta::gs

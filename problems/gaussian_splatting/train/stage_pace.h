@@ -24,6 +24,10 @@ class StagePace {
   void ObserveChange(Index gaussians, double seconds) {
     changed_gaussians_ += static_cast<double>(gaussians), change_seconds_ += seconds;
   }
+  // Who is to go, decided by all views for so many Gaussians.
+  void ObserveJudging(Index gaussians, double seconds) {
+    judged_gaussians_ += static_cast<double>(gaussians), judging_seconds_ += seconds;
+  }
   // An iteration at full size takes so much longer than one at half size with the same Gaussians, by measurement: what
   // is done at pixels hardly grows with the Gaussians.
   void SetFullBeyondCoarse(double seconds) { full_beyond_coarse_ = seconds; }
@@ -40,6 +44,9 @@ class StagePace {
   // In proportion to the Gaussians; 0 where none has been seen.
   double ChangeSeconds(double gaussians) const {
     return changed_gaussians_ > 0 ? change_seconds_ / changed_gaussians_ * gaussians : 0;
+  }
+  double JudgingSeconds(double gaussians) const {
+    return judged_gaussians_ > 0 ? judging_seconds_ / judged_gaussians_ * gaussians : 0;
   }
 
  private:
@@ -68,7 +75,7 @@ class StagePace {
   };
 
   std::optional<double> full_beyond_coarse_;
-  double changed_gaussians_ = 0, change_seconds_ = 0;
+  double changed_gaussians_ = 0, change_seconds_ = 0, judged_gaussians_ = 0, judging_seconds_ = 0;
   std::array<Scale, 2> scales_;  // at full size, at half
 };
 

@@ -67,7 +67,8 @@ class TrainedModel {
     if (plan.changes) Follow(plan, iteration);
     StartAnew();
   }
-  // Leaves only these, ascending, with their moments and their mean.
+  // Leaves only these, ascending, with their moments and their mean. On a device throws OutOfDeviceMemory; then what
+  // can be downloaded is the model of before.
   void Keep(const std::vector<Index>& kept) {
     gradient_ = Vector();
     const std::vector<std::uint32_t> source(kept.begin(), kept.end());
@@ -76,8 +77,9 @@ class TrainedModel {
     Buffer<std::uint8_t, Space> keeping;
     rows.CopyFrom(HostSpan<const std::uint32_t>(source.data(), static_cast<Index>(source.size())));
     keeping.CopyFrom(HostSpan<const std::uint8_t>(all.data(), static_cast<Index>(all.size())));
-    average_.Rearrange(count_, rows);
+    ParameterMean<B> average = average_.OfRows(count_, rows);
     Rearrange(rows, keeping);
+    average_ = std::move(average);
     StartAnew();
   }
   void ResetOpacity() {
@@ -87,12 +89,8 @@ class TrainedModel {
   }
 
   // The parameters of result(), to the host.
-  void DownloadResult(SplatModel& model) const {
-    model.sh_degree = sh_degree_;
-    model.count = count_;
-    model.data.resize(static_cast<std::size_t>(x_.size()));
-    B().ToHost(Result().view(), {model.data.data(), x_.size()});
-  }
+  void DownloadResult(SplatModel& model) const { Download(Result(), model); }
+  void DownloadParameters(SplatModel& model) const { Download(x_, model); }
   // The same for the last time: frees all else first.
   void Finish(SplatModel& model) {
     gradient_ = Vector();
@@ -146,6 +144,12 @@ class TrainedModel {
   void StartAnew() {
     density_.Forget(count_);
     adam_.SetUnits(MeasureUnits<Space>(count_, x_.data(), unit_views_, unit_));
+  }
+  void Download(const Vector& x, SplatModel& model) const {
+    model.sh_degree = sh_degree_;
+    model.count = count_;
+    model.data.resize(static_cast<std::size_t>(x.size()));
+    B().ToHost(x.view(), {model.data.data(), x.size()});
   }
   const Vector& Result() const { return average_.empty() ? x_ : average_.value(); }
   splat::Model<float> AsModel(const Vector& x, int active_sh_degree) const {

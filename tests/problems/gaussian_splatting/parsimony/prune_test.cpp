@@ -30,14 +30,13 @@ struct Padded {
   }
   JudgingViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
   PruneResult PruneTo(const PruneGoal& goal, Criterion criterion = Criterion::kWorth) const {
-    return Prune(model, Judges(), {.goal = goal, .criterion = criterion});
+    return Prune(model, Judges(), {.goal = goal, .ranking = {.criterion = criterion}});
   }
 };
 
 TEST(Keepers, AreThoseTheViewsMiss) {
   const Padded padded;
-  const std::vector<Index> kept =
-      Keepers(ToKernelModel(padded.model), padded.Judges(), Criterion::kWorth, 0, Padded::kNeeded);
+  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), {}, Padded::kNeeded);
   ASSERT_EQ(kept.size(), 30U);
   for (Index i = 0; i < Padded::kNeeded; ++i) EXPECT_EQ(kept[static_cast<std::size_t>(i)], i);
 }
@@ -47,11 +46,11 @@ TEST(Keepers, WhatNoViewShowsGoesFirst) {
   // Large, opaque, and outside all images.
   padded.model.attribute(splat::kMean + 1)[4] = 4;
   for (int k = 0; k < 3; ++k) padded.model.attribute(splat::kLogScale + k)[4] = -1;
-  const auto kept = [&](Criterion criterion) {
-    return Keepers(ToKernelModel(padded.model), padded.Judges(), criterion, 0, Padded::kAll - 1);
+  const auto kept = [&](const Ranking& ranking) {
+    return Keepers(ToKernelModel(padded.model), padded.Judges(), ranking, Padded::kAll - 1);
   };
-  EXPECT_THAT(kept(Criterion::kWorth), testing::Not(testing::Contains(4)));
-  EXPECT_THAT(kept(Criterion::kOpacity), testing::Contains(4)) << "by which it counts as much as others";
+  EXPECT_THAT(kept({}), testing::Not(testing::Contains(4)));
+  EXPECT_THAT(kept({.criterion = Criterion::kOpacity}), testing::Contains(4)) << "by which it counts as much as others";
 }
 
 TEST(Keepers, OfEachCriterion) {
@@ -59,14 +58,14 @@ TEST(Keepers, OfEachCriterion) {
   std::set<std::vector<Index>> ways;
   for (const auto& criterion : kCriteria) {
     const std::vector<Index> kept =
-        Keepers(ToKernelModel(padded.model), padded.Judges(), criterion.value, 0, Padded::kAll / 4);
+        Keepers(ToKernelModel(padded.model), padded.Judges(), {.criterion = criterion.value}, Padded::kAll / 4);
     EXPECT_EQ(kept.size(), 10U) << criterion.name;
     EXPECT_TRUE(std::ranges::is_sorted(kept)) << criterion.name;
     ways.insert(kept);
   }
   EXPECT_EQ(ways.size(), 5U) << "each has its own";
   const auto random = [&](std::uint64_t seed) {
-    return Keepers(ToKernelModel(padded.model), padded.Judges(), Criterion::kRandom, seed, 10);
+    return Keepers(ToKernelModel(padded.model), padded.Judges(), {.criterion = Criterion::kRandom, .seed = seed}, 10);
   };
   EXPECT_EQ(random(1), random(1));
   EXPECT_NE(random(1), random(2));
@@ -119,8 +118,11 @@ TEST(ParsimonySchedule, TheSamePartGoesEachTime) {
     const StageSpan span{(it - 1.0) / kIterations, 1.0 * it / kIterations};
     if (Prunes(parsimony, span)) left.emplace_back(it, CountAfter(parsimony, span, 1000));
   }
-  EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}, {80, 250}}));
+  EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}}));
   EXPECT_FALSE(Prunes({}, {0.69, 0.7})) << "unless it is asked for";
+  EXPECT_TRUE(Prunes({.keep = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8})) << "over the end, in few steps";
+  EXPECT_THAT(ErrorOf([] { CheckTogether(ParsimonyOptions{.keep = 0.5, .begin = 0.9}); }),
+              testing::HasSubstr("parsimony.begin=0.9 lies behind parsimony.end=0.8"));
   EXPECT_FALSE(Prunes({.keep = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1})) << "nothing would train on";
   EXPECT_EQ(CountAfter({.keep = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
 }
