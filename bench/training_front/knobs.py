@@ -32,6 +32,7 @@ KNOBS = {
     "jacobian": _values("lm.jacobian", "recompute", "cache16", "cache32", lm_iterations=4),
     "growth": [*_values("density.gradient_threshold", 0.00035, 0.0014, 0.0028), {"density.enabled": False}],
     "gaussians": _values("density.max_gaussians", 5000, 20000, 80000),
+    "pruning": _values("parsimony.keep", 0.5, 0.2),
     "sh": _values("train.sh_degree", 0, 1, 2, 3),
 }
 LENGTHS = (0.0625, 0.125, 0.25, 0.5, 1, 2, 4)
