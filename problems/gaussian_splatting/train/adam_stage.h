@@ -276,7 +276,6 @@ class AdamStage {
     ForgetGrowthThatHolds();
     if (state_->averages && Averages(options_.adam, span, it)) Average();
     MeasurePace(session_.Seconds() - begin);
-    if (ChecksSupport(options_.parsimony, span)) DropUnsupported(degree);
     const double ahead = session_.EvaluationAhead(SecondsPerPixel());
     const bool is_due = span.Reaches(1.0 / options_.adam.evaluations);
     const bool is_stopped = session_.ShouldStop(ahead);
@@ -291,7 +290,7 @@ class AdamStage {
     // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
     // stopped it is done for the sake of the state that is saved, and at the end not at all.
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
-    if (Prunes(options_.parsimony, state_->span) && !is_end && (!is_last || session_.saves())) PruneGaussians(degree);
+    if (!is_end && (!is_last || session_.saves())) TakeOut(degree);
     session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_last) PredictWhereDue(degree);
@@ -323,7 +322,12 @@ class AdamStage {
     if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
   }
 
-  // On the host, whose judges' images are full size whatever the iterations see.
+  // What goes for the sake of parsimony. Judged on the host, by views at full size whatever the iterations see; after
+  // Gaussians were added, for which what was observed until then is needed.
+  void TakeOut(int degree) {
+    if (ChecksSupport(options_.parsimony, state_->span)) DropUnsupported(degree);
+    if (Prunes(options_.parsimony, state_->span)) PruneGaussians(degree);
+  }
   void PruneGaussians(int degree) {
     if (state_->before_pruning == 0) state_->before_pruning = state_->model.count();
     const Index left = CountAfter(options_.parsimony, state_->span, state_->before_pruning);
@@ -331,18 +335,23 @@ class AdamStage {
     const double begin = session_.Seconds();
     const Index judged = state_->model.count();
     const Ranking ranking{options_.parsimony.criterion, options_.parsimony.supported, options_.seed};
+    SplatModel copy;
+    KeepOnly(Keepers(ParametersOnHost(degree, copy), Judges(), ranking, left));
+    pace_.ObserveJudging(judged, session_.Seconds() - begin);
+  }
+  void DropUnsupported(int degree) {
+    SplatModel copy;
+    const std::vector<Index> kept = Supported(ParametersOnHost(degree, copy), Judges());
+    if (static_cast<Index>(kept.size()) < state_->model.count()) KeepOnly(kept);
+  }
+  // copy: for those of a device. result_ is none for that: it may hold the result of a stage that is over.
+  splat::Model<float> ParametersOnHost(int degree, [[maybe_unused]] SplatModel& copy) const {
     splat::Model<float> model = state_->model.kernel_model(degree);
-    SplatModel copy;  // what result_ holds may be the model of a stage that is over
     if constexpr (!kOnHost) {
       state_->model.DownloadParameters(copy);
       model.x = copy.data.data();
     }
-    KeepOnly(Keepers(model, Judges(), ranking, left));
-    pace_.ObserveJudging(judged, session_.Seconds() - begin);
-  }
-  void DropUnsupported(int degree) {
-    const std::vector<Index> kept = Supported(OnHost(state_->model.result(degree)), Judges());
-    if (static_cast<Index>(kept.size()) < state_->model.count()) KeepOnly(kept);
+    return model;
   }
   void KeepOnly(const std::vector<Index>& kept) {
     passes_.emplace();
