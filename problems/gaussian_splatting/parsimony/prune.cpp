@@ -25,9 +25,10 @@ std::vector<Index> LeastFirst(const std::vector<double>& scores) {
   return order;
 }
 
-Index MostOfRound(const SplatModel& model, const PruneOptions& options) {
-  return static_cast<Index>(std::ceil(options.part_of_round * static_cast<double>(model.count)));
-}
+// Most that goes in a round, of those that are left.
+constexpr double kPartOfRound = 0.25;
+
+Index PartOf(Index count, double part) { return static_cast<Index>(std::ceil(part * static_cast<double>(count))); }
 
 // Scores with what hardly any view shows below all else.
 std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<float>& model,
@@ -42,7 +43,7 @@ std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<f
 void PruneToCount(const JudgingViews& judges, const PruneOptions& options, PruneResult& result) {
   const Index count = std::max<Index>(*options.goal.count, 1);
   for (; result.model.count > count; ++result.rounds) {
-    const Index left = std::max(count, result.model.count - MostOfRound(result.model, options));
+    const Index left = std::max(count, result.model.count - PartOf(result.model.count, kPartOfRound));
     const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.ranking, left);
     result.model = InOrder(std::move(result.model), kept);
   }
@@ -61,20 +62,19 @@ Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& r
 
 // Each round spends, by what is foreseen, a part of what may still be lost. Those that go together cost more than one
 // by one: where they cost too much the round is taken back, and rounds become smaller.
-void PruneToRise(const JudgingViews& judges, const PruneOptions& options, PruneResult& result) {
+// worth: of the whole model.
+void PruneToRise(const JudgingViews& judges, const PruneOptions& options, Worth worth, PruneResult& result) {
   constexpr double kLeastRound = 0.002;
   const double most = result.cost_before * (1 + *options.goal.max_rise);
   SplatModel last = result.model;
-  Worth worth = MeasureWorth(ToKernelModel(result.model), judges);
-  double part_of_rest = 0.5, part_of_round = options.part_of_round;
-  const auto all = [&] { return static_cast<double>(last.count); };
+  double part_of_rest = 0.5, part_of_round = kPartOfRound;
   while (part_of_round > kLeastRound) {
     const splat::Model<float> model = ToKernelModel(last);
     std::vector<Index> order =
         LeastFirst(options.ranking.supported ? WithSupport(worth.rise, model, judges) : worth.rise);
-    const auto limit = std::min(static_cast<Index>(std::ceil(part_of_round * all())), last.count - 1);
+    const auto limit = std::min(PartOf(last.count, part_of_round), last.count - 1);
     const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
-    if (static_cast<double>(gone) < kLeastRound * all()) break;
+    if (gone < PartOf(last.count, kLeastRound)) break;
     order.erase(order.begin(), order.begin() + gone);
     std::ranges::sort(order);
     result.model = InOrder(last, order);
@@ -108,11 +108,12 @@ PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptio
   VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
   PruneResult result;
   result.model = std::move(model);
-  result.cost_before = MeasureWorth(ToKernelModel(result.model), judges).cost;
+  Worth worth = MeasureWorth(ToKernelModel(result.model), judges);
+  result.cost_before = worth.cost;
   if (options.goal.count) {
     PruneToCount(judges, options, result);
   } else {
-    PruneToRise(judges, options, result);
+    PruneToRise(judges, options, std::move(worth), result);
   }
   result.cost_after = MeasureWorth(ToKernelModel(result.model), judges).cost;
   return result;

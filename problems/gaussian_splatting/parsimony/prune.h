@@ -29,8 +29,7 @@ struct PruneGoal {
 
 struct PruneOptions {
   PruneGoal goal;
-  Ranking ranking;              // of a count; a rise is judged by worth, and support where that is asked for
-  double part_of_round = 0.25;  // most that goes in a round, of those that are left; in (0, 1]
+  Ranking ranking;  // of a count; a rise is judged by worth, and support where that is asked for
 };
 
 struct PruneResult {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/project_kernels.h"
-#include "problems/gaussian_splatting/parsimony/views_of_model.h"
+#include "problems/gaussian_splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
 

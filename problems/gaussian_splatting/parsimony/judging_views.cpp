@@ -1,4 +1,4 @@
-#include "problems/gaussian_splatting/parsimony/views_of_model.h"
+#include "problems/gaussian_splatting/parsimony/judging_views.h"
 
 #include "problems/gaussian_splatting/model/to_kernel.h"
 
