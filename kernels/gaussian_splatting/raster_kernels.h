@@ -1,6 +1,8 @@
 // Raster passes over single tiles, for the instruction set chosen at run time.
 #pragma once
 
+#include "kernels/gaussian_splatting/linearized_loss.h"
+#include "kernels/gaussian_splatting/recolor.h"
 #include "kernels/gaussian_splatting/removal.h"
 #include "kernels/gaussian_splatting/types.h"
 
@@ -21,7 +23,13 @@ struct RasterKernels {
   // For each pair of the tile the Gram sums under the non-negative weights omega (3 planes).
   void (*gram)(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums);
   // For each pair of the tile what the loss gains or loses without its splat.
-  void (*removal)(const TileLists<S>& lists, int tile, const RemovalLoss<S>& loss, Removal<S>* pair_sums);
+  void (*removal)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, Removal<S>* pair_sums);
+  // For each pair of the tile the curvature of the loss by the colour of its splat.
+  void (*color_curvature)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss,
+                          ColorCurvature<S>* pair_sums);
+  // For each pair of the tile what it gains or loses where its splat has other colours; recolors: by rank.
+  void (*recolor)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, const Recolors<S>* recolors,
+                  RecolorRises<S>* pair_sums);
   // What each of these visits.
   VisitCounts (*count)(const TileLists<S>& lists, int tile);
 };

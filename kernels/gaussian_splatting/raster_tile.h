@@ -3,6 +3,7 @@
 
 #include "kernels/gaussian_splatting/passes.h"
 #include "kernels/gaussian_splatting/raster_kernels.h"
+#include "kernels/gaussian_splatting/recolor_pass.h"
 #include "kernels/gaussian_splatting/removal_pass.h"
 
 namespace vesta::splat {
@@ -100,8 +101,8 @@ VisitCounts CountTile(const TileLists<S>& lists, int tile) {
 
 template <class V, class S>
 RasterKernels<S> MakeRasterKernels() {
-  return {&ForwardTile<V, S>, &TangentTile<V, S>, &ForwardTangentTile<V, S>, &AdjointTile<V, S>,
-          &GramTile<V, S>,    &RemovalTile<V, S>, &CountTile<V, S>};
+  return {&ForwardTile<V, S>, &TangentTile<V, S>,        &ForwardTangentTile<V, S>, &AdjointTile<V, S>, &GramTile<V, S>,
+          &RemovalTile<V, S>, &ColorCurvatureTile<V, S>, &RecolorTile<V, S>,        &CountTile<V, S>};
 }
 
 }  // namespace VESTA_ISA

@@ -17,7 +17,7 @@ void EnsureSize(HostBuffer<T>& buffer, Index size) {
 }
 
 // splat_sums[k] = the sum of pair_sums over the pairs of splat k, in the fixed order of its tiles. Record holds kN
-// scalars as its only member array.
+// scalars and nothing else.
 template <class S, class Record>
 void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, Record* splat_sums) {
   constexpr Index kN = sizeof(Record) / sizeof(S);
@@ -186,7 +186,7 @@ void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega
 }
 
 template <class S>
-void SplatView<S>::AddRemovals(const RemovalLoss<S>& loss, Removal<double>* removals,
+void SplatView<S>::AddRemovals(const LinearizedLoss<S>& loss, Removal<double>* removals,
                                ViewWorkspace<S>& workspace) const {
   EnsureSize(workspace.pair_removals, num_pairs());
   EnsureSize(workspace.splat_removals, num_splats());
@@ -200,6 +200,38 @@ void SplatView<S>::AddRemovals(const RemovalLoss<S>& loss, Removal<double>* remo
     const Removal<S>& of_view = workspace.splat_removals[rank_of_[i]];
     removals[i].rise += of_view.rise;
     removals[i].weight += of_view.weight;
+  });
+}
+
+template <class S>
+const ColorCurvature<S>* SplatView<S>::ColorCurvatures(const LinearizedLoss<S>& loss,
+                                                       ViewWorkspace<S>& workspace) const {
+  EnsureSize(workspace.pair_colors, num_pairs());
+  EnsureSize(workspace.splat_colors, num_splats());
+  const TileLists<S> lists = Lists();
+  const auto& raster = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
+    raster.color_curvature(lists, static_cast<int>(tile), loss, workspace.pair_colors.data());
+  });
+  SumPairs<S>(bins_, num_splats(), workspace.pair_colors.data(), workspace.splat_colors.data());
+  return workspace.splat_colors.data();
+}
+
+template <class S>
+void SplatView<S>::SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises,
+                               ViewWorkspace<S>& workspace) const {
+  EnsureSize(workspace.pair_recolors, num_pairs());
+  EnsureSize(workspace.splat_recolors, num_splats());
+  const TileLists<S> lists = Lists();
+  const auto& raster = GetRasterKernels<S>();
+  ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
+    raster.recolor(lists, static_cast<int>(tile), loss, workspace.recolors.data(), workspace.pair_recolors.data());
+  });
+  SumPairs<S>(bins_, num_splats(), workspace.pair_recolors.data(), workspace.splat_recolors.data());
+  ParallelFor(rank_of_.size(), kGaussianGrain, [&](Index i) {
+    if (rank_of_[i] < 0) return;
+    const RecolorRises<S>& of_view = workspace.splat_recolors[rank_of_[i]];
+    for (int d = 0; d < kRecolors; ++d) rises[i].rise[d] += of_view.rise[d];
   });
 }
 

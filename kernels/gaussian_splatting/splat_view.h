@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/core/buffer.h"
+#include "kernels/core/parallel.h"
 #include "kernels/core/radix_sort.h"
 #include "kernels/gaussian_splatting/jacobian_cache.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
@@ -22,6 +23,9 @@ struct ViewWorkspace {
   HostBuffer<SplatTangent<S>> pair_sums, splat_sums;
   HostBuffer<SplatGram<S>> pair_grams, splat_grams;
   HostBuffer<Removal<S>> pair_removals, splat_removals;
+  HostBuffer<ColorCurvature<S>> pair_colors, splat_colors;
+  HostBuffer<Recolors<S>> recolors;
+  HostBuffer<RecolorRises<S>> pair_recolors, splat_recolors;
   HostBuffer<S> u_tiles;
 
   // Bytes of what Build takes of it for such a view of so many Gaussians, of what J and J^T take, a cached Jacobian
@@ -90,11 +94,26 @@ class SplatView {
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
   // removals[i] += those of Gaussian i, for each that is seen. loss.rendered: from Render.
-  void AddRemovals(const RemovalLoss<S>& loss, Removal<double>* removals, ViewWorkspace<S>& workspace) const;
+  void AddRemovals(const LinearizedLoss<S>& loss, Removal<double>* removals, ViewWorkspace<S>& workspace) const;
+  // Of the splats, by rank; in the workspace, until the next call.
+  const ColorCurvature<S>* ColorCurvatures(const LinearizedLoss<S>& loss, ViewWorkspace<S>& workspace) const;
+  // rises[i] += those of Gaussian i with other colours, for each that is seen; recolor(i): a Recolors<S>.
+  template <class Recolor>
+  void AddRecolors(const LinearizedLoss<S>& loss, const Recolor& recolor, RecolorRises<double>* rises,
+                   ViewWorkspace<S>& workspace) const {
+    workspace.recolors.ResizeForOverwrite(num_splats());
+    ParallelFor(rank_of_.size(), 1024, [&](Index i) {
+      if (rank_of_[i] >= 0) workspace.recolors[rank_of_[i]] = recolor(i);
+    });
+    SumRecolors(loss, rises, workspace);
+  }
 
  private:
   // The tangents of the splats, by rank, that dx makes; in the workspace.
   const SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
+
+  // By workspace.recolors.
+  void SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises, ViewWorkspace<S>& workspace) const;
 
   PosedCamera camera_{};
   S background_[3]{};

@@ -10,6 +10,11 @@ const schema::Table<ParsimonyOptions>& ParsimonyFields() {
   constexpr schema::Range kBeforeTheEnd{0, 0.99};
   static const schema::Table<O> fields = {
       {"supported", &O::supported, "whether what hardly any training view shows is taken out"},
+      {"price",
+       &O::price,
+       {0, 1e9},
+       "what a Gaussian must be worth for each of its parameters, in parts of the cost by the pixels' values; 1: "
+       "Akaike"},
       {"keep",
        &O::keep,
        {1e-9, 1},

@@ -10,13 +10,15 @@ namespace vesta::gs {
 struct ParsimonyOptions {
   // What hardly any training view shows (Support::is_wanting) goes at `begin`, unless that is the start, and at `end`.
   bool supported = true;
-  double keep = 1;  // part of the Gaussians there are at `begin` that is left at `end`; 1: none need go
+  double price = 0;  // what each parameter of a Gaussian must be worth (WorthTheirPrice, prune.h); 0: nothing
+  double keep = 1;   // below 1, in place of a price: part of the Gaussians there are at `begin` that is left at `end`
   Criterion criterion = Criterion::kWorth;
   double begin = 0.6;
   double end = 0.8;
   double every = 0.025;
 
-  bool prunes() const { return keep < 1; }
+  bool prunes_to_count() const { return keep < 1; }
+  bool prunes() const { return prunes_to_count() || price > 0; }
 };
 
 const schema::Table<ParsimonyOptions>& ParsimonyFields();

@@ -30,6 +30,14 @@ constexpr double kPartOfRound = 0.25;
 
 Index PartOf(Index count, double part) { return static_cast<Index>(std::ceil(part * static_cast<double>(count))); }
 
+// Those of the highest scores, ascending; at least one.
+std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
+  std::vector<Index> order = LeastFirst(scores);
+  order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, static_cast<Index>(scores.size())));
+  std::ranges::sort(order);
+  return order;
+}
+
 // Scores with what hardly any view shows below all else.
 std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<float>& model,
                                 const JudgingViews& judges) {
@@ -97,10 +105,14 @@ std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews&
   std::vector<double> scores = ScoresOf(model, judges, ranking.criterion, ranking.seed);
   const bool by_support = ranking.supported && ranking.criterion == Criterion::kWorth;
   if (by_support) scores = WithSupport(std::move(scores), model, judges);
-  std::vector<Index> order = LeastFirst(scores);
-  order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, model.count));
-  std::ranges::sort(order);
-  return order;
+  return Highest(scores, count);
+}
+
+std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price) {
+  const Worth worth = MeasureWorth(model, judges);
+  const double least = price * splat::NumAttributes(model.sh_degree) * worth.cost / worth.values;
+  const Index poor = std::ranges::count_if(worth.rise, [&](double rise) { return rise < least; });
+  return Highest(worth.rise, model.count - std::min(poor, PartOf(model.count, kPartOfRound)));
 }
 
 PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {

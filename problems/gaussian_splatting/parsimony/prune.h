@@ -21,6 +21,13 @@ struct Ranking {
 std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, const Ranking& ranking,
                            Index count);
 
+// Those that pay for their parameters, ascending: without whom the cost of the views would rise by at least `price`
+// times cost / n for each of them, n the number of the pixels' values; whoever is worth least goes first, and no more
+// than a quarter at a time. Price 1 is Akaike's criterion (1974, "A new look at the statistical model identification"),
+// by which a parameter is let in where it raises the log-likelihood by more than one: with errors of Laplace's
+// distribution, whose scale is their own mean, that of n of them is -n log(cost) and what does not depend on them.
+std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price);
+
 // Exactly one of the two is given.
 struct PruneGoal {
   std::optional<Index> count;      // so many Gaussians stay, at least one; more than there are: all

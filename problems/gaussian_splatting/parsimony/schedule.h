@@ -29,12 +29,21 @@ inline bool Prunes(const ParsimonyOptions& parsimony, const StageSpan& span) {
   return parsimony.prunes() && is_time && !span.is_last();
 }
 
+// The part of the time between begin and end that is over after the iteration.
+inline double PartDone(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  const double whole = parsimony.end - parsimony.begin;
+  return whole > 0 ? std::clamp((span.after - parsimony.begin) / whole, 0.0, 1.0) : 1;
+}
+
+// The price after it: by and by the whole.
+inline double PriceAt(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  return parsimony.price * PartDone(parsimony, span);
+}
+
 // How many are left after it, of so many at the beginning: the same part of those left goes each time, so that each
 // time the rest has as much to make up for.
 inline Index CountAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
-  const double whole = parsimony.end - parsimony.begin;
-  const double part = whole > 0 ? std::clamp((span.after - parsimony.begin) / whole, 0.0, 1.0) : 1;
-  const double left = std::pow(parsimony.keep, part) * static_cast<double>(at_begin);
+  const double left = std::pow(parsimony.keep, PartDone(parsimony, span)) * static_cast<double>(at_begin);
   return std::max<Index>(1, static_cast<Index>(std::round(left)));
 }
 

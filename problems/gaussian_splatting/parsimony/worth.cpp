@@ -6,40 +6,10 @@
 
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/parallel.h"
-#include "kernels/gaussian_splatting/splat_view.h"
-#include "kernels/image/gaussian_window.h"
-#include "kernels/image/photometric_loss.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/rendered_views.h"
 
 namespace vesta::gs {
 namespace {
-
-// Renders the model into one judge after the other.
-class RenderedViews {
- public:
-  RenderedViews(const splat::Model<float>& model, const JudgingViews& judges) : model_(model), judges_(judges) {}
-
-  // body(view): with view() and image() of that judge.
-  template <class Body>
-  void ForEach(const Body& body) {
-    for (const View* view : judges_.views) {
-      image_.ResizeForOverwrite(ImageShape{view->camera.width, view->camera.height}.NumValues());
-      view_.Build(model_, ToPosedCamera(*view, judges_.near), judges_.background.data(), workspace_);
-      view_.Render(image_.data());
-      body(*view);
-    }
-  }
-  const splat::SplatView<float>& view() const { return view_; }
-  const HostBuffer<float>& image() const { return image_; }
-  splat::ViewWorkspace<float>& workspace() { return workspace_; }
-
- private:
-  const splat::Model<float>& model_;
-  const JudgingViews& judges_;
-  splat::SplatView<float> view_;
-  splat::ViewWorkspace<float> workspace_;
-  HostBuffer<float> image_;
-};
 
 // Of a symmetric matrix of order 6 by its lower triangle, which is overwritten; -infinity where it is not definite.
 double LogDeterminant(std::array<double, 21>& a) {
@@ -63,28 +33,12 @@ double LogDeterminant(std::array<double, 21>& a) {
 Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges) {
   const auto n = static_cast<std::size_t>(model.count);
   std::vector<splat::Removal<double>> removals(n);
-  Worth worth;
-  PhotometricLoss<float> loss;
-  const PhotometricWeights& weights = loss.weights();
-  PhotometricLinearization<float> linearization;
-  HostBuffer<float> gradient;
   RenderedViews rendered(model, judges);
+  JudgedLoss judged;
   rendered.ForEach([&](const View& view) {
-    const ImageShape shape{view.camera.width, view.camera.height};
-    gradient.ResizeForOverwrite(shape.NumValues());
-    const HostSpan<const float> truth{view.image.rgb.data(), shape.NumValues()};
-    worth.cost += loss.Linearize(rendered.image(), truth, shape, gradient, linearization).objective;
-    rendered.view().AddRemovals({.rendered = rendered.image().data(),
-                                 .truth = truth.data(),
-                                 .gradient = gradient.data(),
-                                 .diagonal = linearization.diagonal.data(),
-                                 .curvature = linearization.curvature.data(),
-                                 .penalty = PenaltyCoefficientsOf<float>(weights),
-                                 .l1 = static_cast<float>(weights.l1),
-                                 .ssim = static_cast<float>(weights.ssim),
-                                 .window_variance = static_cast<float>(WindowVariance())},
-                                removals.data(), rendered.workspace());
+    rendered.view().AddRemovals(judged.Linearize(rendered.image(), view), removals.data(), rendered.workspace());
   });
+  Worth worth{.cost = judged.cost(), .values = judged.values(), .rise = {}, .weight = {}};
   worth.rise.resize(n), worth.weight.resize(n);
   for (std::size_t i = 0; i < n; ++i) worth.rise[i] = removals[i].rise, worth.weight[i] = removals[i].weight;
   return worth;

@@ -12,6 +12,7 @@ namespace vesta::gs {
 // Costs are sums over views, pixels and channels of the loss that trainings lower: 0.8 |e| + 0.2 (1 - SSIM).
 struct Worth {
   double cost = 0;             // of the views with all Gaussians
+  double values = 0;           // pixels of the views, by channel
   std::vector<double> rise;    // by Gaussian: when it goes and all others stay as they are; negative: better without
   std::vector<double> weight;  // by Gaussian: the sum of its shares of the pixels, alpha T
 };

@@ -330,13 +330,16 @@ class AdamStage {
   }
   void PruneGaussians(int degree) {
     if (state_->before_pruning == 0) state_->before_pruning = state_->model.count();
-    const Index left = CountAfter(options_.parsimony, state_->span, state_->before_pruning);
-    if (left >= state_->model.count()) return;
-    const double begin = session_.Seconds();
+    const ParsimonyOptions& parsimony = options_.parsimony;
     const Index judged = state_->model.count();
-    const Ranking ranking{options_.parsimony.criterion, options_.parsimony.supported, options_.seed};
+    const Index left = CountAfter(parsimony, state_->span, state_->before_pruning);
+    if (parsimony.prunes_to_count() && left >= judged) return;
+    const double begin = session_.Seconds();
+    const Ranking ranking{parsimony.criterion, parsimony.supported, options_.seed};
     SplatModel copy;
-    KeepOnly(Keepers(ParametersOnHost(degree, copy), Judges(), ranking, left));
+    const splat::Model<float> model = ParametersOnHost(degree, copy);
+    KeepOnly(parsimony.prunes_to_count() ? Keepers(model, Judges(), ranking, left)
+                                         : WorthTheirPrice(model, Judges(), PriceAt(parsimony, state_->span)));
     pace_.ObserveJudging(judged, session_.Seconds() - begin);
   }
   void DropUnsupported(int degree) {
@@ -362,7 +365,7 @@ class AdamStage {
   void NoteWhoStayed() {
     const Index all = state_->before_pruning > 0 ? state_->before_pruning : state_->model.count();
     const Index wanted = CountAfter(options_.parsimony, {1, 1}, all);
-    if (!options_.parsimony.prunes() || state_->model.count() <= wanted) return;
+    if (!options_.parsimony.prunes_to_count() || state_->model.count() <= wanted) return;
     session_.Note(fmt::format("{} Gaussians are left, not the {} of parsimony.keep={}: the stage ended before",
                               state_->model.count(), wanted, options_.parsimony.keep));
   }

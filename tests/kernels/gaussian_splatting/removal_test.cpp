@@ -5,69 +5,32 @@
 #include <cmath>
 #include <numeric>
 
-#include "kernels/image/gaussian_window.h"
-#include "kernels/image/photometric_loss.h"
-#include "tests/support/splat_scenes.h"
+#include "tests/kernels/gaussian_splatting/linearized_scene.h"
 
 namespace vesta::splat {
 namespace {
 
+using test::Open;
 using test::RenderedView;
 using test::Scene;
-
-// Few and thin enough that no pixel closes.
-test::SceneOptions Open(int count) {
-  return {.name = "open", .width = 53, .height = 37, .count = count, .opacity_min = 0.1, .opacity_max = 0.5};
-}
-
-// A photograph of the scene as it would be with other colours.
-std::vector<double> TruthOf(Scene scene) {
-  test::Random random(5);
-  for (int c = 0; c < 3; ++c) {
-    for (int i = 0; i < scene.count; ++i) scene.At(kSh + c, i) += 0.4 * random.Normal();
-  }
-  return RenderedView<double>(scene).image;
-}
-
-template <class S>
-HostSpan<const S> View(const std::vector<S>& values) {
-  return {values.data(), static_cast<Index>(values.size())};
-}
+using test::TruthOf;
 
 template <class S>
 struct Foretold {
   std::vector<Removal<double>> removals;
-  double cost = 0;
+  double cost;
 
-  Foretold(const Scene& scene, const std::vector<double>& truth_image, const PhotometricWeights& weights)
+  Foretold(const Scene& scene, const std::vector<double>& truth, const PhotometricWeights& weights)
       : removals(static_cast<std::size_t>(scene.count)) {
-    RenderedView<S> rendered(scene);
-    const std::vector<S> truth(truth_image.begin(), truth_image.end());
-    std::vector<S> gradient(truth.size());
-    PhotometricLoss<S> loss(weights);
-    PhotometricLinearization<S> linearization;
-    cost = loss.Linearize(View(rendered.image), View(truth), {scene.view.width, scene.view.height},
-                          {gradient.data(), static_cast<Index>(gradient.size())}, linearization)
-               .cost;
-    rendered.view.AddRemovals({.rendered = rendered.image.data(),
-                               .truth = truth.data(),
-                               .gradient = gradient.data(),
-                               .diagonal = linearization.diagonal.data(),
-                               .curvature = linearization.curvature.data(),
-                               .penalty = PenaltyCoefficientsOf<S>(weights),
-                               .l1 = static_cast<S>(weights.l1),
-                               .ssim = static_cast<S>(weights.ssim),
-                               .window_variance = static_cast<S>(WindowVariance())},
-                              removals.data(), rendered.workspace);
+    test::LinearizedScene<S> linearized(scene, truth, weights);
+    linearized.rendered.view.AddRemovals(linearized.loss(), removals.data(), linearized.rendered.workspace);
+    cost = linearized.cost;
   }
 };
 
 double CostWithout(Scene scene, int gaussian, const std::vector<double>& truth, const PhotometricWeights& weights) {
   scene.At(kOpacity, gaussian) = -100;
-  const RenderedView<double> rendered(scene);
-  return PhotometricLoss<double>(weights)
-      .Evaluate(View(rendered.image), View(truth), {scene.view.width, scene.view.height})
-      .cost;
+  return test::CostOf(scene, truth, weights);
 }
 
 std::vector<int> Ranks(const std::vector<double>& values) {

@@ -1,0 +1,72 @@
+// A model seen by the views that judge it, and what they make of it.
+#pragma once
+
+#include "kernels/gaussian_splatting/splat_view.h"
+#include "kernels/image/gaussian_window.h"
+#include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/judging_views.h"
+
+namespace vesta::gs {
+
+// Renders the model into one judge after the other.
+class RenderedViews {
+ public:
+  // Both must outlive this.
+  RenderedViews(const splat::Model<float>& model, const JudgingViews& judges) : model_(model), judges_(judges) {}
+
+  // body(view): with view() and image() of that judge.
+  template <class Body>
+  void ForEach(const Body& body) {
+    for (const View* view : judges_.views) {
+      image_.ResizeForOverwrite(ImageShape{view->camera.width, view->camera.height}.NumValues());
+      view_.Build(model_, ToPosedCamera(*view, judges_.near), judges_.background.data(), workspace_);
+      view_.Render(image_.data());
+      body(*view);
+    }
+  }
+  const splat::SplatView<float>& view() const { return view_; }
+  const HostBuffer<float>& image() const { return image_; }
+  splat::ViewWorkspace<float>& workspace() { return workspace_; }
+
+ private:
+  const splat::Model<float>& model_;
+  const JudgingViews& judges_;
+  splat::SplatView<float> view_;
+  splat::ViewWorkspace<float> workspace_;
+  HostBuffer<float> image_;
+};
+
+// The loss that trainings lower, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, for passes that ask what
+// changes of it.
+class JudgedLoss {
+ public:
+  // Of that view, until the next call; counted in what follows.
+  splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
+    const ImageShape shape{view.camera.width, view.camera.height};
+    const HostSpan<const float> truth{view.image.rgb.data(), shape.NumValues()};
+    const PhotometricWeights& weights = loss_.weights();
+    gradient_.ResizeForOverwrite(shape.NumValues());
+    cost_ += loss_.Linearize(rendered, truth, shape, gradient_, linearization_).objective;
+    values_ += static_cast<double>(shape.NumValues());
+    return {.rendered = rendered.data(),
+            .truth = truth.data(),
+            .gradient = gradient_.data(),
+            .diagonal = linearization_.diagonal.data(),
+            .curvature = linearization_.curvature.data(),
+            .penalty = PenaltyCoefficientsOf<float>(weights),
+            .l1 = static_cast<float>(weights.l1),
+            .ssim = static_cast<float>(weights.ssim),
+            .window_variance = static_cast<float>(WindowVariance())};
+  }
+  double cost() const { return cost_; }      // of all views
+  double values() const { return values_; }  // their pixels, by channel
+
+ private:
+  PhotometricLoss<float> loss_;
+  PhotometricLinearization<float> linearization_;
+  HostBuffer<float> gradient_;
+  double cost_ = 0, values_ = 0;
+};
+
+}  // namespace vesta::gs
