@@ -19,9 +19,6 @@
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
-#include "problems/gaussian_splatting/parsimony/prune.h"
-#include "problems/gaussian_splatting/parsimony/schedule.h"
-#include "problems/gaussian_splatting/parsimony/support.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
@@ -29,6 +26,7 @@
 #include "problems/gaussian_splatting/train/kept_state.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
+#include "problems/gaussian_splatting/train/stage_parsimony.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
 
 namespace vesta::gs {
@@ -69,7 +67,7 @@ class AdamStage {
   // Leaves the model after the last iteration, recorded.
   void Finish() {
     if (recorded_ != state_->iteration) Record();
-    NoteWhoStayed();
+    parsimony_.NoteWhoStayed(*state_);
     passes_.reset();
     state_->model.Finish(result_);
     finished_ = true;
@@ -284,13 +282,18 @@ class AdamStage {
     session_.SnapshotWhereDue(Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); });
     if (is_last && !is_end) {
       state_->model.DownloadResult(result_);
-      NoteWhoStayed();
+      parsimony_.NoteWhoStayed(*state_);
       finished_ = true;
     }
     // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
     // stopped it is done for the sake of the state that is saved, and at the end not at all.
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
-    if (!is_end && (!is_last || session_.saves())) TakeOut(degree);
+    if (!is_end && (!is_last || session_.saves())) {
+      parsimony_.TakeOut(*state_, degree, [&] {
+        passes_.emplace();
+        before_growth_ = KeptState();  // of more than there are now
+      });
+    }
     session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_last) PredictWhereDue(degree);
@@ -321,55 +324,6 @@ class AdamStage {
     }
     if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
   }
-
-  // What goes for the sake of parsimony. Judged on the host, by views at full size whatever the iterations see; after
-  // Gaussians were added, for which what was observed until then is needed.
-  void TakeOut(int degree) {
-    if (ChecksSupport(options_.parsimony, state_->span)) DropUnsupported(degree);
-    if (Prunes(options_.parsimony, state_->span)) PruneGaussians(degree);
-  }
-  void PruneGaussians(int degree) {
-    if (state_->before_pruning == 0) state_->before_pruning = state_->model.count();
-    const ParsimonyOptions& parsimony = options_.parsimony;
-    const Index judged = state_->model.count();
-    const Index left = CountAfter(parsimony, state_->span, state_->before_pruning);
-    if (parsimony.prunes_to_count() && left >= judged) return;
-    const double begin = session_.Seconds();
-    const Ranking ranking{parsimony.criterion, parsimony.supported, options_.seed};
-    SplatModel copy;
-    const splat::Model<float> model = ParametersOnHost(degree, copy);
-    KeepOnly(parsimony.prunes_to_count() ? Keepers(model, Judges(), ranking, left)
-                                         : WorthTheirPrice(model, Judges(), PriceAt(parsimony, state_->span)));
-    pace_.ObserveJudging(judged, session_.Seconds() - begin);
-  }
-  void DropUnsupported(int degree) {
-    SplatModel copy;
-    const std::vector<Index> kept = Supported(ParametersOnHost(degree, copy), Judges());
-    if (static_cast<Index>(kept.size()) < state_->model.count()) KeepOnly(kept);
-  }
-  // copy: for those of a device. result_ is none for that: it may hold the result of a stage that is over.
-  splat::Model<float> ParametersOnHost(int degree, [[maybe_unused]] SplatModel& copy) const {
-    splat::Model<float> model = state_->model.kernel_model(degree);
-    if constexpr (!kOnHost) {
-      state_->model.DownloadParameters(copy);
-      model.x = copy.data.data();
-    }
-    return model;
-  }
-  void KeepOnly(const std::vector<Index>& kept) {
-    passes_.emplace();
-    before_growth_ = KeptState();  // of more than there are now
-    state_->model.Keep(kept);
-  }
-  // Where the stage is over and more are left than were to be.
-  void NoteWhoStayed() {
-    const Index all = state_->before_pruning > 0 ? state_->before_pruning : state_->model.count();
-    const Index wanted = CountAfter(options_.parsimony, {1, 1}, all);
-    if (!options_.parsimony.prunes_to_count() || state_->model.count() <= wanted) return;
-    session_.Note(fmt::format("{} Gaussians are left, not the {} of parsimony.keep={}: the stage ended before",
-                              state_->model.count(), wanted, options_.parsimony.keep));
-  }
-  JudgingViews Judges() const { return TrainingViewsOf(session_.scene(), options_.background); }
 
   // The mean is an improvement; for want of its room training does not end.
   void Average() {
@@ -416,6 +370,7 @@ class AdamStage {
   KeptState before_growth_;  // of AdamStageState
   int growth_at_ = 0, recorded_ = 0;
   StagePace pace_;
+  StageParsimony<B> parsimony_{session_, pace_};
   GrowthForecast growth_;
   bool has_guessed_ = false, has_predicted_ = false;
   double pixels_ = 0;  // of the latest iteration's views

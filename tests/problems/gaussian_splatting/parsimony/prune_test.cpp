@@ -71,6 +71,26 @@ TEST(Keepers, OfEachCriterion) {
   EXPECT_NE(random(1), random(2));
 }
 
+TEST(WorthTheirPrice, GoesByTheRiseForEachParameter) {
+  Padded padded;
+  for (View& view : padded.scene.views) {
+    for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;  // so that there is a cost
+  }
+  const splat::Model<float> model = ToKernelModel(padded.model);
+  const auto kept = [&](double price) { return WorthTheirPrice(model, padded.Judges(), price); };
+  const Worth worth = MeasureWorth(model, padded.Judges());
+  std::vector<double> rise = worth.rise;
+  std::ranges::sort(rise);
+  // Between the fifth and the sixth.
+  const double price = (rise[4] + rise[5]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
+  ASSERT_GT(price, 0);
+  EXPECT_EQ(kept(price).size(), 35U);
+  for (const Index i : kept(price)) EXPECT_GE(worth.rise[static_cast<std::size_t>(i)], rise[5]);
+  EXPECT_EQ(kept(1e12).size(), 30U) << "no more than a quarter at a time";
+  EXPECT_EQ(static_cast<Index>(kept(0).size()),
+            Padded::kAll - std::ranges::count_if(rise, [](double x) { return x < 0; }));
+}
+
 TEST(Prune, ToACount) {
   const Padded padded;
   const PruneResult result = padded.PruneTo({.count = Padded::kNeeded, .max_rise = {}});
@@ -86,6 +106,15 @@ TEST(Prune, ToACount) {
   const PruneResult one = padded.PruneTo({.count = 0, .max_rise = {}});
   EXPECT_EQ(one.model.count, 1) << "never none";
   EXPECT_GT(one.rounds, 8) << "a quarter at a time";
+}
+
+TEST(Prune, PriceRisesByAndBy) {
+  const ParsimonyOptions parsimony{.price = 2, .begin = 0.5, .end = 0.75};
+  EXPECT_EQ(PriceAt(parsimony, {0.49, 0.5}), 0);
+  EXPECT_EQ(PriceAt(parsimony, {0.5, 0.625}), 1);
+  EXPECT_EQ(PriceAt(parsimony, {0.7, 0.75}), 2);
+  EXPECT_TRUE(Prunes(parsimony, {0.7, 0.75}));
+  EXPECT_FALSE(Prunes({.price = 0}, {0.79, 0.8}));
 }
 
 TEST(Prune, ToARise) {
