@@ -35,7 +35,7 @@ Json ToJson(const gs::HistoryRow& row) {
 
 void AddModel(const gs::SplatModel& model, Json* json) {
   (*json)["gaussians"] = model.count;
-  (*json)["parameters"] = model.count * model.num_attributes();
+  (*json)["parameters"] = model.Size();
 }
 
 std::string Text(const Json& json) { return json.dump(1) + "\n"; }

@@ -77,9 +77,8 @@ void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const OutputFolder
   if (callbacks->snapshot_every.never()) return;
   callbacks->snapshot = [&scene, &out](gs::Stage stage, int iteration, const splat::Model<float>& model) {
     gs::SplatModel copy;
-    copy.sh_degree = model.sh_degree;
-    copy.count = model.count;
-    copy.data.assign(model.x, model.x + copy.num_attributes() * model.count);
+    static_cast<splat::ModelLayout&>(copy) = model;
+    copy.data.assign(model.x, model.x + model.Size());
     gs::MoveToWorld(scene, &copy);
     gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
   };

@@ -33,8 +33,8 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
     settings.options.parsimony = PresetOf(*line.command, settings.preset, flags.method).parsimony;
   }
   if (flags.fixed_model) {
-    settings.options.density.enabled = settings.options.parsimony.supported = false;
-    settings.options.parsimony.keep = 1;
+    settings.options.density.enabled = false;
+    settings.options.parsimony = gs::ParsimonyOptions::None();
     settings.options.adam.sh_band_every = 0;
   }
   gs::ValidateOptions(settings.options);

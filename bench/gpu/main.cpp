@@ -149,8 +149,12 @@ class GpuBench {
   void AdamSteps(double n, DeviceBuffer<float>& gradient, DeviceBuffer<float>& x, DeviceBuffer<float>& first,
                  DeviceBuffer<float>& second) {
     const Index count = workload_.model.count;
-    gs::AdamStepArrays arrays{
-        .blocks = {}, .first_diagonal = 0, .attributes = workload_.model.num_attributes(), .steps = 0, .rate = {}};
+    gs::AdamStepArrays arrays{.blocks = {},
+                              .layout = workload_.model,
+                              .first_diagonal = 0,
+                              .attributes = workload_.model.num_attributes(),
+                              .steps = 0,
+                              .rate = {}};
     arrays.blocks.count = count;
     arrays.blocks.gradient = gradient.data();
     arrays.blocks.parameters = x.data();
@@ -173,9 +177,7 @@ class GpuBench {
         4 * (9 * gs::kBlockSize + gs::kBlockNumbers + gs::kCovarianceSize + turned + rest) * n, step);
   }
 
-  splat::Model<float> Model() const {
-    return {x_.data(), workload_.model.count, workload_.model.sh_degree, workload_.model.sh_degree};
-  }
+  splat::Model<float> Model() const { return {x_.data(), workload_.model.layout(), workload_.model.sh_degree}; }
   void Build() { view_.Build(Model(), workload_.views.front(), background_, workspace_); }
 
   // kernel: whose registers are shown.

@@ -118,7 +118,7 @@ class Bench {
       view_.Render(image.data());
       loss.Gradient(image, HostSpan<const float>(workload_.photographs[k].data(), shape.NumValues()), shape, u);
       view_.AddJT(x, image.data(), u.data(), gradient.data(), workspace_);
-      adam.Step(trained.count, parameters, gradient.data(), attributes, 1e-3);
+      adam.Step(trained, parameters, gradient.data(), attributes, 1e-3);
     });
     // A step leaves its gradient zero, and a step by zero has nothing to do, so the last view's gradient is copied
     // there each time.
@@ -128,7 +128,7 @@ class Bench {
     view_.AddJT(gs::ToKernelModel(trained), image.data(), u.data(), last.data(), workspace_);
     Add("of that, Adam's step", 0, [&] {
       std::copy(last.begin(), last.end(), gradient.begin());
-      adam.Step(trained.count, parameters, gradient.data(), attributes, 1e-3);
+      adam.Step(trained, parameters, gradient.data(), attributes, 1e-3);
     });
     return ms;
   }

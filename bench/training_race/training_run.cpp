@@ -16,17 +16,16 @@ namespace {
 // They are sent at once, so that no waiting message counts as memory of the training.
 struct Head {
   gs::HistoryRow row;
-  double peak_mib = 0;  // of the process so far
-  Index gaussians = 0;  // of the model that follows; 0: none does
-  int sh_degree = 0;
+  double peak_mib = 0;        // of the process so far
+  splat::ModelLayout layout;  // of the model that follows; of no Gaussians: none does
 };
 static_assert(std::is_trivially_copyable_v<Head>);
 
 void SendRow(const gs::HistoryRow& row, const splat::Model<float>* model, const Send& send) {
-  const Head head{row, PeakMemoryMib(), model ? model->count : 0, model ? model->sh_degree : 0};
+  const Head head{row, PeakMemoryMib(), model ? *model : splat::ModelLayout()};
   send(&head, sizeof head);
   if (!model) return;
-  send(model->x, static_cast<std::size_t>(splat::NumAttributes(model->sh_degree) * model->count) * sizeof(float));
+  send(model->x, static_cast<std::size_t>(model->Size()) * sizeof(float));
 }
 
 void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
@@ -63,8 +62,8 @@ TrainingRun Receive(const std::string& bytes) {
     take(&head, sizeof head);
     run.curve.push_back(head.row);
     if (head.row.stage == gs::Stage::kAdam) run.adam_peak_mib = head.peak_mib;
-    if (head.gaussians == 0) continue;
-    run.lm_start.Resize(head.sh_degree, head.gaussians);
+    if (head.layout.count == 0) continue;
+    run.lm_start.Resize(head.layout);
     take(run.lm_start.data.data(), run.lm_start.data.size() * sizeof(float));
   }
   return run;

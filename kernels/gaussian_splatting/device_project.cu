@@ -6,13 +6,16 @@
 namespace vesta::splat::device_passes {
 namespace {
 
+// Of each of these, thread k is for Gaussian first + k.
 template <int kDegree>
 struct ProjectOne {
   Model<float> model;
   CameraConstants<float> camera;
+  Index first;
   std::uint32_t *keys, *indices;
   Splat<float>* splats;
-  VESTA_HD void operator()(Index i) const {
+  VESTA_HD void operator()(Index k) const {
+    const Index i = first + k;
     ProjectRange<float, float, kDegree>(model, camera, i, i + 1, keys, splats);
     indices[i] = static_cast<std::uint32_t>(i);
   }
@@ -22,10 +25,12 @@ template <int kDegree>
 struct TangentOne {
   Model<float> model;
   CameraConstants<float> camera;
+  Index first;
   const std::int32_t* rank_of;
   const float* dx;
   SplatTangent<float>* tangents;
-  VESTA_HD void operator()(Index i) const {
+  VESTA_HD void operator()(Index k) const {
+    const Index i = first + k;
     TangentRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, dx, tangents);
   }
 };
@@ -35,10 +40,12 @@ struct AdjointOne {
   static constexpr int kMinBlocks = 1;
   Model<float> model;
   CameraConstants<float> camera;
+  Index first;
   const std::int32_t* rank_of;
   const SplatTangent<float>* cotangents;
   float* g;
-  VESTA_HD void operator()(Index i) const {
+  VESTA_HD void operator()(Index k) const {
+    const Index i = first + k;
     AdjointRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, cotangents, g);
   }
 };
@@ -47,50 +54,54 @@ template <int kDegree>
 struct GramOne {
   Model<float> model;
   CameraConstants<float> camera;
+  Index first;
   const std::int32_t* rank_of;
   const SplatGram<float>* grams;
   float *blocks, *sh_diagonal, *sh_blocks;
-  VESTA_HD void operator()(Index i) const {
+  VESTA_HD void operator()(Index k) const {
+    const Index i = first + k;
     GramRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, grams, blocks, sh_diagonal, sh_blocks);
   }
 };
 
-// One<degree>{model, camera, rest...} for every Gaussian, with the model's active degree.
+// One<degree>{model, camera, first, rest...} for every Gaussian, those of a degree in one launch.
 template <template <int> class One, class... Rest>
-void RunForDegree(const Model<float>& model, const PosedCamera& view, const char* name, Rest... rest) {
+void RunByDegree(const Model<float>& model, const PosedCamera& view, const char* name, Rest... rest) {
   const CameraConstants<float> camera = ConstantsOf<float>(view);
-  switch (model.active_sh_degree) {
-    case 0:
-      return device::ForEach(model.count, One<0>{model, camera, rest...}, name);
-    case 1:
-      return device::ForEach(model.count, One<1>{model, camera, rest...}, name);
-    case 2:
-      return device::ForEach(model.count, One<2>{model, camera, rest...}, name);
-    default:
-      return device::ForEach(model.count, One<3>{model, camera, rest...}, name);
-  }
+  model.ForEachDegree(0, model.count, [&](int degree, Index first, Index end) {
+    switch (degree) {
+      case 0:
+        return device::ForEach(end - first, One<0>{model, camera, first, rest...}, name);
+      case 1:
+        return device::ForEach(end - first, One<1>{model, camera, first, rest...}, name);
+      case 2:
+        return device::ForEach(end - first, One<2>{model, camera, first, rest...}, name);
+      default:
+        return device::ForEach(end - first, One<3>{model, camera, first, rest...}, name);
+    }
+  });
 }
 
 }  // namespace
 
 void Project(const Model<float>& model, const PosedCamera& view, std::uint32_t* keys, std::uint32_t* indices,
              Splat<float>* splats) {
-  RunForDegree<ProjectOne>(model, view, "projection", keys, indices, splats);
+  RunByDegree<ProjectOne>(model, view, "projection", keys, indices, splats);
 }
 
 void ProjectTangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of, const float* dx,
                     SplatTangent<float>* tangents) {
-  RunForDegree<TangentOne>(model, view, "tangent of the projection", rank_of, dx, tangents);
+  RunByDegree<TangentOne>(model, view, "tangent of the projection", rank_of, dx, tangents);
 }
 
 void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                     const SplatTangent<float>* cotangents, float* g) {
-  RunForDegree<AdjointOne>(model, view, "adjoint of the projection", rank_of, cotangents, g);
+  RunByDegree<AdjointOne>(model, view, "adjoint of the projection", rank_of, cotangents, g);
 }
 
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks) {
-  RunForDegree<GramOne>(model, view, "Gram blocks of the projection", rank_of, grams, blocks, sh_diagonal, sh_blocks);
+  RunByDegree<GramOne>(model, view, "Gram blocks of the projection", rank_of, grams, blocks, sh_diagonal, sh_blocks);
 }
 
 }  // namespace vesta::splat::device_passes

@@ -13,8 +13,8 @@ VESTA_DECLARE_PER_ISA(const RasterKernels<float>& CompiledRasterKernels();
 
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRasterKernels)(); }
 
-const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int active_sh_degree) {
-  return VESTA_OF_ISA(isa, CompiledProjectKernels)(active_sh_degree);
+const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree) {
+  return VESTA_OF_ISA(isa, CompiledProjectKernels)(degree);
 }
 
 template <>
@@ -35,8 +35,8 @@ const RasterKernels<float>& GetRasterKernels<float>() {
 }
 
 template <>
-const ProjectKernels<float>& GetProjectKernels<float>(int active_sh_degree) {
-  return FloatProjectKernelsFor(ActiveIsa(), active_sh_degree);
+const ProjectKernels<float>& GetProjectKernels<float>(int degree) {
+  return FloatProjectKernelsFor(ActiveIsa(), degree);
 }
 
 template <>
@@ -46,8 +46,8 @@ const RasterKernels<double>& GetRasterKernels<double>() {
 }
 
 template <>
-const ProjectKernels<double>& GetProjectKernels<double>(int active_sh_degree) {
-  return kProjectKernels<double, double>[active_sh_degree];
+const ProjectKernels<double>& GetProjectKernels<double>(int degree) {
+  return kProjectKernels<double, double>[degree];
 }
 
 }  // namespace vesta::splat

@@ -10,6 +10,6 @@ namespace vesta::splat {
 
 // The CPU must have the instruction set.
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
-const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int active_sh_degree);
+const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree);
 
 }  // namespace vesta::splat

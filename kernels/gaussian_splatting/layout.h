@@ -1,12 +1,20 @@
-// The order of a Gaussian's parameters. The table of the project: everything else asks here.
+// The order of a Gaussian's parameters, and where they lie. The table of the project: everything else asks here.
 //
-// A model is one structure of arrays: attribute a of Gaussian i is x[a * count + i], with
 //   a  0..2   mean, world units
 //   a  3..5   log of the standard deviations along the principal axes
 //   a  6..9   quaternion w, x, y, z, not normalised
 //   a  10     opacity, logit
 //   a  11 + 3 k + c   spherical-harmonics coefficient k of channel c (red, green, blue), k < (degree + 1)^2
+//
+// A model is one structure of arrays. Each Gaussian has a degree of its own, and they lie in the order of their
+// degrees, highest first: a band of the harmonics is there for the first so many Gaussians, and takes no memory for the
+// others. Attribute a of Gaussian i is x[Offset(a) + i] (ModelLayout); where all have the same degree, that is
+// x[a * count + i].
 #pragma once
+
+#include <cstdint>
+
+#include "kernels/core/hd.h"
 
 namespace vesta::splat {
 
@@ -16,8 +24,77 @@ inline constexpr int kQuaternion = 6;
 inline constexpr int kOpacity = 10;
 inline constexpr int kSh = 11;        // also the number of geometric attributes
 inline constexpr int kGeometry = 11;  // mean, log-scale, quaternion, opacity: one block of the preconditioner
+inline constexpr int kMaxShDegree = 3;
 inline constexpr int kMaxAttributes = kSh + 48;
 
-constexpr int NumAttributes(int sh_degree) { return kSh + 3 * (sh_degree + 1) * (sh_degree + 1); }
+VESTA_HD constexpr int NumAttributes(int sh_degree) { return kSh + 3 * (sh_degree + 1) * (sh_degree + 1); }
+// Attributes of band b, 0..3, are those from FirstOfBand(b) on, before NumAttributes(b). Geometry counts as band 0.
+VESTA_HD constexpr int FirstOfBand(int band) { return band == 0 ? 0 : NumAttributes(band - 1); }
+VESTA_HD constexpr int BandOf(int attribute) {
+  int band = 0;
+  for (int b = 1; b <= kMaxShDegree; ++b) band += attribute >= FirstOfBand(b) ? 1 : 0;
+  return band;
+}
+
+struct ModelLayout {
+  std::int64_t count = 0;  // Gaussians
+  int sh_degree = 0;       // 0..3, the highest of them
+  // So many of them, the last ones, lack band 1, 2, 3; 0 for bands above sh_degree, which all lack.
+  std::int64_t lacking[kMaxShDegree] = {};
+
+  // How many Gaussians have the band, 0..3: the first ones.
+  VESTA_HD constexpr std::int64_t WithBand(int band) const {
+    if (band > sh_degree) return 0;
+    return band == 0 ? count : count - lacking[band - 1];
+  }
+  // How many have the attribute.
+  VESTA_HD constexpr std::int64_t Rows(int attribute) const { return WithBand(BandOf(attribute)); }
+  // Where it begins, 0 <= attribute <= NumAttributes(sh_degree); the last is where all end.
+  VESTA_HD constexpr std::int64_t Offset(int attribute) const {
+    std::int64_t offset = attribute * count;
+    for (int band = 1; band <= sh_degree; ++band) {
+      const int first = FirstOfBand(band), end = NumAttributes(band);
+      if (attribute > first) offset -= ((attribute < end ? attribute : end) - first) * lacking[band - 1];
+    }
+    return offset;
+  }
+  // Numbers in all.
+  constexpr std::int64_t Size() const { return Offset(NumAttributes(sh_degree)); }
+  constexpr int DegreeOf(std::int64_t gaussian) const {
+    int degree = sh_degree;
+    while (gaussian >= WithBand(degree)) --degree;
+    return degree;
+  }
+  // Whether all have the same degree.
+  constexpr bool is_uniform() const { return WithBand(sh_degree) == count; }
+  friend constexpr bool operator==(const ModelLayout&, const ModelLayout&) = default;
+
+  // Whether what was read can be that of a model.
+  constexpr bool IsOfModel() const {
+    constexpr std::int64_t kMost = std::int64_t{1} << 40;  // beyond it, sizes would overflow
+    if (sh_degree < 0 || sh_degree > kMaxShDegree || count < 1 || count > kMost) return false;
+    std::int64_t below = 0;
+    for (int band = 1; band <= kMaxShDegree; ++band) {
+      const std::int64_t lack = lacking[band - 1];
+      if (band > sh_degree ? lack != 0 : lack < below || lack >= count) return false;
+      below = lack;
+    }
+    return true;
+  }
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(sh_degree, count, lacking);
+  }
+};
+
+// The layout of a model in which so many Gaussians have band 0, 1, 2, 3: numbers that do not grow.
+constexpr ModelLayout LayoutOfBands(const std::int64_t (&with_band)[kMaxShDegree + 1]) {
+  ModelLayout layout{.count = with_band[0]};
+  for (int band = 1; band <= kMaxShDegree && with_band[band] > 0; ++band) {
+    layout.sh_degree = band;
+    layout.lacking[band - 1] = with_band[0] - with_band[band];
+  }
+  return layout;
+}
 
 }  // namespace vesta::splat

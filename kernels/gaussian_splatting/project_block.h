@@ -16,33 +16,53 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// Lanes i .. i+n of the attributes of a structure of arrays; lanes past n read as zero and are not written.
+// ModelLayout::Offset for loops that ask often.
+class AttributeOffsets {
+ public:
+  VESTA_HD explicit AttributeOffsets(const ModelLayout& layout) : rows_{layout.count}, base_{} {
+    for (int band = 1; band <= kMaxShDegree; ++band) {
+      rows_[band] = layout.WithBand(band);
+      base_[band] = base_[band - 1] + FirstOfBand(band) * (rows_[band - 1] - rows_[band]);
+    }
+  }
+  VESTA_HD std::int64_t operator()(int attribute) const {
+    const int band = BandOf(attribute);
+    return base_[band] + attribute * rows_[band];
+  }
+
+ private:
+  std::int64_t rows_[kMaxShDegree + 1], base_[kMaxShDegree + 1];
+};
+
+// Lanes i .. i+n of the rows of a structure of arrays, `offset(r)` being where row r begins; lanes past n read as zero
+// and are not written.
 template <class V, class S>
 struct Block {
   using L = Lanes<V>;
-  std::int64_t count;
   std::int64_t i;
   int n;
 
-  VESTA_HD Block(std::int64_t num, std::int64_t first, std::int64_t end)
-      : count(num), i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
-  // Asks for the attributes of a block to come. Each is a stream of its own, more than the processor foresees.
-  VESTA_HD void PrefetchAhead(const S* x, int attributes) const {
+  VESTA_HD Block(std::int64_t first, std::int64_t end)
+      : i(first), n(static_cast<int>(end - first < L::kWidth ? end - first : L::kWidth)) {}
+  // Asks for the first rows of a block to come before `end`. Each is a stream of its own, more than the processor
+  // foresees.
+  template <class Offset>
+  VESTA_HD void PrefetchAhead(const S* x, const Offset& offset, int rows, std::int64_t end) const {
     if constexpr (L::kWidth > 1) {  // neighbouring threads of a device read together
       constexpr int kBlocks = 2;
-      if (i + (kBlocks + 1) * L::kWidth > count) return;
-      for (int a = 0; a < attributes; ++a) __builtin_prefetch(x + a * count + i + kBlocks * L::kWidth);
+      if (i + (kBlocks + 1) * L::kWidth > end) return;
+      for (int r = 0; r < rows; ++r) __builtin_prefetch(x + offset(r) + i + kBlocks * L::kWidth);
     }
   }
-  VESTA_HD V Load(const S* x, int attribute) const {
-    const S* p = x + attribute * count + i;
+  VESTA_HD V Load(const S* row) const {
+    const S* p = row + i;
     if (n == L::kWidth) return L::Load(p);
     alignas(64) S lane[L::kWidth] = {};
     for (int k = 0; k < n; ++k) lane[k] = p[k];
     return L::Load(lane);
   }
-  VESTA_HD void Add(S* x, int attribute, const V& value) const {
-    S* p = x + attribute * count + i;
+  VESTA_HD void Add(S* row, const V& value) const {
+    S* p = row + i;
     if (n == L::kWidth) return L::Store(p, L::Load(p) + value);
     alignas(64) S lane[L::kWidth];
     L::Store(lane, value);
@@ -57,10 +77,12 @@ struct ProjectedBlock {
   ProjectionState<LensIn<S>, V> state;
   SplatShape<V> shape;
 
-  VESTA_HD ProjectedBlock(const CameraConstants<S>& camera, const Block<V, S>& block, const S* x) {
-    for (int k = 0; k < 3; ++k) mean[k] = block.Load(x, kMean + k), log_scale[k] = block.Load(x, kLogScale + k);
-    for (int k = 0; k < 4; ++k) quaternion[k] = block.Load(x, kQuaternion + k);
-    opacity = Sigmoid(block.Load(x, kOpacity));
+  // load(a): attribute a of the block.
+  template <class Load>
+  VESTA_HD ProjectedBlock(const CameraConstants<S>& camera, const Load& load) {
+    for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
+    for (int k = 0; k < 4; ++k) quaternion[k] = load(kQuaternion + k);
+    opacity = Sigmoid(load(kOpacity));
     shape = Project(camera, mean, log_scale, quaternion, state);
   }
 };
@@ -99,10 +121,12 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
   using std::sqrt;
   const V floor_opacity(static_cast<S>(kAlphaFloor)), width(camera.width), height(camera.height),
       huge(static_cast<S>(1e15)), largest_det(static_cast<S>(kLargestDet));
+  const AttributeOffsets at(model);
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
-    const Block<V, S> block(model.count, i, end);
-    block.PrefetchAhead(model.x, NumAttributes(Degree));
-    const ProjectedBlock<V, S> b(camera, block, model.x);
+    const Block<V, S> block(i, end);
+    block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
+    const auto load = [&](int a) { return block.Load(model.x + at(a)); };
+    const ProjectedBlock<V, S> b(camera, load);
     const SplatShape<V>& shape = b.shape;
     // Slightly enlarged: the raster passes use it to skip pixels, alpha itself decides.
     const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
@@ -126,7 +150,7 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
     ViewDirection(camera, b.mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     ShColor<Degree>(
-        basis, [&](int a) { return block.Load(model.x, kSh + a); }, color);
+        basis, [&](int a) { return load(kSh + a); }, color);
     const auto finite = (color[0] < huge) & (color[1] < huge) & (color[2] < huge) & (color[0] > -huge) &
                         (color[1] > -huge) & (color[2] > -huge);
     L::StoreMask(is_seen, seen & finite);
@@ -163,12 +187,13 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& came
                            std::int64_t end, const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
   using L = Lanes<V>;
   using D = Dual<V>;
+  const AttributeOffsets at(model);
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
-    const Block<V, S> block(model.count, i, end);
-    block.PrefetchAhead(model.x, NumAttributes(Degree));
-    block.PrefetchAhead(dx, NumAttributes(Degree));
+    const Block<V, S> block(i, end);
+    block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
+    block.PrefetchAhead(dx, at, NumAttributes(Degree), model.count);
     if (!Lanes<V>::Any(SeenLanes(block, rank_of))) continue;
-    const auto load = [&](int a) { return D(block.Load(model.x, a), block.Load(dx, a)); };
+    const auto load = [&](int a) { return D(block.Load(model.x + at(a)), block.Load(dx + at(a))); };
     D mean[3], log_scale[3], quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
     for (int k = 0; k < 4; ++k) quaternion[k] = load(kQuaternion + k);
@@ -178,8 +203,8 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& came
     const SplatShape<V> d_shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
     V w[kSplatTangent];
     WhitenTangent(shape, d_shape, w);
-    const V opacity = Sigmoid(block.Load(model.x, kOpacity));
-    w[kLambda] = (V(1) - opacity) * block.Load(dx, kOpacity);
+    const V opacity = Sigmoid(block.Load(model.x + at(kOpacity)));
+    w[kLambda] = (V(1) - opacity) * block.Load(dx + at(kOpacity));
     D dir[3], basis[ShCoefficients(Degree)], color[3];
     ViewDirection(camera, mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
@@ -202,10 +227,11 @@ template <class V, class S, int Degree>
 struct ColorBlock {
   V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
 
-  VESTA_HD ColorBlock(const CameraConstants<S>& camera, const Block<V, S>& block, const S* x, const V mean[3]) {
+  template <class Load>
+  VESTA_HD ColorBlock(const CameraConstants<S>& camera, const Load& load, const V mean[3]) {
     inv_distance = ViewDirection(camera, mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
-    for (int a = 0; a < 3 * ShCoefficients(Degree); ++a) sh[a] = block.Load(x, kSh + a);
+    for (int a = 0; a < 3 * ShCoefficients(Degree); ++a) sh[a] = load(kSh + a);
     ShColor<Degree>(
         basis, [&](int a) { return sh[a]; }, color);
   }
@@ -219,17 +245,19 @@ struct ColorBlock {
 template <class V, class S, int Degree>
 VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
                            std::int64_t end, const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
+  const AttributeOffsets at(model);
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
-    const Block<V, S> block(model.count, i, end);
-    block.PrefetchAhead(model.x, NumAttributes(Degree));
-    block.PrefetchAhead(g, NumAttributes(Degree));
+    const Block<V, S> block(i, end);
+    block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
+    block.PrefetchAhead(g, at, NumAttributes(Degree), model.count);
     const auto seen = SeenLanes(block, rank_of);
     if (!Lanes<V>::Any(seen)) continue;
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(
         block, rank_of, [&](std::int32_t rank) { return cotangents[rank].w; }, w_bar);
-    const ProjectedBlock<V, S> b(camera, block, model.x);
-    const ColorBlock<V, S, Degree> color(camera, block, model.x, b.mean);
+    const auto load = [&](int a) { return block.Load(model.x + at(a)); };
+    const ProjectedBlock<V, S> b(camera, load);
+    const ColorBlock<V, S, Degree> color(camera, load, b.mean);
     V mean_bar[3], log_scale_bar[3], quaternion_bar[4];
     ProjectAdjoint(camera, b.quaternion, b.state, b.shape, w_bar, mean_bar, log_scale_bar, quaternion_bar);
     V color_bar[3];
@@ -237,7 +265,7 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S>& came
     color.MeanAdjoint(color_bar, mean_bar);
 
     // Lanes that are not seen may hold anything (a mean behind the camera, say): they add nothing.
-    const auto add = [&](int a, const V& value) { block.Add(g, a, Select(seen, value, V(0))); };
+    const auto add = [&](int a, const V& value) { block.Add(g + at(a), Select(seen, value, V(0))); };
     for (int k = 0; k < 3; ++k) add(kMean + k, mean_bar[k]), add(kLogScale + k, log_scale_bar[k]);
     for (int k = 0; k < 4; ++k) add(kQuaternion + k, quaternion_bar[k]);
     add(kOpacity, (V(1) - b.opacity) * w_bar[kLambda]);
@@ -271,18 +299,21 @@ template <class V, class S, int Degree>
 VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin, std::int64_t end,
                         const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal,
                         S* sh_blocks) {
+  const AttributeOffsets at(model);
+  const auto of_block = [&](std::int64_t entry) { return entry * model.count; };
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
-    const Block<V, S> block(model.count, i, end);
-    block.PrefetchAhead(model.x, NumAttributes(Degree));
-    block.PrefetchAhead(blocks, kGeometry * (kGeometry + 1) / 2);
+    const Block<V, S> block(i, end);
+    block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
+    block.PrefetchAhead(blocks, of_block, kGeometry * (kGeometry + 1) / 2, model.count);
     const auto seen = SeenLanes(block, rank_of);
     if (!Lanes<V>::Any(seen)) continue;
     V m[kGramSums], G[kSplatTangent][kSplatTangent];
     GatherRecords<kGramSums>(
         block, rank_of, [&](std::int32_t rank) { return grams[rank].m; }, m);
     GramMatrix(m, G);
-    const ProjectedBlock<V, S> b(camera, block, model.x);
-    const ColorBlock<V, S, Degree> color(camera, block, model.x, b.mean);
+    const auto load = [&](int a) { return block.Load(model.x + at(a)); };
+    const ProjectedBlock<V, S> b(camera, load);
+    const ColorBlock<V, S, Degree> color(camera, load, b.mean);
 
     // K, one row for each entry of the splat tangent; a row is the adjoint of a unit cotangent.
     V K[kSplatTangent][kGeometry];
@@ -313,14 +344,15 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
         for (int k = 0; k < kSplatTangent; ++k) value = Fma(K[k][row], GK[k], value);
         // A sum of squares, but terms that cancel may round it below zero.
         if (row == col) value = Max(value, V(0));
-        block.Add(blocks, row * (row + 1) / 2 + col, Select(seen, value, V(0)));
+        block.Add(blocks + of_block(row * (row + 1) / 2 + col), Select(seen, value, V(0)));
       }
     }
     for (int c = 0; c < 3; ++c) {
       const V weight = color.Masked(c, G[kColor + c][kColor + c]);
       for (int k = 0; k < ShCoefficients(Degree); ++k) {
         // Masked last: the basis of a lane that is not seen may be NaN.
-        block.Add(sh_diagonal, 3 * k + c, Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
+        block.Add(sh_diagonal + (at(kSh + 3 * k + c) - at(kSh)),
+                  Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
       }
     }
     if (sh_blocks == nullptr) continue;
@@ -329,7 +361,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
     for (int row = 0; row < ShCoefficients(Degree); ++row) {
       const V scaled = weight * color.basis[row] * V(static_cast<S>(1.0 / 3));
       for (int col = 0; col <= row; ++col) {
-        block.Add(sh_blocks, row * (row + 1) / 2 + col, Select(seen, scaled * color.basis[col], V(0)));
+        block.Add(sh_blocks + of_block(row * (row + 1) / 2 + col), Select(seen, scaled * color.basis[col], V(0)));
       }
     }
   }
@@ -354,7 +386,7 @@ constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
           }};
 }
 
-// kernels[d] for models whose active degree is d.
+// kernels[d] for colours of degree d.
 template <class V, class S>
 inline constexpr ProjectKernels<S> kProjectKernels[4] = {
     ProjectKernelsOfDegree<V, S, 0>(), ProjectKernelsOfDegree<V, S, 1>(), ProjectKernelsOfDegree<V, S, 2>(),

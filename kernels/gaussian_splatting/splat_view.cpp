@@ -37,6 +37,15 @@ void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, R
   });
 }
 
+// run(kernels, begin, end) for pieces that make up all Gaussians, with the kernels of their degree.
+template <class S, class Run>
+void ForGaussians(const Model<S>& model, const Run& run) {
+  ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
+    model.ForEachDegree(begin, end,
+                        [&](int degree, Index from, Index to) { run(GetProjectKernels<S>(degree), from, to); });
+  });
+}
+
 }  // namespace
 
 template <class S>
@@ -49,8 +58,7 @@ void SplatView<S>::Build(const Model<S>& model, const PosedCamera& view, const d
   const Index count = model.count;
   EnsureSize(workspace.keys, count);
   EnsureSize(workspace.unsorted, count);
-  const auto& kernels = GetProjectKernels<S>(model.active_sh_degree);
-  ParallelForChunks(count, kGaussianGrain, [&](Index begin, Index end) {
+  ForGaussians(model, [&](const ProjectKernels<S>& kernels, Index begin, Index end) {
     kernels.project(model, view, begin, end, workspace.keys.data(), workspace.unsorted.data());
   });
   Index seen = 0;
@@ -119,8 +127,7 @@ const SplatTangent<S>* SplatView<S>::ProjectTangents(const Model<S>& model, cons
                                                      ViewWorkspace<S>& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   SplatTangent<S>* tangents = workspace.splat_sums.data();
-  const auto& project = GetProjectKernels<S>(model.active_sh_degree);
-  ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
+  ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
     project.tangent(model, camera_, begin, end, rank_of_.data(), dx, tangents);
   });
   return tangents;
@@ -161,8 +168,7 @@ void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g
     });
     SumPairs<S>(bins_, num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
   }
-  const auto& project = GetProjectKernels<S>(model.active_sh_degree);
-  ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
+  ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
     project.adjoint(model, camera_, begin, end, rank_of_.data(), workspace.splat_sums.data(), g);
   });
 }
@@ -178,8 +184,7 @@ void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega
     raster.gram(lists, static_cast<int>(tile), image, omega, workspace.pair_grams.data());
   });
   SumPairs<S>(bins_, num_splats(), workspace.pair_grams.data(), workspace.splat_grams.data());
-  const auto& project = GetProjectKernels<S>(model.active_sh_degree);
-  ParallelForChunks(model.count, kGaussianGrain, [&](Index begin, Index end) {
+  ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
     project.gram(model, camera_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
                  sh_blocks);
   });

@@ -30,14 +30,15 @@ class Both {
     for (std::size_t k = 0; k < gradient.size(); ++k) {
       if (k % n % 5 == 2) gradient[k] = 0;
     }
-    std::fill(gradient.begin() + attributes * model_.count, gradient.end(), 0.0f);
+    std::fill(gradient.begin() + model_.Offset(attributes), gradient.end(), 0.0f);
     gradient_.CopyFrom(vesta::test::ViewOf(gradient));
     host_.Step(model_, gradient.data(), attributes, 1);
-    device_.Step(model_.count, x_, gradient_.data(), attributes, 1);
+    device_.Step(model_, x_, gradient_.data(), attributes, 1);
   }
   void Rearrange(const std::vector<Index>& source, const std::vector<bool>& keep) {
     host_.Rearrange(source, keep);
-    device_.Rearrange(model_.count, vesta::test::ToDevice(std::vector<std::uint32_t>(source.begin(), source.end())),
+    const std::vector<std::uint32_t> rows(source.begin(), source.end());
+    device_.Rearrange(model_, LayoutOfRows(model_, rows), vesta::test::ToDevice(rows),
                       vesta::test::ToDevice(std::vector<std::uint8_t>(keep.begin(), keep.end())));
     SplatModel on_device = model_;
     on_device.data = vesta::test::ToHost(x_);
@@ -47,7 +48,7 @@ class Both {
   }
   void Reset(int attribute) {
     host_.Reset(attribute);
-    device_.Reset(model_.count, attribute);
+    device_.Reset(model_, attribute);
   }
   void ExpectTheSame() {
     using vesta::test::RelativeError, vesta::test::ToHost;

@@ -23,6 +23,13 @@ constexpr double kExtent = 2, kNear = 0.02;
 constexpr std::uint64_t kSeed = 5;
 constexpr int kSteps = 7, kIteration = 40;
 
+std::vector<std::uint8_t> DegreesOf(Index count) {
+  std::vector<std::uint8_t> degrees;
+  for (Index i = 0; i < count; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
+  return degrees;
+}
+SplatModel OfDifferentDegrees(Index count) { return WithDegrees(test::RandomModel(count, 3, 5), DegreesOf(count)); }
+
 struct Case {
   const char* name;
   Index gaussians;
@@ -42,6 +49,7 @@ const Case kCases[] = {
      [](SplatModel&) {}, 40},
     {"all_transparent", 40, [](DensityOptions&) {},
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, -9.0f); }},
+    {"different_degrees", 300, [](DensityOptions&) {}, [](SplatModel& m) { m = OfDifferentDegrees(m.count); }},
     // A logit without an exponential in float.
     {"opaque_ones", 40, [](DensityOptions& o) { o.gradient_threshold = 0, o.split_above = 1; },
      [](SplatModel& m) { std::fill_n(m.attribute(splat::kOpacity), m.count, 200.0f); }},
@@ -105,18 +113,25 @@ class Both {
     device_->Step(attributes, 1);
   }
 
+  void SetDegrees(const std::vector<std::uint8_t>& degrees) {
+    host_->SetDegrees(degrees);
+    device_->SetDegrees(degrees);
+    EXPECT_EQ(vesta::test::ToHost(device_->density().seen()),
+              std::vector<int>(host_->density().seen().begin(), host_->density().seen().end()));
+  }
+
   Index gaussians() const { return host_->count(); }
   void ExpectTheSame(double tolerance) {
     SplatModel host, device;
     host_->DownloadResult(host);
     device_->DownloadResult(device);
-    ASSERT_EQ(device.count, host.count);
+    ASSERT_EQ(device.layout(), host.layout());
     ASSERT_EQ(device.data.size(), host.data.size());
     // What is copied is the same to the bit; what exp, log and cos have a part in may differ by their rounding.
     if (tolerance == 0) {
       for (int a = splat::kQuaternion; a < host.num_attributes(); ++a) {
         if (a == splat::kOpacity) continue;
-        for (Index i = 0; i < host.count; ++i) ASSERT_EQ(device.attribute(a)[i], host.attribute(a)[i]) << a << i;
+        for (Index i = 0; i < host.Rows(a); ++i) ASSERT_EQ(device.attribute(a)[i], host.attribute(a)[i]) << a << i;
       }
     }
     EXPECT_LT(vesta::test::RelativeError(device.data, host.data), std::max(tolerance, 1e-6));
@@ -148,7 +163,7 @@ class Both {
   // A step of the host; returns its gradient.
   std::vector<float> StepHost() {
     const int attributes = splat::NumAttributes(host_->sh_degree());
-    std::vector<float> gradient = random_.NormalVector<float>(static_cast<std::size_t>(attributes * host_->count()));
+    std::vector<float> gradient = random_.NormalVector<float>(static_cast<std::size_t>(host_->layout().Size()));
     std::copy(gradient.begin(), gradient.end(), host_->gradient(attributes));
     host_->Step(attributes, 1);
     return gradient;
@@ -179,6 +194,18 @@ TEST_F(CudaDensity, ModelAndMomentsBecomeThoseOfTheHost) {
       both.ExpectTheSame(1e-5);
     }
   }
+}
+
+TEST_F(CudaDensity, DegreesAreLoweredAsOnTheHost) {
+  Both both({"", 300, [](DensityOptions&) {}, [](SplatModel& m) { m = test::RandomModel(m.count, 3, 5); }},
+            AdamMetric::kBlock);
+  both.SetDegrees(DegreesOf(300));
+  both.ExpectTheSame(0);
+  both.Step();
+  both.ExpectTheSame(1e-5);
+  both.Densify();
+  both.Step();
+  both.ExpectTheSame(1e-5);
 }
 
 // A new model has been observed nowhere.

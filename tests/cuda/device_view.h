@@ -17,7 +17,7 @@ struct DeviceRenderedView {
 
   explicit DeviceRenderedView(const Scene& scene)
       : x(ToDevice(std::vector<float>(scene.x.begin(), scene.x.end()))),
-        model{x.data(), scene.count, scene.sh_degree, scene.active_sh_degree} {
+        model{x.data(), scene.layout(), scene.active_sh_degree} {
     view.Build(model, scene.view, scene.background, workspace);
     device_image.Resize(3 * view.num_pixels());
     view.Render(device_image.data());

@@ -17,12 +17,17 @@ class CudaLoss : public OnDevice {};
 class CudaSplatProblem : public OnDevice {};
 
 TEST_F(CudaView, ImageProductsAndBlocksAreThoseOfTheHost) {
-  for (const SceneOptions& options : SceneKinds()) {
-    SCOPED_TRACE(options.name);
-    const Scene scene = RandomScene(options, 8);
+  std::vector<Scene> scenes;
+  for (const SceneOptions& options : SceneKinds()) scenes.push_back(RandomScene(options, 8));
+  // Different degrees, and one of them above that of the colours.
+  scenes.push_back(WithBands(RandomScene(SceneOptions(), 8), {40, 29, 17, 5}));
+  scenes.push_back(scenes.back());
+  scenes.back().active_sh_degree = 2;
+  for (const Scene& scene : scenes) {
+    SCOPED_TRACE(&scene - scenes.data());
     RenderedView<float> host(scene);
     const DeviceBuffer<float> x = ToDevice(host.x);
-    const splat::Model<float> model = {x.data(), scene.count, scene.sh_degree, scene.active_sh_degree};
+    const splat::Model<float> model = {x.data(), scene.layout(), scene.active_sh_degree};
     splat::DeviceViewWorkspace workspace;
     splat::DeviceSplatView view;
     view.Build(model, scene.view, scene.background, workspace);

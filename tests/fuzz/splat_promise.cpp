@@ -8,7 +8,7 @@ namespace vesta::fuzz {
 
 void PromiseSplat(const gs::SplatModel& model) {
   Promise(model.sh_degree >= 0 && model.sh_degree <= 3 && model.count > 0, "no splat");
-  Promise(static_cast<Index>(model.data.size()) == model.count * model.num_attributes(), "values of another number");
+  Promise(static_cast<Index>(model.data.size()) == model.Size(), "values of another number");
   for (const float value : model.data) Promise(std::isfinite(value), "a value that is not finite");
   for (Index i = 0; i < model.count; ++i) {
     bool is_zero = true;

@@ -41,8 +41,7 @@ void FuzzCheckpoint(std::string_view bytes) {
   if (stage != gs::Stage::kLm) return;
   gs::SplatModel model;
   if (!Reads("", [&] { model = gs::ModelOfLmStage(checkpoint.stage_state); })) return;
-  Promise(model.sh_degree >= 0 && model.sh_degree <= 3 &&
-              static_cast<Index>(model.data.size()) == model.count * model.num_attributes(),
+  Promise(model.sh_degree >= 0 && model.sh_degree <= 3 && static_cast<Index>(model.data.size()) == model.Size(),
           "a model of another number of values");
 }
 

@@ -64,6 +64,16 @@ Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, R
   return scene;
 }
 
+Scene WithBands(const Scene& scene, const std::int64_t (&with_band)[splat::kMaxShDegree + 1]) {
+  const splat::ModelLayout layout = splat::LayoutOfBands(with_band);
+  Scene result = scene;
+  result.x = WithoutLacking(scene.x, layout);
+  result.sh_degree = layout.sh_degree;
+  result.active_sh_degree = std::min(scene.active_sh_degree, layout.sh_degree);
+  std::copy_n(layout.lacking, splat::kMaxShDegree, result.lacking);
+  return result;
+}
+
 std::vector<SceneOptions> SceneKinds() {
   std::vector<SceneOptions> kinds;
   const auto add = [&](const char* name) -> SceneOptions& {

@@ -1,6 +1,7 @@
 // Random splat models in front of random views.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <ostream>
 #include <string>
@@ -35,11 +36,13 @@ inline std::ostream& operator<<(std::ostream& os, const SceneOptions& options) {
 struct Scene {
   splat::PosedCamera view;
   int count = 0, sh_degree = 0, active_sh_degree = 0;
-  std::vector<double> x;  // layout.h
+  std::int64_t lacking[splat::kMaxShDegree] = {};  // as of ModelLayout
+  std::vector<double> x;                           // layout.h
   double background[3] = {0.2, 0.5, 0.9};
 
-  double& At(int attribute, int i) { return x[static_cast<std::size_t>(Index{attribute} * count + i)]; }
-  double At(int attribute, int i) const { return x[static_cast<std::size_t>(Index{attribute} * count + i)]; }
+  splat::ModelLayout layout() const { return {count, sh_degree, {lacking[0], lacking[1], lacking[2]}}; }
+  double& At(int attribute, int i) { return x[static_cast<std::size_t>(layout().Offset(attribute) + i)]; }
+  double At(int attribute, int i) const { return x[static_cast<std::size_t>(layout().Offset(attribute) + i)]; }
 };
 
 // Without Gaussians yet.
@@ -47,6 +50,28 @@ Scene EmptyScene(const splat::PosedCamera& view, int count, int sh_degree);
 // In front of the given view, whose size counts and not that of the options; or of a random one.
 Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, Random& random);
 Scene RandomScene(const SceneOptions& options, std::uint64_t seed);
+
+// Numbers laid out as those of a model of one degree, without those that a model of the same Gaussians lacks.
+template <class S>
+std::vector<S> WithoutLacking(const std::vector<S>& values, const splat::ModelLayout& layout) {
+  std::vector<S> rest;
+  for (int a = 0; a < splat::NumAttributes(layout.sh_degree); ++a) {
+    const auto begin = values.begin() + a * layout.count;
+    rest.insert(rest.end(), begin, begin + layout.Rows(a));
+  }
+  return rest;
+}
+// Those numbers with zeros for what it lacks.
+template <class S>
+std::vector<S> WithZeros(const std::vector<S>& values, const splat::ModelLayout& layout) {
+  std::vector<S> all(static_cast<std::size_t>(splat::NumAttributes(layout.sh_degree) * layout.count));
+  for (int a = 0; a < splat::NumAttributes(layout.sh_degree); ++a) {
+    std::copy_n(values.begin() + layout.Offset(a), layout.Rows(a), all.begin() + a * layout.count);
+  }
+  return all;
+}
+// The scene, of one degree, without all but the first with_band[b] Gaussians' bands b.
+Scene WithBands(const Scene& scene, const std::int64_t (&with_band)[splat::kMaxShDegree + 1]);
 
 // The kinds of scene that the operators are tested on: sizes that are no multiples of the tile, needles, splats below a
 // pixel, splats larger than the image, capped alphas, closed pixels, means behind the camera and beyond the clamp.
@@ -63,7 +88,7 @@ struct RenderedView {
   std::vector<S> image;
 
   explicit RenderedView(const Scene& scene)
-      : x(scene.x.begin(), scene.x.end()), model{x.data(), scene.count, scene.sh_degree, scene.active_sh_degree} {
+      : x(scene.x.begin(), scene.x.end()), model{x.data(), scene.layout(), scene.active_sh_degree} {
     view.Build(model, scene.view, scene.background, workspace);
     image.resize(static_cast<std::size_t>(3 * view.num_pixels()));
     view.Render(image.data());

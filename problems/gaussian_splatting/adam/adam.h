@@ -25,13 +25,15 @@ class Adam {
   void SetUnits(Vector units) { units_ = std::move(units); }
   const Vector& units() const { return units_; }
 
-  // x -= step, for attributes [0, attributes) of `count` Gaussians, all rates times `factor`; gradient laid out as the
-  // model, zero afterwards. Moments are made on first use. On a device it does not wait.
-  void Step(Index count, typename B::View x, float* gradient, int attributes, double factor) {
+  // x -= step, for attributes [0, attributes) of a model so laid out, all rates times `factor`; gradient laid out as
+  // the model, zero afterwards. Moments are made on first use. On a device it does not wait.
+  void Step(const splat::ModelLayout& layout, typename B::View x, float* gradient, int attributes, double factor) {
+    const Index count = layout.count;
     if (first_.empty()) Start(count, x.size());
     VESTA_CHECK(units_.empty() || units_.size() == count, "{} units of length for {} Gaussians", units_.size(), count);
     ++steps_;
     AdamStepArrays arrays{.blocks = rule_.BlockRates(factor, steps_),
+                          .layout = layout,
                           .first_diagonal = rule_.first_diagonal(),
                           .attributes = attributes,
                           .steps = steps_,
@@ -46,26 +48,27 @@ class Adam {
     AdamSteps<Space>::Run(arrays, bases_);
   }
 
-  // Follow a change of the model: Gaussian i of the new model is source[i] of the `count` of the old one, with its
+  // Follow a change of the model: Gaussian i of the new one, laid out as `to`, is source[i] of the old one, with its
   // moments where kept[i], else with none. On a device throws OutOfDeviceMemory.
-  void Rearrange(Index count, Span<const std::uint32_t, Space> source, Span<const std::uint8_t, Space> kept) {
+  void Rearrange(const splat::ModelLayout& from, const splat::ModelLayout& to, Span<const std::uint32_t, Space> source,
+                 Span<const std::uint8_t, Space> kept) {
     if (first_.empty()) return;
     // The bases, being the most, first: if they fit, so do the moments of a model that does not grow.
     if (rule_.has_blocks()) bases_.Rearrange(source, kept);
     for (Vector* moments : {&first_, &second_}) {
-      const Index attributes = moments->size() / count;
       Vector gathered;
-      gathered.ResizeForOverwrite(attributes * source.size());
-      GatherRows<Space>(RowGathering<std::uint32_t>{attributes, count, source.size(), source.data(), kept.data(),
-                                                    moments->data(), gathered.data()});
+      gathered.ResizeForOverwrite(to.Size());
+      GatherGaussians<Space>(from, to, source.data(), kept.data(), moments->data(), gathered.data());
       *moments = std::move(gathered);
     }
   }
 
-  // Forgets the moments of one attribute of `count` Gaussians.
-  void Reset(Index count, int attribute) {
+  // Forgets the moments of one attribute of a model so laid out.
+  void Reset(const splat::ModelLayout& layout, int attribute) {
     if (first_.empty()) return;
-    const auto clear = [&](Vector& moments) { B().Fill(0, moments.view().subspan(attribute * count, count)); };
+    const auto clear = [&](Vector& moments) {
+      B().Fill(0, moments.view().subspan(layout.Offset(attribute), layout.Rows(attribute)));
+    };
     clear(first_);
     // Of a block the second moments are those of directions, not of attributes: they stay.
     if (attribute >= rule_.first_diagonal()) clear(second_);

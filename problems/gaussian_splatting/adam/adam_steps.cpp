@@ -20,8 +20,10 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
       if (chunk % kTurnEvery == FirstTurned(arrays.steps)) kernels.turn_bases(piece, begin, end);
     }
     for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {
-      const Index offset = a * all.count + begin;
-      kernels.step({.size = end - begin,
+      const Index rows = std::min(end, arrays.layout.Rows(a));
+      if (rows <= begin) break;  // nor have they what follows
+      const Index offset = arrays.layout.Offset(a) + begin;
+      kernels.step({.size = rows - begin,
                     .gradient = all.gradient + offset,
                     .parameters = all.parameters + offset,
                     .first = all.first + offset,

@@ -9,9 +9,10 @@ namespace vesta::gs {
 // What a step works on; all pointers to one memory space.
 struct AdamStepArrays {
   BlockAdamArrays blocks;  // the whole model's arrays; its bases are given apart
-  int first_diagonal;      // attributes below it are stepped in blocks, of those from it on each parameter alone
-  int attributes;          // in use
-  int steps;               // with this one
+  splat::ModelLayout layout;
+  int first_diagonal;  // attributes below it are stepped in blocks, of those from it on each parameter alone
+  int attributes;      // in use
+  int steps;           // with this one
   float rate[splat::kMaxAttributes];  // of each attribute, AdamRule::StepRate
 };
 

@@ -7,15 +7,19 @@
 namespace vesta::gs {
 namespace {
 
-// Memory bound: reads and writes 16 bytes a parameter that moves, reads 4 of others.
+// Of attributes from `first` on, that are there for `rows` Gaussians. Memory bound: reads and writes 16 bytes a
+// parameter that moves, reads 4 of others.
 struct StepOne {
   AdamStepArrays a;
-  Divisor by_count{a.blocks.count};
+  int first;
+  Index rows, offset{a.layout.Offset(first)};
+  Divisor by_rows{rows};
   VESTA_HD void operator()(Index parameter) const {
     const BlockAdamArrays& all = a.blocks;
-    const Index i = a.first_diagonal * all.count + parameter;
+    const Index i = offset + parameter;
     if (all.gradient[i] == 0) return;
-    const auto [attribute, gaussian] = by_count.Divide(i);
+    const auto [from_first, gaussian] = by_rows.Divide(parameter);
+    const Index attribute = first + from_first;
     const float unit = attribute < splat::kLogScale && all.units ? all.units[gaussian] : 1.0f;
     const float step =
         AdamStep(all.gradient[i], unit * a.rate[attribute], all.root_correction2, all.first[i], all.second[i]);
@@ -84,7 +88,12 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
     const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
     device::ForEach(turned * kTurnChunk, TurnOne{blocks, first}, "turn of Adam's bases");
   }
-  device::ForEach((arrays.attributes - arrays.first_diagonal) * all.count, StepOne{arrays}, "step of Adam");
+  for (int first = arrays.first_diagonal, end = 0; first < arrays.attributes; first = end) {
+    const Index rows = arrays.layout.Rows(first);
+    // As far as the same Gaussians have them.
+    for (end = first; end < arrays.attributes && arrays.layout.Rows(end) == rows;) ++end;
+    device::ForEach((end - first) * rows, StepOne{arrays, first, rows}, "step of Adam");
+  }
 }
 
 }  // namespace vesta::gs

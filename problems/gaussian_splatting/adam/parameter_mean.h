@@ -27,15 +27,14 @@ class ParameterMean {
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);
     backend_.Axpby(weight, x, 1 - weight, mean_);
   }
-  // Of `count` Gaussians the mean of those of these rows.
-  ParameterMean OfRows(Index count, Span<const std::uint32_t, typename B::Space> source) const {
+  // The mean of Gaussians source[k], laid out as `to`, of those of a model laid out as `from`.
+  ParameterMean OfRows(const splat::ModelLayout& from, const splat::ModelLayout& to,
+                       Span<const std::uint32_t, typename B::Space> source) const {
     ParameterMean rows;
     if (empty()) return rows;
-    const Index attributes = mean_.size() / count;
     rows.terms_ = terms_;
-    rows.mean_.ResizeForOverwrite(attributes * source.size());
-    GatherRows<typename B::Space>(RowGathering<std::uint32_t>{attributes, count, source.size(), source.data(), nullptr,
-                                                              mean_.data(), rows.mean_.data()});
+    rows.mean_.ResizeForOverwrite(to.Size());
+    GatherGaussians<typename B::Space>(from, to, source.data(), nullptr, mean_.data(), rows.mean_.data());
     return rows;
   }
   // Whether what was read can be that of so many parameters.

@@ -8,6 +8,7 @@
 #include "kernels/core/sort.h"
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/density/density_steps.h"
+#include "problems/gaussian_splatting/model/gather_rows.h"
 
 namespace vesta::gs {
 
@@ -34,6 +35,12 @@ class DensityControl {
   void Forget(Index count) {
     pull_.Resize(count);
     seen_.Resize(count);
+  }
+
+  // Gaussian i is now what source[i] was, and nothing else has changed.
+  void Reorder(const Buffer<std::uint32_t, Space>& source) {
+    pull_ = GatherNumbers(pull_, source);
+    seen_ = GatherNumbers(seen_, source);
   }
 
   // After the gradient of one view: splat_cotangents by rank (the workspace's splat_sums), of the loss times

@@ -16,6 +16,7 @@
 #include "problems/gaussian_splatting/io/ply_table.h"
 #include "problems/gaussian_splatting/io/smallest_three.h"
 #include "problems/gaussian_splatting/io/splat_comments.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 
 namespace vesta::gs {
@@ -260,7 +261,7 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
 void WriteCompressedPly(const std::string& path, const SplatModel& in_any_order) {
   CheckDrawable(path, in_any_order);
   if (in_any_order.count == 0) Fail("{}: it would hold no Gaussians", path);
-  const SplatModel model = InOrder(in_any_order, ChunkOrder(in_any_order, kChunk));
+  const SplatModel model = InOrder(AtOneDegree(in_any_order), ChunkOrder(in_any_order, kChunk));
   const Index count = model.count, chunks = (count - 1) / kChunk + 1;
   const int rest = ShCoefficients(model.sh_degree) - 1;
 

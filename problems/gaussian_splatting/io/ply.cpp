@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/opacity_byte.h"
 #include "problems/gaussian_splatting/io/ply_table.h"
 #include "problems/gaussian_splatting/io/splat_comments.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 
 namespace vesta::gs {
 namespace {
@@ -77,7 +79,7 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
     if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);
   }
   TakeUsableGaussians(path, options, &model);
-  return model;
+  return AtStoredDegrees(std::move(model));
 }
 
 std::int64_t SplatPlyBytes(Index gaussians, int sh_degree) {
@@ -92,8 +94,8 @@ void WriteSplatPly(const std::string& path, const SplatModel& model) {
 
 void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
   VESTA_CHECK(model.sh_degree >= 0 && model.sh_degree <= 3, "degree {}", model.sh_degree);
-  VESTA_CHECK(static_cast<Index>(model.data.size()) == model.count * model.num_attributes(),
-              "{} values for {} Gaussians of degree {}", model.data.size(), model.count, model.sh_degree);
+  VESTA_CHECK(static_cast<Index>(model.data.size()) == model.Size(), "{} values for {} Gaussians of degree {}",
+              model.data.size(), model.count, model.sh_degree);
   const std::vector<FileColumn> columns = FileColumns(model.sh_degree);
   std::string header = "ply\nformat binary_little_endian 1.0\n";
   for (const std::string& comment : SplatComments(model)) header += fmt::format("comment {}\n", comment);
@@ -109,7 +111,7 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
     rows.clear();
     for (Index i = begin; i < end; ++i) {
       for (const FileColumn& column : columns) {
-        rows.push_back(column.attribute < 0 ? 0.0f : model.attribute(column.attribute)[i]);
+        rows.push_back(column.attribute < 0 ? 0.0f : model.Value(column.attribute, i));
       }
     }
     file.Write({reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof(float)});

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/atomic_file.h"
@@ -18,6 +19,7 @@
 #include "problems/gaussian_splatting/io/opacity_byte.h"
 #include "problems/gaussian_splatting/io/smallest_three.h"
 #include "problems/gaussian_splatting/io/splat_comments.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 
 namespace vesta::gs {
 namespace {
@@ -269,7 +271,7 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
     }
   });
   TakeUsableGaussians(path, options, &model);
-  return model;
+  return AtStoredDegrees(std::move(model));
 }
 
 void WriteSpz(const std::string& path, const SplatModel& model) {
@@ -287,7 +289,7 @@ void WriteSpz(const std::string& path, const SplatModel& model) {
   ParallelForChunks(model.count, 1024, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       const auto get = [&](int attribute) {
-        return static_cast<double>(HalfTurnSign(attribute) * model.attribute(attribute)[i]);
+        return static_cast<double>(HalfTurnSign(attribute) * model.Value(attribute, i));
       };
       const int q = splat::kQuaternion;
       const std::array<int, 3> axes =

@@ -1,5 +1,6 @@
 #include "problems/gaussian_splatting/io/usable_gaussians.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ std::vector<Index> UsableGaussians(const SplatModel& model) {
     }
     for (int a = 0; a < model.num_attributes(); ++a) {
       const float* values = model.attribute(a);
-      for (Index i = begin; i < end; ++i) {
+      for (Index i = begin; i < std::min(end, model.Rows(a)); ++i) {
         if (!std::isfinite(values[i])) usable[static_cast<std::size_t>(i)] = false;
       }
     }
@@ -49,8 +50,8 @@ void TakeUsableGaussians(const std::string& path, const ReadSplatOptions& option
 
 void CheckDrawable(const std::string& path, const SplatModel& model) {
   VESTA_CHECK(model.sh_degree >= 0 && model.sh_degree <= 3, "degree {}", model.sh_degree);
-  VESTA_CHECK(static_cast<Index>(model.data.size()) == model.count * model.num_attributes(),
-              "{} values for {} Gaussians of degree {}", model.data.size(), model.count, model.sh_degree);
+  VESTA_CHECK(static_cast<Index>(model.data.size()) == model.Size(), "{} values for {} Gaussians of degree {}",
+              model.data.size(), model.count, model.sh_degree);
   const Index bad = model.count - static_cast<Index>(UsableGaussians(model).size());
   if (bad > 0) {
     Fail(

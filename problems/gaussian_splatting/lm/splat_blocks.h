@@ -15,14 +15,15 @@ constexpr int PackedValues(int size) { return size * (size + 1) / 2; }
 
 // One block of the geometric attributes for each Gaussian; of the spherical harmonics the diagonal, or one block for
 // the three channels.
-inline std::vector<BlockGroup> SplatBlockGroups(Index count, int sh_degree, bool sh_blocks) {
+inline std::vector<BlockGroup> SplatBlockGroups(const splat::ModelLayout& layout, bool sh_blocks) {
+  const Index count = layout.count;
   const BlockGroup geometry{.size = splat::kGeometry, .count = count, .offset = 0, .component_stride = count};
-  const Index coefficients = ShCoefficients(sh_degree);
-  if (!sh_blocks) return {geometry, {.size = 1, .count = 3 * coefficients * count, .offset = splat::kSh * count}};
+  const Index offset = layout.Offset(splat::kSh);
+  if (!sh_blocks) return {geometry, {.size = 1, .count = layout.Size() - offset, .offset = offset}};
   return {geometry,
-          {.size = static_cast<int>(coefficients),
+          {.size = ShCoefficients(layout.sh_degree),
            .count = count,
-           .offset = splat::kSh * count,
+           .offset = offset,
            .component_stride = 3 * count,
            .copies = 3,
            .copy_stride = count}};

@@ -26,7 +26,7 @@ class SplatLinearization final : public Linearization<B> {
 
   // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
   Index num_residuals() const override { return num_residuals_; }
-  Index num_parameters() const override { return splat::NumAttributes(options_.sh_degree) * options_.count; }
+  Index num_parameters() const override { return options_.Size(); }
   ConstView residuals() const override;
   void ApplyJ(ConstView v, View u) override;
   void ApplyJT(ConstView u, View g) override;

@@ -21,7 +21,7 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
       units_(options.jacobian == JacobianKind::kRebuild ? std::min<std::size_t>(views_.size(), 1) : views_.size()),
       loss_(std::move(loss)),
       workspace_(std::move(workspace)) {
-  model_ = {x.data(), options.count, options.sh_degree, options.sh_degree};
+  model_ = {x.data(), options, options.sh_degree};
   Index largest = 0;
   for (const TargetView<B>* view : views_) {
     const Index values = view->shape().NumValues();
@@ -220,7 +220,7 @@ void SplatLinearization<B>::DiagJTJ(View d) {
 
 template <Backend B>
 std::vector<BlockGroup> SplatLinearization<B>::block_groups() const {
-  return SplatBlockGroups(model_.count, model_.sh_degree, options_.sh_blocks);
+  return SplatBlockGroups(model_, options_.sh_blocks);
 }
 
 template <Backend B>

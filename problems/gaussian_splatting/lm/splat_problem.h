@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/gaussian_splatting/layout.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/options.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
@@ -21,15 +22,15 @@
 
 namespace vesta::gs {
 
-struct SplatProblemOptions : SplatMetricOptions {
-  int sh_degree = 3;
-  Index count = 0;  // Gaussians
+// Of a model so laid out.
+struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   std::array<double, 3> background{0, 0, 0};
   PhotometricWeights weights;
   // Merged batches want views that are not neighbours: the merge is biased by those.
   ViewBatchOptions batches;
   JacobianKind jacobian = JacobianKind::kRecompute;
-  // Blocks of the spherical harmonics too, one for the three channels, instead of their diagonal.
+  // Blocks of the spherical harmonics too, one for the three channels, instead of their diagonal. Only where all
+  // Gaussians have the same degree.
   bool sh_blocks = false;
   LearningRates rates;
   // Of length, for each Gaussian (model/length_units.h); null: all 1.

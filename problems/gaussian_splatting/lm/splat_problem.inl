@@ -20,6 +20,7 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
       batches_(options.batches, static_cast<Index>(views.size())),
       loss_(std::make_shared<typename SplatBackend<B>::Loss>(options.weights)),
       workspace_(std::make_shared<typename SplatBackend<B>::Workspace>()) {
+  VESTA_CHECK(options.is_uniform() || !options.sh_blocks, "blocks of harmonics of different degrees");
   if (options.units) {
     const HostSpan<const float> units(options.units->data(), static_cast<Index>(options.units->size()));
     VESTA_CHECK(units.size() == options.count, "{} units of length for {} Gaussians", units.size(), options.count);
@@ -34,7 +35,7 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
 
 template <Backend B>
 Index SplatProblem<B>::num_parameters() const {
-  return splat::NumAttributes(options_.sh_degree) * options_.count;
+  return options_.Size();
 }
 
 template <Backend B>
@@ -47,7 +48,7 @@ double SplatProblem<B>::Cost(ConstView x) {
 template <Backend B>
 double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
   this->CheckSize(x);
-  const splat::Model<typename B::Scalar> model{x.data(), options_.count, options_.sh_degree, options_.sh_degree};
+  const splat::Model<typename B::Scalar> model{x.data(), options_, options_.sh_degree};
   typename SplatBackend<B>::SplatView view;
   typename B::Vector image;
   double cost = 0;
@@ -80,8 +81,8 @@ bool SplatProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
   backend.Fill(1, ones);
   const double sum = backend.Dot(diag_h.subspan(splat::kOpacity * n, n), ones.view());
   const std::vector<double> metric = RatesMetric(options_, sum);
-  for (std::size_t a = 0; a < metric.size(); ++a) {
-    backend.Fill(metric[a], D.subspan(static_cast<Index>(a) * n, n));
+  for (int a = 0; a < static_cast<int>(metric.size()); ++a) {
+    backend.Fill(metric[static_cast<std::size_t>(a)], D.subspan(options_.Offset(a), options_.Rows(a)));
   }
   if (metric.empty()) return false;
   ForEach<typename B::Space>(n, 4096,

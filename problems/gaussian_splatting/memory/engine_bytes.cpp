@@ -23,22 +23,21 @@ struct BlockBytes {
 };
 
 BlockBytes BlocksOf(const MemoryScene& scene, const LmStageOptions& lm) {
-  const int geometry = Packed(splat::kGeometry), coefficients = ShCoefficients(scene.sh_degree);
   const bool with_colors = lm.preconditioner == LmPreconditioner::kBlockSh;
-  const int color_blocks = with_colors ? Packed(coefficients) : 0;
-  const int colors = with_colors ? color_blocks : 3 * coefficients;
-  return {(geometry + 3 * coefficients + color_blocks) * PerGaussianBytes(scene),
-          (geometry + colors) * PerGaussianBytes(scene)};
+  const double geometry = Packed(splat::kGeometry) * PerGaussianBytes(scene),
+               diagonal = VectorBytes(scene) - splat::kSh * PerGaussianBytes(scene),
+               colors = with_colors ? Packed(ShCoefficients(scene.layout.sh_degree)) * PerGaussianBytes(scene) : 0;
+  return {geometry + diagonal + colors, geometry + (with_colors ? colors : diagonal)};
 }
 
 }  // namespace
 
-double VectorBytes(const MemoryScene& scene) { return splat::NumAttributes(scene.sh_degree) * PerGaussianBytes(scene); }
+double VectorBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.Size()); }
 
-double PerGaussianBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.gaussians); }
+double PerGaussianBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.count); }
 
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
-  return options.metric == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.gaussians))
+  return options.metric == AdamMetric::kBlock ? sizeof(float) * static_cast<double>(BlockArraySize(scene.layout.count))
                                               : 0;
 }
 

@@ -75,7 +75,7 @@ LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const Stage
 
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
   const bool density = options.density.enabled && options.adam.runs();
-  const Index most = density ? std::max(options.density.max_gaussians, scene.gaussians) : scene.gaussians;
+  const Index most = density ? std::max(options.density.max_gaussians, scene.layout.count) : scene.layout.count;
   const auto bytes_of = [&](Index gaussians) {
     const MemoryScene scaled = scene.Scaled(gaussians);
     LmStageOptions lm = options.lm;
@@ -83,10 +83,10 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
     const double adam = options.adam.runs() ? memory.adam_bytes(scaled, options) : 0;
     return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, true) : 0.0);
   };
-  if (bytes_of(scene.gaussians) > memory.bytes) {
-    throw Error(memory.refusal("this scene", bytes_of(scene.gaussians)));
+  if (bytes_of(scene.layout.count) > memory.bytes) {
+    throw Error(memory.refusal("this scene", bytes_of(scene.layout.count)));
   }
-  Index fits = scene.gaussians, too_many = most + 1;
+  Index fits = scene.layout.count, too_many = most + 1;
   while (too_many - fits > 1) {
     const Index middle = fits + (too_many - fits) / 2;
     (bytes_of(middle) <= memory.bytes ? fits : too_many) = middle;

@@ -39,13 +39,15 @@ MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<cons
     counts[v].pixels = static_cast<double>(camera.width) * camera.height;
     counts[v].tiles = static_cast<double>(tiles(camera.width)) * tiles(camera.height);
   }
-  return {model.count, model.sh_degree, std::move(counts)};
+  return {model, std::move(counts)};
 }
 
 MemoryScene MemoryScene::Scaled(Index new_gaussians) const {
-  const double factor = static_cast<double>(new_gaussians) / static_cast<double>(std::max<Index>(gaussians, 1));
+  const double factor = static_cast<double>(new_gaussians) / static_cast<double>(std::max<Index>(layout.count, 1));
   MemoryScene scene = *this;
-  scene.gaussians = new_gaussians;
+  scene.layout.count = new_gaussians;
+  for (std::int64_t& lacking : scene.layout.lacking)
+    lacking = static_cast<Index>(factor * static_cast<double>(lacking));
   for (ViewCounts& view : scene.views) view.splats *= factor, view.pairs *= factor, view.entries *= factor;
   return scene;
 }

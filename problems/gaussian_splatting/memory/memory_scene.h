@@ -13,8 +13,7 @@ using splat::ViewCounts;
 
 // A model and its views, for the sums below.
 struct MemoryScene {
-  Index gaussians = 0;
-  int sh_degree = 3;
+  splat::ModelLayout layout;
   std::vector<ViewCounts> views;
 
   // The same with another number of Gaussians, what it counts growing in proportion.

@@ -22,7 +22,7 @@ class Parts {
   using Loss = typename Splats::Loss;
 
   explicit Parts(const MemoryScene& scene)
-      : scene_(scene), most_(scene.Largest()), gaussians_(static_cast<double>(scene.gaussians)) {}
+      : scene_(scene), most_(scene.Largest()), gaussians_(static_cast<double>(scene.layout.count)) {}
 
   const ViewCounts& most() const { return most_; }
   double Image() const { return kImageBytes * most_.pixels; }

@@ -6,6 +6,7 @@
 namespace vesta {
 
 VESTA_DEVICE_FOR_EACH(gs::RowGathering<std::uint32_t>, "gathering of rows")
+VESTA_DEVICE_FOR_EACH(gs::CountGathering, "gathering of counts")
 VESTA_DEVICE_FOR_EACH(gs::MeasureUnit, "units of length")
 
 }  // namespace vesta

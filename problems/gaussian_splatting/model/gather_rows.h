@@ -3,32 +3,62 @@
 
 #include <cstdint>
 
+#include "kernels/core/buffer.h"
 #include "kernels/core/divisor.h"
 #include "kernels/core/for_each.h"
 #include "kernels/core/hd.h"
+#include "kernels/gaussian_splatting/layout.h"
 
 namespace vesta::gs {
 
 // to = the rows `source` of `from`: structures of arrays with `attributes` columns of so many rows, all pointers to one
-// memory space. Zero where a row is not kept; kept null: all are.
-template <class Row>
+// memory space. Zero where a row is not kept (kept null: all are), and where the source is none of the rows.
+template <class Row, class T = float>
 struct RowGathering {
   Index attributes, from_rows, to_rows;
   const Row* source;
   const std::uint8_t* kept;
-  const float* from;
-  float* to;
+  const T* from;
+  T* to;
   Divisor by_rows{to_rows};
 
   VESTA_HD void operator()(Index entry) const {
     const auto [attribute, row] = by_rows.Divide(entry);
-    to[entry] = !kept || kept[row] != 0 ? from[attribute * from_rows + source[row]] : 0.0f;
+    const auto from_row = static_cast<Index>(source[row]);
+    const bool is_there = from_row < from_rows && (!kept || kept[row] != 0);
+    to[entry] = is_there ? from[attribute * from_rows + from_row] : T(0);
   }
 };
 
-template <class Space, class Row>
-void GatherRows(const RowGathering<Row>& gathering) {
+using CountGathering = RowGathering<std::uint32_t, int>;
+
+template <class Space, class Row, class T>
+void GatherRows(const RowGathering<Row, T>& gathering) {
   ForEach<Space>(gathering.attributes * gathering.to_rows, 65536, gathering);
+}
+
+// The same of a number of each Gaussian: number k is that of source[k].
+template <class T, class Space>
+Buffer<T, Space> GatherNumbers(const Buffer<T, Space>& from, const Buffer<std::uint32_t, Space>& source) {
+  Buffer<T, Space> to;
+  to.ResizeForOverwrite(source.size());
+  GatherRows<Space>(
+      RowGathering<std::uint32_t, T>{1, from.size(), to.size(), source.data(), nullptr, from.data(), to.data()});
+  return to;
+}
+
+// The same of a model, or of what is laid out as one: Gaussian k of `to` is Gaussian source[k] of `from`. Bands that
+// only the new one has are zero.
+template <class Space, class Row>
+void GatherGaussians(const splat::ModelLayout& from_layout, const splat::ModelLayout& to_layout, const Row* source,
+                     const std::uint8_t* kept, const float* from, float* to) {
+  for (int band = 0; band <= to_layout.sh_degree; ++band) {
+    const int first = splat::FirstOfBand(band), attributes = splat::NumAttributes(band) - first;
+    const bool is_new = band > from_layout.sh_degree;
+    GatherRows<Space>(RowGathering<Row>{attributes, from_layout.WithBand(band), to_layout.WithBand(band), source, kept,
+                                        is_new ? from : from + from_layout.Offset(first),
+                                        to + to_layout.Offset(first)});
+  }
 }
 
 }  // namespace vesta::gs

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/model/gather_rows.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 
 namespace vesta::gs {
 namespace {
@@ -44,20 +44,18 @@ std::vector<Index> SpatialOrder(const SplatModel& model) {
       codes[i].first |= Spread(static_cast<std::uint64_t>(cell)) << k;
     }
   }
-  std::sort(codes.begin(), codes.end());
+  for (int degree = model.sh_degree; degree >= 0; --degree) {
+    std::sort(codes.begin() + model.WithBand(degree + 1), codes.begin() + model.WithBand(degree));
+  }
   std::vector<Index> order(n);
   for (std::size_t i = 0; i < n; ++i) order[i] = codes[i].second;
   return order;
 }
 
 SplatModel InOrder(SplatModel model, const std::vector<Index>& order) {
-  const auto count = static_cast<Index>(order.size());
-  std::vector<float> data(static_cast<std::size_t>(model.num_attributes() * count));
-  GatherRows<Host>(RowGathering<Index>{model.num_attributes(), model.count, count, order.data(), nullptr,
-                                       model.data.data(), data.data()});
-  model.data = std::move(data);
-  model.count = count;
-  return model;
+  const std::vector<std::uint32_t> source(order.begin(), order.end());
+  const splat::ModelLayout layout = LayoutOfRows(model, source);
+  return TakeGaussians(std::move(model), {source, layout});
 }
 
 }  // namespace vesta::gs

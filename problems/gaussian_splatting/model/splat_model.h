@@ -9,24 +9,28 @@
 
 namespace vesta::gs {
 
-// Gaussians as parameters, structure of arrays: attribute a of Gaussian i is data[a * count + i], attributes in the
-// order of kernels/gaussian_splatting/layout.h.
-struct SplatModel {
-  int sh_degree = 0;  // 0..3
-  Index count = 0;
+// Gaussians as parameters: data as the layout has them (kernels/gaussian_splatting/layout.h).
+struct SplatModel : splat::ModelLayout {
   std::vector<float> data;
   std::array<float, 3> background{};  // the colour it was trained over, 0..1
   bool has_background = false;
   std::array<double, 3> origin{};  // of the frame that the means are in; zero: the world's
 
+  const splat::ModelLayout& layout() const { return *this; }
+  // Of the Gaussians of the highest degree.
   int num_attributes() const { return splat::NumAttributes(sh_degree); }
-  void Resize(int degree, Index gaussians) {
-    sh_degree = degree;
-    count = gaussians;
-    data.assign(static_cast<std::size_t>(splat::NumAttributes(degree) * gaussians), 0.0f);
+  // Makes all parameters zero.
+  void Resize(const splat::ModelLayout& layout) {
+    static_cast<splat::ModelLayout&>(*this) = layout;
+    data.assign(static_cast<std::size_t>(Size()), 0.0f);
   }
-  float* attribute(int a) { return data.data() + a * count; }
-  const float* attribute(int a) const { return data.data() + a * count; }
+  // The same, of Gaussians that all have this degree.
+  void Resize(int degree, Index gaussians) { Resize({.count = gaussians, .sh_degree = degree}); }
+  // Of the first Rows(a) Gaussians.
+  float* attribute(int a) { return data.data() + Offset(a); }
+  const float* attribute(int a) const { return data.data() + Offset(a); }
+  // Of any Gaussian: zero where it lacks the attribute.
+  float Value(int a, Index gaussian) const { return gaussian < Rows(a) ? attribute(a)[gaussian] : 0.0f; }
 };
 
 }  // namespace vesta::gs

@@ -19,7 +19,7 @@ splat::PosedCamera ToPosedCamera(const View& view, double near) {
 }
 
 splat::Model<float> ToKernelModel(const SplatModel& model) {
-  return {model.data.data(), model.count, model.sh_degree, model.sh_degree};
+  return {model.data.data(), model.layout(), model.sh_degree};
 }
 
 }  // namespace vesta::gs

@@ -14,11 +14,14 @@ namespace {
 constexpr int kBases = kMaxShCoefficients, kBlock = kBases * (kBases + 1) / 2;
 constexpr Index kGrain = 256;
 
-// The basis functions that a model of some degree has, in the direction in which a camera sees a Gaussian.
+// Degree of Gaussian i in use.
+int DegreeOf(const splat::Model<float>& model, Index i) { return std::min(model.DegreeOf(i), model.active_sh_degree); }
+
+// The basis functions in the direction in which a camera sees a Gaussian.
 std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i,
                                     const splat::CameraConstants<float>& camera) {
-  const float mean[3] = {model.x[i], model.x[model.count + i], model.x[2 * model.count + i]};
-  float dir[3];
+  float mean[3], dir[3];
+  for (int k = 0; k < 3; ++k) mean[k] = model.x[model.Offset(splat::kMean + k) + i];
   splat::ViewDirection(camera, mean, dir);
   std::array<float, kBases> basis{};
   ShBasis<3>(dir[0], dir[1], dir[2], basis.data());
@@ -31,7 +34,6 @@ using Curvature = std::array<float, kBlock>;
 // The sum over the views.
 std::vector<Curvature> Curvatures(const splat::Model<float>& model, const JudgingViews& judges) {
   std::vector<Curvature> sums(static_cast<std::size_t>(model.count), Curvature{});
-  const int bases = ShCoefficients(model.sh_degree);
   RenderedViews rendered(model, judges);
   JudgedLoss judged;
   rendered.ForEach([&](const View& view) {
@@ -46,6 +48,7 @@ std::vector<Curvature> Curvatures(const splat::Model<float>& model, const Judgin
       for (int c = 0; c < 3; ++c) bend += splat.color[c] > 0 ? colors[rank].channel[c] / 3 : 0;  // 0: clamped
       const std::array<float, kBases> basis = BasisSeen(model, i, camera);
       Curvature& sum = sums[static_cast<std::size_t>(i)];
+      const int bases = ShCoefficients(DegreeOf(model, i));
       for (int row = 0; row < bases; ++row) {
         for (int col = 0; col <= row; ++col) sum[PackedLower(row, col)] += bend * basis[row] * basis[col];
       }
@@ -109,13 +112,14 @@ HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingVi
 
 void HarmonicsWorth::ChooseCoefficients(const splat::Model<float>& model, const JudgingViews& judges) {
   const std::vector<Curvature> curvatures = Curvatures(model, judges);
-  const int bases = ShCoefficients(model.sh_degree);
   ParallelFor(model.count, kGrain, [&](Index i) {
+    const int own_degree = DegreeOf(model, i), bases = ShCoefficients(own_degree);
     std::array<float, 3 * kBases> own{}, lower{};
-    for (int a = 0; a < 3 * bases; ++a) own[a] = model.x[(splat::kSh + a) * model.count + i];
-    for (int degree = 0; degree < model.sh_degree; ++degree) {
+    for (int a = 0; a < 3 * bases; ++a) own[a] = model.x[model.Offset(splat::kSh + a) + i];
+    for (int degree = 0; degree < splat::kRecolors; ++degree) {
       const int kept = ShCoefficients(degree);
-      StandIn(curvatures[static_cast<std::size_t>(i)], own.data(), bases, kept, lower.data());
+      lower = own;
+      if (degree < own_degree) StandIn(curvatures[static_cast<std::size_t>(i)], own.data(), bases, kept, lower.data());
       for (int a = 0; a < 3 * kept; ++a) {
         lower_[static_cast<std::size_t>((FirstOf(degree) + a) * count_ + i)] = lower[a];
       }
@@ -128,9 +132,9 @@ std::vector<std::uint8_t> DegreesWorthTheirPrice(const splat::Model<float>& mode
   const double unit = price * worth.cost() / worth.values();
   std::vector<std::uint8_t> degrees(static_cast<std::size_t>(model.count));
   for (std::size_t i = 0; i < degrees.size(); ++i) {
-    int best = model.sh_degree;
+    int best = model.DegreeOf(static_cast<Index>(i));
     double least = unit * splat::NumAttributes(best);
-    for (int d = 0; d < model.sh_degree; ++d) {
+    for (int d = best - 1; d >= 0; --d) {
       const double total = worth.Rise(static_cast<Index>(i), d) + unit * splat::NumAttributes(d);
       if (total < least) best = d, least = total;
     }

@@ -25,7 +25,7 @@ class HarmonicsWorth {
 
   double cost() const { return cost_; }      // of the views, as in Worth
   double values() const { return values_; }  // pixels of the views, by channel
-  // Of the cost, when Gaussian i is lowered to this degree, below the model's; negative: better so.
+  // Of the cost, when Gaussian i is lowered to this degree, 0..2; negative: better so. 0 where it has no higher one.
   double Rise(Index i, int degree) const { return rises_[static_cast<std::size_t>(i)].rise[degree]; }
   // Coefficient a = 3 k + c, k < (degree + 1)^2, of Gaussian i when it is lowered to this degree.
   float Coefficient(Index i, int degree, int a) const {
@@ -45,7 +45,7 @@ class HarmonicsWorth {
 };
 
 // The degree of each Gaussian that pays for its parameters (WorthTheirPrice, prune.h): of all degrees up to the
-// model's the one of which the rise of the cost, and the price of the coefficients, are together the least.
+// its own the one of which the rise of the cost, and the price of the coefficients, are together the least.
 std::vector<std::uint8_t> DegreesWorthTheirPrice(const splat::Model<float>& model, const HarmonicsWorth& worth,
                                                  double price);
 

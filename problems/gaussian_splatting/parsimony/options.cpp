@@ -13,8 +13,8 @@ const schema::Table<ParsimonyOptions>& ParsimonyFields() {
       {"price",
        &O::price,
        {0, 1e9},
-       "what a Gaussian must be worth for each of its parameters, in parts of the cost by the pixels' values; 1: "
-       "Akaike"},
+       "what each parameter of a Gaussian must be worth, in parts of the cost by the pixels' values (1: Akaike)"},
+      {"sh_price", &O::sh_price, {0, 1e9}, "the same for those of the higher degrees of its harmonics"},
       {"keep",
        &O::keep,
        {1e-9, 1},

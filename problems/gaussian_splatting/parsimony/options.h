@@ -10,8 +10,11 @@ namespace vesta::gs {
 struct ParsimonyOptions {
   // What hardly any training view shows (Support::is_wanting) goes at `begin`, unless that is the start, and at `end`.
   bool supported = true;
-  double price = 0;  // what each parameter of a Gaussian must be worth (WorthTheirPrice, prune.h); 0: nothing
-  double keep = 1;   // below 1, in place of a price: part of the Gaussians there are at `begin` that is left at `end`
+  // What each parameter of a Gaussian must be worth (WorthTheirPrice, prune.h), and each coefficient of its harmonics
+  // above the constant, which go at `begin` (DegreesWorthTheirPrice, harmonics.h); 0: nothing.
+  double price = 2;
+  double sh_price = 2;
+  double keep = 1;  // below 1, in place of a price: part of the Gaussians there are at `begin` that is left at `end`
   Criterion criterion = Criterion::kWorth;
   double begin = 0.6;
   double end = 0.8;
@@ -19,6 +22,12 @@ struct ParsimonyOptions {
 
   bool prunes_to_count() const { return keep < 1; }
   bool prunes() const { return prunes_to_count() || price > 0; }
+  // Options by which the model stays as it is.
+  static ParsimonyOptions None() {
+    ParsimonyOptions none;
+    none.supported = false, none.price = none.sh_price = 0;
+    return none;
+  }
 };
 
 const schema::Table<ParsimonyOptions>& ParsimonyFields();

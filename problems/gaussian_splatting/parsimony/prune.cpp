@@ -110,9 +110,13 @@ std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews&
 
 std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price) {
   const Worth worth = MeasureWorth(model, judges);
-  const double least = price * splat::NumAttributes(model.sh_degree) * worth.cost / worth.values;
-  const Index poor = std::ranges::count_if(worth.rise, [&](double rise) { return rise < least; });
-  return Highest(worth.rise, model.count - std::min(poor, PartOf(model.count, kPartOfRound)));
+  const double unit = price * worth.cost / worth.values;
+  std::vector<double> gain = worth.rise;
+  for (std::size_t i = 0; i < gain.size(); ++i) {
+    gain[i] -= unit * splat::NumAttributes(model.DegreeOf(static_cast<Index>(i)));
+  }
+  const Index poor = std::ranges::count_if(gain, [](double x) { return x < 0; });
+  return Highest(gain, model.count - std::min(poor, PartOf(model.count, kPartOfRound)));
 }
 
 PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {

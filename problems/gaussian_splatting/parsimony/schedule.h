@@ -22,6 +22,12 @@ inline bool ChecksSupport(const ParsimonyOptions& parsimony, const StageSpan& sp
   return parsimony.supported && !span.is_last() && is_time;
 }
 
+// Whether the degrees of the harmonics are lowered after this iteration, once; not before `every`, since the first
+// iterations are not those of a model at rest.
+inline bool LowersDegrees(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  return parsimony.sh_price > 0 && !span.is_last() && ComesTo(std::max(parsimony.begin, parsimony.every), span);
+}
+
 // Whether some go after this iteration. At the last it is too late: nothing would train on.
 inline bool Prunes(const ParsimonyOptions& parsimony, const StageSpan& span) {
   const bool is_within = span.HasReached(parsimony.begin) && span.IsWithin(parsimony.end);
@@ -45,6 +51,15 @@ inline double PriceAt(const ParsimonyOptions& parsimony, const StageSpan& span) 
 inline Index CountAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
   const double left = std::pow(parsimony.keep, PartDone(parsimony, span)) * static_cast<double>(at_begin);
   return std::max<Index>(1, static_cast<Index>(std::round(left)));
+}
+
+// How many are likely to be left after it. What a price leaves is not known before: on most scenes about four tenths
+// (docs/results/2026-11-25-parsimony.md).
+inline double ExpectedAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
+  constexpr double kPartWorthItsPrice = 0.4;
+  ParsimonyOptions expected = parsimony;
+  if (!parsimony.prunes_to_count()) expected.keep = kPartWorthItsPrice;
+  return static_cast<double>(CountAfter(expected, span, at_begin));
 }
 
 }  // namespace vesta::gs

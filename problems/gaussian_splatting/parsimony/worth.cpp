@@ -48,7 +48,7 @@ std::vector<double> MeasureSensitivity(const splat::Model<float>& model, const J
   const Index n = model.count;
   constexpr Index kEntries = splat::kGeometry * (splat::kGeometry + 1) / 2;
   std::vector<float> blocks(static_cast<std::size_t>(kEntries * n));
-  std::vector<float> sh_diagonal(static_cast<std::size_t>((splat::NumAttributes(model.sh_degree) - splat::kSh) * n));
+  std::vector<float> sh_diagonal(static_cast<std::size_t>(model.Size() - model.Offset(splat::kSh)));
   std::vector<float> ones;
   RenderedViews rendered(model, judges);
   rendered.ForEach([&](const View&) {

@@ -153,7 +153,7 @@ class AdamStage {
   splat::Model<float> OnHost(const splat::Model<float>& result) {
     if constexpr (!kOnHost) {
       state_->model.DownloadResult(result_);
-      return {result_.data.data(), result.count, result.sh_degree, result.active_sh_degree};
+      return {result_.data.data(), result, result.active_sh_degree};
     } else {
       return result;
     }

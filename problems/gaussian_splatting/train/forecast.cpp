@@ -29,7 +29,7 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
     if (Prunes(options.parsimony, span)) {
       if (before_pruning == 0) before_pruning = static_cast<Index>(ahead.gaussians);
       ahead.change_seconds += pace.JudgingSeconds(ahead.gaussians);
-      const auto left = static_cast<double>(CountAfter(options.parsimony, span, before_pruning));
+      const double left = ExpectedAfter(options.parsimony, span, before_pruning);
       ahead.gaussians = std::min(ahead.gaussians, left);
     }
   }

@@ -23,8 +23,7 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
   SplatProblemOptions result;
   static_cast<SplatMetricOptions&>(result) = options.lm;
   if (options.lm.damping == LmDamping::kDiagonal) result.rates_damping = 0;
-  result.sh_degree = model.sh_degree;
-  result.count = model.count;
+  static_cast<splat::ModelLayout&>(result) = model;
   result.background = options.background;
   result.weights = LossOf(options.lm);
   result.batches = {options.lm.batches, options.lm.batch_size, options.lm.batch_choice, options.seed};

@@ -13,14 +13,13 @@ namespace vesta::gs {
 
 // What stands before the saved solve (LmStepper::Save), which begins with the model's parameters.
 struct LmStageShape {
-  int sh_degree = 0;
-  Index count = 0;
+  splat::ModelLayout layout;
   int done = 0;              // iterations of solves before this one
   std::vector<float> units;  // of length, as they were when the stage began
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(sh_degree, count, done, units);
+    archive(layout, done, units);
   }
 };
 
@@ -30,11 +29,8 @@ inline SplatModel ModelOfLmStage(const std::string& saved) {
   LmStageShape shape;
   SplatModel model;
   reader(shape, model.data);
-  model.sh_degree = shape.sh_degree;
-  model.count = shape.count;
-  const auto size = static_cast<Index>(model.data.size());
-  VESTA_CHECK(model.sh_degree >= 0 && model.sh_degree <= 3 && model.count >= 0 && model.count <= size &&
-                  size == model.num_attributes() * model.count,
+  static_cast<splat::ModelLayout&>(model) = shape.layout;
+  VESTA_CHECK(model.IsOfModel() && static_cast<Index>(model.data.size()) == model.Size(),
               "a saved model of {} parameters for {} Gaussians", model.data.size(), model.count);
   return model;
 }

@@ -29,7 +29,7 @@ class LmStart {
     if (saved_) {
       reader_(shape);
     } else {
-      shape = {model.sh_degree, model.count, 0, TrainingUnits(session, model)};
+      shape = {model, 0, TrainingUnits(session, model)};
     }
   }
   LmStart(const LmStart&) = delete;
@@ -46,10 +46,10 @@ class LmStart {
   ArchiveReader reader_;
 };
 
-// The best x of a stepper of such a model, where it lies.
+// The best x of a stepper of a model so laid out, where it lies.
 template <Backend B>
-splat::Model<float> BestOf(const LmStepper<B>& stepper, const SplatModel& shape) {
-  return {stepper.x().data(), shape.count, shape.sh_degree, shape.sh_degree};
+splat::Model<float> BestOf(const LmStepper<B>& stepper, const splat::ModelLayout& layout) {
+  return {stepper.x().data(), layout, layout.sh_degree};
 }
 
 // Runs the stepper to its end or until the session says stop. shape: for the state that is saved; best: the stepper's

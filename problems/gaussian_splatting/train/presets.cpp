@@ -43,7 +43,7 @@ TrainOptions Paper() {
   adam.average_part = 0;
   adam.coarse_part = 0;
   adam.sh_band_every = 0.05;
-  options.parsimony.supported = false;
+  options.parsimony = ParsimonyOptions::None();
   options.rates.opacity = 0.05;
   options.sh_degree = 3;
   DensityOptions& density = options.density;
@@ -111,8 +111,7 @@ TrainOptions PresetOptions(const std::string& name) {
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
   TrainOptions options = PresetOptions(name);
   options.density.enabled = false;
-  options.parsimony.keep = 1;
-  options.parsimony.supported = false;
+  options.parsimony = ParsimonyOptions::None();
   const bool is_paper = name == "paper" || name == "paper_code";
   const RefineMethod by = method.value_or(is_paper ? RefineMethod::kLm : RefineMethod::kViews);
   AdamOptions& adam = options.adam;
@@ -129,7 +128,8 @@ TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMe
 
 TrainOptions PrunePresetOptions(const std::string& name, std::optional<RefineMethod> method) {
   TrainOptions options = RefinePresetOptions(name, method);
-  options.parsimony.supported = true;
+  options.parsimony = ParsimonyOptions{};
+  options.parsimony.price = 0;  // so many go as are asked to
   options.parsimony.begin = 0;
   options.parsimony.end = 0.7;
   options.parsimony.every = 0.05;

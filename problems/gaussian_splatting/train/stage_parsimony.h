@@ -4,9 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <type_traits>
 #include <vector>
 
+#include "problems/gaussian_splatting/parsimony/harmonics.h"
 #include "problems/gaussian_splatting/parsimony/prune.h"
 #include "problems/gaussian_splatting/parsimony/schedule.h"
 #include "problems/gaussian_splatting/parsimony/support.h"
@@ -24,25 +26,16 @@ class StageParsimony {
       : session_(session), options_(session.options().parsimony), pace_(pace) {}
 
   // What goes after the iteration that state.span says; Gaussians have been added before, by what was observed of them.
-  // degree: of the harmonics in use. before_change() is called where some go.
+  // degree: of the harmonics in use. before_change() is called where something goes.
   template <class BeforeChange>
   void TakeOut(AdamStageState<B>& state, int degree, const BeforeChange& before_change) {
-    const auto keep_only = [&](const std::vector<Index>& kept) {
-      if (static_cast<Index>(kept.size()) == state.model.count()) return;
-      before_change();
-      state.model.Keep(kept);
-    };
-    if (ChecksSupport(options_, state.span)) keep_only(Supported(OnHost(state, degree), Judges()));
-    if (!Prunes(options_, state.span)) return;
-    if (state.before_pruning == 0) state.before_pruning = state.model.count();
-    const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
-    if (options_.prunes_to_count() && left >= judged) return;
-    const double begin = session_.Seconds();
-    const Ranking ranking{options_.criterion, options_.supported, session_.options().seed};
-    const splat::Model<float> model = OnHost(state, degree);
-    keep_only(options_.prunes_to_count() ? Keepers(model, Judges(), ranking, left)
-                                         : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span)));
-    pace_.ObserveJudging(judged, session_.Seconds() - begin);
+    if (ChecksSupport(options_, state.span)) {
+      KeepOnly(Supported(OnHost(state, degree), Judges()), state, before_change);
+    }
+    // First, since Gaussians of a lower degree cost less. Not while bands wait for their turn.
+    const bool has_all_bands = degree > 0 && degree == state.model.sh_degree();
+    if (LowersDegrees(options_, state.span) && has_all_bands) LowerDegrees(state, degree, before_change);
+    if (Prunes(options_, state.span)) Prune(state, degree, before_change);
     copy_ = SplatModel();
   }
 
@@ -56,6 +49,52 @@ class StageParsimony {
   }
 
  private:
+  template <class BeforeChange>
+  void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state, const BeforeChange& before_change) {
+    if (static_cast<Index>(kept.size()) == state.model.count()) return;
+    before_change();
+    state.model.Keep(kept);
+  }
+  template <class BeforeChange>
+  void Prune(AdamStageState<B>& state, int degree, const BeforeChange& before_change) {
+    if (state.before_pruning == 0) state.before_pruning = state.model.count();
+    const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
+    if (options_.prunes_to_count() && left >= judged) return;
+    const double begin = session_.Seconds();
+    const Ranking ranking{options_.criterion, options_.supported, session_.options().seed};
+    const splat::Model<float> model = OnHost(state, degree);
+    const std::vector<Index> kept = options_.prunes_to_count()
+                                        ? Keepers(model, Judges(), ranking, left)
+                                        : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span));
+    KeepOnly(kept, state, before_change);
+    pace_.ObserveJudging(judged, session_.Seconds() - begin);
+  }
+  template <class BeforeChange>
+  void LowerDegrees(AdamStageState<B>& state, int degree, const BeforeChange& before_change) {
+    const splat::Model<float> model = OnHost(state, degree);
+    const HarmonicsWorth worth(model, Judges());
+    const std::vector<std::uint8_t> degrees = DegreesWorthTheirPrice(model, worth, options_.sh_price);
+    before_change();
+    for (int a = splat::kSh; a < splat::NumAttributes(model.sh_degree - 1); ++a) {
+      state.model.SetAttribute(a, StandIns(model, worth, degrees, a));
+    }
+    state.model.SetDegrees(degrees);
+  }
+  // The attribute of the harmonics of all Gaussians that have it: of those that are lowered what stands in.
+  static std::vector<float> StandIns(const splat::Model<float>& model, const HarmonicsWorth& worth,
+                                     const std::vector<std::uint8_t>& degrees, int attribute) {
+    const float* own = model.x + model.Offset(attribute);
+    std::vector<float> values(own, own + model.Rows(attribute));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int degree = degrees[i];
+      const bool is_kept = attribute < splat::NumAttributes(degree);
+      const auto gaussian = static_cast<Index>(i);
+      if (is_kept && degree < model.DegreeOf(gaussian)) {
+        values[i] = worth.Coefficient(gaussian, degree, attribute - splat::kSh);
+      }
+    }
+    return values;
+  }
   // Until the next call.
   splat::Model<float> OnHost(const AdamStageState<B>& state, int degree) {
     splat::Model<float> model = state.model.kernel_model(degree);

@@ -101,6 +101,10 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   const Index batches =
       ViewBatches::CutCount(options.lm.batches, options.lm.batch_size, static_cast<Index>(views.size()));
   NoteOddities(options.lm, batches, static_cast<Index>(views.size()), session);
+  if (options.lm.iterations > 0 && options.lm.preconditioner == LmPreconditioner::kBlockSh && !model.is_uniform()) {
+    options.lm.preconditioner = LmPreconditioner::kBlock;
+    session.Note("LM with lm.preconditioner=block in place of block_sh: harmonics of different degrees have no blocks");
+  }
   const bool has_cache = IsCached(options.lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;

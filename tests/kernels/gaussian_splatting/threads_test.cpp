@@ -25,11 +25,12 @@ std::vector<std::vector<S>> Everything(const test::Scene& scene) {
 }
 
 template <class S>
-void CheckThreads(int count) {
+void CheckThreads(int count, int degree) {
   test::SceneOptions options;
-  options.width = 90, options.height = 70, options.count = count, options.sh_degree = 1;
+  options.width = 90, options.height = 70, options.count = count, options.sh_degree = degree;
   options.sigma_min = 0.5, options.sigma_max = 4;
-  const test::Scene scene = test::RandomScene(options, 61);
+  test::Scene scene = test::RandomScene(options, 61);
+  if (degree > 1) scene = test::WithBands(scene, {count, count / 2 + 3, count / 3, 77});
   const int before = NumThreads();
   SetNumThreads(1);
   const std::vector<std::vector<S>> expected = Everything<S>(scene);
@@ -42,8 +43,9 @@ void CheckThreads(int count) {
 }
 
 // More Gaussians than one task takes, and enough splats that several slices fill the tiles.
-TEST(SplatThreads, FloatIsBitIdenticalForAnyNumber) { CheckThreads<float>(10000); }
-TEST(SplatThreads, DoubleIsBitIdenticalForAnyNumber) { CheckThreads<double>(3000); }
+TEST(SplatThreads, FloatIsBitIdenticalForAnyNumber) { CheckThreads<float>(10000, 1); }
+TEST(SplatThreads, DoubleIsBitIdenticalForAnyNumber) { CheckThreads<double>(3000, 1); }
+TEST(SplatThreads, SoAreDifferentDegrees) { CheckThreads<float>(10000, 3); }
 
 }  // namespace
 }  // namespace vesta::splat

@@ -116,8 +116,7 @@ template <class S>
 RingProblem<S>::RingProblem(const Scene& scene, const SplatModel& start) {
   x.Resize(static_cast<Index>(start.data.size()));
   std::copy(start.data.begin(), start.data.end(), x.begin());
-  options.sh_degree = start.sh_degree;
-  options.count = start.count;
+  static_cast<splat::ModelLayout&>(options) = start;
   options.background = {0.2, 0.5, 0.9};
   options.view_agreement = 0;  // the descent is the gradient
   for (const View& view : scene.views) {

@@ -5,6 +5,7 @@
 
 #include "problems/gaussian_splatting/adam/adam.h"
 #include "problems/gaussian_splatting/density/density.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
@@ -15,8 +16,8 @@ class ModelAdam {
   explicit ModelAdam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal) : adam_(rates, metric) {}
 
   void Step(SplatModel& model, float* gradient, int attributes, double factor) {
-    count_ = model.count;
-    adam_.Step(model.count, {model.data.data(), static_cast<Index>(model.data.size())}, gradient, attributes, factor);
+    layout_ = model;
+    adam_.Step(model, {model.data.data(), static_cast<Index>(model.data.size())}, gradient, attributes, factor);
   }
   void SetUnits(const std::vector<float>& units) {
     HostBuffer<float> buffer;
@@ -26,25 +27,26 @@ class ModelAdam {
   void Rearrange(const std::vector<Index>& source, const std::vector<bool>& kept) {
     const std::vector<std::uint32_t> rows(source.begin(), source.end());
     const std::vector<std::uint8_t> flags(kept.begin(), kept.end());
-    Rearrange(count_, {rows.data(), static_cast<Index>(rows.size())}, {flags.data(), static_cast<Index>(flags.size())});
+    Rearrange({rows.data(), static_cast<Index>(rows.size())}, {flags.data(), static_cast<Index>(flags.size())});
   }
-  void Rearrange(Index count, HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept) {
-    adam_.Rearrange(count, source, kept);
-    count_ = source.size();
+  void Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept) {
+    const splat::ModelLayout from = layout_;
+    layout_ = LayoutOfRows(from, {source.begin(), source.end()});
+    adam_.Rearrange(from, layout_, source, kept);
   }
-  void Reset(int attribute) { adam_.Reset(count_, attribute); }
+  void Reset(int attribute) { adam_.Reset(layout_, attribute); }
   const Adam<CpuBackend<float>>& adam() const { return adam_; }
 
  private:
   Adam<CpuBackend<float>> adam_;
-  Index count_ = 0;
+  splat::ModelLayout layout_;
 };
 
 // What the Adam stage does with a plan.
 inline void Densify(DensityControl<Host>& control, SplatModel& model, ModelAdam& adam, int iteration) {
   const DensityPlan<Host> plan = control.Decide(model.data.data(), model.count);
   if (plan.changes) {
-    adam.Rearrange(model.count, plan.source, plan.kept);
+    adam.Rearrange(plan.source, plan.kept);
     model = InOrder(std::move(model), std::vector<Index>(plan.source.begin(), plan.source.end()));
     control.Renew(plan, iteration, model.data.data());
   }

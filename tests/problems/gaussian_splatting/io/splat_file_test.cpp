@@ -1,6 +1,7 @@
 #include "problems/gaussian_splatting/io/splat_file.h"
 
 #include "problems/gaussian_splatting/io/gzip.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "tests/problems/gaussian_splatting/io/random_splat.h"
 #include "tests/support/test_files.h"
 
@@ -47,6 +48,43 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
     ExpectError([&] { ReadSplat(path); }, fmt::format("{}: {}", path, message));
   }
   ExpectError([&] { ReadSplat(folder / "missing.spz"); }, "missing.spz: no such file");
+}
+
+// Degrees are no part of the formats: bands that Gaussians lack are written as zeros, and zeros tell on reading.
+TEST(SplatFile, DegreesComeBack) {
+  const TempFolder folder;
+  std::vector<std::uint8_t> degrees;
+  for (int i = 0; i < 700; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  const SplatModel mixed = WithDegrees(RandomSplat(3, 700), degrees);
+  WriteSplat(folder / "a.ply", mixed);
+  const SplatModel again = ReadSplat(folder / "a.ply");
+  EXPECT_EQ(again.layout(), mixed.layout());
+  EXPECT_EQ(again.data, mixed.data);
+
+  WriteSplat(folder / "a.spz", mixed);
+  const SplatModel rounded = ReadSplat(folder / "a.spz");
+  EXPECT_EQ(rounded.layout(), mixed.layout());
+  for (int a = splat::kSh + 3; a < mixed.num_attributes(); ++a) {
+    for (Index i = 0; i < mixed.Rows(a); ++i) EXPECT_NEAR(rounded.attribute(a)[i], mixed.attribute(a)[i], 1.0 / 256);
+  }
+  // That format has no zero, so all come back with the highest degree, near it.
+  WriteSplat(folder / "a.compressed.ply", mixed);
+  const SplatModel coarse = ReadSplat(folder / "a.compressed.ply");
+  EXPECT_TRUE(coarse.is_uniform());
+  EXPECT_EQ(coarse.sh_degree, 3);
+  EXPECT_EQ(coarse.count, mixed.count);
+}
+
+// A model whose highest degree is 1 is a file of degree 1.
+TEST(SplatFile, HasTheHighestDegreeThatThereIs) {
+  const TempFolder folder;
+  const SplatModel mixed = WithDegrees(RandomSplat(3, 5), {0, 1, 0, 0, 1});
+  for (const char* name : {"a.ply", "a.spz"}) {
+    WriteSplat(folder / name, mixed);
+    const SplatModel again = ReadSplat(folder / name);
+    EXPECT_EQ(again.sh_degree, 1);
+    EXPECT_EQ(again.layout(), mixed.layout());
+  }
 }
 
 }  // namespace

@@ -435,7 +435,7 @@ TEST(SplatProblem, RefusesImagesOfAnotherSize) {
 
 TEST(SplatProblem, WithoutViewsCostsNothing) {
   SplatProblemOptions options;
-  options.count = 1;
+  options.count = 1, options.sh_degree = 3;
   SplatProblem<CpuBackend<double>> problem(options, {});
   const HostBuffer<double> x(problem.num_parameters());
   EXPECT_EQ(problem.num_parameters(), 59);

@@ -82,7 +82,7 @@ TEST(DeviceMemory, LmBuildsViewsAnewWhereTheyDoNotFit) {
 }
 
 MemoryScene MadeUp(ViewCounts counts = {.pixels = 2e5, .tiles = 800, .splats = 1.5e4, .pairs = 1e5}) {
-  return {20000, 3, std::vector<ViewCounts>(20, counts)};
+  return {{.count = 20000, .sh_degree = 3}, std::vector<ViewCounts>(20, counts)};
 }
 
 TEST(DeviceStageBytes, EveryPixelSplatAndPairCounts) {

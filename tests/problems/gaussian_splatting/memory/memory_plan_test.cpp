@@ -7,6 +7,8 @@
 #include <algorithm>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/memory/engine_bytes.h"
+#include "problems/gaussian_splatting/memory/stage_bytes.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/memory/memory_run.h"
 #include "tests/support/counted_memory.h"
@@ -56,8 +58,19 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
 }
 
 MemoryScene MadeUp() {
-  return {20000, 3,
+  return {{.count = 20000, .sh_degree = 3},
           std::vector<ViewCounts>(20, {.pixels = 2e5, .tiles = 800, .splats = 1.5e4, .pairs = 1e5, .entries = 8e6})};
+}
+
+TEST(StageBytes, BandsThatGaussiansLackTakeNone) {
+  MemoryScene scene = MadeUp();
+  const double all = VectorBytes(scene), adam = AdamBytes(scene, TrainOptions());
+  scene.layout = splat::LayoutOfBands({20000, 8000, 4000, 4000});
+  const double less = sizeof(float) * (9.0 * 12000 + 36.0 * 16000);
+  EXPECT_EQ(VectorBytes(scene), all - less);
+  // Parameters and two moments at least.
+  EXPECT_LE(AdamBytes(scene, TrainOptions()), adam - 3 * less);
+  EXPECT_EQ(VectorBytes(scene.Scaled(40000)), 2 * VectorBytes(scene));
 }
 
 double Gib(double bytes) { return bytes / (1 << 30); }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
@@ -87,6 +88,34 @@ TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
   }
 }
 
+// A model of different degrees, in both stages.
+TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
+  std::vector<std::uint8_t> degrees;
+  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  const SplatModel start = WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), degrees);
+  const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(scene_, start, Options(), 0, callbacks); };
+  const TrainResult whole = refine({});
+  EXPECT_FALSE(whole.model.is_uniform());
+  EXPECT_EQ(whole.model.WithBand(3), 15);
+  EXPECT_LT(whole.history.back().cost, whole.history.front().cost);
+  for (const auto& [stage, iteration] : {std::pair(Stage::kAdam, 10), std::pair(Stage::kLm, 2)}) {
+    TrainCallbacks callbacks;
+    bool reached = false;
+    callbacks.progress = [&, at = stage, stop = iteration](const TrainProgress& p) {
+      reached = reached || (p.stage == at && p.iteration >= stop);
+    };
+    callbacks.stop = [&] { return reached; };
+    callbacks.checkpoint = {.path = Path("checkpoint"), .every = {.iterations = 1}, .origin = "of a test"};
+    EXPECT_TRUE(refine(callbacks).stopped);
+    const Checkpoint checkpoint = ReadCheckpoint(Path("checkpoint"));
+    TrainCallbacks rest;
+    rest.resume = &checkpoint;
+    const TrainResult result = refine(rest);
+    EXPECT_EQ(result.model.layout(), whole.model.layout());
+    EXPECT_EQ(result.model.data, whole.model.data);
+  }
+}
+
 TEST_F(Checkpoints, ManyBreaksChangeNothing) {
   const TrainResult whole = Train(scene_, Options(), 0, {});
   bool resume = false;
@@ -162,7 +191,7 @@ TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
   // 14 times the last one wraps to 14.
   for (const Index count : {Index{1}, Index{-1}, Index{2}, std::numeric_limits<Index>::min() + 1}) {
     saved.clear();
-    LmStageShape shape{.sh_degree = 0, .count = count, .done = 0, .units = {}};
+    LmStageShape shape{.layout = {.count = count}, .done = 0, .units = {}};
     archive(shape, parameters);
     const std::string error = ErrorOf([&] { ModelOfLmStage(saved); });
     EXPECT_EQ(error.empty(), count == 1) << error;
@@ -180,19 +209,20 @@ TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
     return ErrorOf([&] { TrainUntil(Options(), Stage::kAdam, 40, true); });
   };
   EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
-  // It begins with the degree of the harmonics and the number of Gaussians.
+  // It begins with the degree of the harmonics, the number of Gaussians, and how many of them lack each band.
   const auto with = [&](std::size_t at, auto value) {
     std::string state = real.stage_state;
     std::memcpy(state.data() + at, &value, sizeof(value));
     return state;
   };
-  constexpr std::size_t kCount = sizeof(int), kSize = kCount + sizeof(Index);
+  constexpr std::size_t kCount = sizeof(int), kLacking = kCount + sizeof(Index), kSize = kLacking + 3 * sizeof(Index);
   Index count = 0;
   std::memcpy(&count, real.stage_state.data() + kCount, sizeof(count));
   const std::string half = real.stage_state.substr(0, real.stage_state.size() / 2);
   for (const std::string& state :
        {with(0, 7), with(0, -1), with(kCount, count + 1), with(kCount, Index{-1}), with(kCount, Index{0}),
-        with(kCount, std::numeric_limits<Index>::max()), with(kSize, Index{1} << 60), half, std::string()}) {
+        with(kCount, std::numeric_limits<Index>::max()), with(kLacking, Index{1}), with(kLacking, Index{-1}),
+        with(kLacking + 2 * sizeof(Index), Index{1}), with(kSize, Index{1} << 60), half, std::string()}) {
     EXPECT_THAT(error_of(state), AllOf(HasSubstr(Path("checkpoint")), HasSubstr("holds no state that this training")));
   }
 }

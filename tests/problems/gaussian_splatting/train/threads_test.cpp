@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "solver/derivative_check.inl"
 #include "tests/problems/gaussian_splatting/density/density_scene.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
@@ -81,6 +82,14 @@ TEST(GsThreads, Density) {
     adam.Step(scene.model, gradient.data(), scene.model.num_attributes(), 1);
     return scene.model.data;
   });
+}
+
+TEST(GsThreads, TrainingOfDifferentDegrees) {
+  const Scene scene = test::TrainingScene();
+  std::vector<std::uint8_t> degrees;
+  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), degrees);
+  ExpectSameForAnyNumber([&] { return Refine(scene, start, test::ShortTraining(30, 2), 0, {}).model.data; });
 }
 
 TEST(GsThreads, Training) {

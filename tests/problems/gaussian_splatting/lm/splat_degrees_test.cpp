@@ -1,0 +1,53 @@
+// The splatting problem of Gaussians whose harmonics have different degrees.
+#include <gtest/gtest.h>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/degrees.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs::test {
+namespace {
+
+constexpr int kViews = 3;
+constexpr Index kCount = 30;
+
+// Of a model whose Gaussians have different degrees: what a model with zeros in their place has.
+template <class S>
+void ExpectThatDegreesMayDiffer() {
+  std::vector<std::uint8_t> degrees;
+  for (Index i = 0; i < kCount; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  const SplatModel mixed = WithDegrees(RandomModel(kCount, 3, 66), degrees), zeros = AtOneDegree(mixed);
+  Scene scene = RingOfCameras(kViews, 40, 30, false);
+  RenderTruth(RandomModel(kCount, 3, 67), 0, &scene);
+  RingProblem<S> ring(scene, mixed), ring_of_zeros(scene, zeros);
+  SplatProblem<CpuBackend<S>> problem = ring.Make(), problem_of_zeros = ring_of_zeros.Make();
+  EXPECT_EQ(problem.num_parameters(), mixed.Size());
+  EXPECT_EQ(problem.Cost(ring.x), problem_of_zeros.Cost(ring_of_zeros.x));
+  const auto linear = problem.Linearize(ring.x, 0), linear_of_zeros = problem_of_zeros.Linearize(ring_of_zeros.x, 0);
+  HostBuffer<S> found(mixed.Size()), all(zeros.Size()), diagonal(mixed.Size()), metric(mixed.Size()),
+      all_metric(zeros.Size());
+  const auto expect_same = [&](const HostBuffer<S>& some, const HostBuffer<S>& every) {
+    for (int a = 0; a < mixed.num_attributes(); ++a) {
+      for (Index i = 0; i < mixed.Rows(a); ++i) ASSERT_EQ(some[mixed.Offset(a) + i], every[zeros.Offset(a) + i]) << a;
+    }
+  };
+  linear->Gradient(found), linear_of_zeros->Gradient(all);
+  expect_same(found, all);
+  linear->DiagJTJ(diagonal), linear_of_zeros->DiagJTJ(all);
+  expect_same(diagonal, all);
+  EXPECT_TRUE(problem.DampingMetric(ring.x, diagonal, metric));
+  EXPECT_TRUE(problem_of_zeros.DampingMetric(ring_of_zeros.x, all, all_metric));
+  expect_same(metric, all_metric);
+  // The blocks of the preconditioner cover each parameter once.
+  BlockDiagonal<CpuBackend<S>> blocks(mixed.Size(), linear->block_groups());
+  linear->BlockGram(blocks);
+  ring.options.sh_blocks = true;
+  EXPECT_THROW(ring.Make(), Error);
+}
+
+TEST(SplatDegrees, MayDifferInDouble) { ExpectThatDegreesMayDiffer<double>(); }
+TEST(SplatDegrees, MayDifferInFloat) { ExpectThatDegreesMayDiffer<float>(); }
+
+}  // namespace
+}  // namespace vesta::gs::test
