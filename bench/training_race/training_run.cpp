@@ -22,7 +22,7 @@ struct Head {
 static_assert(std::is_trivially_copyable_v<Head>);
 
 void SendRow(const gs::HistoryRow& row, const splat::Model<float>* model, const Send& send) {
-  const Head head{row, PeakMemoryMib(), model ? *model : splat::ModelLayout()};
+  const Head head{row, PeakMemoryMib(), model ? splat::ModelLayout(*model) : splat::ModelLayout()};
   send(&head, sizeof head);
   if (!model) return;
   send(model->x, static_cast<std::size_t>(model->Size()) * sizeof(float));
