@@ -4,6 +4,7 @@
 
 #include "apps/config_json.h"
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 
 namespace vesta::app {
 namespace {
@@ -35,7 +36,8 @@ Json ToJson(const gs::HistoryRow& row) {
 
 void AddModel(const gs::SplatModel& model, Json* json) {
   (*json)["gaussians"] = model.count;
-  (*json)["parameters"] = model.Size();
+  // As its file tells, when it is read.
+  (*json)["parameters"] = gs::OrderByDegree(model, gs::StoredDegrees(model)).layout.Size();
 }
 
 std::string Text(const Json& json) { return json.dump(1) + "\n"; }

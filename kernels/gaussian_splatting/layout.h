@@ -49,17 +49,17 @@ struct ModelLayout {
   }
   // How many have the attribute.
   VESTA_HD constexpr std::int64_t Rows(int attribute) const { return WithBand(BandOf(attribute)); }
-  // Where it begins, 0 <= attribute <= NumAttributes(sh_degree); the last is where all end.
+  // Where it begins; of attributes that none has, where all end.
   VESTA_HD constexpr std::int64_t Offset(int attribute) const {
     std::int64_t offset = attribute * count;
-    for (int band = 1; band <= sh_degree; ++band) {
+    for (int band = 1; band <= kMaxShDegree; ++band) {
       const int first = FirstOfBand(band), end = NumAttributes(band);
-      if (attribute > first) offset -= ((attribute < end ? attribute : end) - first) * lacking[band - 1];
+      if (attribute > first) offset -= ((attribute < end ? attribute : end) - first) * (count - WithBand(band));
     }
     return offset;
   }
   // Numbers in all.
-  constexpr std::int64_t Size() const { return Offset(NumAttributes(sh_degree)); }
+  constexpr std::int64_t Size() const { return Offset(kMaxAttributes); }
   constexpr int DegreeOf(std::int64_t gaussian) const {
     int degree = sh_degree;
     while (gaussian >= WithBand(degree)) --degree;

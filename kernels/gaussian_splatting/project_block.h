@@ -16,22 +16,38 @@
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
-// ModelLayout::Offset for loops that ask often.
+// ModelLayout::Offset of the attributes up to a degree, for loops that ask often: a table, but on a device, where what
+// is looked up is not in registers.
+template <class V, int Degree>
 class AttributeOffsets {
  public:
   VESTA_HD explicit AttributeOffsets(const ModelLayout& layout) : rows_{layout.count}, base_{} {
-    for (int band = 1; band <= kMaxShDegree; ++band) {
+    for (int band = 1; band <= Degree; ++band) {
       rows_[band] = layout.WithBand(band);
       base_[band] = base_[band - 1] + FirstOfBand(band) * (rows_[band - 1] - rows_[band]);
     }
+    if constexpr (kIsTable) {
+      for (int a = 0; a < NumAttributes(Degree); ++a) table_[a] = Computed(a);
+    }
   }
   VESTA_HD std::int64_t operator()(int attribute) const {
+    if constexpr (kIsTable) {
+      return table_[attribute];
+    } else {
+      return Computed(attribute);
+    }
+  }
+
+ private:
+  static constexpr bool kIsTable = Lanes<V>::kWidth > 1;
+
+  VESTA_HD std::int64_t Computed(int attribute) const {
     const int band = BandOf(attribute);
     return base_[band] + attribute * rows_[band];
   }
 
- private:
-  std::int64_t rows_[kMaxShDegree + 1], base_[kMaxShDegree + 1];
+  std::int64_t rows_[Degree + 1], base_[Degree + 1];
+  std::int64_t table_[kIsTable ? NumAttributes(Degree) : 1];
 };
 
 // Lanes i .. i+n of the rows of a structure of arrays, `offset(r)` being where row r begins; lanes past n read as zero
@@ -121,7 +137,7 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
   using std::sqrt;
   const V floor_opacity(static_cast<S>(kAlphaFloor)), width(camera.width), height(camera.height),
       huge(static_cast<S>(1e15)), largest_det(static_cast<S>(kLargestDet));
-  const AttributeOffsets at(model);
+  const AttributeOffsets<V, Degree> at(model);
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
@@ -187,7 +203,7 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& came
                            std::int64_t end, const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
   using L = Lanes<V>;
   using D = Dual<V>;
-  const AttributeOffsets at(model);
+  const AttributeOffsets<V, Degree> at(model);
   for (std::int64_t i = begin; i < end; i += L::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
@@ -245,7 +261,7 @@ struct ColorBlock {
 template <class V, class S, int Degree>
 VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
                            std::int64_t end, const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
-  const AttributeOffsets at(model);
+  const AttributeOffsets<V, Degree> at(model);
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
@@ -299,7 +315,7 @@ template <class V, class S, int Degree>
 VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin, std::int64_t end,
                         const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal,
                         S* sh_blocks) {
-  const AttributeOffsets at(model);
+  const AttributeOffsets<V, Degree> at(model);
   const auto of_block = [&](std::int64_t entry) { return entry * model.count; };
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(i, end);

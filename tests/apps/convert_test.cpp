@@ -2,12 +2,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/io/splat_file.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -74,6 +77,33 @@ TEST_F(Convert, TheProgramTakesEveryFormat) {
   const ProgramOutput output = RunProgram({"refine", splat, scene_, "--out=" + refined, "--iterations=5"});
   EXPECT_EQ(output.status, 0) << output.err;
   EXPECT_EQ(gs::ReadSplatPly(refined + "/point_cloud.ply").background[2], 1);
+}
+
+// Gaussians of different degrees go through all commands, and stay what they are.
+TEST_F(Convert, DegreesGoThroughTheProgram) {
+  const gs::SplatModel trained = gs::ReadSplatPly(ply_);
+  ASSERT_EQ(trained.sh_degree, 2);
+  std::vector<std::uint8_t> degrees;
+  for (Index i = 0; i < trained.count; ++i) {
+    degrees.push_back(static_cast<std::uint8_t>(std::min<Index>(i % 3, trained.DegreeOf(i))));
+  }
+  const gs::SplatModel mixed = gs::WithDegrees(trained, degrees);
+  const std::string ply = folder_ / "mixed.ply", spz = folder_ / "mixed.spz", again = folder_ / "again.ply";
+  gs::WriteSplatPly(ply, mixed);
+  ASSERT_EQ(RunProgram({"convert", ply, "--out=" + again}).status, 0);
+  EXPECT_TRUE(ReadFile(again) == ReadFile(ply));
+  ASSERT_EQ(RunProgram({"convert", ply, "--out=" + spz}).status, 0);
+  EXPECT_NEAR(TrainPsnr(spz), TrainPsnr(ply), 0.3);
+  const std::string refined = folder_ / "refined", pruned = folder_ / "pruned";
+  for (const auto& words :
+       {std::vector<std::string>{"refine", ply, scene_, "--out=" + refined, "--method=both", "--iterations=5",
+                                 "--lm_iterations=1", "--set", "lm.preconditioner=block_sh"},
+        {"prune", ply, scene_, "--out=" + pruned, "--keep=0.5", "--iterations=5"}}) {
+    const ProgramOutput output = RunProgram(words);
+    EXPECT_EQ(output.status, 0) << output.err;
+  }
+  EXPECT_EQ(gs::ReadSplatPly(refined + "/point_cloud.ply").layout(), mixed.layout());
+  EXPECT_FALSE(gs::ReadSplatPly(pruned + "/point_cloud.ply").is_uniform());
 }
 
 TEST_F(Convert, WhatIsReadStays) {

@@ -1,6 +1,7 @@
 // Views, the loss and the splatting problem of the GPU against those of the host.
 #include "kernels/gaussian_splatting/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
@@ -155,6 +156,15 @@ void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
 
 TEST_F(CudaSplatProblem, CostGradientDiagonalAndCurvatureAreThoseOfTheHost) {
   ExpectOperatorsOfTheHost(gs::test::RingProblem<float>(4, 30, 1, 11));
+}
+
+TEST_F(CudaSplatProblem, DegreesMayDiffer) {
+  gs::Scene scene = gs::test::RingOfCameras(3, 40, 30, false);
+  gs::test::RenderTruth(gs::test::RandomModel(30, 3, 11), 0, &scene);
+  std::vector<std::uint8_t> degrees;
+  for (int i = 0; i < 30; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  const gs::SplatModel mixed = gs::WithDegrees(gs::test::RandomModel(30, 3, 12), degrees);
+  ExpectOperatorsOfTheHost(gs::test::RingProblem<float>(scene, mixed));
 }
 
 TEST_F(CudaSplatProblem, ViewsBuiltAnewGiveTheBitsOfThoseThatAreHeld) {

@@ -1,4 +1,5 @@
 // Training on the GPU against that of the host.
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/train/device_stages.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
@@ -39,6 +40,19 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
 }
 
 class CudaTraining : public test::OnDevice {};
+
+TEST_F(CudaTraining, DegreesStayWhatTheyAre) {
+  const gs::Scene scene = gs::test::TrainingScene();
+  std::vector<std::uint8_t> degrees;
+  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  const gs::SplatModel start = gs::WithDegrees(gs::test::RandomModel(60, 3, 8), degrees);
+  gs::TrainOptions options = ShortDeviceTraining(20, 1);
+  options.adam.rate_factor = 1;
+  const gs::TrainResult host = gs::Refine(scene, start, options, 0, {}),
+                        device = gs::Refine(scene, start, options, 0, {}, gs::DeviceStages());
+  EXPECT_EQ(device.model.layout(), start.layout());
+  EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 0.1);
+}
 
 TEST_F(CudaTraining, RunsAreTheSameToTheBit) {
   const gs::Scene scene = gs::test::TrainingScene();

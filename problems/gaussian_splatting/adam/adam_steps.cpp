@@ -19,11 +19,12 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
       kernels.step_blocks(piece, begin, end);
       if (chunk % kTurnEvery == FirstTurned(arrays.steps)) kernels.turn_bases(piece, begin, end);
     }
+    Index first = arrays.layout.Offset(arrays.first_diagonal);  // number of the attribute
     for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {
-      const Index rows = std::min(end, arrays.layout.Rows(a));
+      const Index rows = arrays.layout.Rows(a), offset = first + begin;
       if (rows <= begin) break;  // nor have they what follows
-      const Index offset = arrays.layout.Offset(a) + begin;
-      kernels.step({.size = rows - begin,
+      first += rows;
+      kernels.step({.size = std::min(end, rows) - begin,
                     .gradient = all.gradient + offset,
                     .parameters = all.parameters + offset,
                     .first = all.first + offset,

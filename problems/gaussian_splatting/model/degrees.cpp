@@ -58,11 +58,15 @@ SplatModel AtOneDegree(SplatModel model) {
   return TakeGaussians(std::move(model), same);
 }
 
-SplatModel AtStoredDegrees(SplatModel model) {
-  std::vector<std::uint8_t> degrees(static_cast<std::size_t>(model.count));
+std::vector<std::uint8_t> StoredDegrees(const SplatModel& model) {
+  const auto n = static_cast<std::size_t>(model.count);
+  std::vector<std::uint8_t> degrees(n), present(n);
+  for (Index i = 0; i < model.count; ++i) {
+    present[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(model.DegreeOf(i));
+  }
   for (int band = 1; band <= model.sh_degree; ++band) {
-    std::vector<char> has_band(degrees.size());
-    ParallelForChunks(model.count, 4096, [&](Index begin, Index end) {
+    std::vector<char> has_band(n);
+    ParallelForChunks(model.WithBand(band), 4096, [&](Index begin, Index end) {
       for (int a = splat::FirstOfBand(band); a < splat::NumAttributes(band); ++a) {
         const float* values = model.attribute(a);
         for (Index i = begin; i < end; ++i) {
@@ -71,13 +75,17 @@ SplatModel AtStoredDegrees(SplatModel model) {
       }
     });
     bool is_trained = false;
-    for (std::size_t i = 0; i < degrees.size(); ++i) {
+    for (std::size_t i = 0; i < n; ++i) {
       if (has_band[i]) degrees[i] = static_cast<std::uint8_t>(band), is_trained = true;
     }
-    if (!is_trained) return model;
+    if (!is_trained) return present;
   }
-  const auto is_highest = [&](std::uint8_t degree) { return degree == model.sh_degree; };
-  return std::ranges::all_of(degrees, is_highest) ? model : WithDegrees(std::move(model), degrees);
+  return degrees;
+}
+
+SplatModel AtStoredDegrees(SplatModel model) {
+  const DegreeOrder order = OrderByDegree(model, StoredDegrees(model));
+  return order.layout == model.layout() ? model : TakeGaussians(std::move(model), order);
 }
 
 }  // namespace vesta::gs

@@ -33,8 +33,11 @@ SplatModel WithDegrees(SplatModel model, const std::vector<std::uint8_t>& degree
 // The model with the bands that Gaussians lack as zeros: all have its highest degree, in the order there is.
 SplatModel AtOneDegree(SplatModel model);
 
-// A model of one degree, as it comes from a file, with the degrees that its numbers tell: of each Gaussian that of its
-// highest band that is not zero. Where a band is zero in all of them it was not trained yet, and all keep the degree.
+// The degrees that the numbers of a model tell, as those of a file do: of each Gaussian that of its highest band that
+// is not zero. Where a band is zero in all of them it was not trained yet, and all keep the degree they have.
+std::vector<std::uint8_t> StoredDegrees(const SplatModel& model);
+
+// The model with those.
 SplatModel AtStoredDegrees(SplatModel model);
 
 }  // namespace vesta::gs

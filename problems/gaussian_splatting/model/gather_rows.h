@@ -54,10 +54,8 @@ void GatherGaussians(const splat::ModelLayout& from_layout, const splat::ModelLa
                      const std::uint8_t* kept, const float* from, float* to) {
   for (int band = 0; band <= to_layout.sh_degree; ++band) {
     const int first = splat::FirstOfBand(band), attributes = splat::NumAttributes(band) - first;
-    const bool is_new = band > from_layout.sh_degree;
     GatherRows<Space>(RowGathering<Row>{attributes, from_layout.WithBand(band), to_layout.WithBand(band), source, kept,
-                                        is_new ? from : from + from_layout.Offset(first),
-                                        to + to_layout.Offset(first)});
+                                        from + from_layout.Offset(first), to + to_layout.Offset(first)});
   }
 }
 

@@ -77,7 +77,7 @@ class TrainedModel {
   }
   // Gives each Gaussian a degree, none above the one it has: the bands above are gone, with their moments and mean. The
   // order changes (OrderByDegree), and with it all else that goes with a Gaussian. On a device throws
-  // OutOfDeviceMemory; then what can be downloaded is the model of before.
+  // OutOfDeviceMemory; then what can be downloaded is the model of before or of after.
   void SetDegrees(const std::vector<std::uint8_t>& degrees) {
     const DegreeOrder order = OrderByDegree(layout_, degrees);
     if (order.layout == layout_) return;

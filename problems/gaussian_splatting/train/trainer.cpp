@@ -216,12 +216,13 @@ TrainResult Train(const Scene& scene, const TrainOptions& options, double second
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
                    const TrainCallbacks& callbacks, const StageRunners& stages) {
   const std::vector<Index> order = SpatialOrder(model);
+  const splat::ModelLayout layout = model;
   TrainOptions without_growth = FitToScene(options, NumTrainingViews(scene));
   without_growth.density.enabled = false;
   TrainResult result =
       RunStages(scene, InOrder(std::move(model), order), without_growth, true, seconds_before, callbacks, stages);
-  // Some were taken out: those left stay in the order of space.
-  if (result.model.count != static_cast<Index>(order.size())) return result;
+  // Some were taken out, or have a lower degree now: those left stay in the order of space.
+  if (result.model.layout() != layout) return result;
   // Neither stage moves a Gaussian elsewhere among the others: theirs is the order they came in.
   std::vector<Index> back(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);

@@ -33,6 +33,7 @@ TEST(Layout, LeavesOutWhatGaussiansLack) {
   const int degrees[] = {3, 2, 2, 2, 1, 1, 1, 0, 0, 0};
   for (int i = 0; i < 10; ++i) EXPECT_EQ(layout.DegreeOf(i), degrees[i]);
   EXPECT_EQ(LayoutOfBands({10, 7, 0, 0}).sh_degree, 1) << "the highest that there is";
+  EXPECT_EQ(LayoutOfBands({10, 7, 0, 0}).Offset(kMaxAttributes), 10 * 14 + 7 * 9);
   EXPECT_EQ(LayoutOfBands({10, 10, 10, 0}), (ModelLayout{.count = 10, .sh_degree = 2}));
 }
 

@@ -46,6 +46,7 @@ TEST(Degrees, OfFilesAreThoseOfTheHighestBandThatIsNotZero) {
   const SplatModel again = AtStoredDegrees(whole);
   EXPECT_EQ(again.layout(), mixed.layout());
   EXPECT_EQ(again.data, mixed.data);
+  EXPECT_EQ(AtStoredDegrees(mixed).data, mixed.data);
   // In another order too.
   std::vector<Index> turned = {6, 5, 4, 3, 2, 1, 0};
   EXPECT_EQ(AtStoredDegrees(InOrder(whole, turned)).layout(), mixed.layout());
