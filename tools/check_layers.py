@@ -22,6 +22,7 @@ SPLAT_ROOMS = {
         "density": ["model"],
         "lm": ["model"],
         "evaluate": ["model"],
+        "cameras": ["model", "evaluate"],
         "memory": ["model", "adam", "density", "lm", "evaluate"],
         "parsimony": ["model"],
         "train": ["model", "adam", "density", "lm", "evaluate", "memory", "parsimony"],
