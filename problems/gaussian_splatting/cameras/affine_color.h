@@ -4,7 +4,6 @@
 #include <array>
 
 #include "kernels/core/span.h"
-#include "kernels/image/image_shape.h"
 
 namespace vesta::gs {
 
@@ -16,9 +15,5 @@ struct AffineColor {
   template <class S>
   void Apply(HostSpan<S> image) const;
 };
-
-// The one that brings `rendered` closest to `truth` in the squared error of all their pixels, channel by channel; both
-// planar and of that shape. A gain that nothing tells of, since the rendered channel is the same everywhere, is 1.
-AffineColor FitAffineColor(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape);
 
 }  // namespace vesta::gs

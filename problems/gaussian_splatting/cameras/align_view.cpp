@@ -43,10 +43,12 @@ TargetView<CpuBackend<float>> TargetAt(const View& view, int level, double near,
   return {ToPosedCamera(small, near), {rgb.data(), static_cast<Index>(rgb.size())}};
 }
 
-LmOptions EngineOptions(const AlignOptions& options) {
+LmOptions EngineOptions(const AlignOptions& options, int level) {
   LmOptions engine;
   engine.max_iterations = options.max_iterations;
-  engine.function_tolerance = 1e-7;
+  // Changes under 1e-7 of the cost are noise: with the camera alphas cross their floor, and Gaussians change places.
+  // Smaller images only give a start.
+  engine.function_tolerance = level == 0 ? 1e-7 : 1e-5;
   return engine;
 }
 
@@ -92,7 +94,6 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
   if (IsFlat(view.image)) return end_with(AlignStatus::kFlatImage);
   const ViewProblemOptions problem_options{options.free, options.background, options.weights};
   const splat::Model<float> kernel_model = ToKernelModel(model);
-  const LmOptions engine = EngineOptions(options);
   Backend backend;
   HostBuffer<double> start(kViewParameters), x(kViewParameters);
   Pack({}, start);
@@ -109,7 +110,7 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
       // What was found on smaller images may be a wrong turn.
       if (!(problem.Cost(x) < before)) x.CopyFrom(start);
     }
-    const LmSummary summary = SolveLm<Backend>(engine, backend, problem, x);
+    const LmSummary summary = SolveLm<Backend>(EngineOptions(options, level), backend, problem, x);
     alignment.iterations += static_cast<int>(summary.iterations.size()) - 1;
     if (level > 0) continue;
     alignment.cost_after = summary.final_cost / values;

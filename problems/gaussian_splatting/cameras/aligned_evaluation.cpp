@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "problems/gaussian_splatting/cameras/fit_exposure.h"
+
 namespace vesta::gs {
 namespace {
 
@@ -22,10 +24,11 @@ ImageQuality Measure(ImageQualityMeter& meter, const Image& rendered, const Imag
   return meter.Measure(Values(rendered), Values(truth), {truth.width, truth.height});
 }
 
-void MeasureHalves(ImageQualityMeter& meter, const Image& rendered, const Image& truth, AlignedView& view) {
+void MeasureHalves(ImageQualityMeter& meter, const PhotometricWeights& weights, const Image& rendered,
+                   const Image& truth, AlignedView& view) {
   const int middle = truth.width / 2;
   const Image left = Columns(rendered, 0, middle), left_truth = Columns(truth, 0, middle);
-  view.exposure = FitAffineColor(Values(left), Values(left_truth), {middle, truth.height});
+  view.exposure = FitExposure(Values(left), Values(left_truth), {middle, truth.height}, weights);
   Image right = Columns(rendered, middle, truth.width);
   const Image right_truth = Columns(truth, middle, truth.width);
   view.right = Measure(meter, right, right_truth);
@@ -67,7 +70,8 @@ AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, c
     aligned.pixels = MedianShift(model, view, motion, options.near);
     const Image rendered = renderer.Render(model, MovedView(view, motion));
     aligned.whole = Measure(meter, rendered, view.image);
-    if (options.free.color && view.camera.width > 1) MeasureHalves(meter, rendered, view.image, aligned);
+    if (options.free.color && view.camera.width > 1)
+      MeasureHalves(meter, options.weights, rendered, view.image, aligned);
     degrees.push_back(aligned.degrees);
     pixels.push_back(aligned.pixels);
     evaluation.not_found += aligned.alignment.is_found() ? 0 : 1;

@@ -32,9 +32,9 @@ struct AlignedEvaluation {
 };
 
 // Fits the camera of each test view of the scene to its photograph, then measures. With options.free.color the exposure
-// is found along with the pose; the one that is measured is then fitted anew, by least squares, on the left half of the
-// image, and the right half is measured (Martin-Brualla et al. 2021, NeRF in the Wild, section 5). Images must be
-// loaded.
+// is found along with the pose; the one that is measured is then fitted anew on the left half of the image
+// (fit_exposure.h), and the right half is measured (Martin-Brualla et al. 2021, NeRF in the Wild, section 5). Images
+// must be loaded.
 AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, const AlignOptions& options);
 
 }  // namespace vesta::gs

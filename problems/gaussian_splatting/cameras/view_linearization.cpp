@@ -82,7 +82,7 @@ template <class S>
 void ViewLinearization<S>::FormH() {
   const Index n = shape_.PlaneSize();
   HostBuffer<S> weighted(shape_.NumValues());
-  h_.assign(static_cast<std::size_t>(num_parameters() * num_parameters()), 0);
+  h_.assign(gradient_.size() * gradient_.size(), 0);
   for (int k = 0; k < num_columns(); ++k) {
     loss_->ApplyW(curvature_, {Column(k), shape_.NumValues()}, weighted);
     for (int l = 0; l <= k; ++l) {

@@ -38,7 +38,7 @@ class ViewLinearization final : public Linearization<CpuBackend<double>> {
   const S* Column(int k) const;
   // Of a step, the number that column k is of in that channel.
   int Place(int k, int channel) const;
-  double& H(int row, int col) { return h_[static_cast<std::size_t>(row * free_.num_tangent() + col)]; }
+  double& H(int row, int col) { return h_[static_cast<std::size_t>(Index{row} * free_.num_tangent() + col)]; }
   // g = J^T u.
   template <class U>
   void Project(const U* u, View g) const;

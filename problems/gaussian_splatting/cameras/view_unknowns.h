@@ -3,6 +3,7 @@
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/camera_motion.h"
+#include "kernels/image/image_shape.h"
 #include "problems/gaussian_splatting/cameras/affine_color.h"
 
 namespace vesta::gs {
