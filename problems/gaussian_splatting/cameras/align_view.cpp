@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/cameras/view_problem.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "solver/levenberg_marquardt.h"
@@ -72,16 +72,8 @@ const char* ToString(AlignStatus status) {
   return "?";
 }
 
-View MovedView(const View& view, const splat::CameraMotion& motion) {
-  View moved;
-  moved.name = view.name, moved.image_path = view.image_path, moved.role = view.role;
-  moved.camera = view.camera, moved.rotation = view.rotation, moved.translation = view.translation;
-  splat::MovePose(motion, moved.rotation.data(), moved.translation.data());
-  return moved;
-}
-
 Alignment AlignView(const SplatModel& model, const View& view, const AlignOptions& options) {
-  VESTA_CHECK(options.levels >= 1, "{} sizes to align at", options.levels);
+  VESTA_CHECK(options.levels >= 1 && options.levels <= 16, "{} sizes to align at; choose 1 to 16", options.levels);
   VESTA_CHECK(view.image.width == view.camera.width && view.image.height == view.camera.height,
               "a view of {} x {} with an image of {} x {}", view.camera.width, view.camera.height, view.image.width,
               view.image.height);
@@ -120,35 +112,6 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
     alignment.status = IsConverged(summary.status) ? AlignStatus::kConverged : AlignStatus::kStopped;
   }
   return alignment;
-}
-
-double MedianShift(const SplatModel& model, const View& view, const splat::CameraMotion& motion, double near) {
-  const splat::PosedCamera before = ToPosedCamera(view, near), after = Moved(before, motion);
-  splat::SplatView<float> splats;
-  splat::ViewWorkspace<float> workspace;
-  const double background[3] = {};
-  splats.Build(ToKernelModel(model), before, background, workspace);
-  const auto pixel = [&](const splat::PosedCamera& camera, Index i) {
-    double t[3];
-    for (int k = 0; k < 3; ++k) {
-      t[k] = camera.T[k];
-      for (int j = 0; j < 3; ++j)
-        t[k] += camera.R[3 * k + j] * static_cast<double>(model.attribute(splat::kMean + j)[i]);
-    }
-    std::array<double, 2> uv{};
-    splat::PixelOf(camera.lens, t, uv[0], uv[1]);
-    return uv;
-  };
-  std::vector<double> shifts;
-  for (Index i = 0; i < model.count; ++i) {
-    if (splats.rank_of()[i] < 0) continue;
-    const auto from = pixel(before, i), to = pixel(after, i);
-    shifts.push_back(std::hypot(to[0] - from[0], to[1] - from[1]));
-  }
-  if (shifts.empty()) return 0;
-  const auto middle = shifts.begin() + static_cast<std::ptrdiff_t>(shifts.size() / 2);
-  std::nth_element(shifts.begin(), middle, shifts.end());
-  return *middle;
 }
 
 }  // namespace vesta::gs

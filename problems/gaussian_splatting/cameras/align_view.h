@@ -17,7 +17,7 @@ struct AlignOptions {
   double near = 0;                            // distance of the near plane, world units
   PhotometricWeights weights = {};
   // Coarse to fine: the first of so many sizes is 2^(levels - 1) times smaller than the photograph; sizes with a side
-  // of fewer than 32 pixels are left out. >= 1.
+  // of fewer than 32 pixels are left out. 1 to 16.
   int levels = 3;
   int max_iterations = 50;  // of Levenberg-Marquardt at each size
 };
@@ -45,12 +45,5 @@ struct Alignment {
 // By Levenberg-Marquardt on ViewProblem, at each size from the coarsest on. The view must have its image. What is found
 // has a lower cost than the start. The same bits for any number of threads.
 Alignment AlignView(const SplatModel& model, const View& view, const AlignOptions& options);
-
-// The view with its camera moved, without its image.
-View MovedView(const View& view, const splat::CameraMotion& motion);
-
-// How far the motion moves the image: the median distance in pixels by which the means of the Gaussians move that the
-// view sees before. 0 where it sees none.
-double MedianShift(const SplatModel& model, const View& view, const splat::CameraMotion& motion, double near);
 
 }  // namespace vesta::gs

@@ -4,6 +4,8 @@
 #include <numbers>
 
 #include "problems/gaussian_splatting/cameras/fit_exposure.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/model/median.h"
 
 namespace vesta::gs {
 namespace {
@@ -34,13 +36,6 @@ void MeasureHalves(ImageQualityMeter& meter, const PhotometricWeights& weights, 
   view.right = Measure(meter, right, right_truth);
   view.exposure.Apply(HostSpan<float>{right.rgb.data(), static_cast<Index>(right.rgb.size())});
   view.right_exposed = Measure(meter, right, right_truth);
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 Quality Mean(const std::vector<AlignedView>& views, ImageQuality AlignedView::*of) {
@@ -82,8 +77,10 @@ AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, c
     evaluation.right = Mean(evaluation.views, &AlignedView::right);
     evaluation.right_exposed = Mean(evaluation.views, &AlignedView::right_exposed);
   }
-  evaluation.degrees = Median(std::move(degrees));
-  evaluation.pixels = Median(std::move(pixels));
+  if (!evaluation.views.empty()) {
+    evaluation.degrees = Median(std::move(degrees));
+    evaluation.pixels = Median(std::move(pixels));
+  }
   return evaluation;
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "problems/gaussian_splatting/cameras/align_view.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"
