@@ -12,7 +12,9 @@ namespace {
 constexpr schema::Choice<Device> kDevices[] = {{Device::kAuto, "auto"}, {Device::kCpu, "cpu"}, {Device::kCuda, "cuda"}};
 constexpr schema::Choice<gs::RefineMethod> kMethods[] = {
     {gs::RefineMethod::kViews, "views"}, {gs::RefineMethod::kLm, "lm"}, {gs::RefineMethod::kBoth, "both"}};
-static_assert(schema::EachOnce(kDevices) && schema::EachOnce(kMethods));
+constexpr schema::Choice<Align> kAligns[] = {
+    {Align::kNone, "none"}, {Align::kPose, "pose"}, {Align::kPoseAndColor, "pose+colour"}};
+static_assert(schema::EachOnce(kAligns) && schema::EachOnce(kDevices) && schema::EachOnce(kMethods));
 
 std::vector<const char*> PresetNames() {
   std::vector<const char*> names;
@@ -98,6 +100,11 @@ const FlagTable& ProgramFlags() {
           {kRefines | kViews,
            {"background", &O::background, {0, 1}, "colour behind everything; auto: the splat's, else black"}},
           {kViews, {"downscale", &O::downscale, {1, 64}, "divide the images' width and height by this"}},
+          {kEval,
+           {"align", &O::align, kAligns,
+            "measure the test views once more with each camera fitted to the splat; with colour, the right half of "
+            "each "
+            "also with the exposure fitted to the left"}},
           {kBundleAdjust, {"iterations", &O::iterations, kCount, "most iterations of Levenberg-Marquardt"}},
           {kBundleAdjust,
            {"pcg_iterations", &O::pcg_iterations, {1, 1e9}, "most conjugate-gradient iterations in each"}},

@@ -43,6 +43,9 @@ const CommandInfo* FindCommand(const std::string& name);
 // How the command is written, without the flags that may be left out: "vesta train SCENE --out=DIR".
 std::string UsageForm(const CommandInfo& command);
 
+// What eval fits to each test view before it measures a second time.
+enum class Align { kNone, kPose, kPoseAndColor };
+
 enum class Device { kAuto, kCpu, kCuda };
 
 inline constexpr const char* kDefaultPreset = "balanced";
@@ -61,6 +64,7 @@ struct Flags {
   bool fixed_model = false;
   std::optional<std::array<double, 3>> background;  // none: what the splat states
   int downscale = 1;
+  Align align = Align::kNone;
   Device device = Device::kAuto;
   int threads = 0;
   bool log_lm = false;

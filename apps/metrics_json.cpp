@@ -11,7 +11,37 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json ToJson(const gs::Quality& quality) { return {{"psnr", quality.psnr}, {"ssim", quality.ssim}}; }
+// gs::Quality or ImageQuality.
+template <class Q>
+Json QualityToJson(const Q& quality) {
+  return {{"psnr", quality.psnr}, {"ssim", quality.ssim}};
+}
+Json ToJson(const gs::Quality& quality) { return QualityToJson(quality); }
+
+Json ToJson(const gs::AlignedView& view, bool exposed) {
+  Json json = {{"name", view.name}, {"status", gs::ToString(view.alignment.status)}};
+  json.update(QualityToJson(view.whole));
+  json["degrees"] = view.degrees;
+  json["pixels"] = view.pixels;
+  if (!exposed) return json;
+  json["right_half"] = QualityToJson(view.right);
+  json["right_half_exposed"] = QualityToJson(view.right_exposed);
+  json["gain"] = view.exposure.gain;
+  json["offset"] = view.exposure.offset;
+  return json;
+}
+
+Json ToJson(const gs::AlignedEvaluation& aligned) {
+  const bool exposed = aligned.right.views > 0;
+  Json json = ToJson(aligned.whole);
+  if (exposed) json["right_half"] = ToJson(aligned.right), json["right_half_exposed"] = ToJson(aligned.right_exposed);
+  json["moved_degrees"] = aligned.degrees;
+  json["moved_pixels"] = aligned.pixels;
+  json["not_found"] = aligned.not_found;
+  json["views"] = Json::array();
+  for (const gs::AlignedView& view : aligned.views) json["views"].push_back(ToJson(view, exposed));
+  return json;
+}
 
 Json ToJson(const gs::Prediction& prediction) {
   return {{"at_seconds", prediction.at_seconds},
@@ -83,9 +113,11 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   return Text(json);
 }
 
-std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::SplatModel& model, const RunFacts& facts) {
+std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEvaluation* aligned,
+                           const gs::SplatModel& model, const RunFacts& facts) {
   Json json;
   json["test"] = ToJson(evaluation.test);
+  if (aligned != nullptr) json["aligned"] = ToJson(*aligned);
   json["train"] = ToJson(evaluation.train);
   json["cost"] = evaluation.cost;
   AddModel(model, &json);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/train_settings.h"
+#include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
@@ -26,7 +27,11 @@ struct RunFacts {
 // reads them; notes: where something was done otherwise than asked for. A figure that is not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
-// {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above.
-std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::SplatModel& model, const RunFacts& facts);
+// {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above. aligned (null: none): besides
+// "aligned": {"psnr", "ssim", "moved_degrees", "moved_pixels", "not_found", "views": [{"name", "status", "psnr",
+// "ssim", "degrees", "pixels"}]}, and where exposures were fitted "right_half" and "right_half_exposed", each {"psnr",
+// "ssim"}, there and of each view, which then has its "gain" and "offset" too.
+std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEvaluation* aligned,
+                           const gs::SplatModel& model, const RunFacts& facts);
 
 }  // namespace vesta::app

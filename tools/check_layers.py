@@ -22,7 +22,8 @@ SPLAT_ROOMS = {
         "density": ["model"],
         "lm": ["model"],
         "evaluate": ["model"],
-        "memory": ["model", "adam", "density", "lm", "evaluate"],
+        "cameras": ["model", "evaluate"],
+        "memory": ["model", "adam", "density", "lm", "evaluate", "parsimony"],
         "parsimony": ["model"],
         "train": ["model", "adam", "density", "lm", "evaluate", "memory", "parsimony"],
     }.items()

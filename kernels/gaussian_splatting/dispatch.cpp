@@ -1,6 +1,7 @@
 // Picks the kernels of an instruction set, and instantiates the double-precision reference from the same source.
 #include "kernels/core/isa_table.h"
 #include "kernels/gaussian_splatting/cache_passes.h"
+#include "kernels/gaussian_splatting/camera_block.h"
 #include "kernels/gaussian_splatting/isa_kernels.h"
 #include "kernels/gaussian_splatting/project_block.h"
 #include "kernels/gaussian_splatting/raster_tile.h"
@@ -9,12 +10,17 @@ namespace vesta::splat {
 
 VESTA_DECLARE_PER_ISA(const RasterKernels<float>& CompiledRasterKernels();
                       const ProjectKernels<float>& CompiledProjectKernels(int degree);
+                      const CameraKernels<float>& CompiledCameraKernels(int degree);
                       const CacheKernels<float>& CompiledCacheKernels(CacheFormat format);)
 
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRasterKernels)(); }
 
 const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree) {
   return VESTA_OF_ISA(isa, CompiledProjectKernels)(degree);
+}
+
+const CameraKernels<float>& FloatCameraKernelsFor(Isa isa, int degree) {
+  return VESTA_OF_ISA(isa, CompiledCameraKernels)(degree);
 }
 
 template <>
@@ -40,6 +46,11 @@ const ProjectKernels<float>& GetProjectKernels<float>(int degree) {
 }
 
 template <>
+const CameraKernels<float>& GetCameraKernels<float>(int degree) {
+  return FloatCameraKernelsFor(ActiveIsa(), degree);
+}
+
+template <>
 const RasterKernels<double>& GetRasterKernels<double>() {
   static const RasterKernels<double> kernels = MakeRasterKernels<double, double>();
   return kernels;
@@ -48,6 +59,11 @@ const RasterKernels<double>& GetRasterKernels<double>() {
 template <>
 const ProjectKernels<double>& GetProjectKernels<double>(int degree) {
   return kProjectKernels<double, double>[degree];
+}
+
+template <>
+const CameraKernels<double>& GetCameraKernels<double>(int degree) {
+  return kCameraKernels<double, double>[degree];
 }
 
 }  // namespace vesta::splat

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/core/cpu_dispatch.h"
+#include "kernels/gaussian_splatting/camera_kernels.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/raster_kernels.h"
 
@@ -11,5 +12,6 @@ namespace vesta::splat {
 // The CPU must have the instruction set.
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
 const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree);
+const CameraKernels<float>& FloatCameraKernelsFor(Isa isa, int degree);
 
 }  // namespace vesta::splat

@@ -124,6 +124,20 @@ VESTA_HD void GatherRecords(const Block<V, S>& block, const std::int32_t* rank_o
   for (int k = 0; k < N; ++k) out[k] = Lanes<V>::Load(lanes[k]);
 }
 
+// The other way: those not seen are not written.
+template <int N, class V, class S, class Fields>
+VESTA_HD void ScatterRecords(const Block<V, S>& block, const std::int32_t* rank_of, const Fields& fields,
+                             const V* values) {
+  alignas(64) S lanes[N][Lanes<V>::kWidth];
+  for (int k = 0; k < N; ++k) Lanes<V>::Store(lanes[k], values[k]);
+  for (int lane = 0; lane < block.n; ++lane) {
+    const std::int32_t rank = rank_of[block.i + lane];
+    if (rank < 0) continue;
+    S* to = fields(rank);
+    for (int k = 0; k < N; ++k) to[k] = lanes[k][lane];
+  }
+}
+
 template <class V>
 VESTA_HD V Log2(const V& x) {
   using std::log2;
@@ -198,6 +212,24 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
   }
 }
 
+// The tangent of splats, all but kLambda, from parameters and their derivatives. colored: the mean whose direction the
+// colours take; it moves in its own way where the camera turns about itself. sh: as ShColor has it.
+template <int Degree, class S, class V, class Sh>
+VESTA_HD void TangentOfSplat(const CameraConstants<S>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
+                             const Dual<V> quaternion[4], const Dual<V> colored[3], const Sh& sh, V w[kSplatTangent]) {
+  using D = Dual<V>;
+  ProjectionState<LensIn<S>, D> state;
+  const SplatShape<D> dual = Project(camera, mean, log_scale, quaternion, state);
+  const SplatShape<V> shape = {dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a};
+  const SplatShape<V> d_shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
+  WhitenTangent(shape, d_shape, w);
+  D dir[3], basis[ShCoefficients(Degree)], color[3];
+  ViewDirection(camera, colored, dir);
+  ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
+  ShColor<Degree>(basis, sh, color);
+  for (int c = 0; c < 3; ++c) w[kColor + c] = Select(color[c].a > V(0), color[c].v, V(0));
+}
+
 template <class V, class S, int Degree>
 VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
                            std::int64_t end, const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
@@ -213,28 +245,13 @@ VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& came
     D mean[3], log_scale[3], quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
     for (int k = 0; k < 4; ++k) quaternion[k] = load(kQuaternion + k);
-    ProjectionState<LensIn<S>, D> state;
-    const SplatShape<D> dual = Project(camera, mean, log_scale, quaternion, state);
-    const SplatShape<V> shape = {dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a};
-    const SplatShape<V> d_shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
     V w[kSplatTangent];
-    WhitenTangent(shape, d_shape, w);
+    TangentOfSplat<Degree>(
+        camera, mean, log_scale, quaternion, mean, [&](int a) { return load(kSh + a); }, w);
     const V opacity = Sigmoid(block.Load(model.x + at(kOpacity)));
     w[kLambda] = (V(1) - opacity) * block.Load(dx + at(kOpacity));
-    D dir[3], basis[ShCoefficients(Degree)], color[3];
-    ViewDirection(camera, mean, dir);
-    ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
-    ShColor<Degree>(
-        basis, [&](int a) { return load(kSh + a); }, color);
-    for (int c = 0; c < 3; ++c) w[kColor + c] = Select(color[c].a > V(0), color[c].v, V(0));
-
-    alignas(64) S lanes[kSplatTangent][L::kWidth];
-    for (int k = 0; k < kSplatTangent; ++k) L::Store(lanes[k], w[k]);
-    for (int lane = 0; lane < block.n; ++lane) {
-      const std::int32_t rank = rank_of[i + lane];
-      if (rank < 0) continue;
-      for (int k = 0; k < kSplatTangent; ++k) tangents[rank].w[k] = lanes[k][lane];
-    }
+    ScatterRecords<kSplatTangent>(
+        block, rank_of, [&](std::int32_t rank) { return tangents[rank].w; }, w);
   }
 }
 

@@ -145,8 +145,7 @@ void SplatView<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image,
 }
 
 template <class S>
-void SplatView<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const {
-  const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
+void SplatView<S>::ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const {
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) return cache_.Tangent(lists, bins_, tangents, d_image);
   const auto& raster = GetRasterKernels<S>();
@@ -155,7 +154,12 @@ void SplatView<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWo
 }
 
 template <class S>
-void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const {
+void SplatView<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const {
+  ApplyRasterJ(ProjectTangents(model, dx, workspace), d_image);
+}
+
+template <class S>
+const SplatTangent<S>* SplatView<S>::ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) {
@@ -168,8 +172,14 @@ void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g
     });
     SumPairs<S>(bins_, num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
   }
+  return workspace.splat_sums.data();
+}
+
+template <class S>
+void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const {
+  const SplatTangent<S>* cotangents = ApplyRasterJT(image, u, workspace);
   ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
-    project.adjoint(model, camera_, begin, end, rank_of_.data(), workspace.splat_sums.data(), g);
+    project.adjoint(model, camera_, begin, end, rank_of_.data(), cotangents, g);
   });
 }
 

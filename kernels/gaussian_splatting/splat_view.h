@@ -89,6 +89,10 @@ class SplatView {
   void RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
+  // The part of these between splats and image, J_raster, for what moves splats otherwise than their parameters do:
+  // d_image = J_raster tangents, by rank; and J_raster^T u by rank, in the workspace.
+  void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
+  const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
   // blocks, sh_diagonal and, unless null, sh_blocks += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >=
   // 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,

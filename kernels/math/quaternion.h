@@ -1,10 +1,46 @@
-// Rotations from quaternions (w, x, y, z) that need not be normalised.
+// Quaternions (w, x, y, z), and rotations from those that need not be normalised.
 #pragma once
 
 #include "kernels/math/scalar.h"
 
 namespace vesta {
 inline namespace VESTA_ISA {
+
+// out = a b; it must be neither of the two.
+template <class T>
+VESTA_HD inline void QuaternionProduct(const T a[4], const T b[4], T out[4]) {
+  out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
+  out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
+  out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
+  out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+}
+
+template <class T>
+VESTA_HD inline void QuaternionConjugate(const T q[4], T out[4]) {
+  out[0] = q[0];
+  for (int i = 1; i < 4; ++i) out[i] = -q[i];
+}
+
+// exp of the pure quaternion (0, d) = (cos |d|, d sin |d| / |d|): turns about d by twice its length.
+template <class T>
+VESTA_HD inline void QuaternionExponential(const T d[3], T out[4]) {
+  using std::cos, std::sin, std::sqrt;
+  const T square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+  // Below this the next term of the series is under a rounding error.
+  const auto small = square < T(1e-4);
+  const T length = sqrt(Select(small, T(1), square));
+  const T sinc = Select(small, T(1) - square * (T(1) - square * T(1.0 / 20)) * T(1.0 / 6), sin(length) / length);
+  out[0] = Select(small, T(1) - square * (T(1) - square * T(1.0 / 12)) * T(0.5), cos(length));
+  for (int i = 0; i < 3; ++i) out[1 + i] = sinc * d[i];
+}
+
+// q / |q|, q not zero.
+template <class T>
+VESTA_HD inline void NormalizeQuaternion(const T q[4], T out[4]) {
+  using std::sqrt;
+  const T scale = T(1) / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (int i = 0; i < 4; ++i) out[i] = scale * q[i];
+}
 
 // 2 / |q|^2, or 0 for a quaternion too small to have a direction (the rotation is then the identity).
 template <class T>

@@ -11,38 +11,15 @@ struct Se3 {
   static constexpr int kPose = 7;
   static constexpr int kTangent = 6;
 
-  // out = a b.
-  template <class T>
-  static void Multiply(const T* a, const T* b, T* out) {
-    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
-    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
-    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
-    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
-  }
-  template <class T>
-  static void Conjugate(const T* q, T* out) {
-    out[0] = q[0];
-    for (int i = 1; i < 4; ++i) out[i] = -q[i];
-  }
-
   // out = x (+) delta: the position moves by delta[0..3); the orientation is turned in the world's frame by twice the
   // vector delta[3..6), that is q' = (cos |d|, d sin |d| / |d|) q, brought back to unit length against rounding.
   template <class T>
   static void Plus(const T* x, const T* delta, T* out) {
-    using std::cos, std::sin, std::sqrt;
     for (int i = 0; i < 3; ++i) out[i] = x[i] + delta[i];
-    const T* d = delta + 3;
-    const T square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    // Below this the next term of the series is under a rounding error.
-    const auto small = square < T(1e-4);
-    const T length = sqrt(Select(small, T(1), square));
-    const T sinc = Select(small, T(1) - square * (T(1) - square * T(1.0 / 20)) * T(1.0 / 6), sin(length) / length);
-    const T cosine = Select(small, T(1) - square * (T(1) - square * T(1.0 / 12)) * T(0.5), cos(length));
-    const T turn[4] = {cosine, sinc * d[0], sinc * d[1], sinc * d[2]};
-    T q[4];
-    Multiply(turn, x + 3, q);
-    const T scale = T(1) / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    for (int i = 0; i < 4; ++i) out[3 + i] = scale * q[i];
+    T turn[4], q[4];
+    QuaternionExponential(delta + 3, turn);
+    QuaternionProduct(turn, x + 3, q);
+    NormalizeQuaternion(q, out + 3);
   }
 
   // r = (R_a^T (p_b - p_a) - p_m, 2 vec(q_m (q_a^-1 q_b)^-1)) for the measurement m of b as seen from a.
@@ -56,7 +33,7 @@ struct Se3 {
     }
     T p[4], error[4];
     MeasuredTimesInverse(b, m, p);
-    Multiply(p, a + 3, error);
+    QuaternionProduct(p, a + 3, error);
     for (int i = 0; i < 3; ++i) r[3 + i] = T(2) * error[1 + i];
   }
 
@@ -100,8 +77,8 @@ struct Se3 {
   static void MeasuredTimesInverse(const T* b, const double* m, T* out) {
     const T measured[4] = {T(m[3]), T(m[4]), T(m[5]), T(m[6])};
     T inverse[4];
-    Conjugate(b + 3, inverse);
-    Multiply(measured, inverse, out);
+    QuaternionConjugate(b + 3, inverse);
+    QuaternionProduct(measured, inverse, out);
   }
 };
 

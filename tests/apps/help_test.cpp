@@ -83,7 +83,9 @@ TEST(Help, CommandListsItsFlagsAlone) {
     EXPECT_THAT(prune, HasSubstr(flag));
   }
   EXPECT_THAT(Help({"help", "render"}), HasSubstr("--truth"));
-  EXPECT_THAT(Help({"help", "eval"}), HasSubstr("--json=FILE"));
+  const std::string eval = Help({"help", "eval"});
+  EXPECT_THAT(eval, HasSubstr("--json=FILE"));
+  EXPECT_THAT(eval, HasSubstr("--align=none|pose|pose+colour"));
   const std::string convert = Help({"help", "convert"});
   EXPECT_THAT(convert, HasSubstr("vesta convert SPLAT --out=FILE"));
   EXPECT_THAT(convert, HasSubstr(".ply, .compressed.ply or .spz"));

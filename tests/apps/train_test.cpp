@@ -67,7 +67,8 @@ class TinyTraining : public testing::Test {
 };
 
 TEST_F(TinyTraining, WritesModelAndMetrics) {
-  const ProgramOutput output = Train(out_, {"--iterations=40", "--lm_iterations=2", "--seed=3", "--sh_degree=1"});
+  const ProgramOutput output = Train(out_, {"--iterations=40", "--lm_iterations=2", "--seed=3", "--sh_degree=1",
+                                            "--set=parsimony.price=0", "--set=parsimony.sh_price=0"});
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_EQ(output.err, "");
   EXPECT_THAT(output.out, HasSubstr("8 views to train on, 2 to test; 60 points"));
@@ -225,8 +226,23 @@ TEST_F(TinyTraining, RefineBySingleViewsKeepsTheGaussians) {
   ExpectEvalReproduces(refined);
 }
 
+TEST_F(TinyTraining, KeepsWhatIsWorthItsPrice) {
+  const std::string all = folder_ / "all";
+  ASSERT_EQ(Train(out_, {"--iterations=100", "--lm_iterations=0"}).status, 0);
+  ASSERT_EQ(
+      Train(all, {"--iterations=100", "--lm_iterations=0", "--set=parsimony.price=0", "--set=parsimony.sh_price=0"})
+          .status,
+      0);
+  const json kept = Metrics(out_), before = Metrics(all);
+  EXPECT_LT(kept["gaussians"], before["gaussians"]);
+  EXPECT_LT(kept["parameters"].get<Index>() * before["gaussians"].get<Index>(),
+            before["parameters"].get<Index>() * kept["gaussians"].get<Index>())
+      << "of each of them too";
+  ExpectEvalReproduces(out_);
+}
+
 TEST_F(TinyTraining, PruneKeepsAPart) {
-  ASSERT_EQ(Train(out_, {"--iterations=60"}).status, 0);
+  ASSERT_EQ(Train(out_, {"--iterations=60", "--set=parsimony.sh_price=0"}).status, 0);
   const Index all = Metrics(out_)["gaussians"];
   const std::string pruned = folder_ / "pruned";
   const auto prune = [&](const std::string& goal, const std::string& iterations) {
@@ -281,7 +297,9 @@ TEST_F(TinyTraining, RefineLowersTheCost) {
 
 // A file from elsewhere: another SH degree than the default, no word of its background.
 TEST_F(TinyTraining, RefineTakesTheModelAsItIs) {
-  ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0", "--sh_degree=1", "--background=0.25,0.5,1"}).status,
+  ASSERT_EQ(Train(out_, {"--iterations=30", "--lm_iterations=0", "--sh_degree=1", "--background=0.25,0.5,1",
+                         "--set=parsimony.sh_price=0"})
+                .status,
             0);
   gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
   model.has_background = false;

@@ -20,6 +20,7 @@
 #include "problems/gaussian_splatting/io/smallest_three.h"
 #include "problems/gaussian_splatting/io/splat_comments.h"
 #include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/model/median.h"
 
 namespace vesta::gs {
 namespace {
@@ -188,9 +189,7 @@ double MedianLogScale(const SplatModel& model) {
   for (Index i = 0; i < model.count; ++i) {
     sizes[static_cast<std::size_t>(i)] = (scale[i] + scale[model.count + i] + scale[2 * model.count + i]) / 3;
   }
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle;
+  return static_cast<double>(Median(std::move(sizes)));
 }
 
 // As many that the means fit, and no more than make an eighth of a Gaussian's size or the usual number.

@@ -103,7 +103,8 @@ double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& op
   // Parameters, moments and bases of before Gaussians become more, in case the GPU has no room for the new ones.
   const bool grows = options.adam.runs() && options.density.enabled;
   const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
-  return options.memory.before_mib + (ModelBytes(scene) + copies) / kMib;
+  return options.memory.before_mib +
+         (std::max(ModelBytes(scene), JudgingBytes(scene, options.parsimony)) + copies) / kMib;
 }
 
 double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes, double kept_bytes) {

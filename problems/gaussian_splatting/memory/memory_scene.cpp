@@ -52,6 +52,12 @@ MemoryScene MemoryScene::Scaled(Index new_gaussians) const {
   return scene;
 }
 
+MemoryScene MemoryScene::Of(const splat::ModelLayout& other) const {
+  MemoryScene scene = Scaled(other.count);
+  scene.layout = other;
+  return scene;
+}
+
 ViewCounts MemoryScene::Largest() const {
   ViewCounts most;
   for (const ViewCounts& view : views) {

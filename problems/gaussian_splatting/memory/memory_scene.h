@@ -18,6 +18,8 @@ struct MemoryScene {
 
   // The same with another number of Gaussians, what it counts growing in proportion.
   MemoryScene Scaled(Index new_gaussians) const;
+  // The same views of a model with this layout.
+  MemoryScene Of(const splat::ModelLayout& other) const;
   // The largest of each count over the views.
   ViewCounts Largest() const;
 };

@@ -4,6 +4,7 @@
 #include "problems/gaussian_splatting/adam/options.h"
 #include "problems/gaussian_splatting/density/options.h"
 #include "problems/gaussian_splatting/lm/options.h"
+#include "problems/gaussian_splatting/parsimony/options.h"
 
 namespace vesta::gs {
 
@@ -19,6 +20,7 @@ struct StageOptions {
   MemoryOptions memory;
   AdamOptions adam;
   DensityOptions density;
+  ParsimonyOptions parsimony;
   LmStageOptions lm;
 };
 

@@ -6,6 +6,8 @@
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "problems/gaussian_splatting/parsimony/harmonics.h"
+#include "problems/gaussian_splatting/parsimony/rendered_views.h"
 
 namespace vesta::gs {
 namespace {
@@ -38,6 +40,12 @@ class Parts {
   double Evaluation() const {
     return View() + Image() + Splats::TruthBytes(most_.pixels) + Splats::QualityMeter::Bytes(most_.pixels);
   }
+  // On the host, wherever the stages are: a measure by the training views (parsimony/harmonics.h takes the most).
+  double Judging(const ParsimonyOptions& parsimony) const {
+    if (!parsimony.judges()) return 0;
+    return JudgingBytes(most_, gaussians_) +
+           (parsimony.sh_price > 0 ? HarmonicsWorth::kBytes : kWorthBytes) * gaussians_;
+  }
   // Of the session's renderer, which stays.
   double SessionWorkspace() const {
     return std::is_same_v<typename B::Space, Host> ? Workspace::BuildBytes(most_, gaussians_) : 0;
@@ -52,6 +60,8 @@ class Parts {
   }
 
  private:
+  static constexpr double kWorthBytes = sizeof(splat::Removal<double>) + 2 * sizeof(double) + sizeof(Index);
+
   double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
 
   const MemoryScene& scene_;
@@ -71,9 +81,12 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
                       Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
                       parts.Evaluation();
   const double average = options.adam.average_part > 0 ? vector : 0;
+  // While views judge, what the passes of an iteration work in is free.
+  const bool is_host = std::is_same_v<typename B::Space, Host>;
+  const double judging = is_host ? vector + parts.Judging(options.parsimony) : 0;
   // Bases or a vector once more; sources and fates.
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
-  return held + std::max(step + average, rearranging);
+  return held + std::max(std::max(step, judging) + average, rearranging);
 }
 
 template <class B>
@@ -109,6 +122,10 @@ double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_bat
 }
 double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
   return LmBytesIn<Gpu>(scene, lm, hold_batches);
+}
+
+double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {
+  return Parts<Cpu>(scene).Judging(parsimony);
 }
 
 double ModelBytes(const MemoryScene& scene) {

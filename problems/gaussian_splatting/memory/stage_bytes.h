@@ -14,6 +14,8 @@ double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
 // The model and what evaluating it needs: all there is between the stages.
 double ModelBytes(const MemoryScene& scene);
+// What judging Gaussians takes on the host beside the model, wherever the stages are; 0 where options ask for none.
+double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony);
 
 // In that of a GPU, with the truths of all views.
 double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options);

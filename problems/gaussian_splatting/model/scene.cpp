@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/depth_in_view.h"
+#include "problems/gaussian_splatting/model/median.h"
 
 namespace vesta::gs {
 
@@ -74,9 +76,7 @@ double SceneExtent(const std::vector<View>& views, const PointCloud& points) {
     }
   }
   if (depths.empty()) return CameraRadius(views);
-  const auto median = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), median, depths.end());
-  return 0.5 * *median;
+  return 0.5 * Median(std::move(depths));
 }
 
 }  // namespace vesta::gs

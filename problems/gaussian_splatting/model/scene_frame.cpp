@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/gaussian_splatting/model/median.h"
+
 namespace vesta::gs {
 namespace {
 
 using Point = std::array<double, 3>;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double LargestOf(const Point& p) { return std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])}); }
 

@@ -20,7 +20,9 @@ namespace vesta::gs {
 
 class HarmonicsWorth {
  public:
-  // Takes about five times as long as rendering all views, and 0.9 KiB for each Gaussian of degree 3.
+  // Of memory for each Gaussian, while it is measured.
+  static constexpr double kBytes = 740;
+  // Takes about five times as long as rendering all views.
   HarmonicsWorth(const splat::Model<float>& model, const JudgingViews& judges);
 
   double cost() const { return cost_; }      // of the views, as in Worth

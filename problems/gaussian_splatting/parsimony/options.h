@@ -22,6 +22,8 @@ struct ParsimonyOptions {
 
   bool prunes_to_count() const { return keep < 1; }
   bool prunes() const { return prunes_to_count() || price > 0; }
+  // Whether views judge Gaussians while Adam holds what it works with.
+  bool judges() const { return prunes() || sh_price > 0; }
   // Options by which the model stays as it is.
   static ParsimonyOptions None() {
     ParsimonyOptions none;

@@ -9,6 +9,18 @@
 
 namespace vesta::gs {
 
+// Bytes of both of them for such a model and its largest view, with what they sum up by pair and splat; the passes over
+// single Gaussians besides.
+inline double JudgingBytes(const splat::ViewCounts& view, double gaussians) {
+  using Workspace = splat::ViewWorkspace<float>;
+  constexpr double kSums = sizeof(splat::RecolorRises<float>),
+                   kImages = 2 + LinearizationImages(SsimLinearization::kQuadratic);
+  return splat::SplatView<float>::Bytes(view, gaussians) + Workspace::BuildBytes(view, gaussians) +
+         splat::kSpareRoom * (view.splats + view.pairs) * kSums + view.splats * sizeof(splat::Recolors<float>) +
+         kImages * 3 * sizeof(float) * view.pixels +
+         PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels);
+}
+
 // Renders the model into one judge after the other.
 class RenderedViews {
  public:

@@ -225,7 +225,7 @@ class AdamStage {
         (*options_.adam.iterations - state_->iteration) * ahead.seconds + ahead.change_seconds + rows * row;
     const double total = session_.TotalSeconds();
     const double seconds = options_.time_limit > 0 ? std::min(options_.time_limit, total + left) : total + left;
-    session_.Predict({is_first_guess, total, seconds, PredictMib(degree, ahead.gaussians), ahead.gaussians});
+    session_.Predict({is_first_guess, total, seconds, PredictMib(degree, ahead.most_gaussians), ahead.gaussians});
   }
   double PredictMib(int degree, double gaussians) {
     const MemoryScene now =

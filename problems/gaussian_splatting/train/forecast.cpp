@@ -15,7 +15,7 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
   const auto limit = static_cast<double>(std::max(options.density.max_gaussians, gaussians));
-  StageAhead ahead{.gaussians = static_cast<double>(gaussians)};
+  StageAhead ahead{.gaussians = static_cast<double>(gaussians), .most_gaussians = static_cast<double>(gaussians)};
   int changes = 0;
   for (int k = 0; k < pieces; ++k) {
     const StageSpan span{done + k * piece, done + (k + 1) * piece};
@@ -24,6 +24,7 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
     ahead.full_seconds += pace.Seconds(false, ahead.gaussians) / pieces;
     if (Densifies(options.density, span)) {
       ahead.gaussians = std::min(limit, growth.After(static_cast<double>(gaussians), ++changes));
+      ahead.most_gaussians = std::max(ahead.most_gaussians, ahead.gaussians);
       ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
     }
     if (Prunes(options.parsimony, span)) {

@@ -12,6 +12,7 @@ struct StageAhead {
   double full_seconds = 0;    // the same had all of them views of full size
   double change_seconds = 0;  // of all changes of the model
   double gaussians = 0;       // at its end
+  double most_gaussians = 0;  // at a time
 };
 
 // done: the part of the stage that is behind, under 1, with so many Gaussians. has_halves: whether there are views of

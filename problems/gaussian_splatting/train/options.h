@@ -10,13 +10,11 @@
 #include "kernels/core/schema.h"
 #include "problems/gaussian_splatting/memory/options.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
-#include "problems/gaussian_splatting/parsimony/options.h"
 
 namespace vesta::gs {
 
 struct TrainOptions : StageOptions {
   LearningRates rates;
-  ParsimonyOptions parsimony;
   std::optional<int> sh_degree;  // of training; none: what the training views bear (DefaultShDegree)
   std::array<double, 3> background{0, 0, 0};
   // Of the images of the scene, which whoever loads it divides by this.

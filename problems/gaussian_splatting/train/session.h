@@ -123,6 +123,12 @@ class TrainingSession {
   void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
   double kept_on_device() const { return kept_on_device_; }
 
+  // The largest model there was so far, beside the one that a stage gives back: those before Gaussians were taken out.
+  void NoteModel(const splat::ModelLayout& layout) {
+    if (layout.Size() > largest_model_.Size()) largest_model_ = layout;
+  }
+  const splat::ModelLayout& largest_model() const { return largest_model_; }
+
   // A line for the user on what is done otherwise than asked for.
   void Note(std::string line) { notes_.push_back(std::move(line)); }
   std::vector<std::string> TakeNotes() { return std::move(notes_); }
@@ -184,6 +190,7 @@ class TrainingSession {
   double latest_evaluation_ = 0;  // seconds; 0: none yet
   bool stopped_ = false;
   double spare_device_bytes_ = 0, kept_on_device_ = 0;
+  splat::ModelLayout largest_model_;
 };
 
 // LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.

@@ -26,16 +26,19 @@ class StageParsimony {
       : session_(session), options_(session.options().parsimony), pace_(pace) {}
 
   // What goes after the iteration that state.span says; Gaussians have been added before, by what was observed of them.
-  // degree: of the harmonics in use. before_change() is called where something goes.
-  template <class BeforeChange>
-  void TakeOut(AdamStageState<B>& state, int degree, const BeforeChange& before_change) {
-    if (ChecksSupport(options_, state.span)) {
-      KeepOnly(Supported(OnHost(state, degree), Judges()), state, before_change);
-    }
-    // First, since Gaussians of a lower degree cost less. Not while bands wait for their turn.
-    const bool has_all_bands = degree > 0 && degree == state.model.sh_degree();
-    if (LowersDegrees(options_, state.span) && has_all_bands) LowerDegrees(state, degree, before_change);
-    if (Prunes(options_, state.span)) Prune(state, degree, before_change);
+  // degree: of the harmonics in use. before() is called where views judge, and may free what iterations work in.
+  template <class Before>
+  void TakeOut(AdamStageState<B>& state, int degree, const Before& before) {
+    const bool checks = ChecksSupport(options_, state.span), prunes = Prunes(options_, state.span);
+    // Not while bands wait for their turn.
+    const bool lowers = LowersDegrees(options_, state.span) && degree > 0 && degree == state.model.sh_degree();
+    if (!checks && !prunes && !lowers) return;
+    before();
+    session_.NoteModel(state.model.layout());
+    if (checks) KeepOnly(Supported(OnHost(state, degree), Judges()), state);
+    // First, since Gaussians of a lower degree cost less.
+    if (lowers) LowerDegrees(state, degree);
+    if (prunes) Prune(state, degree);
     copy_ = SplatModel();
   }
 
@@ -49,14 +52,10 @@ class StageParsimony {
   }
 
  private:
-  template <class BeforeChange>
-  void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state, const BeforeChange& before_change) {
-    if (static_cast<Index>(kept.size()) == state.model.count()) return;
-    before_change();
-    state.model.Keep(kept);
+  void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state) {
+    if (static_cast<Index>(kept.size()) < state.model.count()) state.model.Keep(kept);
   }
-  template <class BeforeChange>
-  void Prune(AdamStageState<B>& state, int degree, const BeforeChange& before_change) {
+  void Prune(AdamStageState<B>& state, int degree) {
     if (state.before_pruning == 0) state.before_pruning = state.model.count();
     const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
     if (options_.prunes_to_count() && left >= judged) return;
@@ -66,15 +65,13 @@ class StageParsimony {
     const std::vector<Index> kept = options_.prunes_to_count()
                                         ? Keepers(model, Judges(), ranking, left)
                                         : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span));
-    KeepOnly(kept, state, before_change);
+    KeepOnly(kept, state);
     pace_.ObserveJudging(judged, session_.Seconds() - begin);
   }
-  template <class BeforeChange>
-  void LowerDegrees(AdamStageState<B>& state, int degree, const BeforeChange& before_change) {
+  void LowerDegrees(AdamStageState<B>& state, int degree) {
     const splat::Model<float> model = OnHost(state, degree);
     const HarmonicsWorth worth(model, Judges());
     const std::vector<std::uint8_t> degrees = DegreesWorthTheirPrice(model, worth, options_.sh_price);
-    before_change();
     for (int a = splat::kSh; a < splat::NumAttributes(model.sh_degree - 1); ++a) {
       state.model.SetAttribute(a, StandIns(model, worth, degrees, a));
     }

@@ -132,13 +132,15 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   } else {
     plan.bytes = 0;
   }
+  session.NoteModel(model);
+  const MemoryScene largest = counts.Of(session.largest_model());
   result.memory.jacobian = plan.lm.jacobian;
   result.memory.batches = static_cast<int>(batches);
   if (stages.device_memory) {
-    result.memory.predicted_mib = PredictedMibBesideDevice(counts, options);
-    result.memory.device_predicted_mib = PredictedDeviceMib(counts, options, plan.bytes, session.kept_on_device());
+    result.memory.predicted_mib = PredictedMibBesideDevice(largest, options);
+    result.memory.device_predicted_mib = PredictedDeviceMib(largest, options, plan.bytes, session.kept_on_device());
   } else {
-    result.memory.predicted_mib = PredictedMib(counts, options, plan.bytes);
+    result.memory.predicted_mib = PredictedMib(largest, options, plan.bytes);
   }
 }
 

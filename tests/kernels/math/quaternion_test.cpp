@@ -57,5 +57,30 @@ TEST(Quaternion, WithoutDirectionIsTheIdentityAndDoesNotMove) {
   for (const double value : q_bar) EXPECT_EQ(value, 0);
 }
 
+TEST(Quaternion, ExponentialIsTheRotationByTwiceTheVector) {
+  test::Random random(5);
+  for (const double size : {0.0, 1e-9, 1e-3, 0.0099, 0.0101, 0.5, 3.0}) {
+    double d[3], angle_axis[3], q[4], expected[4];
+    for (int i = 0; i < 3; ++i) d[i] = size * random.Normal(), angle_axis[i] = 2 * d[i];
+    QuaternionExponential(d, q);
+    ceres::AngleAxisToQuaternion(angle_axis, expected);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(q[i], expected[i], 1e-15) << size;
+  }
+}
+
+TEST(Quaternion, ProductIsOneRotationAfterTheOther) {
+  test::Random random(6);
+  double a[4], b[4], ab[4], inverse[4], expected[4];
+  for (double& value : a) value = random.Normal();
+  for (double& value : b) value = random.Normal();
+  QuaternionProduct(a, b, ab);
+  ceres::QuaternionProduct(a, b, expected);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(ab[i], expected[i], 1e-15);
+  NormalizeQuaternion(ab, ab);
+  QuaternionConjugate(ab, inverse);
+  QuaternionProduct(ab, inverse, expected);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(expected[i], i == 0 ? 1 : 0, 1e-15);
+}
+
 }  // namespace
 }  // namespace vesta

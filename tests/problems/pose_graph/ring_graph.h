@@ -36,9 +36,9 @@ std::vector<double> ExactMeasurement(const double* a, const double* b) {
   Space::Residual(a, b, measurement.data(), residual);
   if constexpr (Space::kPose == 7) {
     double inverse[4];
-    pose_graph::Se3::Conjugate(a + 3, inverse);
+    QuaternionConjugate(a + 3, inverse);
     std::copy(residual, residual + 3, measurement.begin());
-    pose_graph::Se3::Multiply(inverse, b + 3, measurement.data() + 3);
+    QuaternionProduct(inverse, b + 3, measurement.data() + 3);
   } else {
     std::copy(residual, residual + 3, measurement.begin());
   }

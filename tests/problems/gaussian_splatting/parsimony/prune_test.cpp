@@ -148,7 +148,11 @@ TEST(ParsimonySchedule, TheSamePartGoesEachTime) {
     if (Prunes(parsimony, span)) left.emplace_back(it, CountAfter(parsimony, span, 1000));
   }
   EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}}));
-  EXPECT_FALSE(Prunes({}, {0.69, 0.7})) << "unless it is asked for";
+  EXPECT_FALSE(Prunes(ParsimonyOptions::None(), {0.69, 0.7})) << "unless it is asked for";
+  EXPECT_TRUE(LowersDegrees({}, {0.59, 0.6}));
+  EXPECT_FALSE(LowersDegrees({}, {0.61, 0.62})) << "once";
+  EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "not in the first iterations";
+  EXPECT_FALSE(LowersDegrees(ParsimonyOptions::None(), {0.59, 0.6}));
   EXPECT_TRUE(Prunes({.keep = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8})) << "over the end, in few steps";
   EXPECT_THAT(ErrorOf([] { CheckTogether(ParsimonyOptions{.keep = 0.5, .begin = 0.9}); }),
               testing::HasSubstr("parsimony.begin=0.9 lies behind parsimony.end=0.8"));

@@ -76,6 +76,7 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 1), pace.Observe(false, 100, 3);
   TrainOptions options;
   options.adam.coarse_part = 0.5;
+  options.parsimony = ParsimonyOptions::None();
   DensityOptions& density = options.density;
   density.enabled = false;
   const auto ahead = [&](double done, bool has_halves = true) {
@@ -97,6 +98,12 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   const StageAhead growing = ForecastStage(pace, growth, options, 0.1, 100, true);
   EXPECT_EQ(growing.gaussians, 150) << "the cap";
   EXPECT_GT(growing.seconds, 1.1 * without_growth);
+
+  options.parsimony.price = 2;
+  const StageAhead pruned = ForecastStage(pace, growth, options, 0.1, 100, true);
+  EXPECT_EQ(pruned.gaussians, 60) << "four tenths of them";
+  EXPECT_EQ(pruned.most_gaussians, 150);
+  EXPECT_LT(pruned.seconds, growing.seconds);
 }
 
 // A clock by hand: iterations of half size take 1, those of full size 3, later 5. The stage ends when time does, and

@@ -1,0 +1,47 @@
+#include "kernels/gaussian_splatting/pose_jacobian.h"
+
+#include "kernels/core/parallel.h"
+
+namespace vesta::splat {
+namespace {
+
+constexpr Index kGrain = 1024;  // Gaussians; a multiple of every SIMD width
+
+}  // namespace
+
+template <class S>
+void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi, S* d_image,
+                ViewWorkspace<S>& workspace) {
+  workspace.splat_sums.ResizeForOverwrite(view.num_splats());
+  SplatTangent<S>* tangents = workspace.splat_sums.data();
+  ParallelForChunks(model.count, kGrain, [&](Index begin, Index end) {
+    model.ForEachDegree(begin, end, [&](int degree, Index from, Index to) {
+      GetCameraKernels<S>(degree).tangent(model, view.camera(), xi, from, to, view.rank_of().data(), tangents);
+    });
+  });
+  view.ApplyRasterJ(tangents, d_image);
+}
+
+template <class S>
+PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,
+                        ViewWorkspace<S>& workspace) {
+  const SplatTangent<S>* cotangents = view.ApplyRasterJT(image, u, workspace);
+  return ParallelSum<PoseTangent>(model.count, kGrain, [&](Index begin, Index end) {
+    PoseTangent sum;
+    model.ForEachDegree(begin, end, [&](int degree, Index from, Index to) {
+      sum += GetCameraKernels<S>(degree).adjoint(model, view.camera(), from, to, view.rank_of().data(), cotangents);
+    });
+    return sum;
+  });
+}
+
+template void ApplyPoseJ(const SplatView<float>&, const Model<float>&, const PoseTangent&, float*,
+                         ViewWorkspace<float>&);
+template void ApplyPoseJ(const SplatView<double>&, const Model<double>&, const PoseTangent&, double*,
+                         ViewWorkspace<double>&);
+template PoseTangent ApplyPoseJT(const SplatView<float>&, const Model<float>&, const float*, const float*,
+                                 ViewWorkspace<float>&);
+template PoseTangent ApplyPoseJT(const SplatView<double>&, const Model<double>&, const double*, const double*,
+                                 ViewWorkspace<double>&);
+
+}  // namespace vesta::splat

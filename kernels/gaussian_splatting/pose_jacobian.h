@@ -1,0 +1,21 @@
+// The image of a view as a function of its camera's pose: products with the derivative J and its transpose.
+//
+// J = J_raster K: K moves the splats (camera_kernels.h), J_raster is that of SplatView. The same bits for any number of
+// threads.
+#pragma once
+
+#include "kernels/gaussian_splatting/camera_kernels.h"
+#include "kernels/gaussian_splatting/splat_view.h"
+
+namespace vesta::splat {
+
+// d_image = J xi. view: built of this model.
+template <class S>
+void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi, S* d_image,
+                ViewWorkspace<S>& workspace);
+// J^T u. image: from view.Render.
+template <class S>
+PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,
+                        ViewWorkspace<S>& workspace);
+
+}  // namespace vesta::splat

@@ -1,0 +1,87 @@
+#include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "problems/gaussian_splatting/cameras/fit_exposure.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/model/median.h"
+
+namespace vesta::gs {
+namespace {
+
+HostSpan<const float> Values(const Image& image) { return {image.rgb.data(), static_cast<Index>(image.rgb.size())}; }
+
+// Columns begin..end.
+Image Columns(const Image& image, int begin, int end) {
+  Image part(end - begin, image.height);
+  for (int row = 0; row < 3 * image.height; ++row) {
+    const float* from = image.rgb.data() + static_cast<std::ptrdiff_t>(row) * image.width;
+    std::copy(from + begin, from + end, part.rgb.data() + static_cast<std::ptrdiff_t>(row) * part.width);
+  }
+  return part;
+}
+
+ImageQuality Measure(ImageQualityMeter& meter, const Image& rendered, const Image& truth) {
+  return meter.Measure(Values(rendered), Values(truth), {truth.width, truth.height});
+}
+
+void MeasureHalves(ImageQualityMeter& meter, const PhotometricWeights& weights, const Image& rendered,
+                   const Image& truth, AlignedView& view) {
+  const int middle = truth.width / 2;
+  const Image left = Columns(rendered, 0, middle), left_truth = Columns(truth, 0, middle);
+  view.exposure = FitExposure(Values(left), Values(left_truth), {middle, truth.height}, weights);
+  Image right = Columns(rendered, middle, truth.width);
+  const Image right_truth = Columns(truth, middle, truth.width);
+  view.right = Measure(meter, right, right_truth);
+  view.exposure.Apply(HostSpan<float>{right.rgb.data(), static_cast<Index>(right.rgb.size())});
+  view.right_exposed = Measure(meter, right, right_truth);
+}
+
+Quality Mean(const std::vector<AlignedView>& views, ImageQuality AlignedView::*of) {
+  Quality mean;
+  for (const AlignedView& view : views) {
+    mean.psnr += (view.*of).psnr, mean.ssim += (view.*of).ssim;
+    ++mean.views;
+  }
+  if (mean.views > 0) mean.psnr /= mean.views, mean.ssim /= mean.views;
+  return mean;
+}
+
+}  // namespace
+
+AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, const AlignOptions& options) {
+  AlignedEvaluation evaluation;
+  Renderer renderer(options.background, options.near);
+  ImageQualityMeter meter;
+  std::vector<double> degrees, pixels;
+  for (const View& view : scene.views) {
+    if (!view.is_test()) continue;
+    AlignedView aligned;
+    aligned.name = view.name;
+    aligned.alignment = AlignView(model, view, options);
+    const splat::CameraMotion& motion = aligned.alignment.found.motion;
+    aligned.degrees = motion.Angle() * 180 / std::numbers::pi;
+    aligned.pixels = MedianShift(model, view, motion, options.near);
+    const Image rendered = renderer.Render(model, MovedView(view, motion));
+    aligned.whole = Measure(meter, rendered, view.image);
+    if (options.free.color && view.camera.width > 1)
+      MeasureHalves(meter, options.weights, rendered, view.image, aligned);
+    degrees.push_back(aligned.degrees);
+    pixels.push_back(aligned.pixels);
+    evaluation.not_found += aligned.alignment.is_found() ? 0 : 1;
+    evaluation.views.push_back(std::move(aligned));
+  }
+  evaluation.whole = Mean(evaluation.views, &AlignedView::whole);
+  if (options.free.color) {
+    evaluation.right = Mean(evaluation.views, &AlignedView::right);
+    evaluation.right_exposed = Mean(evaluation.views, &AlignedView::right_exposed);
+  }
+  if (!evaluation.views.empty()) {
+    evaluation.degrees = Median(std::move(degrees));
+    evaluation.pixels = Median(std::move(pixels));
+  }
+  return evaluation;
+}
+
+}  // namespace vesta::gs

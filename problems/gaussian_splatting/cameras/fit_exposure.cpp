@@ -1,0 +1,63 @@
+#include "problems/gaussian_splatting/cameras/fit_exposure.h"
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/view_linearization.h"
+#include "solver/levenberg_marquardt.h"
+
+namespace vesta::gs {
+namespace {
+
+using Backend = CpuBackend<double>;
+
+// ViewProblem with a camera that stands still: the image is rendered once.
+class ExposureProblem final : public Problem<Backend> {
+ public:
+  ExposureProblem(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
+                  const PhotometricWeights& weights)
+      : rendered_(rendered), loss_(std::make_shared<PhotometricLoss<float>>(weights)) {
+    target_.camera.width = shape.width, target_.camera.height = shape.height;
+    target_.truth = truth;
+  }
+
+  Index num_parameters() const override { return kViewParameters; }
+  Index num_tangent() const override { return kFree.num_tangent(); }
+  double Cost(ConstView x) override {
+    image_.CopyFrom(rendered_);
+    Unpack(x).color.Apply(image_.view());
+    return loss_->Evaluate(image_, target_.truth, target_.shape()).cost;
+  }
+  std::unique_ptr<Linearization<Backend>> Linearize(ConstView x, int batch) override {
+    this->CheckBatch(batch);
+    HostBuffer<float> rendered;
+    rendered.CopyFrom(rendered_);
+    return std::make_unique<ViewLinearization<float>>(kFree, Unpack(x).color, target_, std::move(rendered),
+                                                      HostBuffer<float>(), loss_);
+  }
+  void Plus(Backend& /*backend*/, ConstView x, ConstView delta, View out) override {
+    Pack(gs::Plus(Unpack(x), kFree, delta), out);
+  }
+
+ private:
+  static constexpr FreeUnknowns kFree{.pose = false, .color = true};
+
+  HostSpan<const float> rendered_;
+  TargetView<CpuBackend<float>> target_{};
+  std::shared_ptr<PhotometricLoss<float>> loss_;
+  HostBuffer<float> image_;
+};
+
+}  // namespace
+
+AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
+                        const PhotometricWeights& weights) {
+  VESTA_CHECK(rendered.size() == shape.NumValues() && truth.size() == shape.NumValues(),
+              "rendered {}, truth {} values, want {}", rendered.size(), truth.size(), shape.NumValues());
+  ExposureProblem problem(rendered, truth, shape, weights);
+  Backend backend;
+  HostBuffer<double> x(kViewParameters);
+  Pack({}, x);
+  SolveLm<Backend>({}, backend, problem, x);
+  return Unpack(x).color;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,17 @@
+// A view whose camera has moved.
+#pragma once
+
+#include "kernels/gaussian_splatting/camera_motion.h"
+#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+
+namespace vesta::gs {
+
+// The view with its camera moved, without its image.
+View MovedView(const View& view, const splat::CameraMotion& motion);
+
+// How far the motion moves the image: the median distance in pixels by which the means of the Gaussians move that the
+// view sees before. 0 where it sees none. near: distance of the near plane.
+double MedianShift(const SplatModel& model, const View& view, const splat::CameraMotion& motion, double near);
+
+}  // namespace vesta::gs

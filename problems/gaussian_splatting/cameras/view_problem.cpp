@@ -1,0 +1,66 @@
+#include "problems/gaussian_splatting/cameras/view_problem.h"
+
+#include "kernels/core/check.h"
+#include "kernels/gaussian_splatting/pose_jacobian.h"
+#include "problems/gaussian_splatting/cameras/view_linearization.h"
+
+namespace vesta::gs {
+
+template <class S>
+ViewProblem<S>::ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model,
+                            const TargetView<CpuBackend<S>>& target)
+    : options_(options), model_(model), target_(target), loss_(std::make_shared<PhotometricLoss<S>>(options.weights)) {
+  VESTA_CHECK(options.free.num_tangent() > 0, "a view with neither pose nor colour to find");
+  VESTA_CHECK(target.truth.size() == target.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
+              target.truth.size(), target.camera.width, target.camera.height);
+  image_.ResizeForOverwrite(target.truth.size());
+}
+
+template <class S>
+void ViewProblem<S>::Build(const ViewUnknowns& unknowns) {
+  view_.Build(model_, Moved(target_.camera, unknowns.motion), options_.background.data(), workspace_);
+}
+
+template <class S>
+Index ViewProblem<S>::CountSeen(ConstView x) {
+  Build(Unpack(x));
+  return view_.num_splats();
+}
+
+template <class S>
+double ViewProblem<S>::Cost(ConstView x) {
+  const ViewUnknowns unknowns = Unpack(x);
+  Build(unknowns);
+  view_.Render(image_.data());
+  unknowns.color.Apply(image_.view());
+  return loss_->Evaluate(image_, target_.truth, target_.shape()).cost;
+}
+
+template <class S>
+std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(ConstView x, int batch) {
+  this->CheckBatch(batch);
+  const ViewUnknowns unknowns = Unpack(x);
+  Build(unknowns);
+  const Index values = target_.shape().NumValues();
+  HostBuffer<S> rendered, moves;
+  rendered.ResizeForOverwrite(values);
+  view_.Render(rendered.data());
+  moves.ResizeForOverwrite(options_.free.pose_tangent() * values);
+  for (int k = 0; k < options_.free.pose_tangent(); ++k) {
+    splat::PoseTangent unit;
+    unit.v[k] = 1;
+    splat::ApplyPoseJ(view_, model_, unit, moves.data() + k * values, workspace_);
+  }
+  return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
+                                                std::move(moves), loss_);
+}
+
+template <class S>
+void ViewProblem<S>::Plus(CpuBackend<double>& /*backend*/, ConstView x, ConstView delta, View out) {
+  Pack(gs::Plus(Unpack(x), options_.free, delta), out);
+}
+
+template class ViewProblem<float>;
+template class ViewProblem<double>;
+
+}  // namespace vesta::gs
