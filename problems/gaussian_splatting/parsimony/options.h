@@ -12,8 +12,8 @@ struct ParsimonyOptions {
   bool supported = true;
   // What each parameter of a Gaussian must be worth (WorthTheirPrice, prune.h), and each coefficient of its harmonics
   // above the constant, which go at `begin` (DegreesWorthTheirPrice, harmonics.h); 0: nothing.
-  double price = 2;
-  double sh_price = 2;
+  double price = 1;
+  double sh_price = 0.5;
   double keep = 1;  // below 1, in place of a price: part of the Gaussians there are at `begin` that is left at `end`
   Criterion criterion = Criterion::kWorth;
   double begin = 0.6;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "kernels/core/random.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/parsimony/support.h"
@@ -108,15 +109,20 @@ std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews&
   return Highest(scores, count);
 }
 
-std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price) {
+std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price,
+                                   std::uint64_t seed, std::uint64_t round) {
+  constexpr double kPartOfPoor = 0.4;
   const Worth worth = MeasureWorth(model, judges);
   const double unit = price * worth.cost / worth.values;
   std::vector<double> gain = worth.rise;
+  Index going = 0;
   for (std::size_t i = 0; i < gain.size(); ++i) {
     gain[i] -= unit * splat::NumAttributes(model.DegreeOf(static_cast<Index>(i)));
+    const bool goes = gain[i] < 0 && CounterRandom(seed, round, i).Uniform() < kPartOfPoor;
+    if (!goes) gain[i] = std::numeric_limits<double>::infinity();
+    going += goes ? 1 : 0;
   }
-  const Index poor = std::ranges::count_if(gain, [](double x) { return x < 0; });
-  return Highest(gain, model.count - std::min(poor, PartOf(model.count, kPartOfRound)));
+  return Highest(gain, model.count - std::min(going, PartOf(model.count, kPartOfRound)));
 }
 
 PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {

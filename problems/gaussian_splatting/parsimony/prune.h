@@ -22,11 +22,15 @@ std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews&
                            Index count);
 
 // Those that pay for their parameters, ascending: without whom the cost of the views would rise by at least `price`
-// times cost / n for each of them, n the number of the pixels' values; whoever is worth least goes first, and no more
-// than a quarter at a time. Price 1 is Akaike's criterion (1974, "A new look at the statistical model identification"),
-// by which a parameter is let in where it raises the log-likelihood by more than one: with errors of Laplace's
-// distribution, whose scale is their own mean, that of n of them is -n log(cost) and what does not depend on them.
-std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price);
+// times cost / n for each of them, n the number of the pixels' values. Price 1 is Akaike's criterion (1974, "A new look
+// at the statistical model identification"), by which a parameter is let in where it raises the log-likelihood by more
+// than one: with errors of Laplace's distribution, whose scale is their own mean, that of n of them is -n log(cost) and
+// what does not depend on them.
+//
+// Two that stand in for each other are each worth little while both are there. So of those that do not pay only two
+// fifths go at a time, by chance, and no more than a quarter of all. Each seed and round has others.
+std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price,
+                                   std::uint64_t seed, std::uint64_t round);
 
 // Exactly one of the two is given.
 struct PruneGoal {

@@ -61,10 +61,12 @@ class StageParsimony {
     if (options_.prunes_to_count() && left >= judged) return;
     const double begin = session_.Seconds();
     const Ranking ranking{options_.criterion, options_.supported, session_.options().seed};
+    const auto round = static_cast<std::uint64_t>(state.iteration);
     const splat::Model<float> model = OnHost(state, degree);
-    const std::vector<Index> kept = options_.prunes_to_count()
-                                        ? Keepers(model, Judges(), ranking, left)
-                                        : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span));
+    const std::vector<Index> kept =
+        options_.prunes_to_count()
+            ? Keepers(model, Judges(), ranking, left)
+            : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span), ranking.seed, round);
     KeepOnly(kept, state);
     pace_.ObserveJudging(judged, session_.Seconds() - begin);
   }

@@ -77,18 +77,30 @@ TEST(WorthTheirPrice, GoesByTheRiseForEachParameter) {
     for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;  // so that there is a cost
   }
   const splat::Model<float> model = ToKernelModel(padded.model);
-  const auto kept = [&](double price) { return WorthTheirPrice(model, padded.Judges(), price); };
+  const auto kept = [&](double price, std::uint64_t round) {
+    return WorthTheirPrice(model, padded.Judges(), price, 3, round);
+  };
   const Worth worth = MeasureWorth(model, padded.Judges());
   std::vector<double> rise = worth.rise;
   std::ranges::sort(rise);
-  // Between the fifth and the sixth.
-  const double price = (rise[4] + rise[5]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
+  // Between the tenth and the eleventh.
+  const double price = (rise[9] + rise[10]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
   ASSERT_GT(price, 0);
-  EXPECT_EQ(kept(price).size(), 35U);
-  for (const Index i : kept(price)) EXPECT_GE(worth.rise[static_cast<std::size_t>(i)], rise[5]);
-  EXPECT_EQ(kept(1e12).size(), 30U) << "no more than a quarter at a time";
-  EXPECT_EQ(static_cast<Index>(kept(0).size()),
-            Padded::kAll - std::ranges::count_if(rise, [](double x) { return x < 0; }));
+  std::set<Index> gone;
+  constexpr int kRounds = 20;
+  double went = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Index> left = kept(price, static_cast<std::uint64_t>(round));
+    for (Index i = 0; i < Padded::kAll; ++i) {
+      if (!std::ranges::binary_search(left, i)) gone.insert(i), went += 1.0 / kRounds;
+    }
+  }
+  EXPECT_EQ(gone.size(), 10U);
+  for (const Index i : gone) EXPECT_LE(worth.rise[static_cast<std::size_t>(i)], rise[9]);
+  EXPECT_NEAR(went, 4, 1) << "two fifths of them at a time";
+  EXPECT_EQ(kept(price, 1), kept(price, 1));
+  EXPECT_EQ(kept(1e12, 1).size(), 30U) << "no more than a quarter at a time";
+  EXPECT_EQ(kept(-1e12, 1).size(), 40U);
 }
 
 TEST(Prune, ToACount) {
