@@ -53,10 +53,10 @@ inline Index CountAfter(const ParsimonyOptions& parsimony, const StageSpan& span
   return std::max<Index>(1, static_cast<Index>(std::round(left)));
 }
 
-// How many are likely to be left after it. What a price leaves is not known before: on most scenes about four tenths
+// How many are likely to be left after it. What a price leaves is not known before: on most scenes about six tenths
 // (docs/results/2026-11-25-parsimony.md).
 inline double ExpectedAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
-  constexpr double kPartWorthItsPrice = 0.4;
+  constexpr double kPartWorthItsPrice = 0.6;
   ParsimonyOptions expected = parsimony;
   if (!parsimony.prunes_to_count()) expected.keep = kPartWorthItsPrice;
   return static_cast<double>(CountAfter(expected, span, at_begin));

@@ -136,7 +136,7 @@ class AdamStage {
   // Needs pace_.is_known().
   StageAhead Ahead() const {
     return ForecastStage(pace_, growth_, options_, state_->span.after, state_->model.count(), !lacks_halves_,
-                         state_->before_pruning);
+                         state_->before_pruning, static_cast<Index>(session_.training_views().size()));
   }
 
   void Record() {

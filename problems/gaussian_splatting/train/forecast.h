@@ -16,8 +16,9 @@ struct StageAhead {
 };
 
 // done: the part of the stage that is behind, under 1, with so many Gaussians. has_halves: whether there are views of
-// half size. before_pruning: how many there were when pruning began, 0 where it has not. Needs pace.is_known().
+// half size. before_pruning: how many there were when pruning began, 0 where it has not. views: that judge Gaussians.
+// Needs pace.is_known().
 StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
-                         Index gaussians, bool has_halves, Index before_pruning = 0);
+                         Index gaussians, bool has_halves, Index before_pruning = 0, Index views = 0);
 
 }  // namespace vesta::gs

@@ -101,7 +101,7 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
 
   options.parsimony.price = 2;
   const StageAhead pruned = ForecastStage(pace, growth, options, 0.1, 100, true);
-  EXPECT_EQ(pruned.gaussians, 60) << "four tenths of them";
+  EXPECT_EQ(pruned.gaussians, 90) << "six tenths of them";
   EXPECT_EQ(pruned.most_gaussians, 150);
   EXPECT_LT(pruned.seconds, growing.seconds);
 }
