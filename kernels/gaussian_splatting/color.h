@@ -18,7 +18,7 @@ template <class S, class T>
 VESTA_HD inline T ViewDirection(const CameraConstants<S>& camera, const T mean[3], T dir[3]) {
   using std::sqrt;
   const T d0 = mean[0] - T(camera.centre[0]), d1 = mean[1] - T(camera.centre[1]), d2 = mean[2] - T(camera.centre[2]);
-  const T inv = T(1) / sqrt(Fma(d0, d0, Fma(d1, d1, d2 * d2)));
+  T inv = T(1) / sqrt(Fma(d0, d0, Fma(d1, d1, d2 * d2)));
   dir[0] = d0 * inv, dir[1] = d1 * inv, dir[2] = d2 * inv;
   return inv;
 }

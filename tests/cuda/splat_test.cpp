@@ -161,8 +161,8 @@ TEST_F(CudaSplatProblem, CostGradientDiagonalAndCurvatureAreThoseOfTheHost) {
 TEST_F(CudaSplatProblem, DegreesMayDiffer) {
   gs::Scene scene = gs::test::RingOfCameras(3, 40, 30, false);
   gs::test::RenderTruth(gs::test::RandomModel(30, 3, 11), 0, &scene);
-  std::vector<std::uint8_t> degrees;
-  for (int i = 0; i < 30; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  std::vector<std::uint8_t> degrees(30);
+  for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
   const gs::SplatModel mixed = gs::WithDegrees(gs::test::RandomModel(30, 3, 12), degrees);
   ExpectOperatorsOfTheHost(gs::test::RingProblem<float>(scene, mixed));
 }

@@ -43,8 +43,8 @@ class CudaTraining : public test::OnDevice {};
 
 TEST_F(CudaTraining, DegreesStayWhatTheyAre) {
   const gs::Scene scene = gs::test::TrainingScene();
-  std::vector<std::uint8_t> degrees;
-  for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  std::vector<std::uint8_t> degrees(60);
+  for (std::size_t i = 0; i < degrees.size(); ++i) degrees[i] = static_cast<std::uint8_t>(i % 4);
   const gs::SplatModel start = gs::WithDegrees(gs::test::RandomModel(60, 3, 8), degrees);
   gs::TrainOptions options = ShortDeviceTraining(20, 1);
   options.adam.rate_factor = 1;

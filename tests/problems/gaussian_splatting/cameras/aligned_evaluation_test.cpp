@@ -59,8 +59,8 @@ TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
   }
   // What only the right half holds is not fitted.
   for (View& view : scene_.views) {
-    for (int row = 0; row < 3 * 72; ++row) {
-      for (int x = 48; x < 96; ++x) view.image.rgb[static_cast<std::size_t>(row * 96 + x)] *= 0.5f;
+    for (std::size_t row = 0; row < 3 * 72; ++row) {
+      for (std::size_t x = 48; x < 96; ++x) view.image.rgb[row * 96 + x] *= 0.5f;
     }
   }
   const AlignedEvaluation halved = EvaluateAligned(model_, scene_, options_);
