@@ -74,6 +74,7 @@ std::vector<float> Step(const gs::JudgingViews& judges, double extent, const gs:
   options.jacobian = lm.jacobian;
   options.units = std::make_shared<const std::vector<float>>(gs::LengthUnits(model, judges.views, judges.near, extent));
   std::vector<gs::TargetView<B>> views;
+  views.reserve(judges.views.size());
   for (const gs::View* view : judges.views) {
     views.push_back(
         {gs::ToPosedCamera(*view, judges.near), {view->image.rgb.data(), static_cast<Index>(view->image.rgb.size())}});

@@ -17,7 +17,7 @@ struct Foretold {
 Foretold RemoveGaussians(JudgedModel& judged, int count, std::uint64_t seed);
 
 // Single Gaussians drawn at random whose harmonics are lowered, to a degree drawn at random (parsimony/harmonics.h).
-// The splat must have a degree of 1 at least.
+// All Gaussians of the splat must have its degree. The splat must have a degree of 1 at least.
 Foretold LowerDegrees(JudgedModel& judged, int count, std::uint64_t seed);
 
 // A tenth of the Gaussians at once, and the others make up for it by one step of Levenberg-Marquardt: foretold is what

@@ -17,6 +17,7 @@
 #include "bench/report.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
 #include "problems/gaussian_splatting/io/splat_file.h"
+#include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 
 namespace vesta::bench {
@@ -66,7 +67,7 @@ Foretold Ask(const std::string& of, JudgedModel& judged, double extent, int coun
 int Main(int argc, char** argv) {
   const Arguments arguments(argc, argv, {"of", "count", "downscale", "views", "seed", "json"});
   if (arguments.positional.size() != 2) throw Error("the form is `foretold SPLAT SCENE`");
-  gs::SplatModel model = gs::ReadSplat(arguments.positional[0]);
+  gs::SplatModel model = gs::AtOneDegree(gs::ReadSplat(arguments.positional[0]));
   gs::LoadSceneOptions options;
   options.downscale = arguments.Count("downscale", 1);
   options.background = model.background;

@@ -84,6 +84,7 @@ TEST_F(Convert, DegreesGoThroughTheProgram) {
   const gs::SplatModel trained = gs::ReadSplatPly(ply_);
   ASSERT_EQ(trained.sh_degree, 2);
   std::vector<std::uint8_t> degrees;
+  degrees.reserve(static_cast<std::size_t>(trained.count));
   for (Index i = 0; i < trained.count; ++i) {
     degrees.push_back(static_cast<std::uint8_t>(std::min<Index>(i % 3, trained.DegreeOf(i))));
   }

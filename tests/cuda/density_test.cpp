@@ -25,6 +25,7 @@ constexpr int kSteps = 7, kIteration = 40;
 
 std::vector<std::uint8_t> DegreesOf(Index count) {
   std::vector<std::uint8_t> degrees;
+  degrees.reserve(static_cast<std::size_t>(count));
   for (Index i = 0; i < count; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
   return degrees;
 }

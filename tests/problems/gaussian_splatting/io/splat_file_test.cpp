@@ -54,6 +54,7 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
 TEST(SplatFile, DegreesComeBack) {
   const TempFolder folder;
   std::vector<std::uint8_t> degrees;
+  degrees.reserve(700);
   for (int i = 0; i < 700; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
   const SplatModel mixed = WithDegrees(RandomSplat(3, 700), degrees);
   WriteSplat(folder / "a.ply", mixed);

@@ -16,6 +16,7 @@ constexpr Index kCount = 30;
 template <class S>
 void ExpectThatDegreesMayDiffer() {
   std::vector<std::uint8_t> degrees;
+  degrees.reserve(static_cast<std::size_t>(kCount));
   for (Index i = 0; i < kCount; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
   const SplatModel mixed = WithDegrees(RandomModel(kCount, 3, 66), degrees), zeros = AtOneDegree(mixed);
   Scene scene = RingOfCameras(kViews, 40, 30, false);

@@ -87,6 +87,7 @@ TEST(GsThreads, Density) {
 TEST(GsThreads, TrainingOfDifferentDegrees) {
   const Scene scene = test::TrainingScene();
   std::vector<std::uint8_t> degrees;
+  degrees.reserve(60);
   for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
   const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), degrees);
   ExpectSameForAnyNumber([&] { return Refine(scene, start, test::ShortTraining(30, 2), 0, {}).model.data; });

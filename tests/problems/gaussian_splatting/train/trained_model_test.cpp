@@ -19,6 +19,7 @@ constexpr int kAttributes = splat::kMaxAttributes;
 std::vector<std::uint8_t> RandomDegrees(Index count, std::uint64_t seed) {
   vesta::test::Random random(seed);
   std::vector<std::uint8_t> degrees;
+  degrees.reserve(static_cast<std::size_t>(count));
   for (Index i = 0; i < count; ++i) degrees.push_back(static_cast<std::uint8_t>(random.Uniform(0, 3.999)));
   return degrees;
 }
