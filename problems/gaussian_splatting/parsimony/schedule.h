@@ -47,10 +47,10 @@ inline double PriceAt(const ParsimonyOptions& parsimony, const StageSpan& span) 
 }
 
 // How many are left after it, of so many at the beginning: the same part of those left goes each time, so that each
-// time the rest has as much to make up for.
+// time the rest has as much to make up for. Never more than the part, which may be of a size that is allowed.
 inline Index CountAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
   const double left = std::pow(parsimony.keep, PartDone(parsimony, span)) * static_cast<double>(at_begin);
-  return std::max<Index>(1, static_cast<Index>(std::round(left)));
+  return std::max<Index>(1, static_cast<Index>(std::floor(left)));
 }
 
 // How many are likely to be left after it. What a price leaves is not known before: on most scenes about six tenths
