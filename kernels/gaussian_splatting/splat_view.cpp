@@ -37,6 +37,17 @@ void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, R
   });
 }
 
+// What pass(tile, pairs) leaves for each pair of each tile, summed for each splat.
+template <class S, class Record, class Pass>
+const Record* SumTiles(const TileBins& bins, Index num_splats, HostBuffer<Record>& pairs, HostBuffer<Record>& splats,
+                       const Pass& pass) {
+  EnsureSize(pairs, bins.num_pairs());
+  EnsureSize(splats, num_splats);
+  ParallelFor(bins.num_tiles(), kTileGrain, [&](Index tile) { pass(static_cast<int>(tile), pairs.data()); });
+  SumPairs<S>(bins, num_splats, pairs.data(), splats.data());
+  return splats.data();
+}
+
 // run(kernels, begin, end) for pieces that make up all Gaussians, with the kernels of their degree.
 template <class S, class Run>
 void ForGaussians(const Model<S>& model, const Run& run) {
@@ -160,19 +171,15 @@ void SplatView<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWo
 
 template <class S>
 const SplatTangent<S>* SplatView<S>::ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const {
-  EnsureSize(workspace.splat_sums, num_splats());
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) {
+    EnsureSize(workspace.splat_sums, num_splats());
     cache_.Adjoint(lists, bins_, u, workspace.splat_sums.data(), workspace.u_tiles);
-  } else {
-    EnsureSize(workspace.pair_sums, num_pairs());
-    const auto& raster = GetRasterKernels<S>();
-    ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
-      raster.adjoint(lists, static_cast<int>(tile), image, u, workspace.pair_sums.data());
-    });
-    SumPairs<S>(bins_, num_splats(), workspace.pair_sums.data(), workspace.splat_sums.data());
+    return workspace.splat_sums.data();
   }
-  return workspace.splat_sums.data();
+  return SumTiles<S>(
+      bins_, num_splats(), workspace.pair_sums, workspace.splat_sums,
+      [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) { raster.adjoint(lists, tile, image, u, pairs); });
 }
 
 template <class S>
@@ -186,67 +193,49 @@ void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g
 template <class S>
 void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                            ViewWorkspace<S>& workspace, S* sh_blocks) const {
-  EnsureSize(workspace.pair_grams, num_pairs());
-  EnsureSize(workspace.splat_grams, num_splats());
   const TileLists<S> lists = Lists();
-  const auto& raster = GetRasterKernels<S>();
-  ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
-    raster.gram(lists, static_cast<int>(tile), image, omega, workspace.pair_grams.data());
-  });
-  SumPairs<S>(bins_, num_splats(), workspace.pair_grams.data(), workspace.splat_grams.data());
+  const SplatGram<S>* grams = SumTiles<S>(
+      bins_, num_splats(), workspace.pair_grams, workspace.splat_grams,
+      [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) { raster.gram(lists, tile, image, omega, pairs); });
   ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
-    project.gram(model, camera_, begin, end, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
-                 sh_blocks);
+    project.gram(model, camera_, begin, end, rank_of_.data(), grams, blocks, sh_diagonal, sh_blocks);
   });
 }
 
 template <class S>
 void SplatView<S>::AddRemovals(const LinearizedLoss<S>& loss, Removal<double>* removals,
                                ViewWorkspace<S>& workspace) const {
-  EnsureSize(workspace.pair_removals, num_pairs());
-  EnsureSize(workspace.splat_removals, num_splats());
   const TileLists<S> lists = Lists();
-  const auto& raster = GetRasterKernels<S>();
-  ParallelFor(bins_.num_tiles(), kTileGrain,
-              [&](Index tile) { raster.removal(lists, static_cast<int>(tile), loss, workspace.pair_removals.data()); });
-  SumPairs<S>(bins_, num_splats(), workspace.pair_removals.data(), workspace.splat_removals.data());
+  const Removal<S>* of_view = SumTiles<S>(
+      bins_, num_splats(), workspace.pair_removals, workspace.splat_removals,
+      [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) { raster.removal(lists, tile, loss, pairs); });
   ParallelFor(rank_of_.size(), kGaussianGrain, [&](Index i) {
-    if (rank_of_[i] < 0) return;
-    const Removal<S>& of_view = workspace.splat_removals[rank_of_[i]];
-    removals[i].rise += of_view.rise;
-    removals[i].weight += of_view.weight;
+    const std::int32_t rank = rank_of_[i];
+    if (rank >= 0) removals[i].rise += of_view[rank].rise, removals[i].weight += of_view[rank].weight;
   });
 }
 
 template <class S>
 const ColorCurvature<S>* SplatView<S>::ColorCurvatures(const LinearizedLoss<S>& loss,
                                                        ViewWorkspace<S>& workspace) const {
-  EnsureSize(workspace.pair_colors, num_pairs());
-  EnsureSize(workspace.splat_colors, num_splats());
   const TileLists<S> lists = Lists();
-  const auto& raster = GetRasterKernels<S>();
-  ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
-    raster.color_curvature(lists, static_cast<int>(tile), loss, workspace.pair_colors.data());
-  });
-  SumPairs<S>(bins_, num_splats(), workspace.pair_colors.data(), workspace.splat_colors.data());
-  return workspace.splat_colors.data();
+  return SumTiles<S>(bins_, num_splats(), workspace.pair_colors, workspace.splat_colors,
+                     [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) {
+                       raster.color_curvature(lists, tile, loss, pairs);
+                     });
 }
 
 template <class S>
 void SplatView<S>::SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises,
                                ViewWorkspace<S>& workspace) const {
-  EnsureSize(workspace.pair_recolors, num_pairs());
-  EnsureSize(workspace.splat_recolors, num_splats());
   const TileLists<S> lists = Lists();
-  const auto& raster = GetRasterKernels<S>();
-  ParallelFor(bins_.num_tiles(), kTileGrain, [&](Index tile) {
-    raster.recolor(lists, static_cast<int>(tile), loss, workspace.recolors.data(), workspace.pair_recolors.data());
-  });
-  SumPairs<S>(bins_, num_splats(), workspace.pair_recolors.data(), workspace.splat_recolors.data());
+  const RecolorRises<S>* of_view = SumTiles<S>(bins_, num_splats(), workspace.pair_recolors, workspace.splat_recolors,
+                                               [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) {
+                                                 raster.recolor(lists, tile, loss, workspace.recolors.data(), pairs);
+                                               });
   ParallelFor(rank_of_.size(), kGaussianGrain, [&](Index i) {
-    if (rank_of_[i] < 0) return;
-    const RecolorRises<S>& of_view = workspace.splat_recolors[rank_of_[i]];
-    for (int d = 0; d < kRecolors; ++d) rises[i].rise[d] += of_view.rise[d];
+    const std::int32_t rank = rank_of_[i];
+    for (int d = 0; rank >= 0 && d < kRecolors; ++d) rises[i].rise[d] += of_view[rank].rise[d];
   });
 }
 

@@ -14,14 +14,20 @@
 
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/recolor.h"
+#include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
 
 class HarmonicsWorth {
+  static constexpr int kLowerCoefficients = 42;  // of degrees 0, 1 and 2
+
  public:
-  // Of memory for each Gaussian, while it is measured.
-  static constexpr double kBytes = 740;
+  // Of memory for each Gaussian, while it is measured: the curvature by its coefficients, those of lower degrees,
+  // rises.
+  static constexpr double kBytes =
+      sizeof(float) * (kMaxShCoefficients * (kMaxShCoefficients + 1) / 2 + kLowerCoefficients) +
+      sizeof(splat::RecolorRises<double>);
   // Takes about five times as long as rendering all views.
   HarmonicsWorth(const splat::Model<float>& model, const JudgingViews& judges);
 
@@ -36,7 +42,6 @@ class HarmonicsWorth {
 
  private:
   static constexpr int FirstOf(int degree) { return degree == 0 ? 0 : degree == 1 ? 3 : 15; }
-  static constexpr int kLowerCoefficients = 42;  // of degrees 0, 1 and 2
 
   void ChooseCoefficients(const splat::Model<float>& model, const JudgingViews& judges);
 
