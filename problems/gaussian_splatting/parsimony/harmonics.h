@@ -21,13 +21,14 @@ namespace vesta::gs {
 
 class HarmonicsWorth {
   static constexpr int kLowerCoefficients = 42;  // of degrees 0, 1 and 2
+  // Half of a symmetric matrix of as many rows as a Gaussian has coefficients.
+  static constexpr int kCurvatures = kMaxShCoefficients * (kMaxShCoefficients + 1) / 2;
 
  public:
   // Of memory for each Gaussian, while it is measured: the curvature by its coefficients, those of lower degrees,
   // rises.
   static constexpr double kBytes =
-      sizeof(float) * (kMaxShCoefficients * (kMaxShCoefficients + 1) / 2 + kLowerCoefficients) +
-      sizeof(splat::RecolorRises<double>);
+      sizeof(float) * (kCurvatures + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
   // Takes about five times as long as rendering all views.
   HarmonicsWorth(const splat::Model<float>& model, const JudgingViews& judges);
 
