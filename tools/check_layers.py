@@ -23,9 +23,9 @@ SPLAT_ROOMS = {
         "lm": ["model"],
         "evaluate": ["model"],
         "cameras": ["model", "evaluate"],
-        "memory": ["model", "adam", "density", "lm", "evaluate", "parsimony"],
+        "memory": ["model", "adam", "cameras", "density", "lm", "evaluate", "parsimony"],
         "parsimony": ["model"],
-        "train": ["model", "adam", "density", "lm", "evaluate", "memory", "parsimony"],
+        "train": ["model", "adam", "cameras", "density", "lm", "evaluate", "memory", "parsimony"],
     }.items()
 }
 # Room -> rooms it may include, itself apart. The longest matching prefix decides which room a file is in. A header that

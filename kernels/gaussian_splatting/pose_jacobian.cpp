@@ -25,7 +25,11 @@ void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTange
 template <class S>
 PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,
                         ViewWorkspace<S>& workspace) {
-  const SplatTangent<S>* cotangents = view.ApplyRasterJT(image, u, workspace);
+  return PoseCotangent(view, model, view.ApplyRasterJT(image, u, workspace));
+}
+
+template <class S>
+PoseTangent PoseCotangent(const SplatView<S>& view, const Model<S>& model, const SplatTangent<S>* cotangents) {
   return ParallelSum<PoseTangent>(model.count, kGrain, [&](Index begin, Index end) {
     PoseTangent sum;
     model.ForEachDegree(begin, end, [&](int degree, Index from, Index to) {
@@ -43,5 +47,7 @@ template PoseTangent ApplyPoseJT(const SplatView<float>&, const Model<float>&, c
                                  ViewWorkspace<float>&);
 template PoseTangent ApplyPoseJT(const SplatView<double>&, const Model<double>&, const double*, const double*,
                                  ViewWorkspace<double>&);
+template PoseTangent PoseCotangent(const SplatView<float>&, const Model<float>&, const SplatTangent<float>*);
+template PoseTangent PoseCotangent(const SplatView<double>&, const Model<double>&, const SplatTangent<double>*);
 
 }  // namespace vesta::splat

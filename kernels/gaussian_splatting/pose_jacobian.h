@@ -17,5 +17,9 @@ void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTange
 template <class S>
 PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,
                         ViewWorkspace<S>& workspace);
+// K^T cotangents, by rank: the same where J_raster^T u is there already (SplatView::AddJT leaves it in
+// workspace.splat_sums).
+template <class S>
+PoseTangent PoseCotangent(const SplatView<S>& view, const Model<S>& model, const SplatTangent<S>* cotangents);
 
 }  // namespace vesta::splat

@@ -11,6 +11,12 @@ namespace vesta::gs {
 struct AffineColor {
   std::array<double, 3> gain{1, 1, 1}, offset{};
 
+  bool is_none() const { return gain == std::array<double, 3>{1, 1, 1} && offset == std::array<double, 3>{}; }
+  // What takes it back. No gain may be 0.
+  AffineColor Inverse() const;
+  // First that one, then this.
+  AffineColor After(const AffineColor& first) const;
+
   // In place, on every pixel of a planar image.
   template <class S>
   void Apply(HostSpan<S> image) const;

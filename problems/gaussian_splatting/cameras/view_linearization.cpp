@@ -2,25 +2,14 @@
 
 #include <algorithm>
 
-#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/cameras/image_products.h"
 
 namespace vesta::gs {
 namespace {
 
-constexpr Index kGrain = 1 << 15;  // pixels
-
-template <class S, class U>
-double Dot(const S* a, const U* b, Index n) {
-  return ParallelSum<double>(n, kGrain, [&](Index begin, Index end) {
-    double sum = 0;
-    for (Index i = begin; i < end; ++i) sum += static_cast<double>(a[i]) * static_cast<double>(b[i]);
-    return sum;
-  });
-}
-
 template <class From, class To>
 void Convert(HostSpan<From> from, HostSpan<To> to) {
-  ParallelFor(from.size(), kGrain, [&](Index i) { to[i] = static_cast<To>(from[i]); });
+  ParallelFor(from.size(), kImageGrain, [&](Index i) { to[i] = static_cast<To>(from[i]); });
 }
 
 }  // namespace
@@ -43,7 +32,7 @@ ViewLinearization<S>::ViewLinearization(const FreeUnknowns& free, const AffineCo
   color.Apply(shown.view());
   loss_->Linearize(shown, target.truth, shape_, image_gradient, curvature_);
   residuals_.ResizeForOverwrite(n);
-  ParallelFor(n, kGrain,
+  ParallelFor(n, kImageGrain,
               [&](Index i) { residuals_[i] = static_cast<double>(shown[i]) - static_cast<double>(target.truth[i]); });
   if (free_.color) {
     ones_.ResizeForOverwrite(n);
@@ -99,7 +88,7 @@ template <class S>
 void ViewLinearization<S>::ApplyJ(ConstView v, View u) {
   const Index n = shape_.PlaneSize();
   for (int c = 0; c < ImageShape::kChannels; ++c) {
-    ParallelFor(n, kGrain, [&](Index i) {
+    ParallelFor(n, kImageGrain, [&](Index i) {
       double sum = 0;
       for (int k = 0; k < num_columns(); ++k) sum += v[Place(k, c)] * static_cast<double>(Column(k)[c * n + i]);
       u[c * n + i] = sum;

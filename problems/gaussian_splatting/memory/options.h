@@ -2,6 +2,7 @@
 #pragma once
 
 #include "problems/gaussian_splatting/adam/options.h"
+#include "problems/gaussian_splatting/cameras/options.h"
 #include "problems/gaussian_splatting/density/options.h"
 #include "problems/gaussian_splatting/lm/options.h"
 #include "problems/gaussian_splatting/parsimony/options.h"
@@ -21,6 +22,7 @@ struct StageOptions {
   AdamOptions adam;
   DensityOptions density;
   ParsimonyOptions parsimony;
+  CameraOptions cameras;
   LmStageOptions lm;
 };
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -181,13 +182,36 @@ class AdamStage {
     passes_->loss.Gradient(passes_->image, target.truth, shape, passes_->image_gradient);
     passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
   }
+  // The camera of the view that a gradient was just added of.
+  void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x,
+                  const StageTargets<B>& targets) {
+    if constexpr (kOnHost) {
+      cameras_.Step(span, view, x, targets, passes_->view, passes_->workspace, passes_->image.view(),
+                    passes_->image_gradient.view(), &state_->cameras);
+      moved_.push_back(view);
+    }
+  }
+  // Iterations to come see cameras where they are now.
+  void ShowMovedCameras() {
+    if constexpr (kOnHost) {
+      if (cameras_.FixGauge(state_->cameras)) {
+        moved_.resize(targets_.all().size());
+        std::iota(moved_.begin(), moved_.end(), std::size_t{0});
+      }
+      for (const std::size_t view : moved_) cameras_.Show(view, &targets_, &coarse_targets_);
+      moved_.clear();
+    }
+  }
   // The mean cost of some views a value; their gradients are added up.
-  double AddGradients(const splat::Model<float>& x, const StageTargets<B>& targets, float* gradient, bool observes) {
+  double AddGradients(const splat::Model<float>& x, const StageTargets<B>& targets, float* gradient,
+                      const StageSpan& span) {
+    const bool observes = Observes(options_.density, span);
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
       const std::size_t next = state_->order.Next();
       const ImageShape shape = targets[next].shape();
       AddGradient(x, targets[next], gradient);
+      if (cameras_.moves(span)) MoveCamera(span, next, x, targets);
       if (observes) {
         const double share = PullShare(shape.width, targets_[next].camera.width);
         state_->model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
@@ -267,7 +291,8 @@ class AdamStage {
     const StageTargets<B>& targets = TargetsOf(span);
     const double begin = session_.Seconds();
     const double cost =
-        AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), observes);
+        AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), span);
+    if (cameras_.moves(span)) ShowMovedCameras();
     state_->model.Step(attributes, RateFactor(options_.adam, span));
     state_->iteration = it, state_->span = span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
@@ -365,6 +390,8 @@ class AdamStage {
   std::optional<std::string> saved_;  // to begin from
   std::optional<AdamStageState<B>> state_;
   StageTargets<B> targets_, coarse_targets_;
+  StageCameras cameras_{session_};
+  std::vector<std::size_t> moved_;  // by the iteration
   bool lacks_halves_ = false, finished_ = false;
   std::optional<Passes> passes_{std::in_place};
   KeptState before_growth_;  // of AdamStageState

@@ -3,6 +3,7 @@
 
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/model/stage_span.h"
+#include "problems/gaussian_splatting/train/stage_cameras.h"
 #include "problems/gaussian_splatting/train/trained_model.h"
 
 namespace vesta::gs {
@@ -17,6 +18,7 @@ struct AdamStageState {
   double mean_cost = 0;
   bool averages = true;      // false once the mean of the parameters has found no room
   Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
+  StageCamerasState cameras = {};
 
   // Whether what was read can be such a state.
   bool IsWhole() const {
@@ -25,7 +27,7 @@ struct AdamStageState {
   }
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning);
+    archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning, cameras);
   }
 };
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/core/archive.h"
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/train/history.h"
 
@@ -22,10 +23,11 @@ struct RunState {
   double seconds = 0, eval_seconds = 0;  // of the training, and of its evaluations
   std::vector<HistoryRow> history = {};
   std::vector<std::string> notes = {};
+  std::vector<ViewUnknowns> cameras = {};  // of the training views, where they are found along; else empty
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(origin, stage, iteration, scene, seconds, eval_seconds, history, notes);
+    archive(origin, stage, iteration, scene, seconds, eval_seconds, history, notes, cameras);
   }
 };
 

@@ -42,6 +42,7 @@ const schema::Table<TrainOptions>& TrainFields() {
   static const schema::Table<TrainOptions> fields = [] {
     schema::Table<TrainOptions> all;
     AddRoom("adam", &TrainOptions::adam, AdamFields(), &all);
+    AddRoom("cameras", &TrainOptions::cameras, CameraFields(), &all);
     AddRoom("density", &TrainOptions::density, DensityFields(), &all);
     AddRoom("lm", &TrainOptions::lm, LmStageFields(), &all);
     AddRoom("parsimony", &TrainOptions::parsimony, ParsimonyFields(), &all);

@@ -34,11 +34,12 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
   RunState run{.origin = options.origin,
                .stage = stage,
                .iteration = iteration,
-               .scene = FingerprintOf(scene_),
+               .scene = fingerprint_,
                .seconds = clock_.Seconds(),
                .eval_seconds = clock_.Paused(),
                .history = history_,
-               .notes = notes_};
+               .notes = notes_,
+               .cameras = cameras_.found()};
   NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
 }
 
@@ -62,7 +63,7 @@ double TrainingSession::EvaluationAhead(double seconds_per_pixel) const {
   constexpr double kShareOfEvaluation = 0.5;
   if (latest_evaluation_ > 0) return latest_evaluation_;
   double pixels = 0;
-  for (const View& view : scene_.views) pixels += static_cast<double>(view.camera.width) * view.camera.height;
+  for (const View& view : scene().views) pixels += static_cast<double>(view.camera.width) * view.camera.height;
   return kShareOfEvaluation * seconds_per_pixel * pixels;
 }
 
@@ -76,12 +77,13 @@ void TrainingSession::RefuseSavedStage() const {
 }
 
 void TrainingSession::Resume(const Checkpoint& checkpoint) {
-  if (checkpoint.run.scene != FingerprintOf(scene_)) {
+  if (checkpoint.run.scene != fingerprint_) {
     Fail("{}: of other photographs or cameras than this scene's; give the scene that it was trained on",
          checkpoint.path);
   }
   history_ = checkpoint.run.history;
   notes_ = checkpoint.run.notes;
+  if (!cameras_.Restore(checkpoint.run.cameras)) RefuseSavedStage();
   saved_stage_ = checkpoint.stage_state;
 }
 

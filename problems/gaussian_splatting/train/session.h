@@ -9,6 +9,7 @@
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/training_cameras.h"
 
 namespace vesta::gs {
 
@@ -54,20 +55,20 @@ class TrainingSession {
  public:
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks)
-      : scene_(scene),
+      : cameras_(scene, options.cameras),
+        fingerprint_(FingerprintOf(scene)),
         options_(options),
         callbacks_(callbacks),
         clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0)),
         renderer_(options.background, NearPlane(scene)) {
-    for (const View& view : scene.views) {
-      if (view.is_trained()) training_views_.push_back(&view);
-    }
     if (callbacks.resume) Resume(*callbacks.resume);
   }
 
-  const Scene& scene() const { return scene_; }
+  // With the training views' cameras and exposures as they have been found.
+  const Scene& scene() const { return cameras_.scene(); }
   const TrainOptions& options() const { return options_; }
-  const std::vector<const View*>& training_views() const { return training_views_; }
+  const std::vector<const View*>& training_views() const { return cameras_.views(); }
+  TrainingCameras& cameras() { return cameras_; }
   double Seconds() const { return clock_.Seconds(); }
   // With evaluation.
   double TotalSeconds() const { return clock_.Total(); }
@@ -79,7 +80,7 @@ class TrainingSession {
   double latest_cost() const { return history_.empty() ? 0 : history_.back().cost; }
 
   // Of a model in the memory of the host.
-  Evaluation Evaluate(const splat::Model<float>& model) { return renderer_.Evaluate(model, scene_); }
+  Evaluation Evaluate(const splat::Model<float>& model) { return renderer_.Evaluate(model, scene()); }
   // Evaluates, with the clock stopped, and adds a row to the history.
   void Record(Stage stage, int iteration, const ModelToRecord& model) {
     HistoryRow row;
@@ -176,12 +177,12 @@ class TrainingSession {
   // Throws Error where the checkpoint is of another scene.
   void Resume(const Checkpoint& checkpoint);
 
-  const Scene& scene_;
+  TrainingCameras cameras_;
+  std::uint64_t fingerprint_;  // of the scene as it was given
   const TrainOptions& options_;
   const TrainCallbacks& callbacks_;
   TrainingClock clock_;
   Renderer renderer_;
-  std::vector<const View*> training_views_;
   std::vector<HistoryRow> history_;
   std::vector<std::string> notes_;
   std::vector<Prediction> predictions_;

@@ -27,6 +27,20 @@ class StageTargets {
     Show(pointers, near);
     if constexpr (!std::is_same_v<typename B::Space, Host>) views_ = std::vector<View>();
   }
+  // The view stands elsewhere now.
+  void SetPose(std::size_t i, const View& view) {
+    splat::PosedCamera& camera = targets_[i].camera;
+    const splat::PosedCamera posed = ToPosedCamera(view, camera.near);
+    std::copy_n(posed.R, 9, camera.R);
+    std::copy_n(posed.T, 3, camera.T);
+    std::copy_n(posed.centre, 3, camera.centre);
+  }
+  // Of views that are held: its photograph has another exposure now.
+  void SetPhotograph(std::size_t i, const Image& full) {
+    Image& image = views_[i].image;
+    image = ResizeArea(full, image.width, image.height);
+    targets_[i].truth = SplatBackend<B>::MakeTruth({image.rgb.data(), static_cast<Index>(image.rgb.size())});
+  }
   void Clear() {
     targets_.clear(), targets_.shrink_to_fit();
     views_ = std::vector<View>();

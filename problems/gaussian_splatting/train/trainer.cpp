@@ -191,6 +191,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   result.predictions = session.TakePredictions();
   if (options.target_psnr > 0 && !session.has_reached_target() && !result.stopped) NoteMissedTarget(session);
   result.model = std::move(model);
+  result.cameras = session.cameras().found();
   result.history = session.TakeHistory();
   result.megapixels = CountedMegapixels(session.training_views(), options, result.history);
   result.notes = session.TakeNotes();

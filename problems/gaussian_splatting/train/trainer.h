@@ -95,6 +95,7 @@ struct MemoryReport {
 struct TrainResult {
   MemoryReport memory;
   SplatModel model;
+  std::vector<ViewUnknowns> cameras;  // of the training views, from as they were given; empty: as they were given
   std::vector<Prediction> predictions;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each

@@ -1,0 +1,128 @@
+// Trainings from cameras that are not where they are said to be: what each way of finding them along comes to.
+//
+//   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--seeds 0] [--methods
+//   none,gauss_newton,adam:1e-3:1e-3]
+//           [--json FILE] -- [flags of vesta train]
+//
+// Each view is turned, shifted and exposed at random (perturbed_scene.h), those of test too. Methods: exact (nothing is
+// perturbed, nothing found), none, gauss_newton, adam:R:T with these rates, auto. PSNR of the test views, as stated and
+// with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "bench/cameras/perturbed_scene.h"
+#include "bench/report.h"
+#include "bench/training_race/setup.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
+namespace vesta::bench {
+namespace {
+
+double Number(const Arguments& arguments, const char* flag, const char* fallback) {
+  return std::stod(arguments.Flag(flag, fallback));
+}
+
+// Sets what the method's name says.
+void Choose(const std::string& method, bool exposure, gs::CameraOptions* cameras) {
+  const auto free = exposure ? gs::CameraChoice::kPoseAndExposure : gs::CameraChoice::kPose;
+  if (method == "exact" || method == "none") {
+    cameras->refine = gs::CameraChoice::kNone;
+  } else if (method == "gauss_newton") {
+    cameras->refine = free;
+  } else if (method == "auto") {
+    cameras->refine = gs::CameraChoice::kAuto;
+  } else if (method.starts_with("adam:")) {
+    cameras->refine = free, cameras->rule = gs::CameraRule::kAdam;
+    const std::size_t colon = method.find(':', 5);
+    if (colon == std::string::npos) throw Error(method + ": the form is adam:ROTATION:TRANSLATION");
+    cameras->adam_rotation = std::stod(method.substr(5, colon - 5));
+    cameras->adam_translation = std::stod(method.substr(colon + 1));
+  } else {
+    throw Error(method + ": methods are exact, none, gauss_newton, auto and adam:ROTATION:TRANSLATION");
+  }
+}
+
+// Median deviation of the gains found from the true ones, each set by its own mean.
+double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
+                 const std::vector<gs::ViewUnknowns>& found) {
+  std::vector<double> truth, all;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    if (scene.views[v].is_trained()) truth.push_back(true_gains[v]);
+  }
+  double mean = 0;
+  for (const double gain : truth) mean += gain / static_cast<double>(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const double gain = found.empty() ? 1 : found[i].color.gain[1];
+    all.push_back(std::abs(gain - truth[i] / mean));
+  }
+  std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2));
+  return all[all.size() / 2];
+}
+
+int Main(int argc, char** argv) {
+  const RaceSetup setup = SetUpRace(argc, argv, {"degrees", "centre", "exposure", "seeds", "methods", "json"});
+  const Arguments& arguments = setup.arguments;
+  const Perturbation by{Number(arguments, "degrees", "0.3"), Number(arguments, "centre", "0.01"),
+                        Number(arguments, "exposure", "0")};
+  SetNumThreads(setup.threads);
+  Report report("cameras");
+  for (const std::string& seed : SplitAtCommas(arguments.Flag("seeds", "0"))) {
+    std::vector<double> gains;
+    const gs::Scene perturbed = Perturbed(setup.scene, by, std::stoull(seed), &gains);
+    for (const std::string& method : SplitAtCommas(arguments.Flag("methods", "exact,none,gauss_newton"))) {
+      const gs::Scene& scene = method == "exact" ? setup.scene : perturbed;
+      gs::TrainOptions options = setup.options;
+      options.seed = std::stoull(seed);
+      Choose(method, by.exposure > 0, &options.cameras);
+      const gs::TrainResult result = gs::Train(scene, options, 0, {});
+      std::vector<gs::View> found;
+      std::size_t at = 0;
+      for (const gs::View& view : scene.views) {
+        if (!view.is_trained()) continue;
+        found.push_back(
+            gs::MovedView(view, result.cameras.empty() ? splat::CameraMotion{} : result.cameras[at].motion));
+        ++at;
+      }
+      std::vector<const gs::View*> pointers;
+      for (const gs::View& view : found) pointers.push_back(&view);
+      const PoseError error = ErrorOf(setup.scene, pointers);
+      gs::AlignOptions align;
+      align.free.color = by.exposure > 0;
+      align.near = gs::NearPlane(scene);
+      align.levels = 5;
+      const gs::AlignedEvaluation aligned = gs::EvaluateAligned(result.model, scene, align);
+      report.Add({{"scene", setup.scene_name},
+                  {"degrees", by.degrees},
+                  {"centre", by.centre},
+                  {"exposure", by.exposure},
+                  {"seed", seed},
+                  {"method", method},
+                  {"off_degrees", error.degrees},
+                  {"off_pixels", error.pixels},
+                  {"off_pixels_most", error.most},
+                  {"off_gain", GainError(scene, gains, result.cameras)},
+                  {"psnr", result.history.back().test.psnr},
+                  {"psnr_train", result.history.back().train.psnr},
+                  {"psnr_aligned", aligned.whole.psnr},
+                  {"ssim_aligned", aligned.whole.ssim},
+                  {"psnr_right", aligned.right.psnr},
+                  {"psnr_right_exposed", aligned.right_exposed.psnr},
+                  {"not_aligned", static_cast<double>(aligned.not_found)},
+                  {"adam_seconds", result.adam_seconds}});
+      report.WriteJson(arguments.Flag("json", ""));
+    }
+  }
+  report.Finish(arguments.Flag("json", ""));
+  return 0;
+}
+
+}  // namespace
+}  // namespace vesta::bench
+
+int main(int argc, char** argv) { return vesta::bench::ReportErrors("cameras", vesta::bench::Main, argc, argv); }

@@ -1,0 +1,20 @@
+// What no photograph tells: where the whole of cameras and splat lies, how it is turned, how large it is, and how
+// bright all photographs are.
+#pragma once
+
+#include <vector>
+
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
+#include "problems/gaussian_splatting/model/scene.h"
+
+namespace vesta::gs {
+
+// Takes out of what was found what all views share: the similarity of the world (7 numbers) that comes nearest to the
+// motions, by least squares of turns, times `depth`, and of centres; and of the exposures, by channel, the affine map
+// whose removal leaves gains with the mean 1 and offsets with the mean 0. So the views lie on the whole where they were
+// given. given: as many, in the same order. depth: of what they see, world units, > 0. Where views leave a freedom
+// undetermined (one view, or all centres in one place: the scale) it is not touched.
+void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
+void RemoveCommonExposure(std::vector<ViewUnknowns>* found);
+
+}  // namespace vesta::gs

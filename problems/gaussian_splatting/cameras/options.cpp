@@ -1,0 +1,27 @@
+#include "problems/gaussian_splatting/cameras/options.h"
+
+namespace vesta::gs {
+
+const schema::Table<CameraOptions>& CameraFields() {
+  using O = CameraOptions;
+  static const schema::Table<O> fields = {
+      {"refine", &O::refine, kCameraChoices,
+       "what of the training views' cameras is found along with the splat; auto: what views held out gain by",
+       "refine_cameras"},
+      {"rule", &O::rule, kCameraRules, "how a camera is stepped when its view is trained on; adam: for comparison"},
+      {"begin", &O::begin, {0, 1}, "part of the Adam stage after which cameras move"},
+      {"step", &O::step, {1e-3, 1}, "part of Gauss-Newton's step that is taken"},
+      {"adam_rotation", &O::adam_rotation, {0, 1}, "Adam's rate of rotations, radians"},
+      {"adam_translation", &O::adam_translation, {0, 1}, "Adam's rate of translations, parts of the scene's extent"},
+  };
+  return fields;
+}
+
+FreeUnknowns FreeBy(CameraChoice choice) {
+  FreeUnknowns free;
+  free.pose = choice != CameraChoice::kNone;
+  free.color = choice == CameraChoice::kPoseAndExposure || choice == CameraChoice::kAuto;
+  return free;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,49 @@
+// Options of finding cameras and exposures in the course of a training.
+#pragma once
+
+#include "kernels/core/schema.h"
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
+
+namespace vesta::gs {
+
+// What of the training views' cameras is unknown.
+enum class CameraChoice {
+  kNone,
+  kPose,
+  kPoseAndExposure,
+  kAuto,  // what views that are held out gain by (cameras_evidence.h)
+};
+inline constexpr schema::Choice<CameraChoice> kCameraChoices[] = {{CameraChoice::kNone, "none"},
+                                                                  {CameraChoice::kPose, "pose"},
+                                                                  {CameraChoice::kPoseAndExposure, "pose+exposure"},
+                                                                  {CameraChoice::kAuto, "auto"}};
+static_assert(schema::EachOnce(kCameraChoices));
+
+// How a view's unknowns are stepped where the view is seen.
+enum class CameraRule {
+  kGaussNewton,
+  kAdam,  // as other trainers do it, for comparison
+};
+inline constexpr schema::Choice<CameraRule> kCameraRules[] = {{CameraRule::kGaussNewton, "gauss_newton"},
+                                                              {CameraRule::kAdam, "adam"}};
+static_assert(schema::EachOnce(kCameraRules));
+
+// Times are parts of the Adam stage.
+struct CameraOptions {
+  CameraChoice refine = CameraChoice::kNone;
+  CameraRule rule = CameraRule::kGaussNewton;
+  double begin = 0.01;
+  double step = 1;  // part of Gauss-Newton's step that is taken
+  // Adam's rates, of rotations in radians, of translations in parts of the scene's extent.
+  double adam_rotation = 1e-3;
+  double adam_translation = 1e-3;
+
+  bool refines() const { return refine != CameraChoice::kNone; }
+};
+
+const schema::Table<CameraOptions>& CameraFields();
+
+// What is free by that choice; of kAuto what it may be at most.
+FreeUnknowns FreeBy(CameraChoice choice);
+
+}  // namespace vesta::gs

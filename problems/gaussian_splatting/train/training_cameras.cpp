@@ -1,0 +1,37 @@
+#include "problems/gaussian_splatting/train/training_cameras.h"
+
+#include "kernels/gaussian_splatting/camera_motion.h"
+
+namespace vesta::gs {
+
+TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& options) : given_(given) {
+  if (options.refines()) moved_ = given;
+  for (std::size_t i = 0; i < given.views.size(); ++i) {
+    if (!given.views[i].is_trained()) continue;
+    given_views_.push_back(&given.views[i]);
+    if (moved_) own_views_.push_back(&moved_->views[i]);
+    views_.push_back(&scene().views[i]);
+  }
+  if (moved_) found_.resize(views_.size());
+}
+
+void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
+  const View& given = *given_views_[view];
+  View& own = *own_views_[view];
+  own.rotation = given.rotation, own.translation = given.translation;
+  splat::MovePose(found.motion, own.rotation.data(), own.translation.data());
+  const AffineColor &before = found_[view].color, &color = found.color;
+  if (before.gain != color.gain || before.offset != color.offset) {
+    own.image.rgb = given.image.rgb;
+    color.Inverse().Apply(HostSpan<float>{own.image.rgb.data(), static_cast<Index>(own.image.rgb.size())});
+  }
+  found_[view] = found;
+}
+
+bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
+  if (found.size() != found_.size()) return false;
+  for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
+  return true;
+}
+
+}  // namespace vesta::gs
