@@ -6,6 +6,7 @@
 #include "apps/demo_scene/random.h"
 #include "apps/demo_scene/sfm_points.h"
 #include "kernels/core/check.h"
+#include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/io/colmap.h"
 
 namespace vesta::demo {
@@ -15,25 +16,12 @@ void CheckRange(const char* name, int value, int low, int high) {
   if (value < low || value > high) Fail("--{}={} is out of range; give {} to {}", name, value, low, high);
 }
 
-// Unit quaternion (w, x, y, z) of a rotation matrix; divides by the largest of the four components (Shepperd 1978).
+// Unit quaternion (w, x, y, z) of a rotation.
 std::array<double, 4> Quaternion(const Frame& f) {
-  const double m[3][3] = {
-      {f.row[0].x, f.row[0].y, f.row[0].z}, {f.row[1].x, f.row[1].y, f.row[1].z}, {f.row[2].x, f.row[2].y, f.row[2].z}};
-  const double trace = m[0][0] + m[1][1] + m[2][2];
-  int i = 0;
-  for (int k = 1; k < 3; ++k) i = m[k][k] > m[i][i] ? k : i;
+  double R[9];
+  for (std::size_t i = 0; i < 3; ++i) R[3 * i] = f.row[i].x, R[3 * i + 1] = f.row[i].y, R[3 * i + 2] = f.row[i].z;
   std::array<double, 4> q{};
-  if (trace > m[i][i]) {
-    const double s = 2 * std::sqrt(1 + trace);
-    q = {s / 4, (m[2][1] - m[1][2]) / s, (m[0][2] - m[2][0]) / s, (m[1][0] - m[0][1]) / s};
-  } else {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    const double s = 2 * std::sqrt(1 + m[i][i] - m[j][j] - m[k][k]);
-    q[0] = (m[k][j] - m[j][k]) / s;
-    q[1 + i] = s / 4;
-    q[1 + j] = (m[j][i] + m[i][j]) / s;
-    q[1 + k] = (m[k][i] + m[i][k]) / s;
-  }
+  QuaternionFromRotation(R, q.data());
   return q;
 }
 

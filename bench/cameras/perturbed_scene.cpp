@@ -7,7 +7,6 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
-#include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/model/initialize.h"
@@ -22,30 +21,6 @@ std::array<double, 3> Direction(CounterRandom& random) {
   const double length = std::hypot(v[0], v[1], v[2]);
   for (double& x : v) x /= length;
   return v;
-}
-
-// What brings the camera from one pose to the other.
-splat::CameraMotion MotionBetween(const gs::View& from, const gs::View& to) {
-  double Q[9], q[4];
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      Q[3 * i + j] = 0;
-      for (int k = 0; k < 3; ++k) {
-        Q[3 * i + j] +=
-            to.rotation[static_cast<std::size_t>(3 * i + k)] * from.rotation[static_cast<std::size_t>(3 * j + k)];
-      }
-    }
-  }
-  // Turns here are by far less than half of one.
-  q[0] = std::sqrt(std::max(0.0, 1 + Q[0] + Q[4] + Q[8])) / 2;
-  q[1] = (Q[7] - Q[5]) / (4 * q[0]), q[2] = (Q[2] - Q[6]) / (4 * q[0]), q[3] = (Q[3] - Q[1]) / (4 * q[0]);
-  splat::CameraMotion motion;
-  NormalizeQuaternion(q, motion.quaternion);
-  for (int i = 0; i < 3; ++i) {
-    motion.translation[i] = to.translation[static_cast<std::size_t>(i)];
-    for (int k = 0; k < 3; ++k) motion.translation[i] -= Q[3 * i + k] * from.translation[static_cast<std::size_t>(k)];
-  }
-  return motion;
 }
 
 }  // namespace
@@ -64,7 +39,7 @@ gs::Scene Perturbed(const gs::Scene& scene, const Perturbation& by, std::uint64_
     }
     gs::View& view = perturbed.views[v];
     splat::MovePose(splat::Compose(xi, {}), view.rotation.data(), view.translation.data());
-    const double gain = 1 + by.exposure * (2 * random.Uniform() - 1);
+    const double gain = view.is_test() ? 1 : 1 + by.exposure * (2 * random.Uniform() - 1);
     for (float& value : view.image.rgb) value *= static_cast<float>(gain);
     true_gains->push_back(gain);
   }
@@ -78,7 +53,11 @@ PoseError ErrorOf(const gs::Scene& truth, const std::vector<const gs::View*>& fo
   }
   VESTA_CHECK(true_views.size() == found.size(), "{} training views, {} found", true_views.size(), found.size());
   std::vector<gs::ViewUnknowns> apart(found.size());
-  for (std::size_t i = 0; i < found.size(); ++i) apart[i].motion = MotionBetween(*true_views[i], *found[i]);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const gs::View &from = *true_views[i], &to = *found[i];
+    apart[i].motion =
+        splat::MotionBetween(from.rotation.data(), from.translation.data(), to.rotation.data(), to.translation.data());
+  }
   constexpr int kRounds = 10;  // each takes out what is left, to first order
   for (int round = 0; round < kRounds; ++round) gs::RemoveCommonMotion(true_views, 2 * truth.extent, &apart);
   const gs::SplatModel points = gs::InitializeFromPoints(truth.points, truth.extent, 0, 100'000);

@@ -10,11 +10,11 @@ namespace vesta::bench {
 struct Perturbation {
   double degrees = 0;   // that each camera is turned by, about an axis at random
   double centre = 0;    // that its centre is shifted by, in a direction at random; parts of the depth of what it sees
-  double exposure = 0;  // gains of photographs are within 1 -+ this
+  double exposure = 0;  // gains of training photographs are within 1 -+ this
 };
 
-// The scene with each view, those of test too, perturbed by itself. Photographs as they would be with more or less
-// light, not clipped. true_gains: of each view.
+// The scene with each view perturbed by itself, the cameras of those of test too. Photographs as they would be with
+// more or less light, not clipped. true_gains: of each view.
 gs::Scene Perturbed(const gs::Scene& scene, const Perturbation& by, std::uint64_t seed,
                     std::vector<double>* true_gains);
 

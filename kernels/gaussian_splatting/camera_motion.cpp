@@ -33,6 +33,21 @@ CameraMotion Compose(const PoseTangent& xi, const CameraMotion& motion) {
   return composed;
 }
 
+CameraMotion MotionBetween(const double R[9], const double T[3], const double to_R[9], const double to_T[3]) {
+  double turn[9] = {}, turned[3], q[4];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      for (int k = 0; k < 3; ++k) turn[3 * i + j] += to_R[3 * i + k] * R[3 * j + k];
+    }
+  }
+  QuaternionFromRotation(turn, q);
+  CameraMotion motion;
+  NormalizeQuaternion(q, motion.quaternion);
+  Apply(turn, T, turned);
+  for (int i = 0; i < 3; ++i) motion.translation[i] = to_T[i] - turned[i];
+  return motion;
+}
+
 void MovePose(const CameraMotion& motion, double R[9], double T[3]) {
   double turn[9], old_R[9], old_T[3];
   RotationFromQuaternion(motion.quaternion, turn);

@@ -19,6 +19,9 @@ struct CameraMotion {
 // The retraction: first the motion, then exp(rotation) t + translation of xi.
 CameraMotion Compose(const PoseTangent& xi, const CameraMotion& motion);
 
+// The motion that brings one pose (t = R mu + T, R row-major) to another.
+CameraMotion MotionBetween(const double R[9], const double T[3], const double to_R[9], const double to_T[3]);
+
 // A pose (t = R mu + T, R row-major) as it is after the motion; and a camera, with its centre. By the motion of default
 // they keep every bit.
 void MovePose(const CameraMotion& motion, double R[9], double T[3]);

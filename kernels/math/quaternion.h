@@ -66,6 +66,29 @@ VESTA_HD inline void RotationFromQuaternion(const T q[4], T R[9]) {
   R[8] = T(1) - n * (x * x + y * y);
 }
 
+// The unit quaternion, with w >= 0, of an orthonormal R, row-major. Divides by the largest of its four components
+// (Shepperd 1978).
+template <class T>
+inline void QuaternionFromRotation(const T R[9], T q[4]) {
+  using std::sqrt;
+  const T trace = R[0] + R[4] + R[8];
+  int i = 0;
+  for (int k = 1; k < 3; ++k) i = R[4 * k] > R[4 * i] ? k : i;
+  const int j = (i + 1) % 3, k = (i + 2) % 3;
+  if (trace > R[4 * i]) {
+    const T s = T(2) * sqrt(T(1) + trace);
+    q[0] = s / T(4);
+    q[1] = (R[7] - R[5]) / s, q[2] = (R[2] - R[6]) / s, q[3] = (R[3] - R[1]) / s;
+  } else {
+    const T s = T(2) * sqrt(T(1) + R[4 * i] - R[4 * j] - R[4 * k]);
+    q[0] = (R[3 * k + j] - R[3 * j + k]) / s;
+    q[1 + i] = s / T(4);
+    q[1 + j] = (R[3 * j + i] + R[3 * i + j]) / s;
+    q[1 + k] = (R[3 * k + i] + R[3 * i + k]) / s;
+  }
+  for (int n = 3; n >= 0; --n) q[n] = q[0] < T(0) ? -q[n] : q[n];
+}
+
 // Adjoint of RotationFromQuaternion: q_bar from R_bar. R does not change along q, so the result is orthogonal to q.
 template <class T>
 VESTA_HD inline void RotationFromQuaternionAdjoint(const T q[4], const T R_bar[9], T q_bar[4]) {

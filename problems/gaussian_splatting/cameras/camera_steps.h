@@ -24,9 +24,16 @@ struct CameraStepState {
   }
 };
 
-// The step by a gradient of the view's cost; at most so far that the camera turns by `most` radians and moves by as
-// much of `depth`. depth: world units.
+// Where a camera is in its scene and its training.
+struct CameraSurroundings {
+  double depth = 1;  // of what it sees, world units
+  double most = 1;   // a step turns it by at most so many radians, and moves it by as much of `depth`
+  double done = 0;   // part of the stage
+};
+
+// The step by a gradient of the view's cost.
 std::vector<double> CameraStep(const CameraOptions& options, const FreeUnknowns& free,
-                               const std::vector<double>& gradient, double depth, double most, CameraStepState* state);
+                               const std::vector<double>& gradient, const CameraSurroundings& around,
+                               CameraStepState* state);
 
 }  // namespace vesta::gs

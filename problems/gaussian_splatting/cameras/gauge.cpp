@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
-#include "kernels/math/quaternion.h"
+#include "kernels/gaussian_splatting/camera_motion.h"
 
 namespace vesta::gs {
 namespace {
@@ -32,16 +32,9 @@ Pose Moved(const Pose& pose, const splat::CameraMotion& motion) {
   const Matrix3 Q = TurnOf(motion).toRotationMatrix();
   return {Q * pose.R, Q * pose.T + Eigen::Map<const Vector3>(motion.translation)};
 }
-splat::CameraMotion MotionBetween(const Pose& from, const Pose& to) {
-  const Matrix3 Q = to.R * from.R.transpose();
-  Eigen::Quaterniond q(Q);
-  if (q.w() < 0) q.coeffs() = -q.coeffs();
-  const Vector3 shift = to.T - Q * from.T;
-  splat::CameraMotion motion;
-  const double turn[4] = {q.w(), q.x(), q.y(), q.z()};
-  NormalizeQuaternion(turn, motion.quaternion);
-  std::copy_n(shift.data(), 3, motion.translation);
-  return motion;
+splat::CameraMotion MotionBetween(const View& from, const Pose& to) {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = to.R;
+  return splat::MotionBetween(from.rotation.data(), from.translation.data(), R.data(), to.T.data());
 }
 // The rotation vector of a turn.
 Vector3 LogOf(const Eigen::Quaterniond& q) {
@@ -89,12 +82,11 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   if (!common.allFinite() || common[6] <= -1) return;
   const Matrix3 back = Eigen::AngleAxisd(-turn.norm(), turn.stableNormalized()).toRotationMatrix();
   for (std::size_t i = 0; i < given.size(); ++i) {
-    const Pose pose = PoseOf(*given[i]);
-    Pose moved = Moved(pose, (*found)[i].motion);
+    Pose moved = Moved(PoseOf(*given[i]), (*found)[i].motion);
     const Vector3 centre = middle + back * (moved.Centre() - middle - shift) / (1 + common[6]);
     moved.R = moved.R * back.transpose();
     moved.T = -moved.R * centre;
-    (*found)[i].motion = MotionBetween(pose, moved);
+    (*found)[i].motion = MotionBetween(*given[i], moved);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "problems/gaussian_splatting/model/median.h"
@@ -18,6 +19,17 @@ View MovedView(const View& view, const splat::CameraMotion& motion) {
   moved.camera = view.camera, moved.rotation = view.rotation, moved.translation = view.translation;
   splat::MovePose(motion, moved.rotation.data(), moved.translation.data());
   return moved;
+}
+
+std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found) {
+  std::vector<View> views;
+  std::size_t trained = 0;
+  for (const View& view : scene.views) {
+    const bool is_found = view.is_trained() && !found.empty();
+    VESTA_CHECK(!is_found || trained < found.size(), "{} motions are fewer than the training views", found.size());
+    views.push_back(MovedView(view, is_found ? found[trained++].motion : splat::CameraMotion{}));
+  }
+  return views;
 }
 
 double MedianShift(const SplatModel& model, const View& view, const splat::CameraMotion& motion, double near) {

@@ -1,7 +1,10 @@
 // A view whose camera has moved.
 #pragma once
 
+#include <vector>
+
 #include "kernels/gaussian_splatting/camera_motion.h"
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
@@ -9,6 +12,10 @@ namespace vesta::gs {
 
 // The view with its camera moved, without its image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
+
+// The views of a scene, without images: those that are trained on with the motions of `found`, in their order; all as
+// they are where that is empty. Else as many as there are training views.
+std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
 // How far the motion moves the image: the median distance in pixels by which the means of the Gaussians move that the
 // view sees before. 0 where it sees none. near: distance of the near plane.

@@ -10,9 +10,11 @@ const schema::Table<CameraOptions>& CameraFields() {
        "refine_cameras"},
       {"rule", &O::rule, kCameraRules, "how a camera is stepped when its view is trained on; adam: for comparison"},
       {"begin", &O::begin, {0, 1}, "part of the Adam stage after which cameras move"},
-      {"step", &O::step, {1e-3, 1}, "part of Gauss-Newton's step that is taken"},
+      {"decide", &O::decide, {1e-6, 1}, "part of it after which auto decides, by views held back until then"},
+      {"step", &O::step, {1e-6, 1}, "part of Gauss-Newton's step that is taken at first"},
+      {"step_at_end", &O::step_at_end, {1e-6, 1}, "the same at the end of the stage"},
       {"adam_rotation", &O::adam_rotation, {0, 1}, "Adam's rate of rotations, radians"},
-      {"adam_translation", &O::adam_translation, {0, 1}, "Adam's rate of translations, parts of the scene's extent"},
+      {"adam_translation", &O::adam_translation, {0, 1}, "Adam's rate of translations, parts of the depth"},
   };
   return fields;
 }
@@ -20,7 +22,7 @@ const schema::Table<CameraOptions>& CameraFields() {
 FreeUnknowns FreeBy(CameraChoice choice) {
   FreeUnknowns free;
   free.pose = choice != CameraChoice::kNone;
-  free.color = choice == CameraChoice::kPoseAndExposure || choice == CameraChoice::kAuto;
+  free.color = choice == CameraChoice::kPoseAndExposure;
   return free;
 }
 

@@ -11,7 +11,7 @@ enum class CameraChoice {
   kNone,
   kPose,
   kPoseAndExposure,
-  kAuto,  // what views that are held out gain by (cameras_evidence.h)
+  kAuto,  // what views that are held out gain by (evidence.h)
 };
 inline constexpr schema::Choice<CameraChoice> kCameraChoices[] = {{CameraChoice::kNone, "none"},
                                                                   {CameraChoice::kPose, "pose"},
@@ -33,8 +33,12 @@ struct CameraOptions {
   CameraChoice refine = CameraChoice::kNone;
   CameraRule rule = CameraRule::kGaussNewton;
   double begin = 0.01;
-  double step = 1;  // part of Gauss-Newton's step that is taken
-  // Adam's rates, of rotations in radians, of translations in parts of the scene's extent.
+  double decide = 0.1;  // kAuto: when it is decided; until then a few training views are held back
+  // Part of Gauss-Newton's step that is taken, at the start and at the end, falling geometrically: while splats move
+  // the gradients are noisy, and cameras come to rest as the mean of the splat's parameters does.
+  double step = 1;
+  double step_at_end = 0.03;
+  // Adam's rates at the start: of rotations in radians, of translations in parts of the depth of what cameras see.
   double adam_rotation = 1e-3;
   double adam_translation = 1e-3;
 

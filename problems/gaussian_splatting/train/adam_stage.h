@@ -90,7 +90,8 @@ class AdamStage {
 
   static AdamStageState<B> StartState(const TrainingSession& session, const SplatModel& model) {
     const TrainOptions& options = session.options();
-    const std::vector<const View*>& views = session.training_views();
+    // Rates stay those of the cameras as they were given.
+    const std::vector<const View*>& views = session.cameras().given();
     const Scene& scene = session.scene();
     return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric),
                             DensityControl<typename B::Space>(options.density, scene.extent, options.seed),
@@ -182,6 +183,11 @@ class AdamStage {
     passes_->loss.Gradient(passes_->image, target.truth, shape, passes_->image_gradient);
     passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
   }
+  void DecideOnCameras() {
+    SplatModel model;  // bands that are not in use yet are 0
+    state_->model.DownloadParameters(model);
+    cameras_.Decide(model, &state_->cameras);
+  }
   // The camera of the view that a gradient was just added of.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x,
                   const StageTargets<B>& targets) {
@@ -208,10 +214,11 @@ class AdamStage {
     const bool observes = Observes(options_.density, span);
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
-      const std::size_t next = state_->order.Next();
+      std::size_t next = state_->order.Next();
+      while (cameras_.HoldsBack(next, state_->cameras)) next = state_->order.Next();
       const ImageShape shape = targets[next].shape();
       AddGradient(x, targets[next], gradient);
-      if (cameras_.moves(span)) MoveCamera(span, next, x, targets);
+      if (cameras_.moves(span, state_->cameras)) MoveCamera(span, next, x, targets);
       if (observes) {
         const double share = PullShare(shape.width, targets_[next].camera.width);
         state_->model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
@@ -290,9 +297,10 @@ class AdamStage {
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
     const StageTargets<B>& targets = TargetsOf(span);
     const double begin = session_.Seconds();
+    if (cameras_.Decides(span, state_->cameras)) DecideOnCameras();
     const double cost =
         AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), span);
-    if (cameras_.moves(span)) ShowMovedCameras();
+    if (cameras_.moves(span, state_->cameras)) ShowMovedCameras();
     state_->model.Step(attributes, RateFactor(options_.adam, span));
     state_->iteration = it, state_->span = span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;

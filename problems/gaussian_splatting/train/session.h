@@ -69,6 +69,7 @@ class TrainingSession {
   const TrainOptions& options() const { return options_; }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
   TrainingCameras& cameras() { return cameras_; }
+  const TrainingCameras& cameras() const { return cameras_; }
   double Seconds() const { return clock_.Seconds(); }
   // With evaluation.
   double TotalSeconds() const { return clock_.Total(); }

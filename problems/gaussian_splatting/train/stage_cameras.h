@@ -2,15 +2,22 @@
 // on, by the gradient that the splats get theirs from (cameras/camera_steps.h).
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "kernels/gaussian_splatting/pose_jacobian.h"
 #include "problems/gaussian_splatting/cameras/camera_steps.h"
+#include "problems/gaussian_splatting/cameras/evidence.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/schedule.h"
 #include "problems/gaussian_splatting/cameras/view_curvature.h"
+#include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
 
@@ -20,22 +27,46 @@ namespace vesta::gs {
 struct StageCamerasState {
   std::vector<CameraStepState> views;
   std::uint64_t seen = 0;  // views, with repetition
+  // Of kAuto what was decided, and on what.
+  std::optional<CameraChoice> chosen = {};
+  CameraEvidence evidence = {};
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(views, seen);
+    archive(views, seen, chosen, evidence);
   }
 };
 
 class StageCameras {
  public:
   explicit StageCameras(TrainingSession& session)
-      : session_(session),
-        options_(session.options().cameras),
-        free_(FreeBy(options_.refine)),
-        depth_(2 * session.scene().extent) {}
+      : session_(session), options_(session.options().cameras), depth_(2 * session.scene().extent) {}
 
-  bool moves(const StageSpan& span) const { return options_.refines() && span.HasReached(options_.begin); }
+  bool moves(const StageSpan& span, const StageCamerasState& state) const {
+    return Choice(state) != CameraChoice::kNone && span.HasReached(options_.begin);
+  }
+  // Whether a view is not to be trained on yet: by these it is decided whether cameras move.
+  bool HoldsBack(std::size_t view, const StageCamerasState& state) const {
+    return is_deciding(state) && IsJudge(view, session_.training_views().size());
+  }
+  // Whether it is to be decided now, by the views that are held back.
+  bool Decides(const StageSpan& span, const StageCamerasState& state) const {
+    return is_deciding(state) && span.HasReached(options_.decide);
+  }
+  void Decide(const SplatModel& model, StageCamerasState* state) const {
+    std::vector<const View*> judges;
+    for (std::size_t i = 0; i < session_.training_views().size(); ++i) {
+      if (HoldsBack(i, *state)) judges.push_back(session_.training_views()[i]);
+    }
+    std::vector<View> views = CoarseViews(judges);
+    if (views.empty()) {
+      for (const View* view : judges) views.push_back(*view);
+    }
+    state->evidence = EvidenceOf(model, views, session_.options().background, NearPlane(session_.scene()));
+    state->chosen = state->evidence.Choice();
+    session_.Note(fmt::format("cameras.refine=auto chooses {}: {}", schema::NameOf(*state->chosen, kCameraChoices),
+                              state->evidence.Words()));
+  }
 
   // After the gradient of one view, at targets[view], was added: `image` as rendered, image_gradient of the cost by it,
   // splats and workspace as that left them. full, coarse: all that show the view, of which coarse may be empty.
@@ -43,25 +74,26 @@ class StageCameras {
             const StageTargets<CpuBackend<float>>& targets, const splat::SplatView<float>& splats,
             const splat::ViewWorkspace<float>& workspace, HostSpan<const float> image,
             HostSpan<const float> image_gradient, StageCamerasState* state) {
+    const FreeUnknowns free = FreeBy(Choice(*state));
     TrainingCameras& cameras = session_.cameras();
     state->views.resize(cameras.found().size());
     CameraStepState& own = state->views[view];
     const TargetView<CpuBackend<float>>& target = targets[view];
     if (const int age = CurvatureAge(options_, session_.options().adam, span);
         options_.rule == CameraRule::kGaussNewton && own.age < age) {
-      own.curvature = ViewCurvature({free_, session_.options().background, {}}, model, target);
+      own.curvature = ViewCurvature({free, session_.options().background, {}}, model, target);
       own.age = age;
     }
     std::vector<double> gradient;
-    if (free_.pose) {
+    if (free.pose) {
       const splat::PoseTangent pose = PoseCotangent(splats, model, workspace.splat_sums.data());
       gradient.assign(pose.v, pose.v + splat::kPoseTangent);
     }
-    if (free_.color) AddColorGradient(image, image_gradient, &gradient);
+    if (free.color) AddColorGradient(image, image_gradient, &gradient);
     constexpr double kMostPixels = 2;
-    const double most = kMostPixels / target.camera.lens.fx;
-    const std::vector<double> step = CameraStep(options_, free_, gradient, depth_, most, &own);
-    cameras.Set(view, After(cameras.found()[view], step));
+    const CameraSurroundings around{depth_, kMostPixels / target.camera.lens.fx, span.before};
+    const std::vector<double> step = CameraStep(options_, free, gradient, around, &own);
+    cameras.Set(view, After(cameras.found()[view], free, step));
     ++state->seen;
   }
 
@@ -71,8 +103,9 @@ class StageCameras {
     const std::size_t views = cameras.found().size();
     if (state.seen == 0 || state.seen % views != 0) return false;
     std::vector<ViewUnknowns> found = cameras.found();
-    if (free_.pose) RemoveCommonMotion(cameras.given(), depth_, &found);
-    if (free_.color) RemoveCommonExposure(&found);
+    const FreeUnknowns free = FreeBy(Choice(state));
+    if (free.pose) RemoveCommonMotion(cameras.given(), depth_, &found);
+    if (free.color) RemoveCommonExposure(&found);
     for (std::size_t i = 0; i < views; ++i) cameras.Set(i, found[i]);
     return true;
   }
@@ -83,7 +116,7 @@ class StageCameras {
     full->SetPose(view, now);
     if (coarse->empty()) return;
     coarse->SetPose(view, now);
-    if (free_.color) coarse->SetPhotograph(view, now.image);
+    if (!session_.cameras().found()[view].color.is_none()) coarse->SetPhotograph(view, now.image);
   }
 
  private:
@@ -98,16 +131,31 @@ class StageCameras {
     gradient->insert(gradient->end(), offsets.begin(), offsets.end());
   }
   // A photograph has been brought to the common exposure, so a step starts from none.
-  ViewUnknowns After(const ViewUnknowns& found, const std::vector<double>& step) const {
+  static ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const std::vector<double>& step) {
     const HostSpan<const double> delta{step.data(), static_cast<Index>(step.size())};
-    ViewUnknowns after = Plus({found.motion, {}}, free_, delta);
+    ViewUnknowns after = Plus({found.motion, {}}, free, delta);
     after.color = found.color.After(after.color);
+    // A photograph that is black would have none.
+    constexpr double kLeastGain = 0.05;
+    for (double& gain : after.color.gain) gain = std::clamp(gain, kLeastGain, 1 / kLeastGain);
     return after;
+  }
+
+  CameraChoice Choice(const StageCamerasState& state) const {
+    if (options_.refine != CameraChoice::kAuto) return options_.refine;
+    return state.chosen.value_or(CameraChoice::kNone);
+  }
+  bool is_deciding(const StageCamerasState& state) const {
+    return options_.refine == CameraChoice::kAuto && !state.chosen;
+  }
+  // Every eighth view from the fourth on, but at most eight.
+  static bool IsJudge(std::size_t view, std::size_t views) {
+    const std::size_t every = std::max<std::size_t>(8, views / 8);
+    return view % every == 3;
   }
 
   TrainingSession& session_;
   const CameraOptions& options_;
-  FreeUnknowns free_;
   double depth_;  // of what cameras see, world units
 };
 

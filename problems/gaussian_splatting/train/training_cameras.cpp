@@ -1,5 +1,9 @@
 #include "problems/gaussian_splatting/train/training_cameras.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/camera_motion.h"
 
 namespace vesta::gs {
@@ -29,7 +33,13 @@ void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
 }
 
 bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
-  if (found.size() != found_.size()) return false;
+  const auto is_sound = [](const ViewUnknowns& view) {
+    HostBuffer<double> x(kViewParameters);
+    Pack(view, x.view());
+    const bool is_finite = std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+    return is_finite && std::ranges::all_of(view.color.gain, [](double gain) { return gain > 0; });
+  };
+  if (found.size() != found_.size() || !std::ranges::all_of(found, is_sound)) return false;
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
   return true;
 }

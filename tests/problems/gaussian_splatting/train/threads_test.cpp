@@ -1,6 +1,9 @@
 // The same bits for any number of threads.
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <vector>
+
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "solver/derivative_check.inl"
@@ -91,6 +94,21 @@ TEST(GsThreads, TrainingOfDifferentDegrees) {
   for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
   const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), degrees);
   ExpectSameForAnyNumber([&] { return Refine(scene, start, test::ShortTraining(30, 2), 0, {}).model.data; });
+}
+
+TEST(GsThreads, TrainingOfCamerasToo) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = test::ShortTraining(50, 0);
+  options.cameras.refine = CameraChoice::kPoseAndExposure;
+  ExpectSameForAnyNumber([&] {
+    const TrainResult result = Train(scene, options, 0, {});
+    std::vector<double> found;
+    for (const ViewUnknowns& view : result.cameras) {
+      found.insert(found.end(), view.motion.quaternion, view.motion.quaternion + 4);
+      found.insert(found.end(), view.color.gain.begin(), view.color.gain.end());
+    }
+    return std::pair(result.model.data, found);
+  });
 }
 
 TEST(GsThreads, Training) {

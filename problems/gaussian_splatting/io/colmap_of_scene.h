@@ -1,0 +1,15 @@
+// A scene as a COLMAP model.
+#pragma once
+
+#include <vector>
+
+#include "problems/gaussian_splatting/io/colmap.h"
+#include "problems/gaussian_splatting/model/scene.h"
+
+namespace vesta::gs {
+
+// views: of the scene, wherever their cameras stand now, in the scene's frame. The model is in the world of the scene's
+// files, with its points; one camera for each different one.
+ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views);
+
+}  // namespace vesta::gs

@@ -1,0 +1,193 @@
+// Trainings that find cameras and exposures along.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/gaussian_splatting/cameras/gauge.h"
+#include "problems/gaussian_splatting/train/checkpoint.h"
+#include "problems/gaussian_splatting/train/training_cameras.h"
+#include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+// A splat and photographs of it, whose cameras are off by up to half a degree and half a per cent of the distance.
+class CamerasFoundAlong : public testing::Test {
+ protected:
+  void SetUp() override {
+    given_ = truth_;
+    for (std::size_t v = 0; v < given_.views.size(); ++v) {
+      given_.views[v] = test::PerturbedView(truth_.views[v], test::RandomMotion(0.5, 0.015, v));
+      given_.views[v].role = truth_.views[v].role;
+    }
+  }
+  static TrainOptions Options(CameraChoice choice, int iterations) {
+    TrainOptions options = test::ShortTraining(iterations, 0);
+    options.cameras.refine = choice;
+    options.adam.coarse_part = 0;
+    return options;
+  }
+  static std::vector<const View*> TrainedOn(const Scene& scene) {
+    std::vector<const View*> views;
+    for (const View& view : scene.views) {
+      if (view.is_trained()) views.push_back(&view);
+    }
+    return views;
+  }
+  // The largest shift in pixels by which training views see the model's means elsewhere than in truth, the best
+  // similarity of all views apart.
+  double Off(const std::vector<ViewUnknowns>& found) const {
+    const std::vector<View> moved = MovedViews(given_, found);
+    const std::vector<const View*> truth = TrainedOn(truth_);
+    std::vector<ViewUnknowns> apart;
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      const View &from = truth_.views[v], &to = moved[v];
+      if (!from.is_trained()) continue;
+      apart.emplace_back().motion = splat::MotionBetween(from.rotation.data(), from.translation.data(),
+                                                         to.rotation.data(), to.translation.data());
+    }
+    for (int round = 0; round < 8; ++round) RemoveCommonMotion(truth, 3, &apart);
+    double most = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      most = std::max(most, test::LargestShift(model_, MovedView(*truth[i], apart[i].motion), *truth[i]));
+    }
+    return most;
+  }
+
+  SplatModel model_ = test::RandomModel(60, 1, 7);
+  Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_;
+};
+
+TEST_F(CamerasFoundAlong, ComeBack) {
+  const double before = Off({});
+  ASSERT_GT(before, 0.5);
+  const TrainResult result = Refine(given_, model_, Options(CameraChoice::kPose, 300), 0, {});
+  ASSERT_EQ(result.cameras.size(), 10U);
+  EXPECT_LT(Off(result.cameras), before / 20);
+  EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 5);
+  EXPECT_TRUE(std::ranges::all_of(result.cameras, [](const ViewUnknowns& view) { return view.color.is_none(); }));
+}
+
+TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
+  double mean = 0;
+  std::vector<double> gains;
+  given_ = truth_;
+  for (std::size_t v = 0; v < given_.views.size(); ++v) {
+    View& view = given_.views[v];
+    if (!view.is_trained()) continue;
+    gains.push_back(0.8 + 0.04 * static_cast<double>(v));
+    mean += gains.back() / 10;
+    for (float& value : view.image.rgb) value *= static_cast<float>(gains.back());
+  }
+  TrainOptions options = Options(CameraChoice::kPoseAndExposure, 1000);
+  options.adam.rate_factor = 1;  // the splat takes the mean exposure
+  const TrainResult result = Refine(given_, model_, options, 0, {});
+  ASSERT_EQ(result.cameras.size(), gains.size());
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(result.cameras[i].color.gain[c], gains[i] / mean, 0.01);
+  }
+}
+
+TEST_F(CamerasFoundAlong, AutomaticallyWhereTheyAreOff) {
+  const TrainResult off = Refine(given_, model_, Options(CameraChoice::kAuto, 100), 0, {});
+  EXPECT_THAT(off.notes, Contains(HasSubstr("auto chooses pose:")));
+  EXPECT_GT(off.history.back().train.psnr, off.history.front().train.psnr + 3);
+  const TrainResult right = Refine(truth_, model_, Options(CameraChoice::kAuto, 100), 0, {});
+  EXPECT_THAT(right.notes, Contains(HasSubstr("auto chooses none:")));
+  for (const ViewUnknowns& view : right.cameras) EXPECT_EQ(view.motion.Angle(), 0);
+}
+
+TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
+  for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAuto}) {
+    TrainOptions options = Options(choice, 60);
+    options.adam.coarse_part = 0.5;
+    options.adam.rate_factor = 1;
+    options.density.every = 0.2;
+    const TrainResult whole = Train(given_, options, 0, {});
+    for (const int stop : {2, 7, 25, 45}) {
+      const TempFolder folder;
+      TrainCallbacks callbacks;
+      int reached = 0;
+      callbacks.progress = [&](const TrainProgress& p) { reached = p.iteration; };
+      callbacks.stop = [&] { return reached >= stop; };
+      callbacks.checkpoint = {.path = folder / "checkpoint", .every = {.iterations = 1}, .origin = ""};
+      EXPECT_TRUE(Train(given_, options, 0, callbacks).stopped);
+      const Checkpoint checkpoint = ReadCheckpoint(folder / "checkpoint");
+      TrainCallbacks rest;
+      rest.resume = &checkpoint;
+      const TrainResult result = Train(given_, options, 0, rest);
+      EXPECT_EQ(result.model.data, whole.model.data) << stop;
+      ASSERT_EQ(result.cameras.size(), whole.cameras.size());
+      for (std::size_t i = 0; i < whole.cameras.size(); ++i) {
+        EXPECT_EQ(result.cameras[i].motion.translation[0], whole.cameras[i].motion.translation[0]);
+        EXPECT_EQ(result.cameras[i].color.gain, whole.cameras[i].color.gain);
+      }
+    }
+  }
+}
+
+// One view; all alike; a camera that looks away; a black photograph.
+TEST_F(CamerasFoundAlong, OddScenesStayFinite) {
+  Scene one = given_;
+  one.views.resize(2);
+  Scene alike = given_;
+  for (std::size_t v = 1; v < alike.views.size(); ++v) {
+    const ViewRole role = alike.views[v].role;
+    alike.views[v] = alike.views[0], alike.views[v].role = role;
+  }
+  Scene blind = given_;
+  for (double& r : blind.views[2].rotation) r = -r;
+  for (std::size_t k = 3; k < 6; ++k) blind.views[2].rotation[k] = -blind.views[2].rotation[k];
+  for (std::size_t k = 0; k < 3; ++k) blind.views[2].translation[k] *= k == 1 ? 1 : -1;
+  Scene black = given_;
+  std::ranges::fill(black.views[3].image.rgb, 0.0f);
+  for (const Scene* scene : {&one, &alike, &blind, &black}) {
+    for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAuto}) {
+      const TrainResult result = Refine(*scene, model_, Options(choice, 40), 0, {});
+      EXPECT_TRUE(std::isfinite(result.history.back().cost));
+      for (const ViewUnknowns& view : result.cameras) {
+        EXPECT_TRUE(std::isfinite(view.motion.Angle()));
+        EXPECT_LT(view.motion.Angle(), 1);
+        for (const double gain : view.color.gain) EXPECT_TRUE(std::isfinite(gain) && gain > 0);
+      }
+    }
+  }
+}
+
+TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
+  const Scene given = test::TrainingScene();
+  CameraOptions options;
+  TrainingCameras as_given(given, options);
+  EXPECT_EQ(&as_given.scene(), &given);
+  EXPECT_TRUE(as_given.found().empty());
+  options.refine = CameraChoice::kPoseAndExposure;
+  TrainingCameras cameras(given, options);
+  ASSERT_EQ(cameras.views().size(), 10U);
+  std::vector<ViewUnknowns> found = cameras.found();
+  found[4].motion = test::RandomMotion(1, 0.1, 2);
+  found[4].color = {{2, 1, 0.5}, {0.1, 0, 0}};
+  ASSERT_TRUE(cameras.Restore(found));
+  const View &now = *cameras.views()[4], &before = *cameras.given()[4];
+  EXPECT_EQ(now.rotation, MovedView(before, found[4].motion).rotation);
+  EXPECT_NEAR(now.image.rgb[0], (before.image.rgb[0] - 0.1f) / 2, 1e-6);
+  EXPECT_EQ(cameras.views()[3]->image.rgb, cameras.given()[3]->image.rgb);
+  // And back, to the bit.
+  ASSERT_TRUE(cameras.Restore(std::vector<ViewUnknowns>(10)));
+  EXPECT_EQ(now.image.rgb, before.image.rgb);
+  EXPECT_EQ(now.rotation, before.rotation);
+  found[2].color.gain[1] = 0;
+  EXPECT_FALSE(cameras.Restore(found));
+  found[2].color.gain[1] = NAN;
+  EXPECT_FALSE(cameras.Restore(found));
+  EXPECT_FALSE(cameras.Restore({}));
+}
+
+}  // namespace
+}  // namespace vesta::gs
