@@ -70,6 +70,22 @@ void AddModel(const gs::SplatModel& model, Json* json) {
   (*json)["parameters"] = gs::OrderByDegree(model, gs::StoredDegrees(model)).layout.Size();
 }
 
+void AddCameras(const gs::TrainResult& result, Json* json) {
+  const gs::CameraChanges& changes = result.camera_changes;
+  Json cameras = {{"moved_degrees", changes.degrees},
+                  {"moved_pixels", changes.pixels},
+                  {"moved_pixels_most", changes.most_pixels},
+                  {"gain_most", changes.most_gain},
+                  {"views", Json::array()}};
+  for (const gs::ViewUnknowns& view : result.cameras) {
+    cameras["views"].push_back({{"quaternion", view.motion.quaternion},
+                                {"translation", view.motion.translation},
+                                {"gain", view.color.gain},
+                                {"offset", view.color.offset}});
+  }
+  (*json)["cameras"] = std::move(cameras);
+}
+
 std::string Text(const Json& json) { return json.dump(1) + "\n"; }
 
 }  // namespace
@@ -107,6 +123,7 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   json["seed"] = settings.options.seed;
   json["preset"] = settings.preset;
   json["options"] = OptionsJson(settings.options);
+  if (!result.cameras.empty()) AddCameras(result, &json);
   if (!result.notes.empty()) json["notes"] = result.notes;
   json["history"] = Json::array();
   for (const gs::HistoryRow& row : result.history) json["history"].push_back(ToJson(row));

@@ -18,6 +18,8 @@
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/io/colmap_of_scene.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 
@@ -100,6 +102,21 @@ void NoteMemory(const gs::MemoryOptions& options, const gs::MemoryReport& report
                                options.budget_gib, budget, peak));
 }
 
+constexpr const char* kCameraFolder = "cameras";
+
+// What was found of the cameras, as a COLMAP model with the scene's points. Says so in a line; none where nothing
+// moved.
+std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out) {
+  const gs::CameraChanges& changes = result.camera_changes;
+  if (changes.is_none()) return "";
+  const std::string folder = out.File(kCameraFolder);
+  gs::WriteColmapModel(gs::ColmapOf(scene, gs::MovedViews(scene, result.cameras)), folder, gs::ColmapFormat::kText);
+  return fmt::format(
+      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}: the COLMAP model {}\n",
+      changes.pixels, changes.degrees, changes.most_pixels,
+      changes.most_gain > 0 ? fmt::format("; gains differ by up to {:.1f} %", 100 * changes.most_gain) : "", folder);
+}
+
 void NoteOrigin(const gs::SplatModel& model, std::vector<std::string>* notes) {
   const auto& o = model.origin;
   if (o == std::array<double, 3>{}) return;
@@ -132,6 +149,7 @@ void PrintScene(const gs::Scene& scene) {
 void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
   const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
   file("point_cloud.ply"), file("metrics.json");
+  files->WritesInto(Given("out", out), out + "/" + kCameraFolder);
   if (!flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
 }
 
@@ -162,6 +180,7 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
   line.Finish();
   if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
+  const std::string cameras = SaveCameras(scene, result, *out);
   gs::MoveToWorld(scene, &result.model);
   NoteOrigin(result.model, &result.notes);
   NoteMemory(settings.options.memory, result.memory, &result.notes);
@@ -176,6 +195,7 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
                                           .threads = NumThreads()},
                                          settings));
   PrintTable(result);
+  Print("{}", cameras);
   if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
     if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
     Print("{}", DoubtOfScene(result.history.front().train.psnr));

@@ -99,6 +99,35 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   ExpectEvalReproduces(out_);
 }
 
+TEST_F(TinyTraining, FindsCamerasAlong) {
+  const ProgramOutput output = Train(out_, {"--iterations=60", "--refine_cameras=pose+exposure"});
+  ASSERT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("cameras moved by "));
+  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "cameras"));
+  const gs::ColmapModel found = gs::ReadColmapModel(out_ + "/cameras"), given = TinyModel();
+  ASSERT_EQ(found.images.size(), given.images.size());
+  EXPECT_EQ(found.points.size(), given.points.size());
+  // Test views stay: 000.png and 008.png.
+  for (std::size_t v = 0; v < found.images.size(); ++v) {
+    double apart = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      apart += std::abs(found.images[v].translation[k] - given.images[v].translation[k]);
+    }
+    if (v % 8 == 0) EXPECT_LT(apart, 1e-12) << v;
+    if (v % 8 != 0) EXPECT_GT(apart, 1e-9) << v;
+  }
+  const json metrics = Metrics(out_);
+  EXPECT_EQ(metrics["cameras"]["views"].size(), 8u);
+  EXPECT_GT(metrics["cameras"]["moved_pixels_most"], 0.0);
+  EXPECT_GT(metrics["cameras"]["gain_most"], 0.0);
+  // It trains on from there.
+  fs::create_directories(folder_ / "again/sparse");
+  fs::copy(fs::path(scene_) / "images", folder_ / "again/images");
+  fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
+  EXPECT_EQ(RunProgram({"train", folder_ / "again", "--out=" + (folder_ / "out2"), "--iterations=5"}).status, 0);
+  EXPECT_THAT(Train(out_, {"--refine_cameras=all"}).err, HasSubstr("refine_cameras"));
+}
+
 TEST_F(TinyTraining, EndsAtATargetOnViewsHeldOut) {
   const ProgramOutput output = Train(out_, {"--iterations=40", "--target_psnr=1"});
   ASSERT_EQ(output.status, 0) << output.err;

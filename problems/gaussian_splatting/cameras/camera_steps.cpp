@@ -19,6 +19,11 @@ constexpr double kDamping = 1e-3;
 // From one value to the other, geometrically.
 double Fallen(double start, double end, double done) { return start * std::pow(end / start, done); }
 
+double StepPart(const CameraOptions& options, double done) {
+  const double into_rest = done - (1 - options.rest);
+  return into_rest > 0 ? Fallen(options.step, options.step_at_end, into_rest / options.rest) : options.step;
+}
+
 Vector GaussNewtonStep(const std::vector<double>& gradient, const std::vector<double>& curvature) {
   const auto n = static_cast<Eigen::Index>(gradient.size());
   Matrix H = Eigen::Map<const Matrix>(curvature.data(), n, n);
@@ -57,8 +62,7 @@ std::vector<double> CameraStep(const CameraOptions& options, const FreeUnknowns&
   VESTA_CHECK(is_adam || state->curvature.size() == gradient.size() * gradient.size(),
               "a gradient of {} numbers, but a curvature of {}", gradient.size(), state->curvature.size());
   Vector step = is_adam ? AdamStep(options, free, gradient, around, state)
-                        : Vector(Fallen(options.step, options.step_at_end, around.done) *
-                                 GaussNewtonStep(gradient, state->curvature));
+                        : Vector(StepPart(options, around.done) * GaussNewtonStep(gradient, state->curvature));
   if (!step.allFinite()) step.setZero();
   if (free.pose) {
     const double far = std::max(step.head<3>().norm(), step.segment<3>(3).norm() / around.depth);

@@ -34,10 +34,11 @@ struct CameraOptions {
   CameraRule rule = CameraRule::kGaussNewton;
   double begin = 0.01;
   double decide = 0.1;  // kAuto: when it is decided; until then a few training views are held back
-  // Part of Gauss-Newton's step that is taken, at the start and at the end, falling geometrically: while splats move
-  // the gradients are noisy, and cameras come to rest as the mean of the splat's parameters does.
+  // Part of Gauss-Newton's step that is taken. In the last part of the stage, this long, it falls geometrically to
+  // step_at_end: while splats move gradients are noisy, and cameras come to rest as the mean of the splat does.
   double step = 1;
-  double step_at_end = 0.03;
+  double rest = 0.2;
+  double step_at_end = 0.1;
   // Adam's rates at the start: of rotations in radians, of translations in parts of the depth of what cameras see.
   double adam_rotation = 1e-3;
   double adam_translation = 1e-3;

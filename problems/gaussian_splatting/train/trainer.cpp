@@ -156,6 +156,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   CheckViews(scene);
   CheckTarget(scene, options);
   TrainingSession session(scene, options, seconds_before, callbacks);
+  options.memory.before_mib += session.cameras().CopiedMib();
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();
@@ -192,6 +193,10 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   if (options.target_psnr > 0 && !session.has_reached_target() && !result.stopped) NoteMissedTarget(session);
   result.model = std::move(model);
   result.cameras = session.cameras().found();
+  if (!result.cameras.empty()) {
+    result.camera_changes =
+        ChangesOf(result.model, session.cameras().given(), result.cameras, NearPlane(session.scene()));
+  }
   result.history = session.TakeHistory();
   result.megapixels = CountedMegapixels(session.training_views(), options, result.history);
   result.notes = session.TakeNotes();

@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "problems/gaussian_splatting/cameras/camera_changes.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
 #include "problems/gaussian_splatting/train/history.h"
@@ -96,6 +97,7 @@ struct TrainResult {
   MemoryReport memory;
   SplatModel model;
   std::vector<ViewUnknowns> cameras;  // of the training views, from as they were given; empty: as they were given
+  CameraChanges camera_changes;
   std::vector<Prediction> predictions;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each

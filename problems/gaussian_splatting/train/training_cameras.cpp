@@ -32,6 +32,14 @@ void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
   found_[view] = found;
 }
 
+double TrainingCameras::CopiedMib() const {
+  double values = 0;
+  if (moved_) {
+    for (const View& view : moved_->views) values += static_cast<double>(view.image.rgb.size());
+  }
+  return values * sizeof(float) / (1 << 20);
+}
+
 bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
   const auto is_sound = [](const ViewUnknowns& view) {
     HostBuffer<double> x(kViewParameters);

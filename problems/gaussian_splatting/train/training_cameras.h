@@ -24,6 +24,8 @@ class TrainingCameras {
   // Of each of them, from as it was given; empty where nothing is found along.
   const std::vector<ViewUnknowns>& found() const { return found_; }
   void Set(std::size_t view, const ViewUnknowns& found);
+  // Of photographs that are there twice.
+  double CopiedMib() const;
   // All of them, as they were found before; false where that cannot be: not as many, or no numbers.
   bool Restore(const std::vector<ViewUnknowns>& found);
 

@@ -62,6 +62,22 @@ TEST(CameraMotion, OfDefaultKeepsEveryBit) {
   EXPECT_EQ(CameraMotion().Angle(), 0);
 }
 
+TEST(CameraMotion, BetweenTwoPosesBringsOneToTheOther) {
+  test::Random random(21);
+  for (int k = 0; k < 10; ++k) {
+    double R[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, T[3] = {0.1, -2, 3};
+    MovePose(Compose(RandomTangent(random, 1), {}), R, T);
+    const CameraMotion motion = Compose(RandomTangent(random, 0.5), {});
+    double to_R[9], to_T[3];
+    std::copy_n(R, 9, to_R), std::copy_n(T, 3, to_T);
+    MovePose(motion, to_R, to_T);
+    const CameraMotion found = MotionBetween(R, T, to_R, to_T);
+    const double sign = found.quaternion[0] * motion.quaternion[0] < 0 ? -1 : 1;
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(found.quaternion[i], sign * motion.quaternion[i], 1e-14);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(found.translation[i], motion.translation[i], 1e-13);
+  }
+}
+
 TEST(CameraMotion, KnowsItsAngle) {
   PoseTangent xi;
   xi.v[0] = 0.3, xi.v[2] = -0.4, xi.v[4] = 7;

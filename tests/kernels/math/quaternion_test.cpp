@@ -82,5 +82,21 @@ TEST(Quaternion, ProductIsOneRotationAfterTheOther) {
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(expected[i], i == 0 ? 1 : 0, 1e-15);
 }
 
+TEST(Quaternion, ComesBackFromItsRotation) {
+  test::Random random(7);
+  for (int k = 0; k < 40; ++k) {
+    double q[4], R[9], back[4];
+    for (double& value : q) value = random.Normal();
+    // Half turns and the identity too, where some components vanish.
+    if (k < 8) std::fill(q, q + 4, 0.0), q[k % 4] = 1;
+    NormalizeQuaternion(q, q);
+    RotationFromQuaternion(q, R);
+    QuaternionFromRotation(R, back);
+    const double sign = q[0] * back[0] + q[1] * back[1] + q[2] * back[2] + q[3] * back[3] < 0 ? -1 : 1;
+    EXPECT_GE(back[0], 0);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(back[i], sign * q[i], 1e-15);
+  }
+}
+
 }  // namespace
 }  // namespace vesta

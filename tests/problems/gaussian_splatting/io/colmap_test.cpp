@@ -1,5 +1,11 @@
 #include "problems/gaussian_splatting/io/colmap.h"
 
+#include <fmt/format.h>
+
+#include <array>
+
+#include "kernels/math/quaternion.h"
+#include "problems/gaussian_splatting/io/colmap_of_scene.h"
 #include "tests/problems/gaussian_splatting/io/test_scene.h"
 
 namespace vesta::gs {
@@ -85,6 +91,47 @@ TEST(Colmap, QuaternionTurnsWorldIntoCamera) {
   const Scene scene = ReadColmapScene(folder.path(), "images");
   const std::array<double, 9> expected{0, -1, 0, 1, 0, 0, 0, 0, 1};
   for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(scene.views[0].rotation[i], expected[i], 1e-15);
+}
+
+// Written and read again it is the scene, in its own frame or another.
+TEST(Colmap, OfASceneIsThatScene) {
+  for (const double far : {0.0, 1000.0}) {
+    Scene scene;
+    scene.origin = {far, -2 * far, 0};
+    for (int v = 0; v < 3; ++v) {
+      View& view = scene.views.emplace_back();
+      view.name = fmt::format("{}.png", v);
+      view.camera = {.width = 40, .height = 30, .lens = {.fx = 50, .fy = v == 2 ? 51.0 : 50.0, .cx = 20, .cy = 15}};
+      const double q[4] = {0.9, 0.1 * v, -0.2, 0.3};
+      RotationFromQuaternion(q, view.rotation.data());
+      view.translation = {0.1, 0.2 * v, 3};
+    }
+    scene.points.positions = {{1, 2, 3}, {-1, 0, 0.5}};
+    scene.points.colors = {{0, 0.5, 1}, {1, 1, 1}};
+    const ColmapModel model = ColmapOf(scene, scene.views);
+    EXPECT_EQ(model.cameras.size(), 2U);
+    ASSERT_EQ(model.images.size(), 3U);
+    for (std::size_t v = 0; v < 3; ++v) {
+      const ColmapImage& image = model.images[v];
+      const View& view = scene.views[v];
+      EXPECT_EQ(image.name, view.name);
+      EXPECT_EQ(image.camera_id, v == 2 ? 2U : 1U);
+      std::array<double, 9> R{};
+      RotationFromQuaternion(image.rotation.data(), R.data());
+      // A point of the world is seen from it as the scene's view sees it.
+      const std::array<double, 3> x{0.3, -0.2, 0.4};
+      for (std::size_t i = 0; i < 3; ++i) {
+        double there = image.translation[i], here = view.translation[i];
+        for (std::size_t j = 0; j < 3; ++j) {
+          there += R[3 * i + j] * (x[j] + scene.origin[j]);
+          here += view.rotation[3 * i + j] * x[j];
+        }
+        EXPECT_NEAR(there, here, 1e-12 * (1 + far));
+      }
+    }
+    EXPECT_EQ(model.points[0].position[1], 2 + scene.origin[1]);
+    EXPECT_EQ(model.points[0].color[1], 128);
+  }
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST_F(CamerasFoundAlong, ComeBack) {
   ASSERT_GT(before, 0.5);
   const TrainResult result = Refine(given_, model_, Options(CameraChoice::kPose, 300), 0, {});
   ASSERT_EQ(result.cameras.size(), 10U);
-  EXPECT_LT(Off(result.cameras), before / 20);
+  EXPECT_LT(Off(result.cameras), before / 10);
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 5);
   EXPECT_TRUE(std::ranges::all_of(result.cameras, [](const ViewUnknowns& view) { return view.color.is_none(); }));
 }
