@@ -143,7 +143,7 @@ void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLin
 void CheckArguments(const CommandLine& line) {
   const CommandInfo& command = *line.command;
   const std::string form = UsageForm(command);
-  if (line.arguments.size() > command.arguments.size()) {
+  if (line.arguments.size() > command.arguments.size() && !command.repeats) {
     throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[command.arguments.size()], form));
   }
   // A checkpoint knows its scene and its folder.

@@ -4,6 +4,7 @@
 
 #include "apps/command_line.h"
 #include "apps/train_settings.h"
+#include "apps/version.h"
 
 namespace vesta::app {
 namespace {
@@ -29,7 +30,8 @@ std::string Overview() {
 std::string Line(const std::string& name, const schema::FieldInfo& field, const std::string& help,
                  const std::string& value) {
   const bool is_flag = name.starts_with("--") && field.kind == schema::Kind::kSwitch;
-  const std::string head = is_flag ? name : name + "=" + field.Placeholder();
+  const bool is_on = is_flag && value == "true";
+  const std::string head = is_on ? "--no" + name.substr(2) : is_flag ? name : name + "=" + field.Placeholder();
   const std::string brackets = is_flag || value.empty() ? "" : fmt::format(" [{}]", value);
   if (head.size() > kWidth) return fmt::format("  {}\n  {:<{}} {}{}\n", head, "", kWidth, help, brackets);
   return fmt::format("  {:<{}} {}{}\n", head, kWidth, help, brackets);
@@ -38,7 +40,7 @@ std::string Line(const std::string& name, const schema::FieldInfo& field, const 
 std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& command, bool all) {
   std::string text;
   for (const FlagRow& row : rows) {
-    if (!(row.commands & command.command) || (row.for_research && !all)) continue;
+    if (!(row.commands & command.command) || (row.only_in_all && !all)) continue;
     const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
     text += Line("--" + row.field.name, row.field, row.field.help, value);
   }
@@ -89,8 +91,8 @@ std::string HelpOf(const CommandInfo& command, bool all) {
   }
   if (trains) {
     text +=
-        "Writes DIR/point_cloud.ply and DIR/metrics.json. Ctrl-C ends training after the current iteration and writes\n"
-        "what there is (exit status 130).\n";
+        "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html (--noreport: without the last). Ctrl-C ends\n"
+        "training after the current iteration and writes what there is (exit status 130).\n";
   }
   if (command.command & (kRefine | kPrune)) {
     text += fmt::format(
@@ -105,7 +107,7 @@ std::string HelpOf(const CommandInfo& command, bool all) {
 
 std::string HelpText(const std::vector<std::string>& topic) {
   if (topic.empty() || topic[0] == "help") return Overview();
-  if (topic[0] == "version") return "vesta " VESTA_VERSION "\n";
+  if (topic[0] == "version") return VersionText();
   const CommandInfo* command = FindCommand(topic[0]);
   if (!command) throw UsageError(fmt::format("{}: no such command; `vesta help` lists them", topic[0]));
   if (topic.size() > 1 && topic[1] != "--all") {
