@@ -71,6 +71,7 @@ struct Flags {
   Align align = Align::kNone;
   Device device = Device::kAuto;
   int threads = 0;
+  bool quiet = false;
   bool log_lm = false;
   // Of bundle_adjust.
   std::optional<int> iterations, pcg_iterations;  // none: the engine's

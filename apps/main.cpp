@@ -25,6 +25,7 @@ int Run(int argc, char** argv) {
     Print("{}", HelpText(line.arguments));
     return 0;
   }
+  if (line.flags.quiet) BeQuiet();
   UseComputeFlags(line.flags);
   switch (line.command->command) {
     case kTrain:

@@ -16,7 +16,9 @@ constexpr Isa kCompiled[] = {Isa::kBaseline};
 
 }  // namespace
 
-std::string Version() { return fmt::format("{} (commit {})", VESTA_VERSION, kCommit); }
+std::string VersionNumber() { return VESTA_VERSION; }
+
+std::string Version() { return fmt::format("{} (commit {})", VersionNumber(), kCommit); }
 
 std::string VersionText() {
   std::string compiled, available;

@@ -9,6 +9,8 @@ namespace vesta::app {
 // build.
 extern const char* const kCommit;
 
+// "0.1.0".
+std::string VersionNumber();
 // "0.1.0 (commit 1234567)".
 std::string Version();
 // The same, and the instruction sets: those compiled in, those this CPU has, the one that is used. Two lines.

@@ -102,6 +102,15 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   ExpectEvalReproduces(out_);
 }
 
+TEST_F(TinyTraining, QuietMeansNothingButErrors) {
+  const ProgramOutput output = Train(out_, {"--iterations=20", "--quiet"});
+  EXPECT_EQ(output.status, 0);
+  EXPECT_EQ(output.out, "");
+  EXPECT_EQ(output.err, "");
+  EXPECT_TRUE(fs::exists(out_ + "/metrics.json"));
+  EXPECT_THAT(RunProgram({"train", "nowhere", "--quiet", "--out=" + out_}).err, HasSubstr("no such scene folder"));
+}
+
 TEST_F(TinyTraining, EndsAtATargetOnViewsHeldOut) {
   const ProgramOutput output = Train(out_, {"--iterations=40", "--target_psnr=1"});
   ASSERT_EQ(output.status, 0) << output.err;
