@@ -33,8 +33,8 @@ std::string FormatBar(const gs::TrainProgress& p, double seconds_left) {
   const double part = p.iterations > 0 ? std::clamp(static_cast<double>(p.iteration) / p.iterations, 0.0, 1.0) : 1.0;
   const auto filled = static_cast<std::size_t>(part * kWidth);
   std::string line =
-      fmt::format("{:<4} [{}{}] {:>3.0f} %  {} left  {}", gs::StageName(p.stage), std::string(filled, '#'),
-                  std::string(kWidth - filled, '.'), std::floor(100 * part), FormatDuration(seconds_left), Count(p));
+      fmt::format("{:<4} {:>3.0f} %  {} left  [{}{}]  {}", gs::StageName(p.stage), std::floor(100 * part),
+                  FormatDuration(seconds_left), std::string(filled, '#'), std::string(kWidth - filled, '.'), Count(p));
   if (p.psnr > 0) line += "  PSNR " + Figure(p.psnr, 2);
   line += fmt::format("  {} Gaussians", p.gaussians);
   if (!p.note.empty()) line += fmt::format("  {}", p.note);

@@ -15,7 +15,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Not;
 
 // Both outputs of a command of the shell.
 std::string Shell(const std::string& command) {
