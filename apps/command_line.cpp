@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "apps/flag_list.h"
+
 namespace vesta::app {
 namespace {
 
@@ -60,14 +62,9 @@ FlagFound FindGiven(const CommandInfo& command, GivenFlag* flag) {
 // What the command does take that is called alike, for the end of a complaint.
 std::string MeantFlag(const std::string& name, const CommandInfo& command) {
   std::vector<std::string> known;
-  for (const auto* rows : {&ProgramFlags().before_options, &ProgramFlags().after_options}) {
-    for (const FlagRow& row : *rows) {
-      if (row.commands & command.command) known.push_back("--" + row.field.name);
-    }
-  }
-  for (const Option& option : gs::TrainFields()) {
-    if (!TakesOption(command, option)) continue;
-    known.push_back(option.flag ? "--" + std::string(option.flag) : "--set " + option.name);
+  for (const ListedFlag& flag : FlagsOf(command)) known.push_back("--" + flag.name);
+  for (const ListedFlag& option : OptionsOf(command)) {
+    if (!option.field->flag) known.push_back("--set " + option.name);
   }
   const std::vector<std::string> nearest = schema::Nearest("--" + name, known, 1);
   return nearest.empty() ? "" : fmt::format("did you mean {}? ", nearest[0]);
@@ -90,9 +87,7 @@ std::string MeantFlag(const std::string& name, const CommandInfo& command) {
 
 [[noreturn]] void RefuseKey(const std::string& key, const CommandInfo& command) {
   std::vector<std::string> known;
-  for (const Option& option : gs::TrainFields()) {
-    if (TakesOption(command, option)) known.push_back(option.name);
-  }
+  for (const ListedFlag& option : OptionsOf(command)) known.push_back(option.name);
   const std::vector<std::string> nearest = schema::Nearest(key, known);
   throw UsageError(fmt::format(
       "--set {}: {}; {}`vesta help {} --all` lists them", key,
@@ -143,7 +138,7 @@ void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLin
 void CheckArguments(const CommandLine& line) {
   const CommandInfo& command = *line.command;
   const std::string form = UsageForm(command);
-  if (line.arguments.size() > command.arguments.size()) {
+  if (line.arguments.size() > command.arguments.size() && !command.repeats) {
     throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[command.arguments.size()], form));
   }
   // A checkpoint knows its scene and its folder.
@@ -158,6 +153,15 @@ void CheckArguments(const CommandLine& line) {
 
 }  // namespace
 
+void RefuseCommand(const std::string& name) {
+  std::vector<std::string> names;
+  for (const CommandInfo& command : Commands()) names.emplace_back(command.name);
+  const std::vector<std::string> nearest = schema::Nearest(name, names, 1);
+  throw UsageError(fmt::format("{}: no such command; {}the first word is {} or help", name,
+                               nearest.empty() ? "" : fmt::format("did you mean {}? ", nearest[0]),
+                               fmt::join(names, ", ")));
+}
+
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option) {
   if (command.command & (kTrain | kConfig)) return true;
   if (!(command.command & (kRefine | kPrune))) return false;
@@ -171,12 +175,7 @@ CommandLine ParseCommandLine(const std::vector<std::string>& words) {
   if (words[0] == "--version") return {nullptr, {"version"}};
   if (words[0] == "help" || IsHelp(words[0])) return {nullptr, {words.begin() + 1, words.end()}};
   CommandLine line{FindCommand(words[0]), {}};
-  if (!line.command) {
-    std::vector<const char*> names;
-    for (const CommandInfo& command : Commands()) names.push_back(command.name);
-    throw UsageError(
-        fmt::format("{}: no such command; the first word is {} or help", words[0], fmt::join(names, ", ")));
-  }
+  if (!line.command) RefuseCommand(words[0]);
   const auto dashes = std::find(words.begin(), words.end(), "--");
   if (std::find_if(words.begin(), dashes, IsHelp) != dashes) {
     const bool all = std::find(words.begin(), dashes, "--all") != dashes;

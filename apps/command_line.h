@@ -25,6 +25,9 @@ struct CommandLine {
 // Whether the command takes the option: config and train take all, refine those that a given model leaves open.
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option);
 
+// Throws UsageError: there is no command of that name, but perhaps one that is called alike.
+[[noreturn]] void RefuseCommand(const std::string& name);
+
 // `vesta`-wide help: help, --help, -h, also after a command. Throws UsageError: no or unknown command, unknown flag or
 // key, one of another command, missing or impossible value, too few or too many arguments, no --out where results are
 // written.

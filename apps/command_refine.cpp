@@ -102,7 +102,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
   const ExpectedModel expected{posed.model.count, posed.model.count, posed.model.sh_degree};
-  return TrainAndWrite(line.flags, posed.scene, settings, stages, expected, load_seconds, &out,
+  return TrainAndWrite(line, path, posed.scene, settings, stages, expected, load_seconds, &out,
                        [&](const gs::TrainCallbacks& callbacks) {
                          gs::TrainResult result =
                              gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);

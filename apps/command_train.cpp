@@ -57,7 +57,7 @@ int RunTrain(const CommandLine& line) {
   const gs::StageRunners stages = StagesOf(flags.device);
   const ExpectedModel expected = ExpectedOf(scene, options);
   return TrainAndWrite(
-      flags, scene, settings, stages, expected, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
+      line, path, scene, settings, stages, expected, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
         callbacks.checkpoint.origin = OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every});
         callbacks.resume = checkpoint ? &*checkpoint : nullptr;
         return gs::Train(scene, options, load_seconds, callbacks, stages);

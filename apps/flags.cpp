@@ -32,6 +32,7 @@ const std::vector<CommandInfo>& Commands() {
       {kEval, "eval", {"SPLAT", "SCENE"}, "measure a splat on the training and test views"},
       {kRender, "render", {"SPLAT", "SCENE"}, "write images of the test views", "DIR"},
       {kConvert, "convert", {"SPLAT"}, "write a splat in another format", "FILE"},
+      {kReport, "report", {"DIR"}, "show trainings that are over as one HTML page", nullptr, true},
       {kConfig, "config", {}, "print the options of a training, for --config"},
       {kBundleAdjust, "bundle_adjust", {"FILE"}, "improve cameras and points of a BAL file", "FILE"},
   };
@@ -47,6 +48,7 @@ const CommandInfo* FindCommand(const std::string& name) {
 std::string UsageForm(const CommandInfo& command) {
   std::string form = fmt::format("vesta {}", command.name);
   for (const char* argument : command.arguments) form += fmt::format(" {}", argument);
+  if (command.repeats) form += "...";
   return command.output ? form + " --out=" + command.output : form;
 }
 
@@ -62,6 +64,11 @@ const FlagTable& ProgramFlags() {
            {"out", &O::out, schema::Words{"FILE"},
             "file for the result; its extension says the format: .ply, .compressed.ply or .spz"}},
           {kBundleAdjust, {"out", &O::out, schema::Words{"FILE"}, "file for the result"}},
+          {kReport,
+           {"out", &O::out, schema::Words{"FILE"}, "file for the page; of one DIR, without it: DIR/report.html"}},
+          {kReport,
+           {"scene", &O::scene, schema::Words{"SCENE"},
+            "folder of the photographs, where they are not there any more"}},
           {kEval | kBundleAdjust, {"json", &O::json, schema::Words{"FILE"}, "write the numbers to this file too"}},
           {kRender, {"truth", &O::truth, "put the photograph to the right of each rendered image"}},
           {kOptions,
@@ -88,12 +95,14 @@ const FlagTable& ProgramFlags() {
            {"resume", &O::resume, schema::Words{"DIR"},
             "go on from the checkpoint in this folder; SCENE and --out may be left out"}},
           {kTrain,
-           {"snapshot_every", &O::snapshot_every, schema::Words{"N|MINUTESm"}, "write the splat on the way as often"}},
+           {"snapshot_every", &O::snapshot_every, schema::Words{"N|MINUTESm"}, "write the splat on the way as often"},
+           true},
           {kOptions,
            {"set", &O::set, schema::Words{"KEY=VALUE"}, "any other option, by its key; to be repeated for more"}},
           {kOptions,
            {"config", &O::config, schema::Words{"FILE"},
             "options as in this metrics.json, or what `vesta config` prints; flags win over it"}},
+          {kTrains, {"report", &O::report, "leave out DIR/report.html, the result as a page"}, true},
           {kTrain | kConfig,
            {"fixed_model", &O::fixed_model, "the Gaussians that there are from the start, with all SH degrees"},
            true},
@@ -119,8 +128,11 @@ const FlagTable& ProgramFlags() {
            {"loss_scale", &O::loss_scale, {1e-6, 1e9}, "pixels from which an error counts less under --loss"}},
           {kTrains | kBundleAdjust,
            {"device", &O::device, kDevices, "where to compute; auto: train and refine on a GPU where there is one"}},
-          {kTrains | kViews | kConvert | kBundleAdjust,
+          {kTrains | kViews | kConvert | kBundleAdjust | kReport,
            {"threads", &O::threads, {0, 1024}, "threads; 0: one for each core"}},
+          {kTrains | kRender | kConvert | kReport | kBundleAdjust,
+           {"quiet", &O::quiet, "print nothing but errors"},
+           true},
           {kTrains | kBundleAdjust,
            {"log_lm", &O::log_lm, "log each LM iteration, and the engine's report, to stderr"},
            true},

@@ -27,7 +27,8 @@ enum Command : unsigned {
   kBundleAdjust = 16,
   kConfig = 32,
   kPrune = 64,
-  kConvert = 128
+  kConvert = 128,
+  kReport = 256
 };
 
 struct CommandInfo {
@@ -35,7 +36,8 @@ struct CommandInfo {
   const char* name;
   std::vector<const char*> arguments;  // positional, all required
   const char* summary;
-  const char* output = nullptr;  // what --out names, where the command takes it
+  const char* output = nullptr;  // what --out names, where the command needs it
+  bool repeats = false;          // the last argument may be given more than once
 };
 const std::vector<CommandInfo>& Commands();
 // Null where there is none of that name.
@@ -56,6 +58,8 @@ struct Flags {
   std::string resume;                            // a folder with a checkpoint; empty: none
   std::string checkpoint_every, snapshot_every;  // as ParseInterval reads them; empty: never
   bool truth = false;
+  bool report = true;                        // of a training, as report.html
+  std::string scene;                         // of the runs that are reported; empty: as each says
   std::optional<double> max_loss, size_mib;  // of prune, which takes one of them or a part to keep
   std::optional<gs::RefineMethod> method;    // none: the preset's
   std::string preset;                        // empty: that of the file of --config, or kDefaultPreset
@@ -67,6 +71,7 @@ struct Flags {
   Align align = Align::kNone;
   Device device = Device::kAuto;
   int threads = 0;
+  bool quiet = false;
   bool log_lm = false;
   // Of bundle_adjust.
   std::optional<int> iterations, pcg_iterations;  // none: the engine's
@@ -78,7 +83,7 @@ struct Flags {
 struct FlagRow {
   unsigned commands;  // those that take it
   schema::Field<Flags> field;
-  bool for_research = false;  // listed by help --all alone
+  bool only_in_all = false;  // listed by help --all alone
 };
 // In the order of the help, which has the options of training between the two.
 struct FlagTable {

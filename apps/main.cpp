@@ -1,5 +1,5 @@
-// The `vesta` program: train | refine | prune | eval | render | convert | config | bundle_adjust | help. `vesta help`
-// says more.
+// The `vesta` program: train | refine | prune | eval | render | convert | report | config | bundle_adjust | help.
+// `vesta help` says more.
 #include <glog/logging.h>
 
 #include <cstdio>
@@ -25,6 +25,7 @@ int Run(int argc, char** argv) {
     Print("{}", HelpText(line.arguments));
     return 0;
   }
+  if (line.flags.quiet) BeQuiet();
   UseComputeFlags(line.flags);
   switch (line.command->command) {
     case kTrain:
@@ -39,6 +40,8 @@ int Run(int argc, char** argv) {
       return RunRender(line);
     case kConvert:
       return RunConvert(line);
+    case kReport:
+      return RunReport(line);
     case kConfig:
       return RunConfig(line);
     case kBundleAdjust:

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/config_json.h"
+#include "apps/version.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 
@@ -86,7 +87,8 @@ void AddCameras(const gs::TrainResult& result, Json* json) {
   (*json)["cameras"] = std::move(cameras);
 }
 
-std::string Text(const Json& json) { return json.dump(1) + "\n"; }
+// Names of files need be no text.
+std::string Text(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 }  // namespace
 
@@ -118,6 +120,9 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   for (const gs::Prediction& prediction : result.predictions) {
     json[prediction.is_first_guess ? "guessed" : "predicted"] = ToJson(prediction);
   }
+  json["version"] = Version();
+  json["command"] = facts.command;
+  json["scene"] = facts.scene;
   json["device"] = facts.device;
   json["threads"] = facts.threads;
   json["seed"] = settings.options.seed;

@@ -119,7 +119,7 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
     // Of all commands: one folder may be used for one after the other.
     RemoveAbandonedTemporaries(path, [](const std::string& name) {
       const auto ends = [&](const char* extension) { return name.ends_with(extension); };
-      return ends(".ply") || ends(".json") || ends(".vesta") || ends(".png");
+      return ends(".ply") || ends(".json") || ends(".html") || ends(".vesta") || ends(".png");
     });
     const AtomicFile probe(File("metrics.json"));  // makes a temporary file and removes it
   } catch (...) {

@@ -10,6 +10,7 @@ namespace vesta::app {
 namespace {
 
 int stdout_error = 0;  // the first errno
+bool is_quiet = false;
 
 void NoteError(std::FILE* out, bool failed) {
   if (failed && out == stdout && stdout_error == 0 && errno != EPIPE) stdout_error = errno;
@@ -19,7 +20,10 @@ bool ContinuesCharacter(char byte) { return (static_cast<unsigned char>(byte) & 
 
 }  // namespace
 
+void BeQuiet() { is_quiet = true; }
+
 void PrintText(std::FILE* out, std::string_view text) {
+  if (is_quiet && out == stdout) return;
   NoteError(out, std::fwrite(text.data(), 1, text.size(), out) != text.size());
 }
 

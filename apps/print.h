@@ -13,6 +13,9 @@ namespace vesta::app {
 // What cannot be written (a full disk) is no reason to lose what is computed: it is noted, and told by PrintError.
 void PrintText(std::FILE* out, std::string_view text);
 
+// From here on nothing more goes to stdout.
+void BeQuiet();
+
 // To stdout.
 template <class... Args>
 void Print(fmt::format_string<Args...> format, Args&&... args) {

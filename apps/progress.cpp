@@ -14,11 +14,29 @@ namespace {
 
 constexpr double kTerminalInterval = 0.2, kLogInterval = 10.0;  // seconds
 
+// "1800/4000", as wide as it will be in the end.
+std::string Count(const gs::TrainProgress& p) {
+  return fmt::format("{:>{}}/{}", p.iteration, fmt::formatted_size("{}", p.iterations), p.iterations);
+}
+
 std::string FormatLine(const gs::TrainProgress& p, double seconds_left) {
-  std::string line = fmt::format("{:<4} {:>{}}/{}  cost {:.5f}", gs::StageName(p.stage), p.iteration,
-                                 fmt::formatted_size("{}", p.iterations), p.iterations, p.cost);
+  std::string line = fmt::format("{:<4} {}  cost {:.5f}", gs::StageName(p.stage), Count(p), p.cost);
   if (p.psnr > 0) line += "  PSNR " + Figure(p.psnr, 2);
   line += fmt::format("  {} Gaussians  {} left", p.gaussians, FormatDuration(seconds_left));
+  if (!p.note.empty()) line += fmt::format("  {}", p.note);
+  return line;
+}
+
+// What matters most comes first: a narrow terminal shows no more.
+std::string FormatBar(const gs::TrainProgress& p, double seconds_left) {
+  constexpr std::size_t kWidth = 24;
+  const double part = p.iterations > 0 ? std::clamp(static_cast<double>(p.iteration) / p.iterations, 0.0, 1.0) : 1.0;
+  const auto filled = static_cast<std::size_t>(part * kWidth);
+  std::string line =
+      fmt::format("{:<4} {:>3.0f} %  {} left  [{}{}]  {}", gs::StageName(p.stage), std::floor(100 * part),
+                  FormatDuration(seconds_left), std::string(filled, '#'), std::string(kWidth - filled, '.'), Count(p));
+  if (p.psnr > 0) line += "  PSNR " + Figure(p.psnr, 2);
+  line += fmt::format("  {} Gaussians", p.gaussians);
   if (!p.note.empty()) line += fmt::format("  {}", p.note);
   return line;
 }
@@ -59,11 +77,10 @@ void ProgressLine::Update(const gs::TrainProgress& p) {
     started_ = true;
   }
   if (!is_new_stage && !IsDue(p)) return;
-  const std::string line = FormatLine(p, SecondsLeft(p));
   if (is_terminal_) {
-    PrintText(out_, fmt::format("\r{}\033[K", CutToTerminal(line, out_)));
+    PrintText(out_, fmt::format("\r{}\033[K", CutToTerminal(FormatBar(p, SecondsLeft(p)), out_)));
   } else {
-    PrintText(out_, line + "\n");
+    PrintText(out_, FormatLine(p, SecondsLeft(p)) + "\n");
   }
   std::fflush(out_);
   line_open_ = is_terminal_;

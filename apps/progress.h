@@ -8,8 +8,8 @@
 
 namespace vesta::app {
 
-// On a terminal one line, rewritten a few times a second. Elsewhere a line for every 5 % of a stage, and after 10 s
-// without one, so each of a few LM iterations has its own.
+// On a terminal one line with a bar, rewritten a few times a second. Elsewhere a line for every 5 % of a stage, and
+// after 10 s without one, so each of a few LM iterations has its own.
 class ProgressLine {
  public:
   explicit ProgressLine(std::FILE* out);

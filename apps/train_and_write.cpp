@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "apps/checkpointing.h"
 #include "apps/commands.h"
@@ -13,6 +14,7 @@
 #include "apps/print.h"
 #include "apps/process.h"
 #include "apps/progress.h"
+#include "apps/report/write_report.h"
 #include "apps/training_results.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
@@ -150,19 +152,22 @@ void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) 
   const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
   file("point_cloud.ply"), file("metrics.json");
   files->WritesInto(Given("out", out), out + "/" + kCameraFolder);
+  if (flags.report) file("report.html");
   if (!flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
 }
 
-int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSettings& settings,
-                  const gs::StageRunners& stages, const ExpectedModel& expected, double load_seconds, OutputFolder* out,
+int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Scene& scene,
+                  const TrainSettings& settings, const gs::StageRunners& stages, const ExpectedModel& expected,
+                  double load_seconds, OutputFolder* out,
                   const std::function<gs::TrainResult(gs::TrainCallbacks&)>& run) {
+  const Flags& flags = line.flags;
   CatchInterrupts();
   TrainingResults results(out);
   if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
     Print("The disk of {} has no room for {} Gaussians, which there may be in the end\n", out->path(), expected.most);
   }
-  ProgressLine line(stdout);
-  gs::TrainCallbacks callbacks = Callbacks(&line, flags.log_lm);
+  ProgressLine progress(stdout);
+  gs::TrainCallbacks callbacks = Callbacks(&progress, flags.log_lm);
   SaveOnTheWay(flags, scene, *out, &callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
     // Nothing is copied where the frames are one.
@@ -174,10 +179,10 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
     result = run(callbacks);
   } catch (const Error& error) {
     if (!results.has_saved_model()) throw;
-    line.Finish();
+    progress.Finish();
     Fail("{}; Adam's result is in {}", error.what(), results.model_path());
   }
-  line.Finish();
+  progress.Finish();
   if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
   const std::string cameras = SaveCameras(scene, result, *out);
@@ -188,7 +193,9 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
   result.notes.insert(result.notes.begin(), scene.notes.begin(), scene.notes.end());  // told at the start
   results.Save(result.model, MetricsJson(result,
-                                         {.load_seconds = load_seconds,
+                                         {.command = line.command->name,
+                                          .scene = std::filesystem::absolute(path).lexically_normal().string(),
+                                          .load_seconds = load_seconds,
                                           .total_seconds = SecondsSinceStart(),
                                           .peak_memory_mib = PeakMemoryMib(),
                                           .device = stages.device.c_str(),
@@ -203,6 +210,15 @@ int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSetting
     Print("{}", DoubtOfTraining(scene, result.history.back().train.psnr));
   }
   Print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path());
+  if (flags.report) {
+    std::fflush(stdout);
+    gs::MoveToScene(scene, &result.model);
+    WriteReport(results.report_path(), {{ReadRun(out->path()), SceneToReport(path, settings.options.downscale)}},
+                [&](std::size_t) {
+                  return PosedSplat{&result.model, &scene};
+                });
+    Print("wrote {}\n", results.report_path());
+  }
   return Interrupted() ? kInterruptedStatus : 0;
 }
 

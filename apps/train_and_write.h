@@ -1,5 +1,5 @@
 // What the commands that train have in common: they load a scene, train by one of the trainer's functions, show it, and
-// write DIR/point_cloud.ply and DIR/metrics.json.
+// write DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html.
 #pragma once
 
 #include <functional>
@@ -26,9 +26,11 @@ struct ExpectedModel {
   int sh_degree;
 };
 
-// Trains by `run(callbacks)` and writes the results, complete or stopped. Returns the exit status.
-int TrainAndWrite(const Flags& flags, const gs::Scene& scene, const TrainSettings& settings,
-                  const gs::StageRunners& stages, const ExpectedModel& expected, double load_seconds, OutputFolder* out,
+// Trains by `run(callbacks)` and writes the results, complete or stopped. path: of the scene, as given. Returns the
+// exit status.
+int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Scene& scene,
+                  const TrainSettings& settings, const gs::StageRunners& stages, const ExpectedModel& expected,
+                  double load_seconds, OutputFolder* out,
                   const std::function<gs::TrainResult(gs::TrainCallbacks&)>& run);
 
 }  // namespace vesta::app

@@ -15,7 +15,10 @@ constexpr std::int64_t kHeaderBytes = 1 << 14;
 }  // namespace
 
 TrainingResults::TrainingResults(OutputFolder* out)
-    : out_(out), model_path_(out->File("point_cloud.ply")), metrics_path_(out->File("metrics.json")) {
+    : out_(out),
+      model_path_(out->File("point_cloud.ply")),
+      metrics_path_(out->File("metrics.json")),
+      report_path_(out->File("report.html")) {
   Open();
 }
 
@@ -45,6 +48,7 @@ void TrainingResults::CommitModel(const gs::SplatModel& model) {
   // Between this and new ones there are none: those of an earlier training are not this model's.
   std::error_code ignored;
   std::filesystem::remove(metrics_path_, ignored);
+  std::filesystem::remove(report_path_, ignored);
   model_->Commit();
 }
 

@@ -1,4 +1,5 @@
-// What train and refine write: DIR/point_cloud.ply and DIR/metrics.json, which always belong to one training.
+// What train and refine write: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, which always belong to one
+// training.
 #pragma once
 
 #include <memory>
@@ -19,6 +20,7 @@ class TrainingResults {
 
   const std::string& model_path() const { return model_path_; }
   const std::string& metrics_path() const { return metrics_path_; }
+  const std::string& report_path() const { return report_path_; }
 
   // Takes room for `likely` Gaussians; false where there is room for `least` only. Throws Error where not even for
   // those.
@@ -26,7 +28,7 @@ class TrainingResults {
   // What there is before the training is over; then room for as many Gaussians again.
   void SaveModel(const gs::SplatModel& model);
   bool has_saved_model() const { return has_saved_model_; }
-  // All.
+  // All but the report, which is written when all else is safe.
   void Save(const gs::SplatModel& model, const std::string& metrics);
 
  private:
@@ -34,7 +36,7 @@ class TrainingResults {
   void CommitModel(const gs::SplatModel& model);
 
   OutputFolder* out_;
-  std::string model_path_, metrics_path_;
+  std::string model_path_, metrics_path_, report_path_;
   std::unique_ptr<AtomicFile> model_, metrics_;  // open until they are saved
   bool has_saved_model_ = false;
 };

@@ -14,6 +14,7 @@ if(TARGET vesta_ceres_bridge)
 endif()
 if(TARGET vesta)
   install(TARGETS vesta)
+  include(${CMAKE_CURRENT_LIST_DIR}/Manual.cmake)
 endif()
 
 # Public headers, by pattern; what they include goes with them.

@@ -91,6 +91,18 @@ function(vesta_test name)
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${labels_file})
 endfunction()
 
+# vesta_commit_source(target variable header)
+# Gives the target a source that defines the string `variable`, declared in `header`: the commit it is built from.
+function(vesta_commit_source target variable header)
+  set(source ${CMAKE_CURRENT_BINARY_DIR}/${target}_commit.cpp)
+  add_custom_target(${target}_commit
+    COMMAND ${CMAKE_COMMAND} -DSOURCE=${PROJECT_SOURCE_DIR} -DOUTPUT=${source} -DVARIABLE=${variable} -DHEADER=${header}
+      -P ${PROJECT_SOURCE_DIR}/cmake/WriteCommit.cmake
+    BYPRODUCTS ${source} VERBATIM)
+  target_sources(${target} PRIVATE ${source})
+  add_dependencies(${target} ${target}_commit)
+endfunction()
+
 # vesta_bench(name SOURCES a.cpp ... [LINK targets ...])   -> build/<preset>/bench/<name>
 function(vesta_bench name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})

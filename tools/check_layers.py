@@ -67,6 +67,7 @@ EXTERNAL = {
     "future": ["kernels/core"],
     "execution": [],
     "jpeglib.h": [SPLATS + "io"],
+    "jerror.h": [SPLATS + "io"],
     "png.h": [SPLATS + "io"],
     "nanoflann": [SPLATS + "model"],
     "zlib.h": [SPLATS + "io", SPLATS + "train"],

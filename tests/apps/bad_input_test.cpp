@@ -149,8 +149,9 @@ TEST_P(BadCommandLine, IsOneLine) {
 INSTANTIATE_TEST_SUITE_P(
     Table, BadCommandLine,
     testing::Values(
-        BadLine{{}, kUsage, "vesta help"}, BadLine{{"trian"}, kUsage, "trian: no such command"},
-        BadLine{{"help", "trian"}, kUsage, "trian: no such command"},
+        BadLine{{}, kUsage, "vesta help"}, BadLine{{"trian"}, kUsage, "trian: no such command; did you mean train?"},
+        BadLine{{"help", "trian"}, kUsage, "trian: no such command; did you mean train?"},
+        BadLine{{"xyzzy"}, kUsage, "xyzzy: no such command; the first word is train"},
         BadLine{{"eval", "a", "b", "--iterations=5"},
                 kUsage,
                 "--iterations: not a flag of eval, but of train, refine, prune, config, bundle_adjust"},

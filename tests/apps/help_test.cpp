@@ -23,14 +23,19 @@ std::string Help(const std::vector<std::string>& arguments) {
 TEST(Help, OverviewNamesTheCommands) {
   const std::string text = Help({"help"});
   for (const char* command : {"vesta train", "vesta refine", "vesta prune", "vesta eval", "vesta render",
-                              "vesta convert", "vesta config", "vesta bundle_adjust", "vesta help"}) {
+                              "vesta convert", "vesta report", "vesta config", "vesta bundle_adjust", "vesta help"}) {
     EXPECT_THAT(text, HasSubstr(command));
   }
   EXPECT_EQ(Help({"--help"}), text);
   EXPECT_EQ(Help({"-h"}), text);
 }
 
-TEST(Help, SaysWhichVersion) { EXPECT_THAT(Help({"--version"}), testing::MatchesRegex("vesta [0-9.]+\n")); }
+TEST(Help, SaysWhichVersion) {
+  EXPECT_THAT(
+      Help({"--version"}),
+      testing::MatchesRegex(
+          "vesta [0-9.]+ \\(commit [0-9a-z-]+\\)\ninstruction sets: sse2.*; this CPU has sse2.*; used: [a-z0-9]+\n"));
+}
 
 // The preset's value is in brackets; refine shows its own.
 TEST(Help, SaysWhatFlagsAreWithoutBeingGiven) {

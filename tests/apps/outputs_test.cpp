@@ -215,8 +215,8 @@ TEST_F(Outputs, WhatAKilledRunLeavesIsRemovedByTheNext) {
   Write(out_ + "/letter.12.tmp", "not ours");
   Write(out_ + "/point_cloud.ply.tmp", "not ours");
   ASSERT_EQ(RunProgram(Train({"--out=" + out_})).status, 0);
-  EXPECT_THAT(NamesIn(out_),
-              UnorderedElementsAre("point_cloud.ply", "metrics.json", "letter.12.tmp", "point_cloud.ply.tmp"));
+  EXPECT_THAT(NamesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html", "letter.12.tmp",
+                                                  "point_cloud.ply.tmp"));
   // Of a file by name too.
   const std::string json = folder_ / "eval.json";
   Write(json + ".77.tmp", "half");
@@ -253,7 +253,7 @@ TEST_F(Outputs, WhatCannotBePrintedIsAnErrorAndLosesNothing) {
   const ProgramOutput train = RunShell(fmt::format(
       "{} train {} --out={} --iterations=200 --lm_iterations=0 2>&1 >/dev/full", VESTA_PROGRAM, scene_, out_));
   EXPECT_EQ(train.status, 1);
-  EXPECT_THAT(NamesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
+  EXPECT_THAT(NamesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
   // Nor does a stderr that takes nothing end in a signal.
   EXPECT_EQ(RunShell(fmt::format("{} trian 2>/dev/full", VESTA_PROGRAM)).status, 2);
 }

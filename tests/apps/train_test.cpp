@@ -74,7 +74,7 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_THAT(output.out, HasSubstr("8 views to train on, 2 to test; 60 points"));
   EXPECT_THAT(output.out, HasSubstr("adam 40/40  cost "));
   EXPECT_THAT(output.out, HasSubstr("lm   2/2  cost "));
-  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
+  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
 
   const gs::SplatModel model = gs::ReadSplatPly(Ply(out_));
   EXPECT_EQ(model.sh_degree, 1);
@@ -82,13 +82,16 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   json metrics = Metrics(out_);
   metrics.erase("guessed");  // where the stage lasts for a second
   EXPECT_THAT(Keys(metrics["predicted"]), UnorderedElementsAre("at_seconds", "seconds", "mib", "gaussians"));
-  EXPECT_THAT(Keys(metrics), UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds",
-                                                  "work_megapixels", "predicted", "peak_memory_mib", "memory", "device",
-                                                  "threads", "seed", "preset", "options", "history"));
+  EXPECT_THAT(Keys(metrics),
+              UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds", "work_megapixels",
+                                   "predicted", "peak_memory_mib", "memory", "version", "command", "scene", "device",
+                                   "threads", "seed", "preset", "options", "history"));
   EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
   EXPECT_EQ(metrics["parameters"], model.count * 23);
   EXPECT_EQ(metrics["seed"], 3);
+  EXPECT_EQ(metrics["command"], "train");
+  EXPECT_EQ(metrics["scene"], scene_);
   EXPECT_EQ(metrics["device"], "cpu");
   EXPECT_GT(metrics["work_megapixels"], 0.0);
   EXPECT_GT(metrics["peak_memory_mib"], 1.0);
@@ -103,7 +106,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   const ProgramOutput output = Train(out_, {"--iterations=60", "--refine_cameras=pose+exposure"});
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_THAT(output.out, HasSubstr("cameras moved by "));
-  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "cameras"));
+  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html", "cameras"));
   const gs::ColmapModel found = gs::ReadColmapModel(out_ + "/cameras"), given = TinyModel();
   ASSERT_EQ(found.images.size(), given.images.size());
   EXPECT_EQ(found.points.size(), given.points.size());
@@ -129,6 +132,15 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
   EXPECT_EQ(RunProgram({"train", folder_ / "again", "--out=" + (folder_ / "out2"), "--iterations=5"}).status, 0);
   EXPECT_THAT(Train(out_, {"--refine_cameras=all"}).err, HasSubstr("refine_cameras"));
+}
+
+TEST_F(TinyTraining, QuietMeansNothingButErrors) {
+  const ProgramOutput output = Train(out_, {"--iterations=20", "--quiet"});
+  EXPECT_EQ(output.status, 0);
+  EXPECT_EQ(output.out, "");
+  EXPECT_EQ(output.err, "");
+  EXPECT_TRUE(fs::exists(out_ + "/metrics.json"));
+  EXPECT_THAT(RunProgram({"train", "nowhere", "--quiet", "--out=" + out_}).err, HasSubstr("no such scene folder"));
 }
 
 TEST_F(TinyTraining, EndsAtATargetOnViewsHeldOut) {
@@ -202,7 +214,7 @@ TEST_F(TinyTraining, InterruptWritesWhatThereIs) {
     EXPECT_EQ(output.status, 130) << output.err;
     EXPECT_THAT(output.out, HasSubstr("stopped early"));
     EXPECT_EQ(output.err.find("stopping after this iteration") != std::string::npos, signal == SIGINT) << output.err;
-    EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
+    EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
     EXPECT_LT(Metrics(out_)["history"].back()["iteration"], 20000);
     ExpectEvalReproduces(out_);
   }
@@ -215,7 +227,7 @@ TEST_F(TinyTraining, OutputThatNobodyReadsDoesNotEndTheRun) {
   ASSERT_NE(pipe, nullptr);
   ASSERT_NE(std::fgetc(pipe), EOF);
   EXPECT_EQ(pclose(pipe), 0);
-  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json"));
+  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html"));
 }
 
 // As a full disk does, a limit on the size of files (here half a KiB) fails a write; its signal must not kill the

@@ -50,14 +50,19 @@ void FailDamagedImage(const std::string& path, const char* message) {
   Fail("{}: cut short or damaged ({}); copy or export it again", path, message);
 }
 
-void SavePng(const std::string& path, const Image& image) {
-  VESTA_CHECK(image.width > 0 && image.height > 0, "{}: an image without pixels", path);
+std::vector<std::uint8_t> InterleavedBytes(const Image& image) {
   const std::size_t pixels = image.num_pixels();
   std::vector<std::uint8_t> interleaved(3 * pixels);
   for (int c = 0; c < 3; ++c) {
     const float* plane = image.plane(c);
     for (std::size_t i = 0; i < pixels; ++i) interleaved[3 * i + static_cast<std::size_t>(c)] = QuantizeColor(plane[i]);
   }
+  return interleaved;
+}
+
+void SavePng(const std::string& path, const Image& image) {
+  VESTA_CHECK(image.width > 0 && image.height > 0, "{}: an image without pixels", path);
+  const std::vector<std::uint8_t> interleaved = InterleavedBytes(image);
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);

@@ -17,6 +17,10 @@ Image LoadImage(const std::string& path, const std::array<float, 3>& background 
 // Size of an image file, from its header.
 ImageSize ReadImageSize(const std::string& path);
 
+// The bytes of a JPEG; values are clamped to 0..1 and rounded. quality: 1 to 100, as libjpeg has it. Throws Error for
+// an image without pixels, or with more than 65500 a side.
+std::string EncodeJpeg(const Image& image, int quality);
+
 // 8-bit RGB PNG; values are clamped to 0..1 and rounded. Written whole or not at all (atomic_file.h).
 void SavePng(const std::string& path, const Image& image);
 

@@ -1,33 +1,12 @@
-// JPEG by libjpeg. Its errors leave by longjmp, so each stage that may fail is a function of its own that holds no
-// object with a destructor.
-#include <csetjmp>
-#include <cstddef>
-#include <cstdio>
+// JPEG in, by libjpeg.
 #include <vector>
-
-// jpeglib.h needs the above; the values in jerror.h depend on jpeglib.h.
-// clang-format off
-#include <jpeglib.h>
-#include <jerror.h>
-// clang-format on
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/image_codecs.h"
+#include "problems/gaussian_splatting/io/jpeg_errors.h"
 
 namespace vesta::gs {
 namespace {
-
-struct Errors {
-  jpeg_error_mgr manager;  // first, so that the library's pointer is ours
-  std::jmp_buf jump;
-  char message[JMSG_LENGTH_MAX];
-};
-
-[[noreturn]] void OnError(j_common_ptr info) {
-  auto* errors = reinterpret_cast<Errors*>(info->err);
-  errors->manager.format_message(info, errors->message);
-  std::longjmp(errors->jump, 1);
-}
 
 // libjpeg merely warns of lost data and fills the rest with grey: for training that is an error.
 void OnMessage(j_common_ptr info, int level) {
@@ -37,7 +16,7 @@ void OnMessage(j_common_ptr info, int level) {
     case JWRN_HIT_MARKER:
     case JWRN_HUFF_BAD_CODE:
     case JWRN_MUST_RESYNC:
-      OnError(info);
+      JpegErrors::Leave(info);
     default:
       break;
   }
@@ -46,8 +25,7 @@ void OnMessage(j_common_ptr info, int level) {
 class Decoder {
  public:
   Decoder() {
-    info_.err = jpeg_std_error(&errors_.manager);
-    errors_.manager.error_exit = OnError;
+    info_.err = errors_.Use();
     errors_.manager.emit_message = OnMessage;
   }
   ~Decoder() { jpeg_destroy_decompress(&info_); }
@@ -78,7 +56,7 @@ class Decoder {
 
  private:
   jpeg_decompress_struct info_{};
-  Errors errors_{};
+  JpegErrors errors_{};
 };
 
 }  // namespace

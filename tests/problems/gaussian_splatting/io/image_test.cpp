@@ -164,5 +164,25 @@ TEST(DownscaledSize, RoundsDownToAtLeastOnePixel) {
   EXPECT_EQ(DownscaledSize({101, 67}, 80).height, 1);
 }
 
+// A picture that JPEG holds well comes back nearly as it was; a higher quality takes more bytes.
+TEST(Jpeg, ComesBackAsItWasEncoded) {
+  Image image(37, 21);
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        image.plane(c)[y * image.width + x] = static_cast<float>(0.5 + 0.4 * std::sin(0.1 * x + 0.2 * y + c));
+      }
+    }
+  }
+  const std::string bytes = EncodeJpeg(image, 95);
+  const Image decoded = LoadBytes(bytes);
+  ASSERT_EQ(decoded.width, image.width);
+  ASSERT_EQ(decoded.height, image.height);
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) ASSERT_NEAR(decoded.rgb[i], image.rgb[i], 0.06) << i;
+  EXPECT_LT(EncodeJpeg(image, 40).size(), bytes.size());
+  EXPECT_THROW(EncodeJpeg(Image(), 90), Error);
+  EXPECT_THROW(EncodeJpeg(Image(70000, 1), 90), Error) << "wider than the format can say";
+}
+
 }  // namespace
 }  // namespace vesta::gs

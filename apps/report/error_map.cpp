@@ -1,0 +1,79 @@
+#include "apps/report/error_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <vector>
+
+#include "kernels/core/check.h"
+
+namespace vesta::app {
+namespace {
+
+constexpr int kLevels = 255;
+
+// Calls take(pixel, differences of the channels in levels of 8 bits).
+template <class Take>
+void ForEachDifference(const gs::Image& render, const gs::Image& truth, const Take& take) {
+  VESTA_CHECK(render.width == truth.width && render.height == truth.height && !render.empty() && !truth.empty(),
+              "images of {} x {} and {} x {}", render.width, render.height, truth.width, truth.height);
+  for (std::size_t i = 0; i < render.num_pixels(); ++i) {
+    std::array<int, 3> difference;
+    for (int c = 0; c < 3; ++c) {
+      difference[static_cast<std::size_t>(c)] =
+          gs::QuantizeColor(render.plane(c)[i]) - gs::QuantizeColor(truth.plane(c)[i]);
+    }
+    take(i, difference);
+  }
+}
+
+// Of matplotlib's inferno, which the page's scale shows too.
+constexpr std::array<std::array<float, 3>, 6> kColors = {{{0.000f, 0.000f, 0.016f},
+                                                          {0.259f, 0.039f, 0.408f},
+                                                          {0.576f, 0.149f, 0.404f},
+                                                          {0.867f, 0.318f, 0.227f},
+                                                          {0.988f, 0.647f, 0.039f},
+                                                          {0.988f, 1.000f, 0.643f}}};
+
+// of: 0..1.
+std::array<float, 3> ColorOf(float of) {
+  const float at = of * static_cast<float>(kColors.size() - 1);
+  const std::size_t below = std::min(static_cast<std::size_t>(at), kColors.size() - 2);
+  const float part = at - static_cast<float>(below);
+  std::array<float, 3> color;
+  for (std::size_t c = 0; c < 3; ++c) color[c] = (1 - part) * kColors[below][c] + part * kColors[below + 1][c];
+  return color;
+}
+
+}  // namespace
+
+gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth) {
+  gs::Image map(render.width, render.height);
+  constexpr auto kBrightest = static_cast<float>(3 * kLevels * kBrightestError);
+  ForEachDifference(render, truth, [&](std::size_t pixel, const std::array<int, 3>& difference) {
+    const int sum = std::abs(difference[0]) + std::abs(difference[1]) + std::abs(difference[2]);
+    const std::array<float, 3> color = ColorOf(std::min(static_cast<float>(sum) / kBrightest, 1.0f));
+    for (int c = 0; c < 3; ++c) map.plane(c)[pixel] = color[static_cast<std::size_t>(c)];
+  });
+  return map;
+}
+
+double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth) {
+  std::vector<std::uint32_t> pixels_with(3 * kLevels * kLevels + 1);  // by their squared error
+  double all = 0;
+  ForEachDifference(render, truth, [&](std::size_t, const std::array<int, 3>& d) {
+    const int squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    ++pixels_with[static_cast<std::size_t>(squared)];
+    all += squared;
+  });
+  double error = 0, pixels = 0;
+  for (std::size_t squared = pixels_with.size() - 1; squared > 0 && error < all / 2; --squared) {
+    const double fitting = std::min<double>(pixels_with[squared], (all / 2 - error) / static_cast<double>(squared));
+    error += fitting * static_cast<double>(squared);
+    pixels += fitting;
+  }
+  return pixels / static_cast<double>(render.num_pixels());
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,277 @@
+#include "apps/report/page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "apps/print.h"
+#include "apps/report/html.h"
+#include "apps/report/page_assets.h"
+#include "apps/report/settings_table.h"
+#include "apps/report/svg_chart.h"
+
+namespace vesta::app {
+namespace {
+
+std::string Swatch(std::size_t run) { return fmt::format(R"(<span class="key run{}"></span>)", run % kRunColors); }
+
+// "12,345"; "-" where it is not known.
+std::string Count(double value) {
+  if (!std::isfinite(value)) return "-";
+  std::string digits = fmt::format("{:.0f}", value);
+  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
+    digits.insert(static_cast<std::size_t>(at), 1, ',');
+  }
+  return digits;
+}
+
+std::string Bytes(double bytes) {
+  constexpr double kMib = 1 << 20;
+  return bytes > 0 ? fmt::format("{:.{}f} MiB", bytes / kMib, bytes < 10 * kMib ? 2 : 1) : "-";
+}
+
+std::string Seconds(double seconds) { return std::isfinite(seconds) ? fmt::format("{:.1f} s", seconds) : "-"; }
+
+std::string TextOr(const std::string& text) { return text.empty() ? "-" : Escape(text); }
+
+// A row of figures, one for each run.
+struct Row {
+  const char* name;
+  std::function<std::string(const ReportedRun&)> of;  // as HTML
+};
+
+std::string Figures(const std::vector<ReportedRun>& runs, const std::vector<Row>& rows) {
+  std::string html = R"(<div class="wide"><table><thead><tr><th></th>)";
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    html += fmt::format(R"(<th class="figure">{}<bdi>{}</bdi></th>)", Swatch(i), Escape(runs[i].source.record.name()));
+  }
+  html += "</tr></thead><tbody>\n";
+  for (const Row& row : rows) {
+    html += fmt::format("<tr><th>{}</th>", row.name);
+    for (const ReportedRun& run : runs) html += fmt::format(R"(<td class="figure">{}</td>)", row.of(run));
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+Row Quality(const char* name, const char* path, int digits) {
+  return {name, [=](const ReportedRun& run) { return Figure(run.source.record.Number(path), digits); }};
+}
+
+// Seconds between two times of metrics.json; from: null, the start.
+Row Span(const char* name, const char* from, const char* to) {
+  return {name, [=](const ReportedRun& run) {
+            const RunRecord& record = run.source.record;
+            return Seconds(record.Number(to) - (from ? record.Number(from) : 0));
+          }};
+}
+
+std::string Result(const Report& report) {
+  std::vector<Row> rows = {
+      Quality("test PSNR, dB", "test.psnr", 2),
+      Quality("test SSIM", "test.ssim", 4),
+      Quality("training PSNR, dB", "train.psnr", 2),
+      Quality("training SSIM", "train.ssim", 4),
+      {"Gaussians", [](const ReportedRun& run) { return Count(run.source.record.Number("gaussians")); }},
+      {"of degree 0, 1, ... of harmonics",
+       [](const ReportedRun& run) {
+         std::string counts;
+         for (const Index count : run.gaussians_of_degree) {
+           counts += fmt::format("{}{}", counts.empty() ? "" : " / ", Count(static_cast<double>(count)));
+         }
+         return counts.empty() ? "-" : counts;
+       }},
+      {"parameters", [](const ReportedRun& run) { return Count(run.source.record.Number("parameters")); }},
+      {"point_cloud.ply",
+       [](const ReportedRun& run) { return Bytes(static_cast<double>(run.source.record.splat_bytes())); }},
+      {"most memory",
+       [](const ReportedRun& run) { return Bytes(run.source.record.Number("peak_memory_mib") * (1 << 20)); }},
+      {"scene", [](const ReportedRun& run) { return "<bdi>" + TextOr(run.source.record.Text("scene")) + "</bdi>"; }},
+      {"command", [](const ReportedRun& run) { return TextOr(run.source.record.Text("command")); }},
+      {"preset", [](const ReportedRun& run) { return TextOr(run.source.record.Text("preset")); }},
+      {"device", [](const ReportedRun& run) { return TextOr(run.source.record.Text("device")); }},
+      {"threads", [](const ReportedRun& run) { return Count(run.source.record.Number("threads")); }},
+      {"vesta", [](const ReportedRun& run) { return TextOr(run.source.record.Text("version")); }},
+  };
+  return Figures(report.runs, rows);
+}
+
+std::string Cards(const ReportedRun& run) {
+  const RunRecord& record = run.source.record;
+  const auto card = [](const std::string& value, const char* what) {
+    return fmt::format(R"(<div class="card"><b>{}</b>{}</div>)", value, what);
+  };
+  return "<div class=\"cards\">" + card(Figure(record.Number("test.psnr"), 2) + " dB", "test PSNR") +
+         card(Figure(record.Number("test.ssim"), 3), "test SSIM") +
+         card(Count(record.Number("gaussians")), "Gaussians") +
+         card(Bytes(static_cast<double>(record.splat_bytes())), "point_cloud.ply") +
+         card(Seconds(record.Number("seconds.total")), "in all") + "</div>\n";
+}
+
+std::string Notes(const Report& report) {
+  std::string items;
+  for (std::size_t i = 0; i < report.runs.size(); ++i) {
+    const ReportedRun& run = report.runs[i];
+    std::vector<std::string> notes = run.source.record.notes();
+    if (!run.missing.empty()) notes.push_back("Its test views are not shown: " + run.missing);
+    for (const std::string& note : notes) {
+      items += fmt::format("<li>{}{}</li>\n", report.runs.size() > 1 ? Swatch(i) : "", Escape(note));
+    }
+  }
+  return items.empty() ? "" : "<h2>Notes</h2>\n<ul>\n" + items + "</ul>\n";
+}
+
+// One figure over time: of training views dashed, where there is such a one.
+std::string Curves(const Report& report, const char* title, const char* figure, const char* of_training = nullptr) {
+  Chart chart{title, "seconds", {}};
+  const auto add = [&](std::size_t run, const char* of, bool is_dashed) {
+    const RunRecord& record = report.runs[run].source.record;
+    const std::vector<double> seconds = record.History("seconds"), values = record.History(of);
+    Series series{record.name() + (is_dashed ? ", training" : ""), run, is_dashed, {}};
+    for (std::size_t i = 0; i < values.size(); ++i) series.points.push_back({seconds[i], values[i]});
+    chart.series.push_back(std::move(series));
+  };
+  for (std::size_t i = 0; i < report.runs.size(); ++i) {
+    if (of_training) add(i, of_training, true);
+    add(i, figure, false);
+  }
+  return ToSvg(chart);
+}
+
+std::string Course(const Report& report) {
+  return "<h2>Course</h2>\n<p class=\"mute\">Test views solid, training views dashed; time without evaluations. Each "
+         "point is a row of the history in metrics.json.</p>\n<div class=\"grid-of-charts\">\n" +
+         Curves(report, "PSNR, dB", "test_psnr", "train_psnr") + Curves(report, "SSIM", "test_ssim", "train_ssim") +
+         Curves(report, "cost of the training views", "cost") + Curves(report, "Gaussians", "gaussians") + "</div>\n";
+}
+
+const ViewError* FindView(const ReportedRun& run, const ReportedView& view) {
+  const auto found =
+      std::find_if(run.views.begin(), run.views.end(), [&](const ViewError& e) { return e.name == view.name; });
+  return found == run.views.end() ? nullptr : &*found;
+}
+
+// number: of the view on the page.
+std::string Slider(const Report& report, const ReportedView& view, std::size_t number, std::size_t in_view) {
+  const auto& [run, pictures] = view.runs[in_view];
+  const std::string truth = pictures.truth.empty() ? fmt::format(R"(data-of="truth{}")", number)
+                                                   : fmt::format(R"(id="truth{}" src="{}")", number, pictures.truth);
+  std::string caption = report.runs.size() > 1 ? fmt::format("{}<bdi>{}</bdi> ", Swatch(run),
+                                                             Escape(report.runs[run].source.record.name()))
+                                               : "";
+  if (const ViewError* error = FindView(report.runs[run], view)) {
+    caption += fmt::format("{} dB, SSIM {}; half of the squared error in {:.1f} % of the pixels",
+                           Figure(error->quality.psnr, 2), Figure(error->quality.ssim, 3), 100 * error->half_in);
+  }
+  return fmt::format(
+      R"(<figure><div class="slide" style="aspect-ratio:{}/{}"><img alt="photograph" {}><img class="render" alt="render" src="{}"><img class="error" alt="error" src="{}"><input type="range" min="0" max="100" step="0.5" value="50" aria-label="render to the left of it, photograph to the right"></div><figcaption>{}</figcaption></figure>)"
+      "\n",
+      pictures.width, pictures.height, truth, pictures.render, pictures.error, caption);
+}
+
+std::string Views(const Report& report) {
+  if (report.views.empty()) return "";
+  std::string html = fmt::format(
+      "<h2>Test views, the worst first</h2>\n<p class=\"mute\">{} of {}. Left of the line the render, right of it the "
+      "photograph; drag it, or use the arrow keys.</p>\n<p><label><input type=\"checkbox\" id=\"errors\"> where the "
+      "error is</label> <span class=\"mute\">0 <span class=\"scale\"></span> 64 of 255 and more, mean of the "
+      "channels</span></p>\n<div class=\"{}\">\n",
+      report.views.size(), report.test_views, report.runs.size() > 1 ? "" : "views");
+  for (std::size_t i = 0; i < report.views.size(); ++i) {
+    const ReportedView& view = report.views[i];
+    html += fmt::format("<article><h3><bdi>{}</bdi></h3><div class=\"{}\">\n", Escape(view.name),
+                        view.runs.size() > 1 ? "pair" : "");
+    for (std::size_t j = 0; j < view.runs.size(); ++j) html += Slider(report, view, i, j);
+    html += "</div></article>\n";
+  }
+  return html + "</div>\n";
+}
+
+// Every test view of every run.
+std::string ViewTable(const Report& report) {
+  std::string html;
+  for (std::size_t i = 0; i < report.runs.size(); ++i) {
+    const ReportedRun& run = report.runs[i];
+    if (run.views.empty()) continue;
+    html += fmt::format(
+        "<details><summary>All test views{}</summary>\n<div class=\"wide\"><table><thead><tr><th>view</th><th "
+        "class=\"figure\">PSNR, dB</th><th></th><th class=\"figure\">SSIM</th><th class=\"figure\">half of the error "
+        "in</th></tr></thead><tbody>\n",
+        report.runs.size() > 1 ? fmt::format(" of {}<bdi>{}</bdi>", Swatch(i), Escape(run.source.record.name())) : "");
+    for (const ViewError& view : run.views) {
+      const double psnr = view.quality.psnr;
+      const double length = std::isfinite(psnr) ? std::clamp(4 * psnr, 0.0, 200.0) : 200;
+      html += fmt::format(
+          R"(<tr><td><bdi>{}</bdi></td><td class="figure">{}</td><td><span class="bar run{}" style="width:{:.0f}px"></span></td><td class="figure">{}</td><td class="figure">{:.1f} %</td></tr>)"
+          "\n",
+          Escape(view.name), Figure(psnr, 2), i % kRunColors, length, Figure(view.quality.ssim, 4), 100 * view.half_in);
+    }
+    html += "</tbody></table></div></details>\n";
+  }
+  return html;
+}
+
+template <class T>
+std::string FromTo(T low, T high, int digits) {
+  const std::string one = fmt::format("{:.{}f}", static_cast<double>(low), digits);
+  const std::string other = fmt::format("{:.{}f}", static_cast<double>(high), digits);
+  return one == other ? one : one + " to " + other;
+}
+
+std::string Cameras(const Report& report) {
+  if (report.scenes.empty()) return "";
+  std::string html =
+      "<h2>Cameras</h2>\n<p class=\"mute\">Training views grey; test views green to red, the best to the worst; a "
+      "sample "
+      "of the points that the training started from.</p>\n";
+  for (const ReportedScene& scene : report.scenes) {
+    if (report.scenes.size() > 1) html += fmt::format("<h3><bdi>{}</bdi></h3>", Escape(scene.scene));
+    html += fmt::format(
+        "<p>{} views to train on, {}{} to test; {} × {} pixels, {}° from left to right; {} points</p>\n<div "
+        "class=\"grid-of-plans\">\n{}</div>\n",
+        scene.training, scene.held_out > 0 ? fmt::format("{} held out, ", scene.held_out) : "", scene.test,
+        FromTo(scene.min_width, scene.max_width, 0), FromTo(scene.min_height, scene.max_height, 0),
+        FromTo(scene.min_angle, scene.max_angle, 1), Count(static_cast<double>(scene.points)), scene.plans);
+  }
+  return html;
+}
+
+std::string Times(const Report& report) {
+  const std::vector<Row> rows = {Span("loading", nullptr, "seconds.load"), Span("Adam", "seconds.load", "seconds.adam"),
+                                 Span("Levenberg-Marquardt", "seconds.adam", "seconds.lm"),
+                                 Span("evaluations", nullptr, "seconds.eval"),
+                                 Span("from start to end", nullptr, "seconds.total")};
+  return "<h2>Times</h2>\n" + Figures(report.runs, rows);
+}
+
+std::string Title(const Report& report) {
+  return report.runs.size() == 1 ? Escape(report.runs[0].source.record.name())
+                                 : fmt::format("{} trainings", report.runs.size());
+}
+
+}  // namespace
+
+std::string ReportPage(const Report& report) {
+  std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  html +=
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
+      "'unsafe-inline'; script-src 'unsafe-inline'\">\n<meta name=\"viewport\" content=\"width=device-width, "
+      "initial-scale=1\">\n<link rel=\"icon\" href=\"data:,\">\n";
+  html += fmt::format("<title>{}: vesta</title>\n<style>{}</style>\n</head>\n<body>\n", Title(report), PageStyle());
+  html += fmt::format("<header><h1>{}</h1></header>\n", Title(report));
+  if (report.runs.size() == 1) html += Cards(report.runs[0]);
+  html += Notes(report);
+  html += "<h2>Result</h2>\n" + Result(report);
+  html += Course(report);
+  html += Views(report);
+  html += ViewTable(report);
+  html += Cameras(report);
+  html += Times(report);
+  html += SettingsTable(report);
+  html += fmt::format("<script>{}</script>\n</body>\n</html>\n", PageScript());
+  return html;
+}
+
+}  // namespace vesta::app

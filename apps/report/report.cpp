@@ -1,0 +1,124 @@
+#include "apps/report/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "apps/report/camera_plan.h"
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/degrees.h"
+
+namespace vesta::app {
+namespace {
+
+constexpr std::size_t kMostViews = 12;  // with pictures
+constexpr int kMaxWidth = 1000;         // of a picture
+
+// A view without a figure is no good one.
+double Rank(double psnr) { return std::isnan(psnr) ? -INFINITY : psnr; }
+
+std::vector<Index> GaussiansOfDegree(const gs::SplatModel& model) {
+  std::vector<Index> counts(static_cast<std::size_t>(model.sh_degree) + 1);
+  for (const std::uint8_t degree : gs::StoredDegrees(model)) ++counts[degree];
+  return counts;
+}
+
+ReportedScene DescribeScene(const std::string& name, const gs::Scene& scene, std::span<const ViewError> errors) {
+  ReportedScene described{.scene = name, .points = scene.points.size(), .plans = CameraPlans(scene, errors)};
+  bool is_first = true;
+  for (const gs::View& view : scene.views) {
+    ++(view.is_test() ? described.test : view.is_trained() ? described.training : described.held_out);
+    const gs::Camera& camera = view.camera;
+    const double angle = 2 * std::atan(0.5 * camera.width / camera.lens.fx) * 180 / std::numbers::pi;
+    const auto take = [&](auto value, auto* low, auto* high) {
+      *low = is_first ? value : std::min(*low, value);
+      *high = is_first ? value : std::max(*high, value);
+    };
+    take(camera.width, &described.min_width, &described.max_width);
+    take(camera.height, &described.min_height, &described.max_height);
+    take(angle, &described.min_angle, &described.max_angle);
+    is_first = false;
+  }
+  return described;
+}
+
+// What becomes known of a run once its splat and scene are there.
+void MeasureRun(const PosedSplat& posed, ReportedRun* run, Report* report) {
+  run->views = ViewRenderer(*posed.model, *posed.scene).Measure();
+  run->gaussians_of_degree = GaussiansOfDegree(*posed.model);
+  const std::string& name = run->source.scene;
+  const auto is_this = [&](const ReportedScene& scene) { return scene.scene == name; };
+  if (std::none_of(report->scenes.begin(), report->scenes.end(), is_this)) {
+    report->scenes.push_back(DescribeScene(name, *posed.scene, run->views));
+  }
+  const auto is_worse = [](const ViewError& a, const ViewError& b) {
+    return Rank(a.quality.psnr) < Rank(b.quality.psnr);
+  };
+  std::stable_sort(run->views.begin(), run->views.end(), is_worse);
+}
+
+// The views that are met worst, by the run that meets each worst.
+std::vector<ReportedView> ChooseViews(const std::vector<ReportedRun>& runs, Index* all) {
+  struct Ranked {
+    double psnr;
+    ReportedView view;
+  };
+  std::vector<Ranked> ranked;
+  for (const ReportedRun& run : runs) {
+    for (const ViewError& error : run.views) {
+      const auto found = std::find_if(ranked.begin(), ranked.end(), [&](const Ranked& other) {
+        return other.view.scene == run.source.scene && other.view.name == error.name;
+      });
+      if (found == ranked.end()) {
+        ranked.push_back({Rank(error.quality.psnr), {run.source.scene, error.name, {}}});
+      } else {
+        found->psnr = std::min(found->psnr, Rank(error.quality.psnr));
+      }
+    }
+  }
+  *all = static_cast<Index>(ranked.size());
+  std::stable_sort(ranked.begin(), ranked.end(), [](const Ranked& a, const Ranked& b) { return a.psnr < b.psnr; });
+  ranked.resize(std::min(ranked.size(), kMostViews));
+  std::vector<ReportedView> views;
+  views.reserve(ranked.size());
+  for (Ranked& one : ranked) views.push_back(std::move(one.view));
+  return views;
+}
+
+void AddPictures(const PosedSplat& posed, std::size_t run, const std::string& scene, std::vector<ReportedView>* views) {
+  ViewRenderer renderer(*posed.model, *posed.scene);
+  for (ReportedView& reported : *views) {
+    if (reported.scene != scene) continue;
+    for (const gs::View& view : posed.scene->views) {
+      if (!view.is_test() || view.name != reported.name) continue;
+      reported.runs.emplace_back(run, renderer.Picture(view, kMaxWidth));
+      // One copy of the photograph is enough.
+      if (reported.runs.size() > 1) reported.runs.back().second.truth.clear();
+    }
+  }
+}
+
+}  // namespace
+
+Report GatherReport(std::vector<RunSource> sources, const SplatLoader& load) {
+  Report report;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    ReportedRun run{.source = std::move(sources[i]), .missing = ""};
+    try {
+      MeasureRun(load(i), &run, &report);
+      if (run.views.empty()) run.missing = "the scene has no test views";
+    } catch (const Error& error) {
+      run.missing = error.what();
+    }
+    report.runs.push_back(std::move(run));
+  }
+  report.views = ChooseViews(report.runs, &report.test_views);
+  for (std::size_t i = 0; i < report.runs.size(); ++i) {
+    const ReportedRun& run = report.runs[i];
+    if (run.missing.empty()) AddPictures(load(i), i, run.source.scene, &report.views);
+  }
+  return report;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,53 @@
+#include "apps/report/view_errors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/posed_model.h"
+#include "apps/report/error_map.h"
+#include "apps/report/html.h"
+#include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
+namespace vesta::app {
+namespace {
+
+std::string Jpeg(const gs::Image& image, int max_width) {
+  constexpr int kQuality = 85;
+  const int width = std::min(image.width, max_width);
+  const auto height = static_cast<int>(std::lround(static_cast<double>(image.height) * width / image.width));
+  return DataUri(
+      "image/jpeg",
+      gs::EncodeJpeg(width == image.width ? image : gs::ResizeArea(image, width, std::max(height, 1)), kQuality));
+}
+
+}  // namespace
+
+ViewRenderer::ViewRenderer(const gs::SplatModel& model, const gs::Scene& scene)
+    : model_(model), scene_(scene), renderer_(ToDouble(model.background), gs::NearPlane(scene)) {}
+
+std::vector<ViewError> ViewRenderer::Measure() {
+  std::vector<ViewError> errors;
+  ImageQualityMeter meter;
+  for (const gs::View& view : scene_.views) {
+    if (!view.is_test()) continue;
+    const gs::Image render = renderer_.Render(model_, view);
+    const ImageQuality quality =
+        meter.Measure(HostSpan<const float>(render.rgb.data(), static_cast<Index>(render.rgb.size())),
+                      HostSpan<const float>(view.image.rgb.data(), static_cast<Index>(view.image.rgb.size())),
+                      {view.camera.width, view.camera.height});
+    errors.push_back({view.name, quality, PartWithHalfOfError(render, view.image)});
+  }
+  return errors;
+}
+
+ViewPictures ViewRenderer::Picture(const gs::View& view, int max_width) {
+  const gs::Image render = renderer_.Render(model_, view);
+  return {.width = view.camera.width,
+          .height = view.camera.height,
+          .truth = Jpeg(view.image, max_width),
+          .render = Jpeg(render, max_width),
+          .error = Jpeg(ErrorMap(render, view.image), (std::min(max_width, render.width) + 1) / 2)};
+}
+
+}  // namespace vesta::app

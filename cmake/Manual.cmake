@@ -1,0 +1,18 @@
+# The manual and the completions of shells, as the program itself prints them.
+set(manual_dir ${PROJECT_BINARY_DIR}/manual)
+set(manual_files "")
+# vesta_printed(FILE DESTINATION arguments...)
+function(vesta_printed file destination)
+  add_custom_command(OUTPUT ${manual_dir}/${file}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${manual_dir}
+    COMMAND vesta ${ARGN} > ${manual_dir}/${file}
+    DEPENDS vesta VERBATIM)
+  set(manual_files ${manual_files} ${manual_dir}/${file} PARENT_SCOPE)
+  install(FILES ${manual_dir}/${file} DESTINATION ${destination})
+endfunction()
+vesta_printed(vesta.1 ${CMAKE_INSTALL_MANDIR}/man1 help --man)
+vesta_printed(_vesta ${CMAKE_INSTALL_DATADIR}/zsh/site-functions help --completion=zsh)
+vesta_printed(vesta.fish ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d help --completion=fish)
+# bash looks for a file of the program's own name.
+vesta_printed(vesta ${CMAKE_INSTALL_DATADIR}/bash-completion/completions help --completion=bash)
+add_custom_target(vesta_manual ALL DEPENDS ${manual_files})
