@@ -22,7 +22,7 @@ SPLAT_ROOMS = {
         "density": ["model"],
         "lm": ["model"],
         "evaluate": ["model"],
-        "cameras": ["model", "evaluate"],
+        "cameras": ["model", "evaluate", "lm"],
         "memory": ["model", "adam", "cameras", "density", "lm", "evaluate", "parsimony"],
         "parsimony": ["model"],
         "train": ["model", "adam", "cameras", "density", "lm", "evaluate", "memory", "parsimony"],

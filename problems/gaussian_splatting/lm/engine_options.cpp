@@ -2,6 +2,15 @@
 
 namespace vesta::gs {
 
+PhotometricWeights LossOf(const LmStageOptions& lm) {
+  return {.l1 = lm.l1_weight,
+          .ssim = lm.ssim_weight,
+          .l1_floor = lm.l1_floor,
+          .pixel = lm.loss_linearization,
+          .huber_threshold = lm.huber_threshold,
+          .structure = lm.ssim};
+}
+
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   vesta::LmOptions engine;
   engine.max_iterations = lm.iterations;

@@ -1,4 +1,4 @@
-// The LM stage's options in the engine's terms.
+// The LM stage's options in the terms of the loss and of the engine.
 #pragma once
 
 #include "problems/gaussian_splatting/lm/options.h"
@@ -6,6 +6,8 @@
 
 namespace vesta::gs {
 
+// Of the cost.
+PhotometricWeights LossOf(const LmStageOptions& lm);
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm);
 
 }  // namespace vesta::gs

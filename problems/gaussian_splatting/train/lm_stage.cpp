@@ -1,21 +1,7 @@
 // The LM stage's options, in the terms of the problem and of the engine, and the stage on the host.
 #include "problems/gaussian_splatting/train/lm_stage.h"
 
-#include <utility>
-
 namespace vesta::gs {
-namespace {
-
-PhotometricWeights LossOf(const LmStageOptions& lm) {
-  return {.l1 = lm.l1_weight,
-          .ssim = lm.ssim_weight,
-          .l1_floor = lm.l1_floor,
-          .pixel = lm.loss_linearization,
-          .huber_threshold = lm.huber_threshold,
-          .structure = lm.ssim};
-}
-
-}  // namespace
 
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
                                      const std::vector<float>& units) {
