@@ -2,13 +2,16 @@
 //
 //   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--seeds 0] [--methods
 //   none,gauss_newton,adam:1e-3:1e-3]
-//           [--json FILE] -- [flags of vesta train]
+//           [--joint_iterations 8] [--joint_pcg 4] [--prior 0.01] [--json FILE] -- [flags of vesta train]
 //
 // Each view is turned, shifted and exposed at random (perturbed_scene.h), those of test too. Methods: exact (nothing is
-// perturbed, nothing found), none, gauss_newton, adam:R:T with these rates, auto. PSNR of the test views, as stated and
+// perturbed, nothing found), none, gauss_newton, adam:R:T with these rates, auto. After it, with a plus,
+// what follows Adam's stage instead of LM's on the splats: nothing, lm (the default), joint (cameras and splats at
+// once, cameras/refine_jointly.h) or reduced (the same with cameras eliminated). PSNR of the test views, as stated and
 // with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
 #include <fmt/format.h>
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -19,7 +22,10 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/cameras/refine_jointly.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/train/training_cameras.h"
 
 namespace vesta::bench {
 namespace {
@@ -48,6 +54,60 @@ void Choose(const std::string& method, bool exposure, gs::CameraOptions* cameras
   }
 }
 
+// What follows the Adam stage.
+enum class Ending { kLm, kNothing, kJoint, kReduced };
+
+// Takes it off the method's name.
+Ending TakeEnding(std::string* method) {
+  const std::size_t plus = method->find('+');
+  if (plus == std::string::npos) return Ending::kLm;
+  const std::string name = method->substr(plus + 1);
+  method->resize(plus);
+  if (name == "lm") return Ending::kLm;
+  if (name == "nothing") return Ending::kNothing;
+  if (name == "joint") return Ending::kJoint;
+  if (name == "reduced") return Ending::kReduced;
+  throw Error("+" + name + ": what follows is nothing, lm, joint or reduced");
+}
+
+// A training with its ending.
+struct Ended {
+  gs::TrainResult result;  // the model and cameras are those of the end, seconds of LM those of the ending
+  double cost = 0;         // by which the ending lowered its cost, part of it
+  int products = 0;        // with J^T W J, of the ending where it is joint
+};
+Ended TrainAndEnd(const gs::Scene& scene, gs::TrainOptions options, Ending ending, const Arguments& arguments) {
+  if (ending != Ending::kLm) options.lm.iterations = 0;
+  Ended ended{gs::Train(scene, options, 0, {})};
+  if (ending != Ending::kJoint && ending != Ending::kReduced) return ended;
+  gs::JointOptions joint;
+  joint.free = options.cameras.refines() ? gs::FreeBy(options.cameras.refine) : gs::FreeUnknowns{};
+  joint.lm = options.lm;
+  joint.lm.min_gain = 0;
+  joint.iterations = arguments.Count("joint_iterations", 8);
+  joint.lm.pcg_iterations = arguments.Count("joint_pcg", 4);
+  joint.rates = options.rates;
+  joint.background = options.background;
+  joint.near = gs::NearPlane(scene);
+  joint.extent = scene.extent;
+  joint.prior_weight = Number(arguments, "prior", "0.01");
+  joint.eliminate_views = ending == Ending::kReduced;
+  std::vector<const gs::View*> views;
+  for (const gs::View& view : scene.views) {
+    if (view.is_trained()) views.push_back(&view);
+  }
+  gs::TrainResult& result = ended.result;
+  const auto start = std::chrono::steady_clock::now();
+  gs::JointRefinement refined = gs::RefineJointly(result.model, views, result.cameras, joint);
+  result.lm_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.model.data = std::move(refined.model.data);
+  result.cameras = std::move(refined.views);
+  result.lm_report = refined.summary.FullReport();
+  ended.cost = 1 - refined.summary.final_cost / refined.summary.initial_cost;
+  ended.products = refined.summary.num_products;
+  return ended;
+}
+
 // Median deviation of the gains found from the true ones, each set by its own mean.
 double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
                  const std::vector<gs::ViewUnknowns>& found) {
@@ -66,7 +126,9 @@ double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
 }
 
 int Main(int argc, char** argv) {
-  const RaceSetup setup = SetUpRace(argc, argv, {"degrees", "centre", "exposure", "seeds", "methods", "json"});
+  const RaceSetup setup = SetUpRace(argc, argv,
+                                    {"degrees", "centre", "exposure", "seeds", "methods", "json", "joint_iterations",
+                                     "joint_pcg", "prior", "reports"});
   const Arguments& arguments = setup.arguments;
   const Perturbation by{Number(arguments, "degrees", "0.3"), Number(arguments, "centre", "0.01"),
                         Number(arguments, "exposure", "0")};
@@ -76,11 +138,15 @@ int Main(int argc, char** argv) {
     std::vector<double> gains;
     const gs::Scene perturbed = Perturbed(setup.scene, by, std::stoull(seed), &gains);
     for (const std::string& method : SplitAtCommas(arguments.Flag("methods", "exact,none,gauss_newton"))) {
-      const gs::Scene& scene = method == "exact" ? setup.scene : perturbed;
+      const gs::Scene& scene = method.starts_with("exact") ? setup.scene : perturbed;
       gs::TrainOptions options = setup.options;
       options.seed = std::stoull(seed);
-      Choose(method, by.exposure > 0, &options.cameras);
-      const gs::TrainResult result = gs::Train(scene, options, 0, {});
+      std::string training = method;
+      const Ending ending = TakeEnding(&training);
+      Choose(training, by.exposure > 0, &options.cameras);
+      const Ended ended = TrainAndEnd(scene, options, ending, arguments);
+      const gs::TrainResult& result = ended.result;
+      if (arguments.Flag("reports", "") == "yes") fmt::print("{}\n", result.lm_report);
       std::vector<gs::View> found;
       std::size_t at = 0;
       for (const gs::View& view : scene.views) {
@@ -97,6 +163,11 @@ int Main(int argc, char** argv) {
       align.near = gs::NearPlane(scene);
       align.levels = 5;
       const gs::AlignedEvaluation aligned = gs::EvaluateAligned(result.model, scene, align);
+      // Test views as stated, training views as found.
+      gs::TrainingCameras cameras(scene, {.refine = gs::CameraChoice::kPoseAndExposure});
+      cameras.Restore(result.cameras);
+      const gs::Evaluation quality =
+          gs::Renderer(options.background, gs::NearPlane(scene)).Evaluate(result.model, cameras.scene());
       report.Add({{"scene", setup.scene_name},
                   {"degrees", by.degrees},
                   {"centre", by.centre},
@@ -107,14 +178,17 @@ int Main(int argc, char** argv) {
                   {"off_pixels", error.pixels},
                   {"off_pixels_most", error.most},
                   {"off_gain", GainError(scene, gains, result.cameras)},
-                  {"psnr", result.history.back().test.psnr},
-                  {"psnr_train", result.history.back().train.psnr},
+                  {"psnr", quality.test.psnr},
+                  {"psnr_train", quality.train.psnr},
                   {"psnr_aligned", aligned.whole.psnr},
                   {"ssim_aligned", aligned.whole.ssim},
                   {"psnr_right", aligned.right.psnr},
                   {"psnr_right_exposed", aligned.right_exposed.psnr},
                   {"not_aligned", static_cast<double>(aligned.not_found)},
-                  {"adam_seconds", result.adam_seconds}});
+                  {"adam_seconds", result.adam_seconds},
+                  {"end_seconds", result.lm_seconds},
+                  {"end_gain", ended.cost},
+                  {"end_products", static_cast<double>(ended.products)}});
       report.WriteJson(arguments.Flag("json", ""));
     }
   }
