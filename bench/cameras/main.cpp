@@ -1,20 +1,19 @@
 // Trainings from cameras that are not where they are said to be: what each way of finding them along comes to.
 //
-//   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--seeds 0] [--methods
-//   none,gauss_newton,adam:1e-3:1e-3]
-//           [--joint_iterations 8] [--joint_pcg 4] [--prior 0.01] [--json FILE] -- [flags of vesta train]
+//   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--seeds 0] [--reports yes] [--json FILE]
+//           [--methods none,gauss_newton,adam:1e-3:1e-3] [--joint_iterations 8] [--joint_pcg 4] [--rounds 4]
+//           [--prior 0.01] -- [flags of vesta train]
 //
 // Each view is turned, shifted and exposed at random (perturbed_scene.h), those of test too. Methods: exact (nothing is
-// perturbed, nothing found), none, gauss_newton, adam:R:T with these rates, auto. After it, with a plus,
-// what follows Adam's stage instead of LM's on the splats: nothing, lm (the default), joint (cameras and splats at
-// once, cameras/refine_jointly.h) or reduced (the same with cameras eliminated). PSNR of the test views, as stated and
-// with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
+// perturbed, nothing found), none, late (perturbed only after the Adam stage), gauss_newton, adam:R:T with these rates,
+// auto. After it, with a plus, what follows the Adam stage (endings.h; lm by default). PSNR of the test views, as
+// stated and with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
 #include <fmt/format.h>
 
-#include <chrono>
 #include <string>
 #include <vector>
 
+#include "bench/cameras/endings.h"
 #include "bench/cameras/perturbed_scene.h"
 #include "bench/report.h"
 #include "bench/training_race/setup.h"
@@ -22,7 +21,6 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
-#include "problems/gaussian_splatting/cameras/refine_jointly.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
@@ -37,7 +35,7 @@ double Number(const Arguments& arguments, const char* flag, const char* fallback
 // Sets what the method's name says.
 void Choose(const std::string& method, bool exposure, gs::CameraOptions* cameras) {
   const auto free = exposure ? gs::CameraChoice::kPoseAndExposure : gs::CameraChoice::kPose;
-  if (method == "exact" || method == "none") {
+  if (method == "exact" || method == "none" || method == "late") {
     cameras->refine = gs::CameraChoice::kNone;
   } else if (method == "gauss_newton") {
     cameras->refine = free;
@@ -50,62 +48,53 @@ void Choose(const std::string& method, bool exposure, gs::CameraOptions* cameras
     cameras->adam_rotation = std::stod(method.substr(5, colon - 5));
     cameras->adam_translation = std::stod(method.substr(colon + 1));
   } else {
-    throw Error(method + ": methods are exact, none, gauss_newton, auto and adam:ROTATION:TRANSLATION");
+    throw Error(method + ": methods are exact, none, late, gauss_newton, auto and adam:ROTATION:TRANSLATION");
   }
 }
 
-// What follows the Adam stage.
-enum class Ending { kLm, kNothing, kJoint, kReduced };
-
-// Takes it off the method's name.
-Ending TakeEnding(std::string* method) {
-  const std::size_t plus = method->find('+');
-  if (plus == std::string::npos) return Ending::kLm;
-  const std::string name = method->substr(plus + 1);
-  method->resize(plus);
-  if (name == "lm") return Ending::kLm;
-  if (name == "nothing") return Ending::kNothing;
-  if (name == "joint") return Ending::kJoint;
-  if (name == "reduced") return Ending::kReduced;
-  throw Error("+" + name + ": what follows is nothing, lm, joint or reduced");
-}
-
-// A training with its ending.
-struct Ended {
-  gs::TrainResult result;  // the model and cameras are those of the end, seconds of LM those of the ending
-  double cost = 0;         // by which the ending lowered its cost, part of it
-  int products = 0;        // with J^T W J, of the ending where it is joint
-};
-Ended TrainAndEnd(const gs::Scene& scene, gs::TrainOptions options, Ending ending, const Arguments& arguments) {
-  if (ending != Ending::kLm) options.lm.iterations = 0;
-  Ended ended{gs::Train(scene, options, 0, {})};
-  if (ending != Ending::kJoint && ending != Ending::kReduced) return ended;
+gs::JointOptions JointOptionsOf(const gs::Scene& scene, const gs::TrainOptions& options, const Arguments& arguments) {
   gs::JointOptions joint;
   joint.free = options.cameras.refines() ? gs::FreeBy(options.cameras.refine) : gs::FreeUnknowns{};
   joint.lm = options.lm;
   joint.lm.min_gain = 0;
-  joint.iterations = arguments.Count("joint_iterations", 8);
   joint.lm.pcg_iterations = arguments.Count("joint_pcg", 4);
+  joint.iterations = arguments.Count("joint_iterations", 8);
   joint.rates = options.rates;
   joint.background = options.background;
   joint.near = gs::NearPlane(scene);
   joint.extent = scene.extent;
   joint.prior_weight = Number(arguments, "prior", "0.01");
-  joint.eliminate_views = ending == Ending::kReduced;
+  return joint;
+}
+
+// The latest training without an ending: several endings may follow it.
+struct LatestTraining {
+  std::string name;  // with its seed
+  gs::TrainResult result;
+};
+
+// Trained on one scene and ended on the other, which differ in their cameras alone. products: RunEnding's.
+gs::TrainResult TrainAndEnd(const std::string& name, const gs::Scene& trained, const gs::Scene& scene,
+                            gs::TrainOptions options, Ending ending, const Arguments& arguments, LatestTraining* latest,
+                            int* products) {
+  if (ending == Ending::kLm) return gs::Train(trained, options, 0, {});
+  options.lm.iterations = 0;
+  if (latest->name != name) *latest = {name, gs::Train(trained, options, 0, {})};
+  gs::TrainResult result = latest->result;
+  result.lm_seconds = 0;
+  if (ending == Ending::kNothing) return result;
   std::vector<const gs::View*> views;
   for (const gs::View& view : scene.views) {
     if (view.is_trained()) views.push_back(&view);
   }
-  gs::TrainResult& result = ended.result;
-  const auto start = std::chrono::steady_clock::now();
-  gs::JointRefinement refined = gs::RefineJointly(result.model, views, result.cameras, joint);
-  result.lm_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  result.model.data = std::move(refined.model.data);
-  result.cameras = std::move(refined.views);
-  result.lm_report = refined.summary.FullReport();
-  ended.cost = 1 - refined.summary.final_cost / refined.summary.initial_cost;
-  ended.products = refined.summary.num_products;
-  return ended;
+  Ended ended = RunEnding(ending, std::move(result.model), views, result.cameras,
+                          {JointOptionsOf(scene, options, arguments), arguments.Count("rounds", 4)});
+  result.model = std::move(ended.model);
+  result.cameras = std::move(ended.views);
+  result.lm_seconds = ended.seconds;
+  result.lm_report = std::move(ended.report);
+  *products = ended.products;
+  return result;
 }
 
 // Median deviation of the gains found from the true ones, each set by its own mean.
@@ -128,12 +117,13 @@ double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
 int Main(int argc, char** argv) {
   const RaceSetup setup = SetUpRace(argc, argv,
                                     {"degrees", "centre", "exposure", "seeds", "methods", "json", "joint_iterations",
-                                     "joint_pcg", "prior", "reports"});
+                                     "joint_pcg", "rounds", "prior", "reports"});
   const Arguments& arguments = setup.arguments;
   const Perturbation by{Number(arguments, "degrees", "0.3"), Number(arguments, "centre", "0.01"),
                         Number(arguments, "exposure", "0")};
   SetNumThreads(setup.threads);
   Report report("cameras");
+  LatestTraining latest;
   for (const std::string& seed : SplitAtCommas(arguments.Flag("seeds", "0"))) {
     std::vector<double> gains;
     const gs::Scene perturbed = Perturbed(setup.scene, by, std::stoull(seed), &gains);
@@ -144,8 +134,9 @@ int Main(int argc, char** argv) {
       std::string training = method;
       const Ending ending = TakeEnding(&training);
       Choose(training, by.exposure > 0, &options.cameras);
-      const Ended ended = TrainAndEnd(scene, options, ending, arguments);
-      const gs::TrainResult& result = ended.result;
+      int products = 0;
+      const gs::TrainResult result = TrainAndEnd(training + " " + seed, training == "late" ? setup.scene : scene, scene,
+                                                 options, ending, arguments, &latest, &products);
       if (arguments.Flag("reports", "") == "yes") fmt::print("{}\n", result.lm_report);
       std::vector<gs::View> found;
       std::size_t at = 0;
@@ -187,8 +178,8 @@ int Main(int argc, char** argv) {
                   {"not_aligned", static_cast<double>(aligned.not_found)},
                   {"adam_seconds", result.adam_seconds},
                   {"end_seconds", result.lm_seconds},
-                  {"end_gain", ended.cost},
-                  {"end_products", static_cast<double>(ended.products)}});
+                  {"cost", quality.cost},
+                  {"end_products", static_cast<double>(products)}});
       report.WriteJson(arguments.Flag("json", ""));
     }
   }

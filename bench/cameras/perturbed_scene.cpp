@@ -24,7 +24,8 @@ std::array<double, 3> Direction(CounterRandom& random) {
   return v;
 }
 
-// What brings the camera from one pose to the other.
+}  // namespace
+
 splat::CameraMotion MotionBetween(const gs::View& from, const gs::View& to) {
   double Q[9], q[4];
   for (int i = 0; i < 3; ++i) {
@@ -47,8 +48,6 @@ splat::CameraMotion MotionBetween(const gs::View& from, const gs::View& to) {
   }
   return motion;
 }
-
-}  // namespace
 
 gs::Scene Perturbed(const gs::Scene& scene, const Perturbation& by, std::uint64_t seed,
                     std::vector<double>* true_gains) {

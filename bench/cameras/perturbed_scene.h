@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "kernels/gaussian_splatting/camera_motion.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::bench {
@@ -17,6 +18,9 @@ struct Perturbation {
 // light, not clipped. true_gains: of each view.
 gs::Scene Perturbed(const gs::Scene& scene, const Perturbation& by, std::uint64_t seed,
                     std::vector<double>* true_gains);
+
+// What brings the camera from one pose to the other, turned by less than half of one turn.
+splat::CameraMotion MotionBetween(const gs::View& from, const gs::View& to);
 
 // Where views stand beside where they are in truth, the best similarity of all of them apart.
 struct PoseError {

@@ -20,12 +20,8 @@ JointProblemOptions ProblemOptions(const SplatModel& model, const std::vector<co
                                    const JointOptions& options) {
   JointProblemOptions problem;
   SplatProblemOptions& splats = problem.splats;
-  static_cast<SplatMetricOptions&>(splats) = options.lm;
-  if (options.lm.damping == LmDamping::kDiagonal) splats.rates_damping = 0;
-  static_cast<splat::ModelLayout&>(splats) = model;
+  splats = SplatProblemOptionsOf(options.lm, model);
   splats.background = options.background;
-  splats.weights = LossOf(options.lm);
-  splats.sh_blocks = options.lm.preconditioner == LmPreconditioner::kBlockSh;
   splats.rates = options.rates;
   splats.units = std::make_shared<const std::vector<float>>(LengthUnits(model, views, options.near, options.extent));
   problem.free = options.free;

@@ -11,6 +11,17 @@ PhotometricWeights LossOf(const LmStageOptions& lm) {
           .structure = lm.ssim};
 }
 
+SplatProblemOptions SplatProblemOptionsOf(const LmStageOptions& lm, const splat::ModelLayout& layout) {
+  SplatProblemOptions problem;
+  static_cast<SplatMetricOptions&>(problem) = lm;
+  if (lm.damping == LmDamping::kDiagonal) problem.rates_damping = 0;
+  static_cast<splat::ModelLayout&>(problem) = layout;
+  problem.weights = LossOf(lm);
+  problem.jacobian = lm.jacobian;
+  problem.sh_blocks = lm.preconditioner == LmPreconditioner::kBlockSh;
+  return problem;
+}
+
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   vesta::LmOptions engine;
   engine.max_iterations = lm.iterations;

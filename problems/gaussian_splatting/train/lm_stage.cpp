@@ -6,15 +6,9 @@ namespace vesta::gs {
 SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
                                      const std::vector<float>& units) {
   const TrainOptions& options = session.options();
-  SplatProblemOptions result;
-  static_cast<SplatMetricOptions&>(result) = options.lm;
-  if (options.lm.damping == LmDamping::kDiagonal) result.rates_damping = 0;
-  static_cast<splat::ModelLayout&>(result) = model;
+  SplatProblemOptions result = SplatProblemOptionsOf(options.lm, model);
   result.background = options.background;
-  result.weights = LossOf(options.lm);
   result.batches = {options.lm.batches, options.lm.batch_size, options.lm.batch_choice, options.seed};
-  result.jacobian = options.lm.jacobian;
-  result.sh_blocks = options.lm.preconditioner == LmPreconditioner::kBlockSh;
   result.rates = options.rates;
   result.units = std::make_shared<const std::vector<float>>(units);
   return result;

@@ -74,7 +74,6 @@ void ExpectRecovered(bool eliminate_views) {
   const double values = 8 * 3 * 64 * 48, least = PhotometricWeights{}.l1 * PhotometricWeights{}.l1_floor / 2 * values;
   EXPECT_LT(refined.summary.final_cost - least, 0.01 * (refined.summary.initial_cost - least));
   EXPECT_LT(known.LargestError(refined.views), 0.15 * before) << refined.summary.FullReport();
-  std::cout << refined.summary.FullReport() << known.LargestError(refined.views) << " " << before;
 }
 TEST(RefineJointly, RecoversCamerasAndSplats) { ExpectRecovered(false); }
 TEST(RefineJointly, RecoversThemWithViewsEliminated) { ExpectRecovered(true); }
