@@ -16,7 +16,7 @@ inline BlockGroup ViewBlocks(const JointLayout& layout, Index offset) {
 template <class S, class T>
 void FillViewBlocks(JointLinearization<S>& linearization, HostSpan<T> values) {
   const JointLayout& layout = linearization.layout();
-  const int n = layout.free.num_tangent();
+  const Index n = layout.free.num_tangent();
   for (Index v = 0; v < layout.views; ++v) {
     const std::vector<double>& H = linearization.CurvatureOf(static_cast<std::size_t>(v));
     for (int row = 0; row < n; ++row) {

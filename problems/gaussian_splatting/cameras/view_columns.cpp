@@ -71,7 +71,7 @@ HostBuffer<S> PoseMoves(const splat::SplatView<S>& view, const splat::Model<S>& 
 
 template <class S>
 std::vector<double> WeightedGram(const ViewColumns<S>& J, PhotometricLoss<S>& loss,
-                              const typename PhotometricLoss<S>::Linearization& W, ViewColumns<S>* weighted) {
+                                 const typename PhotometricLoss<S>::Linearization& W, ViewColumns<S>* weighted) {
   const auto n = static_cast<std::size_t>(J.free().num_tangent());
   const Index plane = J.shape().PlaneSize();
   std::vector<double> H(n * n);
@@ -113,8 +113,8 @@ template HostBuffer<float> PoseMoves(const splat::SplatView<float>&, const splat
 template HostBuffer<double> PoseMoves(const splat::SplatView<double>&, const splat::Model<double>&,
                                       splat::ViewWorkspace<double>&);
 template std::vector<double> WeightedGram(const ViewColumns<float>&, PhotometricLoss<float>&,
-                                       const PhotometricLoss<float>::Linearization&, ViewColumns<float>*);
+                                          const PhotometricLoss<float>::Linearization&, ViewColumns<float>*);
 template std::vector<double> WeightedGram(const ViewColumns<double>&, PhotometricLoss<double>&,
-                                       const PhotometricLoss<double>::Linearization&, ViewColumns<double>*);
+                                          const PhotometricLoss<double>::Linearization&, ViewColumns<double>*);
 
 }  // namespace vesta::gs

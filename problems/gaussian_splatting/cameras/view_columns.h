@@ -57,6 +57,7 @@ HostBuffer<S> PoseMoves(const splat::SplatView<S>& view, const splat::Model<S>& 
 // J^T W J, square, free.num_tangent() numbers a side. weighted: unless null becomes W J.
 template <class S>
 std::vector<double> WeightedGram(const ViewColumns<S>& J, PhotometricLoss<S>& loss,
-                              const typename PhotometricLoss<S>::Linearization& W, ViewColumns<S>* weighted = nullptr);
+                                 const typename PhotometricLoss<S>::Linearization& W,
+                                 ViewColumns<S>* weighted = nullptr);
 
 }  // namespace vesta::gs

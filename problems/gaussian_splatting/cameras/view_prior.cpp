@@ -21,8 +21,11 @@ std::vector<double> ViewPrior::Residuals(const ViewUnknowns& view, const FreeUnk
 std::vector<double> ViewPrior::Jacobian(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const {
   const double root = std::sqrt(weight * static_cast<double>(values));
   const int n = free.num_tangent(), pose = free.pose_tangent();
-  std::vector<double> J(static_cast<std::size_t>(n * n));
-  const auto at = [&](int row, int col) -> double& { return J[static_cast<std::size_t>(row * n + col)]; };
+  const auto side = static_cast<std::size_t>(n);
+  std::vector<double> J(side * side);
+  const auto at = [&](int row, int col) -> double& {
+    return J[static_cast<std::size_t>(row) * side + static_cast<std::size_t>(col)];
+  };
   if (free.pose) {
     // By exp(omega) from the left 2 v moves by w omega + omega x v, and t by omega x t + tau.
     const double *q = view.motion.quaternion, *t = view.motion.translation;
