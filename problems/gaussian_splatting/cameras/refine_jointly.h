@@ -24,8 +24,10 @@ struct JointOptions {
   double near = 0;                            // distance of the near plane, world units
   double extent = 1;                          // of the scene (Scene::extent), world units, > 0
   double prior_weight = 0.01;                 // ViewPrior::weight
-  // Whether views are eliminated from each step, or solved for along with the splats.
-  bool eliminate_views = false;
+  // Whether views are eliminated from each step (JointProblemOptions), or solved for along with the splats. From
+  // cameras that are off it comes further by as many products, which take a fifth longer
+  // (docs/results/2026-11-25-joint-cameras.md).
+  bool eliminate_views = true;
 };
 
 struct JointRefinement {
