@@ -22,7 +22,7 @@ SPLAT_ROOMS = {
         "density": ["model"],
         "lm": ["model"],
         "evaluate": ["model"],
-        "cameras": ["model", "adam", "evaluate"],
+        "cameras": ["model", "adam", "evaluate", "lm"],
         "memory": ["model", "adam", "cameras", "density", "lm", "evaluate", "parsimony"],
         "parsimony": ["model"],
         "train": ["model", "adam", "cameras", "density", "lm", "evaluate", "memory", "parsimony"],

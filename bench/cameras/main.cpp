@@ -1,17 +1,19 @@
 // Trainings from cameras that are not where they are said to be: what each way of finding them along comes to.
 //
-//   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--seeds 0] [--methods
-//   none,gauss_newton,adam:1e-3:1e-3]
-//           [--json FILE] -- [flags of vesta train]
+//   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--seeds 0] [--reports yes] [--json FILE]
+//           [--methods none,gauss_newton,adam:1e-3:1e-3] [--joint_iterations 8] [--joint_pcg 4] [--rounds 4]
+//           [--prior 0.01] -- [flags of vesta train]
 //
 // Each view is turned and shifted at random, those of test too, and training views are exposed so (perturbed_scene.h).
-// Methods: exact (nothing is perturbed, nothing found), none, gauss_newton, adam:R:T with these rates, auto. PSNR of
-// the test views, as stated and with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
+// Methods: exact (nothing is perturbed, nothing found), none, late (perturbed only after the Adam stage), gauss_newton,
+// adam:R:T with these rates, auto. After it, with a plus, what follows the Adam stage (endings.h; lm by default). PSNR
+// of the test views, as stated and with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
 #include <fmt/format.h>
 
 #include <string>
 #include <vector>
 
+#include "bench/cameras/endings.h"
 #include "bench/cameras/perturbed_scene.h"
 #include "bench/report.h"
 #include "bench/training_race/setup.h"
@@ -19,7 +21,9 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/train/training_cameras.h"
 
 namespace vesta::bench {
 namespace {
@@ -31,7 +35,7 @@ double Number(const Arguments& arguments, const char* flag, const char* fallback
 // Sets what the method's name says.
 void Choose(const std::string& method, bool exposure, gs::CameraOptions* cameras) {
   const auto free = exposure ? gs::CameraChoice::kPoseAndExposure : gs::CameraChoice::kPose;
-  if (method == "exact" || method == "none") {
+  if (method == "exact" || method == "none" || method == "late") {
     cameras->refine = gs::CameraChoice::kNone;
   } else if (method == "gauss_newton") {
     cameras->refine = free;
@@ -44,8 +48,53 @@ void Choose(const std::string& method, bool exposure, gs::CameraOptions* cameras
     cameras->adam_rotation = std::stod(method.substr(5, colon - 5));
     cameras->adam_translation = std::stod(method.substr(colon + 1));
   } else {
-    throw Error(method + ": methods are exact, none, gauss_newton, auto and adam:ROTATION:TRANSLATION");
+    throw Error(method + ": methods are exact, none, late, gauss_newton, auto and adam:ROTATION:TRANSLATION");
   }
+}
+
+gs::JointOptions JointOptionsOf(const gs::Scene& scene, const gs::TrainOptions& options, const Arguments& arguments) {
+  gs::JointOptions joint;
+  joint.free = options.cameras.refines() ? gs::FreeBy(options.cameras.refine) : gs::FreeUnknowns{};
+  joint.lm = options.lm;
+  joint.lm.min_gain = 0;
+  joint.lm.pcg_iterations = arguments.Count("joint_pcg", 4);
+  joint.iterations = arguments.Count("joint_iterations", 8);
+  joint.rates = options.rates;
+  joint.background = options.background;
+  joint.near = gs::NearPlane(scene);
+  joint.extent = scene.extent;
+  joint.prior_weight = Number(arguments, "prior", "0.01");
+  return joint;
+}
+
+// The latest training without an ending: several endings may follow it.
+struct LatestTraining {
+  std::string name;  // with its seed
+  gs::TrainResult result;
+};
+
+// Trained on one scene and ended on the other, which differ in their cameras alone. products: RunEnding's.
+gs::TrainResult TrainAndEnd(const std::string& name, const gs::Scene& trained, const gs::Scene& scene,
+                            gs::TrainOptions options, Ending ending, const Arguments& arguments, LatestTraining* latest,
+                            int* products) {
+  if (ending == Ending::kLm) return gs::Train(trained, options, 0, {});
+  options.lm.iterations = 0;
+  if (latest->name != name) *latest = {name, gs::Train(trained, options, 0, {})};
+  gs::TrainResult result = latest->result;
+  result.lm_seconds = 0;
+  if (ending == Ending::kNothing) return result;
+  std::vector<const gs::View*> views;
+  for (const gs::View& view : scene.views) {
+    if (view.is_trained()) views.push_back(&view);
+  }
+  Ended ended = RunEnding(ending, std::move(result.model), views, result.cameras,
+                          {JointOptionsOf(scene, options, arguments), arguments.Count("rounds", 4)});
+  result.model = std::move(ended.model);
+  result.cameras = std::move(ended.views);
+  result.lm_seconds = ended.seconds;
+  result.lm_report = std::move(ended.report);
+  *products = ended.products;
+  return result;
 }
 
 // Median deviation of the gains found from the true ones, each set by its own mean.
@@ -66,21 +115,29 @@ double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
 }
 
 int Main(int argc, char** argv) {
-  const RaceSetup setup = SetUpRace(argc, argv, {"degrees", "centre", "exposure", "seeds", "methods", "json"});
+  const RaceSetup setup = SetUpRace(argc, argv,
+                                    {"degrees", "centre", "exposure", "seeds", "methods", "json", "joint_iterations",
+                                     "joint_pcg", "rounds", "prior", "reports"});
   const Arguments& arguments = setup.arguments;
   const Perturbation by{Number(arguments, "degrees", "0.3"), Number(arguments, "centre", "0.01"),
                         Number(arguments, "exposure", "0")};
   SetNumThreads(setup.threads);
   Report report("cameras");
+  LatestTraining latest;
   for (const std::string& seed : SplitAtCommas(arguments.Flag("seeds", "0"))) {
     std::vector<double> gains;
     const gs::Scene perturbed = Perturbed(setup.scene, by, std::stoull(seed), &gains);
     for (const std::string& method : SplitAtCommas(arguments.Flag("methods", "exact,none,gauss_newton"))) {
-      const gs::Scene& scene = method == "exact" ? setup.scene : perturbed;
+      const gs::Scene& scene = method.starts_with("exact") ? setup.scene : perturbed;
       gs::TrainOptions options = setup.options;
       options.seed = std::stoull(seed);
-      Choose(method, by.exposure > 0, &options.cameras);
-      const gs::TrainResult result = gs::Train(scene, options, 0, {});
+      std::string training = method;
+      const Ending ending = TakeEnding(&training);
+      Choose(training, by.exposure > 0, &options.cameras);
+      int products = 0;
+      const gs::TrainResult result = TrainAndEnd(training + " " + seed, training == "late" ? setup.scene : scene, scene,
+                                                 options, ending, arguments, &latest, &products);
+      if (arguments.Flag("reports", "") == "yes") fmt::print("{}\n", result.lm_report);
       const std::vector<gs::View> views = gs::MovedViews(scene, result.cameras);
       std::vector<const gs::View*> found;
       for (const gs::View& view : views) {
@@ -93,6 +150,11 @@ int Main(int argc, char** argv) {
       const gs::AlignedEvaluation aligned = gs::EvaluateAligned(result.model, scene, align);
       align.free.color = true;
       const gs::AlignedEvaluation exposed = gs::EvaluateAligned(result.model, scene, align);
+      // Test views as stated, training views as found.
+      gs::TrainingCameras cameras(scene, {.refine = gs::CameraChoice::kPoseAndExposure});
+      cameras.Restore(result.cameras);
+      const gs::Evaluation quality =
+          gs::Renderer(options.background, gs::NearPlane(scene)).Evaluate(result.model, cameras.scene());
       report.Add({{"scene", setup.scene_name},
                   {"degrees", by.degrees},
                   {"centre", by.centre},
@@ -103,14 +165,17 @@ int Main(int argc, char** argv) {
                   {"off_pixels", error.pixels},
                   {"off_pixels_most", error.most},
                   {"off_gain", GainError(scene, gains, result.cameras)},
-                  {"psnr", result.history.back().test.psnr},
-                  {"psnr_train", result.history.back().train.psnr},
+                  {"psnr", quality.test.psnr},
+                  {"psnr_train", quality.train.psnr},
                   {"psnr_aligned", aligned.whole.psnr},
                   {"ssim_aligned", aligned.whole.ssim},
                   {"psnr_right", exposed.right.psnr},
                   {"psnr_right_exposed", exposed.right_exposed.psnr},
                   {"not_aligned", static_cast<double>(aligned.not_found)},
-                  {"adam_seconds", result.adam_seconds}});
+                  {"adam_seconds", result.adam_seconds},
+                  {"end_seconds", result.lm_seconds},
+                  {"cost", quality.cost},
+                  {"end_products", static_cast<double>(products)}});
       for (const std::string& note : result.notes) fmt::print("{}: {}\n", method, note);
       report.WriteJson(arguments.Flag("json", ""));
     }

@@ -54,9 +54,7 @@ PoseError ErrorOf(const gs::Scene& truth, const std::vector<const gs::View*>& fo
   VESTA_CHECK(true_views.size() == found.size(), "{} training views, {} found", true_views.size(), found.size());
   std::vector<gs::ViewUnknowns> apart(found.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const gs::View &from = *true_views[i], &to = *found[i];
-    apart[i].motion =
-        splat::MotionBetween(from.rotation.data(), from.translation.data(), to.rotation.data(), to.translation.data());
+    apart[i].motion = gs::MotionBetween(*true_views[i], *found[i]);
   }
   constexpr int kRounds = 10;  // each takes out what is left, to first order
   for (int round = 0; round < kRounds; ++round) gs::RemoveCommonMotion(true_views, 2 * truth.extent, &apart);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "kernels/gaussian_splatting/camera_motion.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::bench {

@@ -7,17 +7,34 @@ namespace {
 
 constexpr Index kGrain = 1024;  // Gaussians; a multiple of every SIMD width
 
+// K xi, by rank.
+template <class S>
+const SplatTangent<S>* PoseTangents(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi,
+                                    HostBuffer<SplatTangent<S>>& tangents) {
+  if (tangents.size() < view.num_splats()) tangents.ResizeForOverwrite(view.num_splats());
+  ParallelForChunks(model.count, kGrain, [&](Index begin, Index end) {
+    model.ForEachDegree(begin, end, [&](int degree, Index from, Index to) {
+      GetCameraKernels<S>(degree).tangent(model, view.camera(), xi, from, to, view.rank_of().data(), tangents.data());
+    });
+  });
+  return tangents.data();
+}
+
 }  // namespace
 
 template <class S>
 void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi, S* d_image,
                 ViewWorkspace<S>& workspace) {
-  workspace.splat_sums.ResizeForOverwrite(view.num_splats());
-  SplatTangent<S>* tangents = workspace.splat_sums.data();
-  ParallelForChunks(model.count, kGrain, [&](Index begin, Index end) {
-    model.ForEachDegree(begin, end, [&](int degree, Index from, Index to) {
-      GetCameraKernels<S>(degree).tangent(model, view.camera(), xi, from, to, view.rank_of().data(), tangents);
-    });
+  view.ApplyRasterJ(PoseTangents(view, model, xi, workspace.splat_sums), d_image);
+}
+
+template <class S>
+void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent& xi, S* d_image,
+                        ViewWorkspace<S>& workspace) {
+  SplatTangent<S>* tangents = view.ProjectTangents(model, dx, workspace);
+  const SplatTangent<S>* moved = PoseTangents(view, model, xi, workspace.pair_sums);  // which no tangent pass takes
+  ParallelFor(view.num_splats(), kGrain, [&](Index rank) {
+    for (int k = 0; k < kSplatTangent; ++k) tangents[rank].w[k] += moved[rank].w[k];
   });
   view.ApplyRasterJ(tangents, d_image);
 }
@@ -43,6 +60,10 @@ template void ApplyPoseJ(const SplatView<float>&, const Model<float>&, const Pos
                          ViewWorkspace<float>&);
 template void ApplyPoseJ(const SplatView<double>&, const Model<double>&, const PoseTangent&, double*,
                          ViewWorkspace<double>&);
+template void ApplyModelAndPoseJ(const SplatView<float>&, const Model<float>&, const float*, const PoseTangent&, float*,
+                                 ViewWorkspace<float>&);
+template void ApplyModelAndPoseJ(const SplatView<double>&, const Model<double>&, const double*, const PoseTangent&,
+                                 double*, ViewWorkspace<double>&);
 template PoseTangent ApplyPoseJT(const SplatView<float>&, const Model<float>&, const float*, const float*,
                                  ViewWorkspace<float>&);
 template PoseTangent ApplyPoseJT(const SplatView<double>&, const Model<double>&, const double*, const double*,

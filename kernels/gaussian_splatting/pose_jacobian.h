@@ -13,6 +13,10 @@ namespace vesta::splat {
 template <class S>
 void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi, S* d_image,
                 ViewWorkspace<S>& workspace);
+// d_image = J_model dx + J xi, of parameters (laid out as those of the model) and pose at once, by one raster pass.
+template <class S>
+void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent& xi, S* d_image,
+                        ViewWorkspace<S>& workspace);
 // J^T u. image: from view.Render.
 template <class S>
 PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,

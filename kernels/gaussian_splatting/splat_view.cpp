@@ -134,8 +134,7 @@ void SplatView<S>::Render(S* image) const {
 }
 
 template <class S>
-const SplatTangent<S>* SplatView<S>::ProjectTangents(const Model<S>& model, const S* dx,
-                                                     ViewWorkspace<S>& workspace) const {
+SplatTangent<S>* SplatView<S>::ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
   SplatTangent<S>* tangents = workspace.splat_sums.data();
   ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {

@@ -89,6 +89,8 @@ class SplatView {
   void RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
+  // The tangents of the splats, by rank, that dx makes; in workspace.splat_sums.
+  SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
   // The part of these between splats and image, J_raster, for what moves splats otherwise than their parameters do:
   // d_image = J_raster tangents, by rank; and J_raster^T u by rank, in the workspace.
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
@@ -113,9 +115,6 @@ class SplatView {
   }
 
  private:
-  // The tangents of the splats, by rank, that dx makes; in the workspace.
-  const SplatTangent<S>* ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const;
-
   // By workspace.recolors.
   void SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises, ViewWorkspace<S>& workspace) const;
 

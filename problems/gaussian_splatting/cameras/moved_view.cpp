@@ -21,6 +21,10 @@ View MovedView(const View& view, const splat::CameraMotion& motion) {
   return moved;
 }
 
+splat::CameraMotion MotionBetween(const View& from, const View& to) {
+  return splat::MotionBetween(from.rotation.data(), from.translation.data(), to.rotation.data(), to.translation.data());
+}
+
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found) {
   std::vector<View> views;
   std::size_t trained = 0;

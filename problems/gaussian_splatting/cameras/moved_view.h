@@ -13,6 +13,9 @@ namespace vesta::gs {
 // The view with its camera moved, without its image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
 
+// The motion that brings one view's camera to another's pose.
+splat::CameraMotion MotionBetween(const View& from, const View& to);
+
 // The views of a scene, without images: those that are trained on with the motions of `found`, in their order; all as
 // they are where that is empty. Else as many as there are training views.
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);

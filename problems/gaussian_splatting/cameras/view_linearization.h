@@ -4,12 +4,11 @@
 #include <memory>
 #include <vector>
 
+#include "problems/gaussian_splatting/cameras/view_columns.h"
 #include "problems/gaussian_splatting/cameras/view_problem.h"
 
 namespace vesta::gs {
 
-// W treats each colour channel by itself, so a gain's column and those of the other two channels' make one image, and
-// likewise the offsets': H takes a product with W for each of the pose's images and these two.
 template <class S>
 class ViewLinearization final : public Linearization<CpuBackend<double>> {
  public:
@@ -19,8 +18,8 @@ class ViewLinearization final : public Linearization<CpuBackend<double>> {
                     HostBuffer<S>&& rendered, HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss);
 
   // Residuals are the colour differences e = shown - truth, 3 planes.
-  Index num_residuals() const override { return shape_.NumValues(); }
-  Index num_parameters() const override { return free_.num_tangent(); }
+  Index num_residuals() const override { return columns_.shape().NumValues(); }
+  Index num_parameters() const override { return columns_.free().num_tangent(); }
   ConstView residuals() const override { return residuals_.view(); }
   void ApplyJ(ConstView v, View u) override;
   void ApplyJT(ConstView u, View g) override;
@@ -30,23 +29,15 @@ class ViewLinearization final : public Linearization<CpuBackend<double>> {
   void Gradient(View g) override;
   void DiagJTJ(View d) override;
   // One block, all of H: the engine solves the system at once.
-  std::vector<BlockGroup> block_groups() const override { return {{.size = free_.num_tangent(), .count = 1}}; }
+  std::vector<BlockGroup> block_groups() const override {
+    return {{.size = columns_.free().num_tangent(), .count = 1}};
+  }
   void BlockGram(BlockDiagonal<CpuBackend<double>>& blocks) override;
 
  private:
-  int num_columns() const { return free_.pose_tangent() + (free_.color ? 2 : 0); }
-  const S* Column(int k) const;
-  // Of a step, the number that column k is of in that channel.
-  int Place(int k, int channel) const;
-  double& H(int row, int col) { return h_[static_cast<std::size_t>(Index{row} * free_.num_tangent() + col)]; }
-  // g = J^T u.
-  template <class U>
-  void Project(const U* u, View g) const;
-  void FormH();
+  double H(int row, int col) const { return h_[static_cast<std::size_t>(row * num_parameters() + col)]; }
 
-  FreeUnknowns free_;
-  ImageShape shape_;
-  HostBuffer<S> rendered_, moves_, ones_;
+  ViewColumns<S> columns_;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   typename PhotometricLoss<S>::Linearization curvature_;
   HostBuffer<double> residuals_;

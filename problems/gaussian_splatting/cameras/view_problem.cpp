@@ -1,7 +1,6 @@
 #include "problems/gaussian_splatting/cameras/view_problem.h"
 
 #include "kernels/core/check.h"
-#include "kernels/gaussian_splatting/pose_jacobian.h"
 #include "problems/gaussian_splatting/cameras/view_linearization.h"
 
 namespace vesta::gs {
@@ -41,16 +40,10 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
   this->CheckBatch(batch);
   const ViewUnknowns unknowns = Unpack(x);
   Build(unknowns);
-  const Index values = target_.shape().NumValues();
   HostBuffer<S> rendered, moves;
-  rendered.ResizeForOverwrite(values);
+  rendered.ResizeForOverwrite(target_.shape().NumValues());
   view_.Render(rendered.data());
-  moves.ResizeForOverwrite(options_.free.pose_tangent() * values);
-  for (int k = 0; k < options_.free.pose_tangent(); ++k) {
-    splat::PoseTangent unit;
-    unit.v[k] = 1;
-    splat::ApplyPoseJ(view_, model_, unit, moves.data() + k * values, workspace_);
-  }
+  if (options_.free.pose) moves = PoseMoves(view_, model_, workspace_);
   return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
                                                 std::move(moves), loss_);
 }

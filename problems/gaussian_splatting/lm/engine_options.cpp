@@ -2,6 +2,26 @@
 
 namespace vesta::gs {
 
+PhotometricWeights LossOf(const LmStageOptions& lm) {
+  return {.l1 = lm.l1_weight,
+          .ssim = lm.ssim_weight,
+          .l1_floor = lm.l1_floor,
+          .pixel = lm.loss_linearization,
+          .huber_threshold = lm.huber_threshold,
+          .structure = lm.ssim};
+}
+
+SplatProblemOptions SplatProblemOptionsOf(const LmStageOptions& lm, const splat::ModelLayout& layout) {
+  SplatProblemOptions problem;
+  static_cast<SplatMetricOptions&>(problem) = lm;
+  if (lm.damping == LmDamping::kDiagonal) problem.rates_damping = 0;
+  static_cast<splat::ModelLayout&>(problem) = layout;
+  problem.weights = LossOf(lm);
+  problem.jacobian = lm.jacobian;
+  problem.sh_blocks = lm.preconditioner == LmPreconditioner::kBlockSh;
+  return problem;
+}
+
 vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   vesta::LmOptions engine;
   engine.max_iterations = lm.iterations;

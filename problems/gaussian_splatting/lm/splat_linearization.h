@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/lm/splat_grams.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
 namespace vesta::gs {
@@ -79,8 +80,7 @@ class SplatLinearization final : public Linearization<B> {
   std::shared_ptr<Loss> loss_;
   std::shared_ptr<Workspace> workspace_;
   Vector gradient_, descent_;  // until someone asks for them; the second, where it is its own
-  // Made with the diagonal, and kept for the preconditioner: they come from the same pass.
-  Vector gram_blocks_, gram_sh_, gram_sh_blocks_;
+  SplatGrams<B> grams_;        // made with the diagonal, and kept for the preconditioner
   mutable Vector residuals_, image_work_, weighted_work_;
 };
 

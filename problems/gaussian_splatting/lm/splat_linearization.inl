@@ -205,17 +205,11 @@ void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal, S* sh_blocks) {
 
 template <Backend B>
 void SplatLinearization<B>::DiagJTJ(View d) {
-  const Index n = model_.count;
-  if (gram_blocks_.empty()) {
-    gram_blocks_.Resize(PackedValues(splat::kGeometry) * n);
-    gram_sh_.Resize(num_parameters() - splat::kSh * n);
-    if (options_.sh_blocks) gram_sh_blocks_.Resize(PackedValues(ShCoefficients(model_.sh_degree)) * n);
-    AddGram(gram_blocks_.data(), gram_sh_.data(), options_.sh_blocks ? gram_sh_blocks_.data() : nullptr);
+  if (grams_.empty()) {
+    grams_.Start(model_, options_.sh_blocks);
+    AddGram(grams_.blocks(), grams_.sh_diagonal(), grams_.sh_blocks());
   }
-  for (int a = 0; a < splat::kGeometry; ++a) {
-    B().Copy(gram_blocks_.view().subspan(PackedLower(a, a) * n, n), d.subspan(a * n, n));
-  }
-  B().Copy(gram_sh_, d.subspan(splat::kSh * n, gram_sh_.size()));
+  grams_.CopyDiagonal(d);
 }
 
 template <Backend B>
@@ -225,15 +219,14 @@ std::vector<BlockGroup> SplatLinearization<B>::block_groups() const {
 
 template <Backend B>
 void SplatLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
-  if (gram_blocks_.empty()) {
+  if (grams_.empty()) {
     Vector diagonal(options_.sh_blocks ? num_parameters() - splat::kSh * model_.count : 0);
     S* const sh = blocks.values(1).data();
     AddGram(blocks.values(0).data(), options_.sh_blocks ? diagonal.data() : sh, options_.sh_blocks ? sh : nullptr);
     return;
   }
-  B().Copy(gram_blocks_, blocks.values(0));
-  B().Copy(options_.sh_blocks ? gram_sh_blocks_ : gram_sh_, blocks.values(1));
-  gram_blocks_ = {}, gram_sh_ = {}, gram_sh_blocks_ = {};  // nobody asks again unless a step is refused
+  grams_.CopyBlocks(blocks);
+  grams_.Release();  // nobody asks again unless a step is refused
 }
 
 }  // namespace vesta::gs

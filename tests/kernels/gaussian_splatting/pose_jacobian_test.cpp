@@ -149,6 +149,23 @@ void CheckAdjointness(const Scene& scene, double tolerance) {
   }
 }
 
+// By one raster pass what two make.
+TEST_P(PoseJacobian, OfParametersAndPoseIsTheSum) {
+  const Scene scene = test::RandomScene(GetParam(), 89);
+  RenderedView<double> rendered(scene);
+  test::Random random(90);
+  const std::vector<double> dx = random.NormalVector<double>(scene.x.size());
+  PoseTangent xi;
+  for (double& value : xi.v) value = random.Normal();
+  std::vector<double> of_model(rendered.image.size()), of_pose(of_model.size()), both(of_model.size());
+  rendered.view.ApplyJ(rendered.model, dx.data(), of_model.data(), rendered.workspace);
+  ApplyPoseJ(rendered.view, rendered.model, xi, of_pose.data(), rendered.workspace);
+  ApplyModelAndPoseJ(rendered.view, rendered.model, dx.data(), xi, both.data(), rendered.workspace);
+  double scale = 0;
+  for (std::size_t i = 0; i < both.size(); ++i) scale = std::max({scale, std::abs(of_model[i]), std::abs(of_pose[i])});
+  for (std::size_t i = 0; i < both.size(); ++i) ASSERT_NEAR(both[i], of_model[i] + of_pose[i], 1e-11 * scale) << i;
+}
+
 // Behind opaque Gaussians the adjoint is a small difference of images (jacobian_test.cpp).
 TEST_P(PoseJacobian, ProductsAreAdjoint) {
   const Scene scene = test::RandomScene(GetParam(), 83);

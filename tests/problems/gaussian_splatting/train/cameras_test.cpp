@@ -50,8 +50,7 @@ class CamerasFoundAlong : public testing::Test {
     for (std::size_t v = 0; v < moved.size(); ++v) {
       const View &from = truth_.views[v], &to = moved[v];
       if (!from.is_trained()) continue;
-      apart.emplace_back().motion = splat::MotionBetween(from.rotation.data(), from.translation.data(),
-                                                         to.rotation.data(), to.translation.data());
+      apart.emplace_back().motion = MotionBetween(from, to);
     }
     for (int round = 0; round < 8; ++round) RemoveCommonMotion(truth, 3, &apart);
     double most = 0;

@@ -1,0 +1,332 @@
+#include "problems/gaussian_splatting/cameras/joint_linearization.h"
+
+#include <algorithm>
+
+#include "kernels/core/for_each.h"
+#include "kernels/gaussian_splatting/pose_jacobian.h"
+#include "problems/gaussian_splatting/cameras/image_products.h"
+#include "problems/gaussian_splatting/cameras/joint_reduced.h"
+#include "problems/gaussian_splatting/lm/view_agreement.h"
+
+namespace vesta::gs {
+namespace {
+
+// body(value, factor of its channel) on every value of a planar image.
+template <class S, class Body>
+void ForChannels(HostSpan<S> image, const Body& body) {
+  const Index plane = image.size() / ImageShape::kChannels;
+  for (int c = 0; c < ImageShape::kChannels; ++c) {
+    ParallelFor(plane, kImageGrain, [&](Index i) { body(c, c * plane + i); });
+  }
+}
+
+template <class S>
+std::array<S, 3> GainsOf(const ViewUnknowns& unknowns) {
+  const auto& gain = unknowns.color.gain;
+  return {static_cast<S>(gain[0]), static_cast<S>(gain[1]), static_cast<S>(gain[2])};
+}
+
+template <class S>
+splat::PoseTangent PoseOf(HostSpan<const S> step) {
+  splat::PoseTangent xi;
+  for (int k = 0; k < splat::kPoseTangent; ++k) xi.v[k] = static_cast<double>(step[k]);
+  return xi;
+}
+
+}  // namespace
+
+template <class S>
+JointLinearization<S>::JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
+                                          std::span<const TargetView<B>> views,
+                                          std::shared_ptr<PhotometricLoss<S>> loss,
+                                          std::shared_ptr<splat::ViewWorkspace<S>> workspace)
+    : options_(options),
+      layout_(layout),
+      x_(x),
+      model_(x.data(), options.splats, options.splats.sh_degree),
+      views_(views),
+      units_(views.size()),
+      loss_(std::move(loss)),
+      workspace_(std::move(workspace)) {
+  Index largest = 0;
+  for (const TargetView<B>& view : views_) {
+    num_values_ += view.shape().NumValues();
+    largest = std::max(largest, view.shape().NumValues());
+  }
+  image_.ResizeForOverwrite(largest);
+  image2_.ResizeForOverwrite(largest);
+  MakeUnits();
+}
+
+template <class S>
+void JointLinearization<S>::MakeUnits() {
+  constexpr Index kGrain = 16384;
+  const Index n = layout_.splats;
+  gradient_.Resize(num_parameters());
+  const bool steers = has_own_descent();
+  HostBuffer<S> of_view;
+  if (steers) of_view.Resize(num_parameters()), descent_.Resize(n);
+  HostBuffer<S> priors(num_priors());
+  for (Index v = 0; v < layout_.views; ++v) {
+    JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+    const View image_gradient = image_.view().subspan(0, views_[static_cast<std::size_t>(v)].shape().NumValues());
+    Build(v, unit, image_gradient);
+    const View g = steers ? of_view.view() : gradient_.view();
+    AddViewJT(v, image_gradient, g);
+    std::transform(unit.prior.begin(), unit.prior.end(), priors.data(), [](double r) { return static_cast<S>(r); });
+    AddPriorJT(v, priors.data(), g);
+    if (!steers) continue;
+    ForEach<Host>(n, kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), descent_.data()});
+    const View own = layout_.StepOf(gradient_.view(), v);
+    std::copy_n(layout_.StepOf(g, v).data(), own.size(), own.data());
+  }
+  if (steers) {
+    ForEach<Host>(n, kGrain,
+                  AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement), static_cast<S>(layout_.views),
+                                   gradient_.data(), descent_.data()});
+  }
+}
+
+template <class S>
+void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradient) {
+  const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
+  unit.target = &target;
+  unit.unknowns = layout_.UnknownsOf(x_, v);
+  unit.view.Build(model_, Moved(target.camera, unit.unknowns.motion), options_.splats.background.data(), *workspace_);
+  unit.rendered.ResizeForOverwrite(target.shape().NumValues());
+  unit.view.Render(unit.rendered.data());
+  const View shown = Work(unit, image2_);
+  B().Copy(unit.rendered, shown);
+  unit.unknowns.color.Apply(shown);
+  loss_->Linearize(shown, target.truth, target.shape(), image_gradient, unit.W);
+  unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, unit.values());
+  unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, unit.values());
+}
+
+template <class S>
+auto JointLinearization<S>::residuals() const -> ConstView {
+  if (residuals_.empty()) {
+    residuals_.ResizeForOverwrite(num_residuals());
+    Index at = 0, prior = num_values_;
+    for (const JointUnit<S>& unit : units_) {
+      const View part = residuals_.view().subspan(at, unit.values());
+      B().Copy(unit.rendered, part);
+      unit.unknowns.color.Apply(part);
+      B().Axpby(-1.0, unit.target->truth, 1.0, part);
+      at += unit.values();
+      for (const double r : unit.prior) residuals_[prior++] = static_cast<S>(r);
+    }
+  }
+  return residuals_.view();
+}
+
+template <class S>
+void JointLinearization<S>::ApplySplatJ(const JointUnit<S>& unit, const S* v, View d_image) {
+  unit.view.ApplyJ(model_, v, d_image.data(), *workspace_);
+  const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
+  ForChannels(d_image, [&](int c, Index i) { d_image[i] *= gain[static_cast<std::size_t>(c)]; });
+}
+
+template <class S>
+void JointLinearization<S>::AddSplatJT(const JointUnit<S>& unit, View u, S* g) {
+  const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
+  ForChannels(u, [&](int c, Index i) { u[i] *= gain[static_cast<std::size_t>(c)]; });
+  unit.view.AddJT(model_, unit.rendered.data(), u.data(), g, *workspace_);
+}
+
+template <class S>
+void JointLinearization<S>::ApplyViewJ(Index v, ConstView step, View d_image) {
+  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+  const ConstView own = layout_.StepOf(step, v);
+  if (layout_.free.pose) {
+    ApplyModelAndPoseJ(unit.view, model_, step.data(), PoseOf(own), d_image.data(), *workspace_);
+  } else {
+    unit.view.ApplyJ(model_, step.data(), d_image.data(), *workspace_);
+  }
+  const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
+  std::array<S, 3> d_gain{}, d_offset{};
+  for (int c = 0; layout_.free.color && c < ImageShape::kChannels; ++c) {
+    d_gain[static_cast<std::size_t>(c)] = own[layout_.free.Gain(c)];
+    d_offset[static_cast<std::size_t>(c)] = own[layout_.free.Offset(c)];
+  }
+  ForChannels(d_image, [&](int channel, Index i) {
+    const auto c = static_cast<std::size_t>(channel);
+    d_image[i] = gain[c] * d_image[i] + (d_gain[c] * unit.rendered[i] + d_offset[c]);
+  });
+}
+
+template <class S>
+void JointLinearization<S>::AddViewJT(Index v, View u, View g) {
+  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+  const View own = layout_.StepOf(g, v);
+  const Index plane = unit.values() / ImageShape::kChannels;
+  for (int c = 0; layout_.free.color && c < ImageShape::kChannels; ++c) {
+    const S* channel = u.data() + c * plane;
+    own[layout_.free.Gain(c)] += static_cast<S>(Dot(unit.rendered.data() + c * plane, channel, plane));
+    own[layout_.free.Offset(c)] += static_cast<S>(Sum(channel, plane));
+  }
+  AddSplatJT(unit, u, g.data());
+  if (!layout_.free.pose) return;
+  // What the adjoint pass has left: the cotangents of the splats.
+  const splat::PoseTangent xi = PoseCotangent(unit.view, model_, workspace_->splat_sums.data());
+  for (int k = 0; k < splat::kPoseTangent; ++k) own[k] += static_cast<S>(xi.v[k]);
+}
+
+template <class S>
+void JointLinearization<S>::ApplyPriorJ(Index v, ConstView step, S* out) const {
+  const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
+  const ConstView own = layout_.StepOf(step, v);
+  for (Index i = 0; i < own.size(); ++i) {
+    double sum = 0;
+    for (Index j = 0; j < own.size(); ++j) {
+      sum += J[static_cast<std::size_t>(i * own.size() + j)] * static_cast<double>(own[j]);
+    }
+    out[i] = static_cast<S>(sum);
+  }
+}
+
+template <class S>
+void JointLinearization<S>::AddPriorJT(Index v, const S* u, View g) const {
+  const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
+  const View own = layout_.StepOf(g, v);
+  for (Index j = 0; j < own.size(); ++j) {
+    double sum = 0;
+    for (Index i = 0; i < own.size(); ++i) {
+      sum += J[static_cast<std::size_t>(i * own.size() + j)] * static_cast<double>(u[i]);
+    }
+    own[j] += static_cast<S>(sum);
+  }
+}
+
+template <class S>
+void JointLinearization<S>::ApplyJ(ConstView v, View u) {
+  const Index n = layout_.free.num_tangent();
+  Index at = 0;
+  for (Index i = 0; i < layout_.views; ++i) {
+    const Index values = units_[static_cast<std::size_t>(i)].values();
+    ApplyViewJ(i, v, u.subspan(at, values));
+    ApplyPriorJ(i, v, u.data() + num_values_ + i * n);
+    at += values;
+  }
+}
+
+template <class S>
+void JointLinearization<S>::ApplyJT(ConstView u, View g) {
+  const Index n = layout_.free.num_tangent();
+  B().Fill(0, g);
+  Index at = 0;
+  for (Index i = 0; i < layout_.views; ++i) {
+    const View work = Work(units_[static_cast<std::size_t>(i)], image_);
+    B().Copy(u.subspan(at, work.size()), work);
+    AddViewJT(i, work, g);
+    AddPriorJT(i, u.data() + num_values_ + i * n, g);
+    at += work.size();
+  }
+}
+
+template <class S>
+void JointLinearization<S>::ApplyW(ConstView u, View Wu) {
+  Index at = 0;
+  for (const JointUnit<S>& unit : units_) {
+    ApplyW(unit, u.subspan(at, unit.values()), Wu.subspan(at, unit.values()));
+    at += unit.values();
+  }
+  B().Copy(u.subspan(at, num_priors()), Wu.subspan(at, num_priors()));
+}
+
+template <class S>
+void JointLinearization<S>::ApplyH(ConstView v, View Hv) {
+  B().Fill(0, Hv);
+  HostBuffer<S> prior(layout_.free.num_tangent());
+  for (Index i = 0; i < layout_.views; ++i) {
+    const JointUnit<S>& unit = units_[static_cast<std::size_t>(i)];
+    const View d_image = Work(unit, image_), weighted = Work(unit, image2_);
+    ApplyViewJ(i, v, d_image);
+    ApplyW(unit, d_image, weighted);
+    AddViewJT(i, weighted, Hv);
+    ApplyPriorJ(i, v, prior.data());
+    AddPriorJT(i, prior.data(), Hv);
+  }
+}
+
+template <class S>
+void JointLinearization<S>::Gradient(View g) {
+  B().Copy(gradient_, g);
+}
+
+template <class S>
+void JointLinearization<S>::Descent(View d) {
+  B().Axpby(-1.0, gradient_, 0.0, d);
+  if (has_own_descent()) B().Copy(descent_, d.subspan(0, layout_.splats));
+}
+
+template <class S>
+const SplatGrams<CpuBackend<S>>& JointLinearization<S>::Grams() {
+  if (!grams_.empty()) return grams_;
+  grams_.Start(model_, options_.splats.sh_blocks);
+  for (const JointUnit<S>& unit : units_) {
+    const View omega = Work(unit, image_);
+    const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
+    ForChannels(omega, [&](int channel, Index i) {
+      const S factor = gain[static_cast<std::size_t>(channel)];
+      omega[i] = factor * factor * unit.W.diagonal[i];
+    });
+    unit.view.AddGram(model_, unit.rendered.data(), omega.data(), grams_.blocks(), grams_.sh_diagonal(), *workspace_,
+                      grams_.sh_blocks());
+  }
+  workspace_->pair_grams = {}, workspace_->splat_grams = {};  // the largest of the workspace, and idle until the next x
+  return grams_;
+}
+
+template <class S>
+const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& unit) {
+  if (!unit.curvature.empty()) return unit.curvature;
+  HostBuffer<S> moves;
+  if (layout_.free.pose) moves = PoseMoves(unit.view, model_, *workspace_);
+  const ViewColumns<S> columns =
+      ColumnsOf<S>(layout_.free, unit.unknowns.color, unit.target->shape(), unit.rendered, moves);
+  unit.curvature = WeightedGram(columns, *loss_, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
+  const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
+  const std::vector<double>& J = unit.prior_jacobian;
+  for (std::size_t row = 0; row < n; ++row) {
+    for (std::size_t col = 0; col < n; ++col) {
+      for (std::size_t k = 0; k < n; ++k) unit.curvature[row * n + col] += J[k * n + row] * J[k * n + col];
+    }
+  }
+  return unit.curvature;
+}
+
+template <class S>
+void JointLinearization<S>::DiagJTJ(View d) {
+  Grams().CopyDiagonal(d.subspan(0, layout_.splats));
+  const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
+  for (std::size_t v = 0; v < units_.size(); ++v) {
+    const View own = layout_.StepOf(d, static_cast<Index>(v));
+    const std::vector<double>& H = CurvatureOf(v);
+    for (std::size_t k = 0; k < n; ++k) own[static_cast<Index>(k)] = static_cast<S>(H[k * n + k]);
+  }
+}
+
+template <class S>
+std::vector<BlockGroup> JointLinearization<S>::block_groups() const {
+  std::vector<BlockGroup> groups = SplatBlockGroups(model_, options_.splats.sh_blocks);
+  groups.push_back(ViewBlocks(layout_, layout_.splats));
+  return groups;
+}
+
+template <class S>
+void JointLinearization<S>::BlockGram(BlockDiagonal<B>& blocks) {
+  Grams().CopyBlocks(blocks);
+  FillViewBlocks(*this, blocks.values(static_cast<int>(blocks.groups().size()) - 1));
+  if (!options_.eliminate_views) grams_.Release();  // nobody asks again unless a step is refused
+}
+
+template <class S>
+std::unique_ptr<ReducedSystem<CpuBackend<S>>> JointLinearization<S>::MakeReducedSystem() {
+  return options_.eliminate_views ? std::make_unique<JointReducedSystem<S>>(*this) : nullptr;
+}
+
+template class JointLinearization<float>;
+template class JointLinearization<double>;
+
+}  // namespace vesta::gs

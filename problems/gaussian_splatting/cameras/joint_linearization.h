@@ -1,0 +1,109 @@
+// Splats, cameras and exposures at one x.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "problems/gaussian_splatting/cameras/joint_problem.h"
+#include "problems/gaussian_splatting/cameras/view_columns.h"
+#include "problems/gaussian_splatting/lm/splat_grams.h"
+
+namespace vesta::gs {
+
+// One view: what is shown is color of the image that is rendered from the moved camera.
+template <class S>
+struct JointUnit {
+  const TargetView<CpuBackend<S>>* target = nullptr;
+  ViewUnknowns unknowns;
+  splat::SplatView<S> view;
+  HostBuffer<S> rendered;  // before the exposure
+  typename PhotometricLoss<S>::Linearization W;
+  std::vector<double> prior, prior_jacobian;  // ViewPrior's
+  // J_c^T W J_c of the view's own unknowns, the prior's included; made when it is asked for. W J_c: only where views
+  // may be eliminated.
+  std::vector<double> curvature;
+  ViewColumns<S> weighted;
+
+  Index values() const { return rendered.size(); }
+};
+
+template <class S>
+class JointLinearization final : public Linearization<CpuBackend<S>> {
+ public:
+  using B = CpuBackend<S>;
+  using typename Linearization<B>::ConstView;
+  using typename Linearization<B>::View;
+
+  // loss and workspace are shared with the problem, one call at a time.
+  JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
+                     std::span<const TargetView<B>> views, std::shared_ptr<PhotometricLoss<S>> loss,
+                     std::shared_ptr<splat::ViewWorkspace<S>> workspace);
+
+  // Residuals are the colour differences e = shown - truth, view after view, each 3 planes; then for each view those of
+  // the prior.
+  Index num_residuals() const override { return num_values_ + num_priors(); }
+  Index num_parameters() const override { return layout_.num_tangent(); }
+  ConstView residuals() const override;
+  void ApplyJ(ConstView v, View u) override;
+  void ApplyJT(ConstView u, View g) override;
+  // The identity on the prior's.
+  void ApplyW(ConstView u, View Wu) override;
+  bool weighted() const override { return true; }
+  void ApplyH(ConstView v, View Hv) override;
+  void Gradient(View g) override;
+  // The gradient; that of the splats shrunk where the views disagree (lm/view_agreement.h).
+  bool has_own_descent() const override { return options_.splats.view_agreement > 0; }
+  void Descent(View d) override;
+  // Exact for views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
+  void DiagJTJ(View d) override;
+  // Those of the splats, then one block for each view.
+  std::vector<BlockGroup> block_groups() const override;
+  void BlockGram(BlockDiagonal<B>& blocks) override;
+  // Null unless the options have it.
+  std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
+
+  // The parts that the reduced system is made of.
+  const JointLayout& layout() const { return layout_; }
+  const std::vector<JointUnit<S>>& units() const { return units_; }
+  bool sh_blocks() const { return options_.splats.sh_blocks; }
+  // d_image = J of the splats alone; g += its transpose times u, an image, which is overwritten.
+  void ApplySplatJ(const JointUnit<S>& unit, const S* v, View d_image);
+  void AddSplatJT(const JointUnit<S>& unit, View u, S* g);
+  void ApplyW(const JointUnit<S>& unit, ConstView u, View Wu) { loss_->ApplyW(unit.W, u, Wu); }
+  // What both hold of the diagonal and the blocks.
+  const SplatGrams<B>& Grams();
+  const std::vector<double>& CurvatureOf(std::size_t view) { return MakeCurvature(units_[view]); }
+
+ private:
+  Index num_priors() const { return layout_.views * layout_.free.num_tangent(); }
+  HostSpan<S> Work(const JointUnit<S>& unit, HostBuffer<S>& images) const {
+    return images.view().subspan(0, unit.values());
+  }
+  // Builds all views, and sums their gradients, of which comes the descent.
+  void MakeUnits();
+  void Build(Index v, JointUnit<S>& unit, View image_gradient);
+  // d_image = J v of view v, without the prior's; g += J^T u, u overwritten.
+  void ApplyViewJ(Index v, ConstView step, View d_image);
+  void AddViewJT(Index v, View u, View g);
+  // out = J_p v and g += J_p^T u of the prior of view v.
+  void ApplyPriorJ(Index v, ConstView step, S* out) const;
+  void AddPriorJT(Index v, const S* u, View g) const;
+  const std::vector<double>& MakeCurvature(JointUnit<S>& unit);
+
+  JointProblemOptions options_;
+  JointLayout layout_;
+  ConstView x_;
+  splat::Model<S> model_;
+  std::span<const TargetView<B>> views_;
+  std::vector<JointUnit<S>> units_;
+  Index num_values_ = 0;
+  std::shared_ptr<PhotometricLoss<S>> loss_;
+  std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
+  HostBuffer<S> gradient_, descent_;  // the second: the splats', where it is its own
+  SplatGrams<B> grams_;
+  mutable HostBuffer<S> residuals_;
+  HostBuffer<S> image_, image2_;
+};
+
+}  // namespace vesta::gs

@@ -1,0 +1,91 @@
+#include "problems/gaussian_splatting/cameras/joint_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/joint_linearization.h"
+
+namespace vesta::gs {
+
+template <class S>
+JointProblem<S>::JointProblem(const JointProblemOptions& options, std::span<const TargetView<B>> views)
+    : options_(options),
+      views_(views),
+      layout_{options.splats.Size(), static_cast<Index>(views.size()), options.free},
+      splats_(options.splats, views),
+      loss_(std::make_shared<PhotometricLoss<S>>(options.splats.weights)),
+      workspace_(std::make_shared<splat::ViewWorkspace<S>>()) {
+  VESTA_CHECK(!views.empty(), "no views to find cameras of");
+  VESTA_CHECK(options.free.num_tangent() > 0, "views with neither pose nor colour to find");
+  VESTA_CHECK(options.prior.weight >= 0 && std::isfinite(options.prior.weight),
+              "a prior of weight {}; choose 0 or more", options.prior.weight);
+  VESTA_CHECK(options.prior.depth > 0 && std::isfinite(options.prior.depth), "a depth of {}; it must be above 0",
+              options.prior.depth);
+}
+
+template <class S>
+double JointProblem<S>::Cost(ConstView x) {
+  std::vector<Index> all(views_.size());
+  std::iota(all.begin(), all.end(), Index{0});
+  return Cost(x, all);
+}
+
+template <class S>
+double JointProblem<S>::Cost(ConstView x, std::span<const Index> units) {
+  this->CheckSize(x);
+  this->CheckUnits(units);
+  const splat::Model<S> model{x.data(), options_.splats, options_.splats.sh_degree};
+  splat::SplatView<S> view;
+  HostBuffer<S> image;
+  double cost = 0;
+  for (const Index v : units) {
+    const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
+    const ViewUnknowns unknowns = layout_.UnknownsOf(x, v);
+    if (!std::ranges::all_of(unknowns.color.gain, [](double gain) { return gain > 0; })) {
+      return std::numeric_limits<double>::infinity();
+    }
+    view.Build(model, Moved(target.camera, unknowns.motion), options_.splats.background.data(), *workspace_);
+    image.ResizeForOverwrite(target.truth.size());
+    view.Render(image.data());
+    unknowns.color.Apply(image.view());
+    cost += loss_->Evaluate(image, target.truth, target.shape()).cost;
+    for (const double r : options_.prior.Residuals(unknowns, options_.free, image.size())) cost += r * r / 2;
+  }
+  return cost;
+}
+
+template <class S>
+std::unique_ptr<Linearization<CpuBackend<S>>> JointProblem<S>::Linearize(ConstView x, int batch) {
+  this->CheckSize(x);
+  this->CheckBatch(batch);
+  return std::make_unique<JointLinearization<S>>(options_, layout_, x, views_, loss_, workspace_);
+}
+
+template <class S>
+bool JointProblem<S>::DampingMetric(ConstView x, ConstView diag_h, View D) {
+  const Index n = layout_.splats;
+  if (!splats_.DampingMetric(x.subspan(0, n), diag_h.subspan(0, n), D.subspan(0, n))) return false;
+  std::copy(diag_h.begin() + n, diag_h.end(), D.begin() + n);
+  return true;
+}
+
+template <class S>
+void JointProblem<S>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+  const Index n = layout_.splats;
+  backend.Copy(x.subspan(0, n), out.subspan(0, n));
+  backend.Axpby(1.0, delta.subspan(0, n), 1.0, out.subspan(0, n));
+  for (Index v = 0; v < layout_.views; ++v) {
+    const auto own = layout_.StepOf(delta, v);
+    const std::vector<double> step(own.begin(), own.end());
+    layout_.SetUnknowns(gs::Plus(layout_.UnknownsOf(x, v), options_.free, {step.data(), own.size()}), v, out);
+  }
+}
+
+template class JointProblem<float>;
+template class JointProblem<double>;
+
+}  // namespace vesta::gs

@@ -1,0 +1,61 @@
+// Splats, cameras and exposures as one least-squares problem of the engine: bundle adjustment by photographs, with
+// Gaussians for points.
+//
+// To its view a camera's motion is a rigid motion of all Gaussians (kernels/gaussian_splatting/camera_block.h), so that
+// J v is still one tangent pass for each view and J^T u one adjoint pass. What no photograph tells is held by a weak
+// prior (view_prior.h).
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "problems/gaussian_splatting/cameras/joint_layout.h"
+#include "problems/gaussian_splatting/cameras/view_prior.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+
+namespace vesta::gs {
+
+struct JointProblemOptions {
+  // Of the splats. All views make one batch and are held: batches and jacobian do not count.
+  SplatProblemOptions splats;
+  FreeUnknowns free = {};
+  ViewPrior prior = {};
+  // Whether views' unknowns can be eliminated (Linearization::MakeReducedSystem). Takes the memory of 6 to 8 more
+  // images a view.
+  bool eliminate_views = false;
+};
+
+// x: JointLayout; units are views. The motion of a view is from its target.camera, which is in double, so that what x
+// has to hold is small. Costs are infinite where a gain is not above 0. The same bits for any number of threads.
+template <class S>
+class JointProblem final : public Problem<CpuBackend<S>> {
+ public:
+  using B = CpuBackend<S>;
+  using typename Problem<B>::ConstView;
+  using typename Problem<B>::View;
+
+  // views must outlive the problem. Throws Error where there are none, where nothing of them is free, for a truth that
+  // is not of its view's size, and for a prior out of range.
+  JointProblem(const JointProblemOptions& options, std::span<const TargetView<B>> views);
+
+  const JointLayout& layout() const { return layout_; }
+  Index num_parameters() const override { return layout_.num_parameters(); }
+  Index num_tangent() const override { return layout_.num_tangent(); }
+  Index num_units() const override { return layout_.views; }
+  double Cost(ConstView x) override;
+  double Cost(ConstView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  // That of the splats' (SplatMetricOptions); of views diag(H).
+  bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
+  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+
+ private:
+  JointProblemOptions options_;
+  std::span<const TargetView<B>> views_;
+  JointLayout layout_;
+  SplatProblem<B> splats_;  // for its metric
+  std::shared_ptr<PhotometricLoss<S>> loss_;
+  std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
+};
+
+}  // namespace vesta::gs

@@ -1,0 +1,66 @@
+#include "problems/gaussian_splatting/cameras/refine_jointly.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/joint_problem.h"
+#include "problems/gaussian_splatting/lm/engine_options.h"
+#include "problems/gaussian_splatting/model/length_units.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "solver/levenberg_marquardt.h"
+
+namespace vesta::gs {
+namespace {
+
+using B = CpuBackend<float>;
+
+JointProblemOptions ProblemOptions(const SplatModel& model, const std::vector<const View*>& views,
+                                   const JointOptions& options) {
+  JointProblemOptions problem;
+  SplatProblemOptions& splats = problem.splats;
+  splats = SplatProblemOptionsOf(options.lm, model);
+  splats.background = options.background;
+  splats.rates = options.rates;
+  splats.units = std::make_shared<const std::vector<float>>(LengthUnits(model, views, options.near, options.extent));
+  problem.free = options.free;
+  problem.prior = {options.prior_weight, 2 * options.extent};
+  problem.eliminate_views = options.eliminate_views;
+  return problem;
+}
+
+}  // namespace
+
+JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& views,
+                              const std::vector<ViewUnknowns>& start, const JointOptions& options) {
+  VESTA_CHECK(start.empty() || start.size() == views.size(), "{} views, but {} to start from", views.size(),
+              start.size());
+  for (const ViewUnknowns& view : start) {
+    VESTA_CHECK(std::ranges::all_of(view.color.gain, [](double gain) { return gain > 0; }),
+                "a view with gains {}, {} and {}; they must be above 0", view.color.gain[0], view.color.gain[1],
+                view.color.gain[2]);
+  }
+  const std::vector<TargetView<B>> targets = MakeTargets<B>(views, options.near);
+  JointProblem<float> problem(ProblemOptions(model, views, options), targets);
+  const JointLayout& layout = problem.layout();
+  HostBuffer<float> x(layout.num_parameters());
+  std::copy(model.data.begin(), model.data.end(), x.begin());
+  for (Index v = 0; v < layout.views; ++v) {
+    layout.SetUnknowns(start.empty() ? ViewUnknowns{} : start[static_cast<std::size_t>(v)], v, x.view());
+  }
+  vesta::LmOptions engine = LmEngineOptions(options.lm);
+  engine.max_iterations = options.iterations;
+  engine.batch_mode = BatchMode::kExact;
+  engine.line_search.enabled = false;
+  engine.normal_system.linear_solver = options.eliminate_views ? LinearSolverKind::kReducedPcg : LinearSolverKind::kPcg;
+  B backend;
+  JointRefinement refined;
+  refined.summary = SolveLm<B>(engine, backend, problem, x);
+  std::copy_n(x.begin(), model.data.size(), model.data.begin());
+  refined.model = std::move(model);
+  for (Index v = 0; v < layout.views; ++v) refined.views.push_back(layout.UnknownsOf<float>(x, v));
+  return refined;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,46 @@
+// Splats, cameras and exposures refined at once, by Levenberg-Marquardt on all views.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
+#include "problems/gaussian_splatting/lm/options.h"
+#include "problems/gaussian_splatting/model/learning_rates.h"
+#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "solver/summary.h"
+
+namespace vesta::gs {
+
+struct JointOptions {
+  FreeUnknowns free = {};
+  int iterations = 10;  // most of Levenberg-Marquardt
+  // Else of the engine and of the cost, and how the splats are damped. Batches and the line search are not used; views
+  // are held.
+  LmStageOptions lm;
+  LearningRates rates;
+  std::array<double, 3> background{0, 0, 0};  // 0..1
+  double near = 0;                            // distance of the near plane, world units
+  double extent = 1;                          // of the scene (Scene::extent), world units, > 0
+  double prior_weight = 0.01;                 // ViewPrior::weight
+  // Whether views are eliminated from each step (JointProblemOptions), or solved for along with the splats. From
+  // cameras that are off it comes further by as many products, which take a fifth longer
+  // (docs/results/2026-11-25-joint-cameras.md).
+  bool eliminate_views = true;
+};
+
+struct JointRefinement {
+  SplatModel model;
+  std::vector<ViewUnknowns> views;  // from as they were given
+  LmSummary summary;
+};
+
+// From the model and `start`, one for each view, from as it was given; empty: as given. Views must have their images.
+// What is found has a cost no higher than the start's. Throws Error without views, where nothing of them is free, for
+// images of another size than their cameras', for starts that are not as many as the views or whose gains are not all
+// above 0, and for options out of range. The same bits for any number of threads.
+JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& views,
+                              const std::vector<ViewUnknowns>& start, const JointOptions& options);
+
+}  // namespace vesta::gs

@@ -1,0 +1,120 @@
+#include "problems/gaussian_splatting/cameras/view_columns.h"
+
+#include <algorithm>
+
+#include "kernels/gaussian_splatting/pose_jacobian.h"
+#include "problems/gaussian_splatting/cameras/image_products.h"
+
+namespace vesta::gs {
+
+template <class S>
+int ViewColumns<S>::Place(int k, int channel) const {
+  const int pose = free_.pose_tangent();
+  return k < pose ? k : k == pose ? free_.Gain(channel) : free_.Offset(channel);
+}
+
+template <class S>
+template <class U>
+void ViewColumns<S>::Project(const U* u, double* g) const {
+  const Index n = shape_.PlaneSize();
+  std::fill_n(g, free_.num_tangent(), 0.0);
+  for (int k = 0; k < num_images(); ++k) {
+    for (int c = 0; c < ImageShape::kChannels; ++c) g[Place(k, c)] += Dot(image(k).data() + c * n, u + c * n, n);
+  }
+}
+
+template <class S>
+template <class U>
+void ViewColumns<S>::Add(double scale, const double* v, U* u) const {
+  const Index n = shape_.PlaneSize();
+  for (int c = 0; c < ImageShape::kChannels; ++c) {
+    ParallelFor(n, kImageGrain, [&](Index i) {
+      double sum = 0;
+      for (int k = 0; k < num_images(); ++k) sum += v[Place(k, c)] * static_cast<double>(image(k)[c * n + i]);
+      u[c * n + i] += static_cast<U>(scale * sum);
+    });
+  }
+}
+
+template <class S>
+ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const ImageShape& shape,
+                         HostSpan<const S> rendered, HostSpan<const S> moves) {
+  ViewColumns<S> columns(free, shape);
+  const Index values = shape.NumValues();
+  const int pose = free.pose_tangent();
+  AffineColor gain = color;
+  gain.offset = {};
+  for (int k = 0; k < pose; ++k) {
+    std::copy_n(moves.data() + k * values, values, columns.image(k).data());
+    gain.Apply(columns.image(k));
+  }
+  if (free.color) {
+    std::copy_n(rendered.data(), values, columns.image(pose).data());
+    std::fill_n(columns.image(pose + 1).data(), values, S(1));
+  }
+  return columns;
+}
+
+template <class S>
+HostBuffer<S> PoseMoves(const splat::SplatView<S>& view, const splat::Model<S>& model,
+                        splat::ViewWorkspace<S>& workspace) {
+  const Index values = ImageShape::kChannels * view.num_pixels();
+  HostBuffer<S> moves;
+  moves.ResizeForOverwrite(splat::kPoseTangent * values);
+  for (int k = 0; k < splat::kPoseTangent; ++k) {
+    splat::PoseTangent unit;
+    unit.v[k] = 1;
+    splat::ApplyPoseJ(view, model, unit, moves.data() + k * values, workspace);
+  }
+  return moves;
+}
+
+template <class S>
+std::vector<double> WeightedGram(const ViewColumns<S>& J, PhotometricLoss<S>& loss,
+                                 const typename PhotometricLoss<S>::Linearization& W, ViewColumns<S>* weighted) {
+  const auto n = static_cast<std::size_t>(J.free().num_tangent());
+  const Index plane = J.shape().PlaneSize();
+  std::vector<double> H(n * n);
+  const auto at = [&](int row, int col) -> double& { return H[static_cast<std::size_t>(row) * n + std::size_t(col)]; };
+  HostBuffer<S> one;
+  if (weighted) {
+    *weighted = ViewColumns<S>(J.free(), J.shape());
+  } else {
+    one.ResizeForOverwrite(J.shape().NumValues());
+  }
+  for (int k = 0; k < J.num_images(); ++k) {
+    const HostSpan<S> WJ = weighted ? weighted->image(k) : one.view();
+    loss.ApplyW(W, J.image(k), WJ);
+    for (int l = 0; l <= k; ++l) {
+      for (int c = 0; c < ImageShape::kChannels; ++c) {
+        const double product = Dot(J.image(l).data() + c * plane, WJ.data() + c * plane, plane);
+        at(J.Place(k, c), J.Place(l, c)) += product;
+        if (l != k) at(J.Place(l, c), J.Place(k, c)) += product;
+      }
+    }
+  }
+  return H;
+}
+
+template class ViewColumns<float>;
+template class ViewColumns<double>;
+template void ViewColumns<float>::Project(const float*, double*) const;
+template void ViewColumns<float>::Project(const double*, double*) const;
+template void ViewColumns<double>::Project(const double*, double*) const;
+template void ViewColumns<float>::Add(double, const double*, float*) const;
+template void ViewColumns<float>::Add(double, const double*, double*) const;
+template void ViewColumns<double>::Add(double, const double*, double*) const;
+template ViewColumns<float> ColumnsOf(const FreeUnknowns&, const AffineColor&, const ImageShape&, HostSpan<const float>,
+                                      HostSpan<const float>);
+template ViewColumns<double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const ImageShape&,
+                                       HostSpan<const double>, HostSpan<const double>);
+template HostBuffer<float> PoseMoves(const splat::SplatView<float>&, const splat::Model<float>&,
+                                     splat::ViewWorkspace<float>&);
+template HostBuffer<double> PoseMoves(const splat::SplatView<double>&, const splat::Model<double>&,
+                                      splat::ViewWorkspace<double>&);
+template std::vector<double> WeightedGram(const ViewColumns<float>&, PhotometricLoss<float>&,
+                                          const PhotometricLoss<float>::Linearization&, ViewColumns<float>*);
+template std::vector<double> WeightedGram(const ViewColumns<double>&, PhotometricLoss<double>&,
+                                          const PhotometricLoss<double>::Linearization&, ViewColumns<double>*);
+
+}  // namespace vesta::gs

@@ -1,0 +1,63 @@
+// The derivatives of a view's image by its own unknowns, held as images.
+#pragma once
+
+#include <vector>
+
+#include "kernels/gaussian_splatting/splat_view.h"
+#include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
+
+namespace vesta::gs {
+
+// A matrix from steps of a view (FreeUnknowns) to images of 3 planes. Each channel has a gain and an offset of its own,
+// so a gain's column and those of the other two channels' make one image, and likewise the offsets': with the pose's
+// six there are eight. W treats channels by themselves too, so W times the matrix is one of the same form.
+template <class S>
+class ViewColumns {
+ public:
+  ViewColumns() = default;
+  // To be filled.
+  ViewColumns(const FreeUnknowns& free, const ImageShape& shape)
+      : free_(free), shape_(shape), images_(NumImages(free) * shape.NumValues()) {}
+  static Index NumImages(const FreeUnknowns& free) { return free.pose_tangent() + (free.color ? 2 : 0); }
+
+  const FreeUnknowns& free() const { return free_; }
+  const ImageShape& shape() const { return shape_; }
+  bool empty() const { return images_.empty(); }
+  int num_images() const { return static_cast<int>(NumImages(free_)); }
+  // First the pose's, then the gains', then the offsets'.
+  HostSpan<S> image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
+  HostSpan<const S> image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
+  // Of a step, the number that image k is of in that channel.
+  int Place(int k, int channel) const;
+
+  // g[free.num_tangent()] = columns^T u, summed in double; u an image.
+  template <class U>
+  void Project(const U* u, double* g) const;
+  // u += scale columns v, v[free.num_tangent()].
+  template <class U>
+  void Add(double scale, const double* v, U* u) const;
+
+ private:
+  FreeUnknowns free_;
+  ImageShape shape_{};
+  HostBuffer<S> images_;
+};
+
+// The derivatives of the image that is shown, color of `rendered`, by the view's unknowns. moves: of the rendered image
+// by the pose's numbers, one after the other.
+template <class S>
+ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const ImageShape& shape,
+                         HostSpan<const S> rendered, HostSpan<const S> moves);
+// The derivatives of the image of a view by its pose's six numbers, one after the other.
+template <class S>
+HostBuffer<S> PoseMoves(const splat::SplatView<S>& view, const splat::Model<S>& model,
+                        splat::ViewWorkspace<S>& workspace);
+
+// J^T W J, square, free.num_tangent() numbers a side. weighted: unless null becomes W J.
+template <class S>
+std::vector<double> WeightedGram(const ViewColumns<S>& J, PhotometricLoss<S>& loss,
+                                 const typename PhotometricLoss<S>::Linearization& W,
+                                 ViewColumns<S>* weighted = nullptr);
+
+}  // namespace vesta::gs
