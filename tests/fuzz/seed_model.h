@@ -8,7 +8,8 @@ namespace vesta::fuzz {
 
 inline gs::ColmapModel SeedModel() {
   gs::ColmapModel model;
-  model.cameras = {{1, false, {60, 40, {61, 62.5, 30.5, 19.75}}}, {2, true, {30, 20, {30, 30, 15, 10}}}};
+  model.cameras = {{1, gs::ColmapCameraModel::kPinhole, {60, 40, {61, 62.5, 30.5, 19.75}}, {}},
+                   {2, gs::ColmapCameraModel::kSimplePinhole, {30, 20, {30, 30, 15, 10}}, {}}};
   for (std::uint32_t i = 0; i < 3; ++i) {
     model.images.push_back({i, {1, 0.1 * i, 0, 0}, {0.5 * i, 0, 4}, 1 + i % 2, "view" + std::to_string(i) + ".png"});
   }

@@ -72,6 +72,9 @@ void CheckColmapCamera(const ColmapCamera& record, const std::string& where) {
   if (!std::isfinite(c.lens.cx) || !std::isfinite(c.lens.cy)) {
     Fail("{}: camera {} has the principal point {}, {}; calibrate it again", where, record.id, c.lens.cx, c.lens.cy);
   }
+  if (!record.distortion.is_finite()) {
+    Fail("{}: camera {} has a distortion that is not finite; calibrate it again", where, record.id);
+  }
 }
 
 void CheckColmapImage(const ColmapImage& image, const std::string& where) {
@@ -99,12 +102,12 @@ void CheckColmapPoint(const ColmapPoint& point, const std::string& where) {
   }
 }
 
-void FailDistorted(const std::string& folder, const std::string& where, const std::string& model) {
+void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model) {
   fs::path scene = fs::path(folder).parent_path();
   if (scene.filename() == "sparse") scene = scene.parent_path();
   Fail(
-      "{}: the camera model {} has lens distortion, only SIMPLE_PINHOLE and PINHOLE are read; undistort with: "
-      "colmap image_undistorter --image_path {}/images --input_path {} --output_path {}_undistorted",
+      "{}: the camera model {} is not read; undistort with: colmap image_undistorter --image_path {}/images "
+      "--input_path {} --output_path {}_undistorted",
       where, model, scene.string(), folder, scene.string());
 }
 
@@ -179,8 +182,8 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   const std::string folder = FindColmapModel(scene_folder);
   if (folder.empty()) Fail("{}: no COLMAP model in sparse/0 or sparse", scene_folder);
   const ColmapModel model = ReadColmapModel(folder);
-  std::unordered_map<std::uint32_t, Camera> cameras;
-  for (const ColmapCamera& record : model.cameras) cameras[record.id] = record.camera;
+  std::unordered_map<std::uint32_t, const ColmapCamera*> cameras;
+  for (const ColmapCamera& record : model.cameras) cameras[record.id] = &record;
 
   Scene scene;
   scene.files = ModelFiles(folder);
@@ -193,7 +196,8 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
     View view;
     view.name = image.name;
     view.image_path = (fs::path(scene_folder) / image_folder / image.name).string();
-    view.camera = cameras.at(image.camera_id);
+    view.camera = cameras.at(image.camera_id)->camera;
+    view.distortion = cameras.at(image.camera_id)->distortion;
     RotationFromQuaternion(Normalized(image.rotation).data(), view.rotation.data());
     view.translation = image.translation;
     scene.views.push_back(std::move(view));

@@ -10,10 +10,24 @@
 
 namespace vesta::gs {
 
+// Those of COLMAP's models that are read, by its numbers.
+enum class ColmapCameraModel : std::int32_t {
+  kSimplePinhole = 0,
+  kPinhole = 1,
+  kSimpleRadial = 2,
+  kRadial = 3,
+  kOpenCv = 4,
+  kOpenCvFisheye = 5,
+  kFullOpenCv = 6,
+  kSimpleRadialFisheye = 8,
+  kRadialFisheye = 9,
+};
+
 struct ColmapCamera {
   std::uint32_t id = 0;
-  bool is_simple = false;  // SIMPLE_PINHOLE, fx == fy; else PINHOLE
-  Camera camera;
+  ColmapCameraModel model = ColmapCameraModel::kPinhole;
+  Camera camera;          // fx == fy where the model has one focal length
+  Distortion distortion;  // zeros where the model has no such coefficient
 };
 
 struct ColmapImage {
@@ -41,9 +55,10 @@ struct ColmapModel {
 enum class ColmapFormat { kBinary, kText };
 
 // Reads cameras, images and points3D (.bin, or .txt where there is no cameras.bin) of the folder. Everything returned
-// is checked: positive finite sizes and focal lengths, finite poses and points, quaternions not zero, unique image
-// names and camera ids, known camera ids, at least one image and one point. Otherwise throws Error, one line with the
-// file, the byte (or line) and what to do; for a model with lens distortion that is the colmap command that undistorts.
+// is checked: positive finite sizes and focal lengths, finite distortion, poses and points, quaternions not zero,
+// unique image names and camera ids, known camera ids, at least one image and one point. Otherwise throws Error, one
+// line with the file, the byte (or line) and what to do; for a camera model that is not read (FOV, THIN_PRISM_FISHEYE)
+// that is the colmap command that undistorts.
 ColmapModel ReadColmapModel(const std::string& folder);
 
 // Writes the three files, each whole or not at all, creating the folder. Numbers survive exactly in both formats.

@@ -3,30 +3,14 @@
 
 #include "kernels/core/atomic_file.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
+#include "problems/gaussian_splatting/io/colmap_camera_models.h"
 #include "problems/gaussian_splatting/io/colmap_files.h"
 
 namespace vesta::gs {
 namespace {
 
-constexpr std::int32_t kSimplePinhole = 0, kPinhole = 1;
-
 // Sizes beyond int become negative and are refused by CheckColmapCamera.
 int ImageSide(std::uint64_t value) { return value <= std::numeric_limits<int>::max() ? static_cast<int>(value) : -1; }
-
-std::string ModelName(std::int32_t id) {
-  constexpr const char* kNames[] = {"SIMPLE_PINHOLE",
-                                    "PINHOLE",
-                                    "SIMPLE_RADIAL",
-                                    "RADIAL",
-                                    "OPENCV",
-                                    "OPENCV_FISHEYE",
-                                    "FULL_OPENCV",
-                                    "FOV",
-                                    "SIMPLE_RADIAL_FISHEYE",
-                                    "RADIAL_FISHEYE",
-                                    "THIN_PRISM_FISHEYE"};
-  return id >= 0 && id < static_cast<std::int32_t>(std::size(kNames)) ? kNames[id] : std::to_string(id);
-}
 
 std::vector<ColmapCamera> ReadCameras(const std::string& folder) {
   ByteReader in(folder + "/cameras.bin");
@@ -35,15 +19,12 @@ std::vector<ColmapCamera> ReadCameras(const std::string& folder) {
     record.id = in.Read<std::uint32_t>("a camera's id");
     const std::string where = in.Where();
     const auto model = in.Read<std::int32_t>("a camera's model");
-    if (model != kSimplePinhole && model != kPinhole) FailDistorted(folder, in.Where(), ModelName(model));
-    record.is_simple = model == kSimplePinhole;
-    Camera& c = record.camera;
-    c.width = ImageSide(in.Read<std::uint64_t>("a camera's width"));
-    c.height = ImageSide(in.Read<std::uint64_t>("a camera's height"));
-    c.lens.fx = in.Read<double>("a camera's focal length");
-    c.lens.fy = record.is_simple ? c.lens.fx : in.Read<double>("a camera's focal length");
-    c.lens.cx = in.Read<double>("a camera's principal point");
-    c.lens.cy = in.Read<double>("a camera's principal point");
+    const CameraModelInfo* info = FindCameraModel(model);
+    if (info == nullptr) FailCameraModel(folder, in.Where(), CameraModelName(model));
+    record.camera.width = ImageSide(in.Read<std::uint64_t>("a camera's width"));
+    record.camera.height = ImageSide(in.Read<std::uint64_t>("a camera's height"));
+    ReadParameters(
+        *info, [&](const char* what) { return in.Read<double>(what); }, &record);
     CheckColmapCamera(record, where);
   }
   in.ExpectEnd();
@@ -97,15 +78,11 @@ void WriteColmapBinary(const ColmapModel& model, const std::string& folder) {
   std::string bytes;
   Append(&bytes, std::uint64_t{model.cameras.size()});
   for (const ColmapCamera& record : model.cameras) {
-    const Camera& c = record.camera;
     Append(&bytes, record.id);
-    Append(&bytes, record.is_simple ? kSimplePinhole : kPinhole);
-    Append(&bytes, static_cast<std::uint64_t>(c.width));
-    Append(&bytes, static_cast<std::uint64_t>(c.height));
-    Append(&bytes, c.lens.fx);
-    if (!record.is_simple) Append(&bytes, c.lens.fy);
-    Append(&bytes, c.lens.cx);
-    Append(&bytes, c.lens.cy);
+    Append(&bytes, static_cast<std::int32_t>(record.model));
+    Append(&bytes, static_cast<std::uint64_t>(record.camera.width));
+    Append(&bytes, static_cast<std::uint64_t>(record.camera.height));
+    WriteParameters(record, [&](double value) { Append(&bytes, value); });
   }
   WriteFileAtomically(folder + "/cameras.bin", bytes);
 

@@ -17,7 +17,7 @@ void CheckColmapCamera(const ColmapCamera& camera, const std::string& where);
 void CheckColmapImage(const ColmapImage& image, const std::string& where);
 void CheckColmapPoint(const ColmapPoint& point, const std::string& where);
 
-// Refuses a camera model other than SIMPLE_PINHOLE and PINHOLE; names the command that undistorts.
-[[noreturn]] void FailDistorted(const std::string& folder, const std::string& where, const std::string& model);
+// Refuses a camera model that is not read; names the command that undistorts.
+[[noreturn]] void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model);
 
 }  // namespace vesta::gs

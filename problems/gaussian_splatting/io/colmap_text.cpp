@@ -5,6 +5,7 @@
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
+#include "problems/gaussian_splatting/io/colmap_camera_models.h"
 #include "problems/gaussian_splatting/io/colmap_files.h"
 
 namespace vesta::gs {
@@ -78,15 +79,12 @@ std::vector<ColmapCamera> ReadCameras(const std::string& folder) {
     ColmapCamera record;
     record.id = in.Whole<std::uint32_t>("the camera's id");
     const std::string_view model = in.Word("the camera's model");
-    if (model != "SIMPLE_PINHOLE" && model != "PINHOLE") FailDistorted(folder, in.Where(), Printable(model));
-    record.is_simple = model == "SIMPLE_PINHOLE";
-    Camera& c = record.camera;
-    c.width = in.Whole<int>("the camera's width");
-    c.height = in.Whole<int>("the camera's height");
-    c.lens.fx = in.Number("the camera's focal length");
-    c.lens.fy = record.is_simple ? c.lens.fx : in.Number("the camera's focal length");
-    c.lens.cx = in.Number("the camera's principal point");
-    c.lens.cy = in.Number("the camera's principal point");
+    const CameraModelInfo* info = FindCameraModel(model);
+    if (info == nullptr) FailCameraModel(folder, in.Where(), Printable(model));
+    record.camera.width = in.Whole<int>("the camera's width");
+    record.camera.height = in.Whole<int>("the camera's height");
+    ReadParameters(
+        *info, [&](const char* what) { return in.Number(what); }, &record);
     CheckColmapCamera(record, in.Where());
     cameras.push_back(record);
   }
@@ -134,11 +132,9 @@ ColmapModel ReadColmapText(const std::string& folder) {
 void WriteColmapText(const ColmapModel& model, const std::string& folder) {
   std::string text = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
   for (const ColmapCamera& record : model.cameras) {
-    const Camera& c = record.camera;
-    text += fmt::format("{} {} {} {} {}", record.id, record.is_simple ? "SIMPLE_PINHOLE" : "PINHOLE", c.width, c.height,
-                        c.lens.fx);
-    if (!record.is_simple) text += fmt::format(" {}", c.lens.fy);
-    text += fmt::format(" {} {}\n", c.lens.cx, c.lens.cy);
+    text += fmt::format("{} {} {} {}", record.id, InfoOf(record.model).name, record.camera.width, record.camera.height);
+    WriteParameters(record, [&](double value) { text += fmt::format(" {}", value); });
+    text += "\n";
   }
   WriteFileAtomically(folder + "/cameras.txt", text);
 

@@ -20,10 +20,13 @@ struct LoadSceneOptions {
 
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and
 // decodes all images in parallel. An image whose size differs from its camera's rescales the camera, provided that
-// the aspect ratio agrees to within a pixel. All pixels stay in memory: 12 bytes each.
-// Scene::notes say what of the folder is passed over: masks, and COLMAP models beside the one that is read.
+// the aspect ratio agrees to within a pixel. Photographs of distorting lenses are undistorted (undistort.h), then
+// downscaled; their views are pinholes. All pixels stay in memory: 12 bytes each.
+// Scene::notes say what of the folder is passed over (masks, and COLMAP models beside the one that is read), and that
+// photographs were undistorted.
 // Throws Error, one line that names the file and what to do, for whatever cannot be used: folder or image missing, no
-// image file, another aspect ratio, a broken model, no view left to train on.
+// image file, another aspect ratio, a distortion of which a pinhole would see hardly anything, a broken model, no view
+// left to train on.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
 
 }  // namespace vesta::gs

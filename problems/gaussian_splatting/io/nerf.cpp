@@ -54,25 +54,42 @@ class FrameValues {
   std::string where_;
 };
 
-void RefuseDistortion(const FrameValues& values) {
-  constexpr const char* kAdvice =
-      "only pinhole cameras are read: undistort the images first, for instance by colmap image_undistorter";
-  for (const char* key : {"k1", "k2", "k3", "k4", "p1", "p2"}) {
-    if (values.Number(key, 0) != 0) Fail("{}: the lens distortion {} is not zero; {}", values.where(), key, kAdvice);
-  }
+bool IsFisheye(const FrameValues& values) {
+  const json* flag = values.Find("is_fisheye");
+  if (flag != nullptr && !flag->is_boolean()) Fail("{}: is_fisheye is neither true nor false", values.where());
   const std::string model = values.Text("camera_model", "PINHOLE");
-  const std::set<std::string> linear = {"PINHOLE", "SIMPLE_PINHOLE", "PERSPECTIVE",
-                                        "OPENCV",  "SIMPLE_RADIAL",  "RADIAL"};
-  if (!linear.contains(model))
-    Fail("{}: the camera model {} is not a pinhole; {}", values.where(), Printable(model), kAdvice);
-  const json* fisheye = values.Find("is_fisheye");
-  if (fisheye != nullptr && *fisheye != json(false)) {
-    Fail("{}: is_fisheye is set; {}", values.where(), kAdvice);
+  const std::set<std::string> pinholes = {"PINHOLE",       "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
+                                          "SIMPLE_RADIAL", "RADIAL",         "FULL_OPENCV"},
+                              fisheyes = {"OPENCV_FISHEYE", "FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
+  if (fisheyes.contains(model)) return true;
+  if (!pinholes.contains(model)) {
+    Fail("{}: the camera model {} is not read; undistort the images first, for instance by colmap image_undistorter",
+         values.where(), Printable(model));
   }
+  return flag != nullptr && flag->get<bool>();
+}
+
+Distortion ReadDistortion(const FrameValues& values) {
+  Distortion lens;
+  lens.is_fisheye = IsFisheye(values);
+  constexpr const char* kRadial[] = {"k1", "k2", "k3", "k4"};
+  constexpr const char* kTangential[] = {"p1", "p2"};
+  for (std::size_t i = 0; i < 4; ++i) lens.radial[i] = values.Number(kRadial[i], 0);
+  for (std::size_t i = 0; i < 2; ++i) lens.tangential[i] = values.Number(kTangential[i], 0);
+  if (lens.is_fisheye && lens.tangential != std::array<double, 2>{}) {
+    Fail("{}: p1 or p2 of a fisheye, which has none; export the cameras again", values.where());
+  }
+  // nerfstudio means the power r^8, OpenCV a denominator.
+  if (!lens.is_fisheye && lens.radial[3] != 0) {
+    Fail(
+        "{}: k4 is not zero, of which programs mean different things for a lens that is no fisheye; fit it with k1 to "
+        "k3",
+        values.where());
+  }
+  return lens;
 }
 
 Camera ReadCamera(const FrameValues& values, const std::string& image_path) {
-  RefuseDistortion(values);
   Camera camera;
   if (values.Has("w") && values.Has("h")) {
     const double w = values.Number("w", 0), h = values.Number("h", 0);
@@ -193,6 +210,7 @@ json ReadFrames(const std::string& path, const fs::path& folder, std::vector<Vie
     view.image_path = (folder / view.name).string();
     ReadPose(values, &view);
     view.camera = ReadCamera(values, view.image_path);
+    view.distortion = ReadDistortion(values);
     views->push_back(std::move(view));
   }
   return top;

@@ -7,6 +7,7 @@
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/lens.h"
+#include "problems/gaussian_splatting/model/distortion.h"
 #include "problems/gaussian_splatting/model/image.h"
 
 namespace vesta::gs {
@@ -35,7 +36,8 @@ struct View {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major, orthonormal, world to camera
   std::array<double, 3> translation{};
   ViewRole role = ViewRole::kTraining;
-  Image image;  // empty until LoadScene has filled it; then of the camera's size
+  Image image;            // empty until LoadScene has filled it; then of the camera's size
+  Distortion distortion;  // of the photograph as its file has it; none once LoadScene has undistorted it
 
   bool is_trained() const { return role == ViewRole::kTraining; }
   bool is_test() const { return role == ViewRole::kTest; }

@@ -79,6 +79,11 @@ TEST_P(ColmapDamageFormats, UnusableValuesAreNamed) {
       {[&](ColmapModel* m) { m->cameras[1].camera.lens.fx = nan; }, "camera 4000000000 has the focal lengths nan"},
       {[&](ColmapModel* m) { m->cameras[0].camera.lens.fx = infinity; }, "focal lengths inf"},
       {[&](ColmapModel* m) { m->cameras[0].camera.lens.cx = nan; }, "principal point nan"},
+      {[&](ColmapModel* m) {
+         m->cameras[0].model = ColmapCameraModel::kOpenCv;
+         m->cameras[0].distortion.tangential[1] = nan;
+       },
+       "camera 1 has a distortion that is not finite"},
       {[](ColmapModel* m) { m->cameras[0].camera.width = 0; }, "camera 1 has the size 0 x 40"},
       {[](ColmapModel* m) { m->cameras[0].camera.height = 0; }, "camera 1 has the size 60 x 0"},
       {[](ColmapModel* m) { m->images[1].camera_id = 7; }, "image a 1.jpg refers to camera 7"},
@@ -115,25 +120,28 @@ TEST_P(ColmapDamageFormats, MissingFilesAreNamed) {
   }
 }
 
-TEST(ColmapDamage, DistortionIsRefusedWithTheCommandThatUndistorts) {
+TEST(ColmapDamage, CameraModelsThatAreNotReadAreRefusedWithTheCommandThatUndistorts) {
   const TempFolder folder;
   const std::string model_folder = folder / "sparse/0";
   WriteColmapModel(ExampleModel(), model_folder, ColmapFormat::kBinary);
   std::string bytes = ReadBytes(model_folder + "/cameras.bin");
-  bytes[12] = 4;
+  bytes[12] = 7;
   WriteBytes(model_folder + "/cameras.bin", bytes);
   const std::string command = "colmap image_undistorter --image_path " + folder.path() + "/images --input_path " +
                               model_folder + " --output_path ";
-  ExpectError([&] { ReadColmapModel(model_folder); }, "cameras.bin: byte 12: the camera model OPENCV");
+  ExpectError([&] { ReadColmapModel(model_folder); }, "cameras.bin: byte 12: the camera model FOV is not read");
   ExpectError([&] { ReadColmapModel(model_folder); }, command);
+  bytes[12] = 10;
+  WriteBytes(model_folder + "/cameras.bin", bytes);
+  ExpectError([&] { ReadColmapModel(model_folder); }, "the camera model THIN_PRISM_FISHEYE is not read");
   bytes[12] = 99;
   WriteBytes(model_folder + "/cameras.bin", bytes);
   ExpectError([&] { ReadColmapModel(model_folder); }, "the camera model 99");
 
   std::filesystem::remove_all(model_folder);
   WriteColmapModel(ExampleModel(), model_folder, ColmapFormat::kText);
-  WriteBytes(model_folder + "/cameras.txt", "1 SIMPLE_RADIAL 60 40 50 30 20 0.1\n");
-  ExpectError([&] { ReadColmapModel(model_folder); }, "cameras.txt: line 1: the camera model SIMPLE_RADIAL");
+  WriteBytes(model_folder + "/cameras.txt", "1 FOV 60 40 50 50 30 20 0.1\n");
+  ExpectError([&] { ReadColmapModel(model_folder); }, "cameras.txt: line 1: the camera model FOV");
   ExpectError([&] { ReadColmapModel(model_folder); }, command);
 }
 
@@ -143,6 +151,8 @@ TEST(ColmapDamage, TextErrorsNameTheLine) {
   const auto read = [&] { ReadColmapModel(folder.path()); };
   WriteBytes(folder / "cameras.txt", "# a comment\n\n1 PINHOLE 60 40 50\n");
   ExpectError(read, "cameras.txt: line 3: the line ends before the camera's focal length");
+  WriteBytes(folder / "cameras.txt", "1 SIMPLE_RADIAL 60 40 50 30 20\n");
+  ExpectError(read, "cameras.txt: line 1: the line ends before the camera's distortion");
   WriteBytes(folder / "cameras.txt", "1 PINHOLE 60 40 50 fifty 30 20\n");
   ExpectError(read, "cameras.txt: line 1: the camera's focal length is not a number");
   WriteBytes(folder / "cameras.txt", "-1 PINHOLE 60 40 50 50 30 20\n");

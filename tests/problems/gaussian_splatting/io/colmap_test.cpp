@@ -5,6 +5,7 @@
 #include <array>
 
 #include "kernels/math/quaternion.h"
+#include "problems/gaussian_splatting/io/colmap_camera_models.h"
 #include "problems/gaussian_splatting/io/colmap_of_scene.h"
 #include "tests/problems/gaussian_splatting/io/test_scene.h"
 
@@ -19,6 +20,52 @@ TEST_P(ColmapFormats, RoundTripIsExact) {
   const ColmapModel model = ExampleModel();
   WriteColmapModel(model, folder / "sparse/0", GetParam());
   ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
+}
+
+// A model of each kind, with another number in each place.
+TEST_P(ColmapFormats, RoundTripOfDistortedCamerasIsExact) {
+  const TempFolder folder;
+  ColmapModel model = ExampleModel();
+  model.cameras.clear();
+  for (const int number : {2, 3, 4, 5, 6, 8, 9}) {
+    ColmapCamera camera = ExampleModel().cameras[1];
+    camera.id = static_cast<std::uint32_t>(number);
+    const CameraModelInfo* info = FindCameraModel(number);
+    ASSERT_NE(info, nullptr);
+    double next = 0.1;
+    ReadParameters(
+        *info, [&](const char*) { return next += 1.0 / 3; }, &camera);
+    model.cameras.push_back(camera);
+  }
+  for (ColmapImage& image : model.images) image.camera_id = 6;
+  WriteColmapModel(model, folder / "sparse/0", GetParam());
+  ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
+}
+
+// The orders of COLMAP's documentation, "Camera Models".
+TEST(Colmap, ReadsTheParametersOfEachCameraModel) {
+  const TempFolder folder;
+  WriteColmapModel(ExampleModel(), folder.path(), ColmapFormat::kText);
+  const auto read = [&](const std::string& text) {
+    WriteBytes(folder / "cameras.txt", "1 " + text + "\n4000000000 PINHOLE 60 40 1 2 3 4\n");
+    return ReadColmapModel(folder.path()).cameras[0];
+  };
+  const ColmapCamera simple = read("SIMPLE_RADIAL 60 40 50 30 20 0.1");
+  EXPECT_TRUE(simple.camera.lens.fx == 50 && simple.camera.lens.fy == 50 && simple.camera.lens.cx == 30 &&
+              simple.camera.lens.cy == 20);
+  EXPECT_EQ(simple.distortion, (Distortion{.radial = {0.1}}));
+  EXPECT_EQ(read("RADIAL 60 40 50 30 20 0.1 0.2").distortion, (Distortion{.radial = {0.1, 0.2}}));
+  const ColmapCamera opencv = read("OPENCV 60 40 50 51 30 20 0.1 0.2 0.3 0.4");
+  EXPECT_TRUE(opencv.camera.lens.fy == 51 && opencv.camera.lens.cx == 30);
+  EXPECT_EQ(opencv.distortion, (Distortion{.radial = {0.1, 0.2}, .tangential = {0.3, 0.4}}));
+  EXPECT_EQ(read("FULL_OPENCV 60 40 50 51 30 20 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8").distortion,
+            (Distortion{.radial = {0.1, 0.2, 0.5, 0.6, 0.7, 0.8}, .tangential = {0.3, 0.4}}));
+  EXPECT_EQ(read("OPENCV_FISHEYE 60 40 50 51 30 20 0.1 0.2 0.3 0.4").distortion,
+            (Distortion{.is_fisheye = true, .radial = {0.1, 0.2, 0.3, 0.4}}));
+  EXPECT_EQ(read("SIMPLE_RADIAL_FISHEYE 60 40 50 30 20 0.1").distortion,
+            (Distortion{.is_fisheye = true, .radial = {0.1}}));
+  EXPECT_EQ(read("RADIAL_FISHEYE 60 40 50 30 20 0.1 0.2").distortion,
+            (Distortion{.is_fisheye = true, .radial = {0.1, 0.2}}));
 }
 
 TEST(Colmap, ReadsTheObservationsOfABinaryModelAway) {

@@ -5,6 +5,7 @@
 #include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/io/colmap.h"
 #include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/model/undistort.h"
 #include "tests/problems/gaussian_splatting/io/test_images.h"
 #include "tests/problems/gaussian_splatting/io/test_scene.h"
 #include "tests/support/test_files.h"
@@ -84,6 +85,45 @@ TEST_F(LoadSceneTest, SmallerCopiesOfTheImagesRescaleTheCamera) {
   EXPECT_DOUBLE_EQ(scene.views[1].camera.lens.fx, model_.cameras[0].camera.lens.fx * 16 / 60);
   WriteBytes(folder_ / "images_4/view5.png", ExampleJpeg(16, 12));
   ExpectRefused("images_4/view5.png: 16 x 12 pixels, but its camera has 60 x 40", options);
+}
+
+// Each view becomes that of a pinhole, also of an image of another size than its camera states, and before --downscale.
+TEST_F(LoadSceneTest, DistortedPhotographsAreUndistorted) {
+  ColmapCamera& camera = model_.cameras[0];
+  camera.model = ColmapCameraModel::kOpenCv;
+  camera.distortion = {.radial = {-0.2, 0.03}, .tangential = {0.001, 0.002}};
+  WriteModel();
+  WriteBytes(ImagePath(5), ExampleJpeg(30, 20));
+  const Scene scene = LoadScene(folder_.path());
+  const Camera pinhole = PinholeOf(camera.camera, camera.distortion).value();
+  EXPECT_TRUE(pinhole.width != 60 || pinhole.height != 40);
+  EXPECT_EQ(scene.views[1].camera.width, pinhole.width);
+  EXPECT_EQ(scene.views[1].camera.lens.cx, pinhole.lens.cx);
+  EXPECT_EQ(scene.views[1].camera.lens.fx, camera.camera.lens.fx);
+  EXPECT_TRUE(scene.views[1].distortion.is_none());
+  EXPECT_EQ(scene.views[1].image.rgb,
+            UndistortImage(LoadImage(ImagePath(1)), camera.camera, camera.distortion, pinhole).rgb);
+  EXPECT_EQ(scene.views[5].camera.lens.fx, camera.camera.lens.fx / 2);
+  EXPECT_NEAR(scene.views[5].camera.width, pinhole.width / 2.0, 2);
+  EXPECT_EQ(scene.views[5].image.width, scene.views[5].camera.width);
+  EXPECT_THAT(scene.notes,
+              testing::ElementsAre("9 of 9 photographs are undistorted on loading: trained on and measured "
+                                   "is what pinholes see of them"));
+  LoadSceneOptions options;
+  options.downscale = 2;
+  const Scene half = LoadScene(folder_.path(), options);
+  EXPECT_EQ(half.views[1].image.width, pinhole.width / 2);
+  EXPECT_EQ(half.views[1].image.rgb, ResizeArea(scene.views[1].image, pinhole.width / 2, pinhole.height / 2).rgb);
+}
+
+TEST_F(LoadSceneTest, DistortionThatLeavesNothingIsRefused) {
+  model_.cameras[0].model = ColmapCameraModel::kRadial;
+  model_.cameras[0].distortion = {.radial = {-1000, 1}};
+  WriteModel();
+  ExpectRefused(": the distortion of its camera leaves less than a fifth of the image's width or height");
+  LoadSceneOptions options;
+  options.memory_budget_gib = 1;
+  ExpectRefused("view0.png: the distortion of its camera", options);
 }
 
 TEST_F(LoadSceneTest, AlphaIsCompositedOverTheBackground) {

@@ -60,6 +60,25 @@ TEST_F(NerfTest, ReadsIntrinsicsNamesAndRandomPoints) {
   EXPECT_NE(ReadNerfScene(folder_.path(), {10, 1}).points.positions[9], scene.points.positions[9]);
 }
 
+TEST_F(NerfTest, ReadsDistortion) {
+  json top = ExampleTransforms();
+  top["k1"] = 0.1;
+  top["p2"] = -0.02;
+  top["frames"][1]["k3"] = 0.3;
+  top["camera_model"] = "OPENCV";
+  Write(top);
+  EXPECT_EQ(Read().views[1].distortion, (Distortion{.radial = {0.1}, .tangential = {0, -0.02}}));
+  EXPECT_EQ(Read().views[0].distortion, (Distortion{.radial = {0.1, 0, 0.3}, .tangential = {0, -0.02}}));
+  top["p2"] = 0;
+  top["k4"] = 0.4;
+  for (const char* fisheye : {"camera_model", "is_fisheye"}) {
+    json changed = top;
+    changed[fisheye] = std::string(fisheye) == "is_fisheye" ? json(true) : json("OPENCV_FISHEYE");
+    Write(changed);
+    EXPECT_EQ(Read().views[1].distortion, (Distortion{.is_fisheye = true, .radial = {0.1, 0, 0, 0.4}}));
+  }
+}
+
 // A camera at (1, 2, 3) that looks along -x, up is z: in our axes x right = +y, y down = -z, z forward = -x.
 TEST_F(NerfTest, PosesAreTurnedIntoOurAxes) {
   json top = ExampleTransforms();
@@ -123,17 +142,18 @@ TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
 TEST_F(NerfTest, RefusesWhatItCannotUse) {
   const json good = ExampleTransforms();
   json bad = good;
-  bad["k1"] = 0.1;
-  ExpectRefused(bad, "transforms.json: frame 0: the lens distortion k1 is not zero");
+  bad["k4"] = 0.1;
+  ExpectRefused(bad, "transforms.json: frame 0: k4 is not zero, of which programs mean different things");
   bad = good;
   bad["frames"][1]["p2"] = -0.1;
-  ExpectRefused(bad, "frame 1: the lens distortion p2 is not zero; only pinhole cameras are read: undistort");
-  bad = good;
-  bad["camera_model"] = "OPENCV_FISHEYE";
-  ExpectRefused(bad, "the camera model OPENCV_FISHEYE is not a pinhole");
-  bad = good;
   bad["is_fisheye"] = true;
-  ExpectRefused(bad, "is_fisheye is set");
+  ExpectRefused(bad, "frame 1: p1 or p2 of a fisheye, which has none");
+  bad = good;
+  bad["camera_model"] = "EQUIRECTANGULAR";
+  ExpectRefused(bad, "the camera model EQUIRECTANGULAR is not read; undistort the images first");
+  bad = good;
+  bad["is_fisheye"] = 1;
+  ExpectRefused(bad, "is_fisheye is neither true nor false");
   bad = good;
   bad["fl_x"] = 0;
   ExpectRefused(bad, "frame 0: the focal lengths 0, 51 are unusable");

@@ -10,8 +10,9 @@ namespace vesta::gs {
 
 inline ColmapModel ExampleModel() {
   ColmapModel model;
-  model.cameras.push_back({1, false, {60, 40, {61.1, 62.300000000000004, 30.5, 19.75}}});
-  model.cameras.push_back({4000000000u, true, {30, 20, {1.0 / 3.0 * 90, 1.0 / 3.0 * 90, 15, 10}}});
+  model.cameras.push_back({1, ColmapCameraModel::kPinhole, {60, 40, {61.1, 62.300000000000004, 30.5, 19.75}}, {}});
+  model.cameras.push_back(
+      {4000000000u, ColmapCameraModel::kSimplePinhole, {30, 20, {1.0 / 3.0 * 90, 1.0 / 3.0 * 90, 15, 10}}, {}});
   const char* const names[] = {"b.jpg", "a 1.jpg", "folder/c.jpg"};
   for (std::uint32_t i = 0; i < 3; ++i) {
     ColmapImage image;
@@ -34,7 +35,8 @@ inline void ExpectSameModel(const ColmapModel& a, const ColmapModel& b) {
   for (std::size_t i = 0; i < a.cameras.size(); ++i) {
     const Camera &c = a.cameras[i].camera, &d = b.cameras[i].camera;
     EXPECT_EQ(a.cameras[i].id, b.cameras[i].id);
-    EXPECT_EQ(a.cameras[i].is_simple, b.cameras[i].is_simple);
+    EXPECT_EQ(a.cameras[i].model, b.cameras[i].model);
+    EXPECT_EQ(a.cameras[i].distortion, b.cameras[i].distortion);
     EXPECT_TRUE(c.width == d.width && c.height == d.height && c.lens.fx == d.lens.fx && c.lens.fy == d.lens.fy &&
                 c.lens.cx == d.lens.cx && c.lens.cy == d.lens.cy);
   }
