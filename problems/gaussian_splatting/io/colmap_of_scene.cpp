@@ -19,7 +19,11 @@ std::uint32_t IdOf(const Camera& camera, std::vector<ColmapCamera>* cameras) {
       std::ranges::find_if(*cameras, [&](const ColmapCamera& other) { return IsSame(camera, other.camera); });
   if (same != cameras->end()) return same->id;
   const auto id = static_cast<std::uint32_t>(cameras->size() + 1);
-  cameras->push_back({.id = id, .is_simple = camera.lens.fx == camera.lens.fy, .camera = camera});
+  const bool is_simple = camera.lens.fx == camera.lens.fy;
+  cameras->push_back({.id = id,
+                      .model = is_simple ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole,
+                      .camera = camera,
+                      .distortion = {}});
   return id;
 }
 
