@@ -38,7 +38,7 @@ std::string Line(const std::string& name, const schema::FieldInfo& field, const 
 std::string OwnFlags(const std::vector<FlagRow>& rows, const CommandInfo& command, bool all) {
   std::string text;
   for (const FlagRow& row : rows) {
-    if (!(row.commands & command.command) || (row.for_research && !all)) continue;
+    if (!(row.commands & command.command) || ((row.rare_for & command.command) && !all)) continue;
     const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
     text += Line("--" + row.field.name, row.field, row.field.help, value);
   }
