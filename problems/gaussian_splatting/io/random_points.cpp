@@ -86,6 +86,7 @@ std::vector<double> LikelyDepths(const std::vector<View>& views) {
   const std::optional<Vector> meeting = MeetingOfAxes(views, mean, radius);
   if (!meeting) return depths;
   std::vector<double> met;
+  met.reserve(views.size());
   for (const View& view : views) met.push_back(DepthOf(view, *meeting));
   constexpr double kLeastRadii = 0.1;
   const auto is_ahead = [&](double depth) { return depth > kLeastRadii * radius; };
