@@ -47,9 +47,12 @@ std::string CheckpointFile(const std::string& folder) {
 }
 
 std::string OriginText(const Origin& origin) {
+  Json scene_flags = Json::object();
+  for (const auto& [name, value] : origin.scene_flags) scene_flags[name] = value;
   const Json json = {{"scene", std::filesystem::absolute(origin.scene).lexically_normal().string()},
                      {"checkpoint_every", origin.checkpoint_every},
                      {"snapshot_every", origin.snapshot_every},
+                     {"scene_flags", scene_flags},
                      {"preset", origin.settings.preset},
                      {"options", OptionsJson(origin.settings.options)}};
   return json.dump();
@@ -61,6 +64,7 @@ Origin ReadOrigin(const gs::Checkpoint& checkpoint) {
   origin.scene = config.Text("scene");
   origin.checkpoint_every = config.Text("checkpoint_every");
   origin.snapshot_every = config.Text("snapshot_every");
+  origin.scene_flags = config.Texts("scene_flags");
   origin.settings.preset = config.preset();
   if (origin.settings.preset.empty()) origin.settings.preset = kDefaultPreset;
   origin.settings.options = gs::PresetOptions(origin.settings.preset);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/train_settings.h"
 #include "problems/gaussian_splatting/train/trainer.h"
@@ -14,12 +16,14 @@ gs::Interval ParseInterval(const char* flag, const std::string& text);
 // DIR/checkpoint.vesta.
 std::string CheckpointFile(const std::string& folder);
 
-// The run that writes a checkpoint, as the checkpoint keeps it: the folder of its scene, its options, and how often it
-// saves (--checkpoint_every, --snapshot_every).
+// The run that writes a checkpoint, as the checkpoint keeps it: the folder of its scene, its options, how often it
+// saves
+// (--checkpoint_every, --snapshot_every), and how it reads its scene.
 struct Origin {
   std::string scene;
   TrainSettings settings;
   std::string checkpoint_every, snapshot_every;
+  std::vector<std::pair<std::string, std::string>> scene_flags;  // SceneFlagTexts
 };
 // The scene as an absolute path.
 std::string OriginText(const Origin& origin);

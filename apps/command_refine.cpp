@@ -92,7 +92,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   WritesResults(line.flags, line.flags.out, &files);
   files.Check();
   OutputFolder out(line.flags.out);
-  PosedModel posed = LoadPosedModel(ply, path, line.flags.background, SceneOptions(options));
+  PosedModel posed = LoadPosedModel(ply, path, line.flags.background, SceneOptions(line.flags, options));
   files.ReadsScene(path, posed.scene);
   files.Check();
   options.background = ToDouble(posed.model.background);

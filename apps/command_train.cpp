@@ -6,7 +6,9 @@
 #include "apps/commands.h"
 #include "apps/device.h"
 #include "apps/process.h"
+#include "apps/scene_flags.h"
 #include "apps/train_and_write.h"
+#include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
 
 namespace vesta::app {
@@ -35,6 +37,11 @@ int RunTrain(const CommandLine& line) {
     // Who goes on is saved as before, so that the next interruption loses no more.
     if (flags.checkpoint_every.empty()) flags.checkpoint_every = origin->checkpoint_every;
     if (flags.snapshot_every.empty()) flags.snapshot_every = origin->snapshot_every;
+    for (const auto& [name, value] : origin->scene_flags) {
+      if (!RestoreSceneFlag(name, value, &flags)) {
+        Fail("{}: --{}={} of its training is no flag of this program; train anew", checkpoint->path, name, value);
+      }
+    }
   }
   const std::string path = line.arguments.empty() ? origin->scene : line.arguments[0];
   TrainSettings settings = SettingsOf(line, origin ? &origin->settings : nullptr);
@@ -48,7 +55,7 @@ int RunTrain(const CommandLine& line) {
   WritesResults(flags, folder, &files);
   files.Check();
   OutputFolder out(folder);
-  const gs::Scene scene = gs::LoadScene(path, SceneOptions(options));
+  const gs::Scene scene = gs::LoadScene(path, SceneOptions(flags, options));
   files.ReadsScene(path, scene);
   files.Check();
   PrintScene(scene);
@@ -58,7 +65,8 @@ int RunTrain(const CommandLine& line) {
   const ExpectedModel expected = ExpectedOf(scene, options);
   return TrainAndWrite(
       line, path, scene, settings, stages, expected, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
-        callbacks.checkpoint.origin = OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every});
+        callbacks.checkpoint.origin =
+            OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
         callbacks.resume = checkpoint ? &*checkpoint : nullptr;
         return gs::Train(scene, options, load_seconds, callbacks, stages);
       });

@@ -84,6 +84,17 @@ std::string ConfigFile::Text(const char* key) const {
   return json_[key].get<std::string>();
 }
 
+std::vector<std::pair<std::string, std::string>> ConfigFile::Texts(const char* key) const {
+  std::vector<std::pair<std::string, std::string>> texts;
+  if (!json_.contains(key)) return texts;
+  if (!json_[key].is_object()) Fail("{}: its {} are no object", path_, key);
+  for (const auto& [name, value] : json_[key].items()) {
+    if (!value.is_string()) Fail("{}: its {}.{} is no text", path_, key, Printable(name));
+    texts.emplace_back(name, value.get<std::string>());
+  }
+  return texts;
+}
+
 std::string ConfigFile::preset() const {
   if (!json_.contains("preset")) return "";
   std::vector<std::string> names;

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "problems/gaussian_splatting/train/options.h"
 
@@ -21,6 +23,8 @@ class ConfigFile {
 
   // Of a key beside the options; throws where there is none.
   std::string Text(const char* key) const;
+  // The names and texts of an object; none where there is no such object.
+  std::vector<std::pair<std::string, std::string>> Texts(const char* key) const;
   // Empty where it names none.
   std::string preset() const;
   // Sets the options that the file has; there may be any of them.

@@ -68,6 +68,10 @@ struct Flags {
   bool fixed_model = false;
   std::optional<std::array<double, 3>> background;  // none: what the splat states
   int downscale = 1;
+  // How a scene is read (scene_flags.h).
+  std::string images = "images", test_list;
+  bool allow_missing = false;
+  std::optional<int> test_every;  // none: as the scene has it
   Align align = Align::kNone;
   Device device = Device::kAuto;
   int threads = 0;
@@ -83,7 +87,7 @@ struct Flags {
 struct FlagRow {
   unsigned commands;  // those that take it
   schema::Field<Flags> field;
-  bool only_in_all = false;  // listed by help --all alone
+  unsigned rare_for = 0;  // of those the commands whose help lists it with --all alone
 };
 // In the order of the help, which has the options of training between the two.
 struct FlagTable {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/scene_flags.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 
 namespace vesta::app {
@@ -20,6 +21,7 @@ PosedModel LoadPosedModel(const std::string& splat, const std::string& scene,
 PosedModel LoadPosedModel(const CommandLine& line) {
   gs::LoadSceneOptions options;
   options.downscale = line.flags.downscale;
+  UseSceneFlags(line.flags, &options);
   return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags.background, options);
 }
 

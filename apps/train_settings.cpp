@@ -5,6 +5,7 @@
 #include "apps/config_json.h"
 #include "apps/device.h"
 #include "apps/posed_model.h"
+#include "apps/scene_flags.h"
 #include "kernels/core/parallel.h"
 
 namespace vesta::app {
@@ -41,8 +42,9 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
   return settings;
 }
 
-gs::LoadSceneOptions SceneOptions(const gs::TrainOptions& options) {
+gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& options) {
   gs::LoadSceneOptions scene;
+  UseSceneFlags(flags, &scene);
   scene.downscale = options.downscale;
   scene.background = ToFloat(options.background);
   scene.memory_budget_gib = options.memory.budget_gib;

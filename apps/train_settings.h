@@ -24,7 +24,7 @@ gs::TrainOptions PresetOf(const CommandInfo& command, const std::string& preset,
 TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed = nullptr);
 
 // How such a training loads its scene.
-gs::LoadSceneOptions SceneOptions(const gs::TrainOptions& options);
+gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& options);
 
 // Sets the number of threads and checks the device: what every command does first. Throws Error for --device=cuda.
 void UseComputeFlags(const Flags& flags);

@@ -44,7 +44,7 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   SetNumThreads(1);
   setup.scene_name = NameOf(path);
   if (setup.options.downscale > 1) setup.scene_name += fmt::format("/{}", setup.options.downscale);
-  setup.scene = gs::LoadScene(path, app::SceneOptions(setup.options));
+  setup.scene = gs::LoadScene(path, app::SceneOptions(line.flags, setup.options));
   setup.options = gs::FitToScene(setup.options, gs::NumTrainingViews(setup.scene));
   // These races are about LM.
   constexpr int kLmIterations = 8;

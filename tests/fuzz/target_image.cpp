@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "problems/gaussian_splatting/io/exif.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scratch_folder.h"
@@ -40,6 +41,8 @@ void FuzzImage(std::string_view bytes) {
   // whatever the size.
   constexpr std::int64_t kMostPixels = 1 << 20;
   static const ScratchFolder folder;
+  const int orientation = gs::ExifOrientation(bytes);
+  Promise(orientation >= 1 && orientation <= 8, "an orientation that there is none of");
   const std::string path = folder.Write("image", WithChecksums(bytes));
   gs::ImageSize size;
   if (!Reads(path, [&] { size = gs::ReadImageSize(path); })) return;

@@ -1,5 +1,7 @@
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 
+#include <limits>
+
 #include "problems/gaussian_splatting/evaluate/evaluation.h"
 
 namespace vesta::gs {
@@ -36,6 +38,8 @@ Evaluation EvaluationSum::Mean() const {
     quality->psnr /= quality->views;
     quality->ssim /= quality->views;
   }
+  // A scene may be without test views: nothing was measured then, which is not 0 dB.
+  if (mean.test.views == 0) mean.test.psnr = mean.test.ssim = std::numeric_limits<double>::quiet_NaN();
   mean.cost = values_ > 0 ? sum_.cost / values_ : 0;
   return mean;
 }

@@ -19,8 +19,8 @@ struct Quality {
 };
 
 struct Evaluation {
-  Quality train, held_out, test;
-  double cost = 0;  // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+  Quality train, held_out, test;  // of no views 0; of no test views NaN
+  double cost = 0;                // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
 };
 
 // Adds up what is measured view by view.

@@ -37,9 +37,6 @@ std::array<double, 4> Normalized(std::array<double, 4> q) {
 void CheckModel(const ColmapModel& model, const std::string& folder) {
   if (model.cameras.empty()) Fail("{}: the model has no cameras; run colmap's mapper again", folder);
   if (model.images.empty()) Fail("{}: the model has no images; run colmap's mapper again", folder);
-  if (model.points.empty()) {
-    Fail("{}: the model has no points to start from; triangulate some: colmap point_triangulator --help", folder);
-  }
   std::unordered_set<std::uint32_t> camera_ids;
   for (const ColmapCamera& camera : model.cameras) {
     if (!camera_ids.insert(camera.id).second) {
@@ -178,7 +175,7 @@ std::string FindColmapModel(const std::string& scene_folder) {
   return {};
 }
 
-Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder) {
+Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder, const RandomPoints& random) {
   const std::string folder = FindColmapModel(scene_folder);
   if (folder.empty()) Fail("{}: no COLMAP model in sparse/0 or sparse", scene_folder);
   const ColmapModel model = ReadColmapModel(folder);
@@ -210,6 +207,11 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
     points.colors.push_back(color);
   }
   SortAndSplit(&scene.views);
+  if (points.positions.empty()) {
+    points = PointsInViews(scene.views, random);
+    scene.notes.push_back(fmt::format(
+        "the model in {} has no points: {} random ones within the cameras' views stand in", folder, random.count));
+  }
   PlaceInScene(points, &scene);
   return scene;
 }

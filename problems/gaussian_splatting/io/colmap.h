@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/gaussian_splatting/io/random_points.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
@@ -56,7 +57,7 @@ enum class ColmapFormat { kBinary, kText };
 
 // Reads cameras, images and points3D (.bin, or .txt where there is no cameras.bin) of the folder. Everything returned
 // is checked: positive finite sizes and focal lengths, finite distortion, poses and points, quaternions not zero,
-// unique image names and camera ids, known camera ids, at least one image and one point. Otherwise throws Error, one
+// unique image names and camera ids, known camera ids, at least one image. Otherwise throws Error, one
 // line with the file, the byte (or line) and what to do; for a camera model that is not read (FOV, THIN_PRISM_FISHEYE)
 // that is the colmap command that undistorts.
 ColmapModel ReadColmapModel(const std::string& folder);
@@ -67,7 +68,9 @@ void WriteColmapModel(const ColmapModel& model, const std::string& folder, Colma
 // The folder with the model of a scene: SCENE/sparse/0 or SCENE/sparse; empty where there is neither.
 std::string FindColmapModel(const std::string& scene_folder);
 
-// Views with normalised rotations, sorted and split, without pixels; image files lie in SCENE/image_folder.
-Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder);
+// Views with normalised rotations, sorted and split, without pixels; image files lie in SCENE/image_folder. Of a model
+// without points those of PointsInViews, and a note.
+Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder,
+                      const RandomPoints& random = {});
 
 }  // namespace vesta::gs

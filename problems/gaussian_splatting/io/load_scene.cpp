@@ -8,7 +8,10 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
 #include "problems/gaussian_splatting/io/colmap.h"
+#include "problems/gaussian_splatting/io/exif.h"
 #include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/io/nerf.h"
+#include "problems/gaussian_splatting/io/scene_path.h"
 #include "problems/gaussian_splatting/model/undistort.h"
 
 namespace vesta::gs {
@@ -17,19 +20,34 @@ namespace {
 
 Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
   if (!FolderExists(path)) Fail("{}: no such scene folder", path);
-  if (!FindColmapModel(path).empty()) return ReadColmapScene(path, options.image_folder);
-  if (IsNerfScene(path)) return ReadNerfScene(path, options.random_points);
+  const std::string& images = options.image_folder;
+  if (images.empty() || LeavesScene("", images)) {
+    Fail("--images={}: not a folder within the scene; move the photographs there", Printable(images));
+  }
+  if (images != LoadSceneOptions().image_folder && !FolderExists(path + "/" + images)) {
+    Fail("{}/{}: no such folder; --images names the one that has the photographs", path, images);
+  }
+  if (!FindColmapModel(path).empty()) return ReadColmapScene(path, images, options.random_points);
+  if (IsNerfScene(path)) return ReadNerfScene(path, options.random_points, images, options.allow_missing);
   Fail("{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF)", path);
 }
 
-void CheckImageFiles(const std::string& path, const std::vector<View>& views) {
+void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
+  std::vector<View>& views = scene->views;
   const auto is_missing = [](const View& view) { return !FileExists(view.image_path); };
   const auto first = std::find_if(views.begin(), views.end(), is_missing);
   if (first == views.end()) return;
-  Fail(
-      "{}: no such image, but the model in {} names it ({} of {} images are missing); add it or remove it from the "
-      "model",
-      first->image_path, path, std::count_if(first, views.end(), is_missing), views.size());
+  const auto missing = std::count_if(first, views.end(), is_missing), all = std::ssize(views);
+  if (!allowed || missing == all) {
+    Fail(
+        "{}: no such image, but the model in {} names it ({} of {} images are missing); add it, remove it from the "
+        "model{}",
+        first->image_path, path, missing, all,
+        missing == all ? "" : ", or leave out what is missing by --allow_missing");
+  }
+  std::erase_if(views, is_missing);
+  scene->notes.push_back(
+      fmt::format("{} of {} photographs that the model names are missing and left out", missing, all));
 }
 
 // What a scene may hold beside what is read.
@@ -66,24 +84,32 @@ void CheckMemory(const LoadSceneOptions& options, const std::vector<View>& views
        options.memory_budget_gib, views.size(), gib + 0.005);
 }
 
-// The camera before an image of that size, which it has but for the scale.
-Camera CameraOfImage(const View& view, const Image& image) {
+// Whether an image of that size can be the camera's, but for the scale.
+bool HasShapeOf(const Camera& camera, ImageSize size) {
+  const double height_at_width = static_cast<double>(camera.height) * size.width / camera.width;
+  const double width_at_height = static_cast<double>(camera.width) * size.height / camera.height;
+  return std::abs(height_at_width - size.height) <= 1 || std::abs(width_at_height - size.width) <= 1;
+}
+
+// The photograph as the camera has it. Most programs find cameras of images as they are stored; those that turn them
+// upright first, as their EXIF says, leave a camera of swapped sides.
+Image LoadPhotograph(const View& view, const std::array<float, 3>& background) {
   const Camera& camera = view.camera;
-  if (image.width == camera.width && image.height == camera.height) return camera;
-  const double height_at_width = static_cast<double>(camera.height) * image.width / camera.width;
-  const double width_at_height = static_cast<double>(camera.width) * image.height / camera.height;
-  if (std::abs(height_at_width - image.height) > 1 && std::abs(width_at_height - image.width) > 1) {
-    Fail(
-        "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
-        "from",
-        view.image_path, image.width, image.height, camera.width, camera.height);
+  Image image = LoadImage(view.image_path, background);
+  if (HasShapeOf(camera, {image.width, image.height})) return image;
+  if (HasShapeOf(camera, {image.height, image.width})) {
+    image = TurnedUpright(image, ExifOrientation(ReadFile(view.image_path)));
+    if (HasShapeOf(camera, {image.width, image.height})) return image;
   }
-  return ResizeCamera(camera, image.width, image.height);
+  Fail(
+      "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
+      "from",
+      view.image_path, image.width, image.height, camera.width, camera.height);
 }
 
 void LoadPixels(const LoadSceneOptions& options, View* view) {
-  Image image = LoadImage(view->image_path, options.background);
-  Camera camera = CameraOfImage(*view, image);
+  Image image = LoadPhotograph(*view, options.background);
+  Camera camera = ResizeCamera(view->camera, image.width, image.height);
   if (!view->distortion.is_none()) {
     const Camera pinhole = UndistortedCamera(*view, camera);
     image = UndistortImage(image, camera, view->distortion, pinhole);
@@ -109,10 +135,16 @@ void NoteDistortion(Scene* scene) {
 
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   Scene scene = ReadModel(path, options);
-  CheckImageFiles(path, scene.views);
-  if (std::all_of(scene.views.begin(), scene.views.end(), [](const View& view) { return view.is_test(); })) {
-    Fail("{}: no view is left to train on, as every 8th from the first is for testing; add images", path);
+  const std::size_t named = scene.views.size();
+  ChooseTestViews(options.test_views, &scene.views);
+  if (!options.test_views.list.empty()) scene.files.push_back(options.test_views.list);
+  LeaveOutMissing(path, options.allow_missing, &scene);
+  if (std::ranges::all_of(scene.views, [](const View& view) { return view.is_test(); })) {
+    Fail("{}: no view is left to train on, as {} for testing; add images, or choose by --test_every", path,
+         options.test_views.every || !options.test_views.list.empty() ? "all are" : "every 8th from the first is");
   }
+  const bool chosen = options.test_views.every || !options.test_views.list.empty();
+  if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
   NotePassedOver(path, &scene);
   NoteDistortion(&scene);

@@ -4,7 +4,8 @@
 #include <array>
 #include <string>
 
-#include "problems/gaussian_splatting/io/nerf.h"
+#include "problems/gaussian_splatting/io/random_points.h"
+#include "problems/gaussian_splatting/io/test_views.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
@@ -12,21 +13,22 @@ namespace vesta::gs {
 struct LoadSceneOptions {
   int downscale = 1;                         // see DownscaledSize; cameras follow
   std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
-  std::string image_folder = "images";       // of a COLMAP scene; images_4 and the like rescale the cameras
+  std::string image_folder = "images";       // within the scene; images_4 and the like rescale the cameras
+  bool allow_missing = false;                // leave out views whose image is missing
+  TestViews test_views;                      // else every 8th by name, or as a NeRF scene has its own
   double memory_budget_gib = 0;              // refuse, before any is decoded, images that take more; 0: no limit
-  RandomPoints random_points;                // for NeRF scenes without points
+  RandomPoints random_points;                // for scenes without points
   bool hold_out = false;                     // keep some training views back (HoldOut)
 };
 
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and
 // decodes all images in parallel. An image whose size differs from its camera's rescales the camera, provided that
-// the aspect ratio agrees to within a pixel. Photographs of distorting lenses are undistorted (undistort.h), then
-// downscaled; their views are pinholes. All pixels stay in memory: 12 bytes each.
-// Scene::notes say what of the folder is passed over (masks, and COLMAP models beside the one that is read), and that
-// photographs were undistorted.
-// Throws Error, one line that names the file and what to do, for whatever cannot be used: folder or image missing, no
-// image file, another aspect ratio, a distortion of which a pinhole would see hardly anything, a broken model, no view
-// left to train on.
+// the aspect ratio agrees to within a pixel; where that of the image turned as its EXIF says does, it is turned.
+// Photographs of distorting lenses are undistorted (undistort.h), then downscaled; their views are pinholes. All pixels
+// stay in memory: 12 bytes each. Scene::notes say what of the folder is passed over (masks, and COLMAP models beside
+// the one that is read), how many photographs were missing, and how many undistorted. Throws Error, one line that names
+// the file and what to do, for whatever cannot be used: folder or image missing, no image file, another aspect ratio, a
+// distortion of which a pinhole would see hardly anything, a broken model, no view left to train on.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
 
 }  // namespace vesta::gs

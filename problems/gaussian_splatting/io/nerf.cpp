@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <set>
 
 #include "kernels/core/check.h"
@@ -89,13 +88,16 @@ Distortion ReadDistortion(const FrameValues& values) {
   return lens;
 }
 
-Camera ReadCamera(const FrameValues& values, const std::string& image_path) {
+// 0 x 0 where the size is not stated, and the image is missing as it may.
+Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool may_be_missing) {
   Camera camera;
   if (values.Has("w") && values.Has("h")) {
     const double w = values.Number("w", 0), h = values.Number("h", 0);
     if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6)) Fail("{}: the image size {} x {} is unusable", values.where(), w, h);
     camera.width = static_cast<int>(w);
     camera.height = static_cast<int>(h);
+  } else if (may_be_missing && !FileExists(image_path)) {
+    return camera;
   } else {
     const ImageSize size = ReadImageSize(image_path);
     camera.width = size.width;
@@ -194,8 +196,25 @@ json ReadJson(const std::string& path) {
   }
 }
 
+// What stands for "images" in the names of the files.
+struct ImageFolder {
+  std::string name;
+  bool may_lack_images = false;
+
+  fs::path PathOf(const fs::path& scene, const View& view, const FrameValues& values) const {
+    constexpr const char* kUsual = "images";
+    const fs::path file(view.name);
+    if (name == kUsual) return scene / file;
+    if (*file.begin() != kUsual) {
+      Fail("{}: --images={}: the image {} does not lie in images/, which it would stand for", values.where(), name,
+           Printable(view.name));
+    }
+    return scene / name / file.lexically_relative(kUsual);
+  }
+};
+
 // Views of one transforms file, appended. Returns its JSON.
-json ReadFrames(const std::string& path, const fs::path& folder, std::vector<View>* views) {
+json ReadFrames(const std::string& path, const fs::path& folder, const ImageFolder& images, std::vector<View>* views) {
   json top = ReadJson(path);
   const auto frames = top.find("frames");
   if (!top.is_object() || frames == top.end() || !frames->is_array() || frames->empty()) {
@@ -207,30 +226,14 @@ json ReadFrames(const std::string& path, const fs::path& folder, std::vector<Vie
     if (!frame.is_object()) Fail("{}: not an object", values.where());
     View view;
     view.name = ImageName(values);
-    view.image_path = (folder / view.name).string();
+    view.image_path = images.PathOf(folder, view, values).string();
     ReadPose(values, &view);
-    view.camera = ReadCamera(values, view.image_path);
+    // The focal lengths are those before the image that is named.
+    view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);
     view.distortion = ReadDistortion(values);
     views->push_back(std::move(view));
   }
   return top;
-}
-
-WorldPoints UniformPoints(const RandomPoints& random) {
-  constexpr float kHalfSide = 1.3f;
-  std::mt19937_64 generator(random.seed);
-  // The same numbers everywhere: std::uniform_real_distribution is left to each standard library.
-  const auto uniform = [&] { return static_cast<float>(generator() >> 40) * 0x1p-24f; };
-  WorldPoints cloud;
-  for (Index i = 0; i < random.count; ++i) {
-    std::array<double, 3> position;
-    std::array<float, 3> color;
-    for (double& v : position) v = static_cast<double>(kHalfSide * (2 * uniform() - 1));
-    for (float& v : color) v = uniform();
-    cloud.positions.push_back(position);
-    cloud.colors.push_back(color);
-  }
-  return cloud;
 }
 
 // The file that holds the points; empty where there is none. transforms: the file that may name it.
@@ -250,13 +253,15 @@ bool IsNerfScene(const std::string& scene_folder) {
   return FileExists(scene_folder + "/transforms.json") || FileExists(scene_folder + "/transforms_train.json");
 }
 
-Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random) {
+Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random, const std::string& image_folder,
+                    bool allow_missing) {
   const fs::path folder(scene_folder);
+  const ImageFolder images{image_folder, allow_missing};
   const bool has_train_file = FileExists(scene_folder + "/transforms_train.json");
   Scene scene;
   const auto read = [&](const char* name) {
     scene.files.push_back((folder / name).string());
-    return ReadFrames(scene.files.back(), folder, &scene.views);
+    return ReadFrames(scene.files.back(), folder, images, &scene.views);
   };
   const json top = read(has_train_file ? "transforms_train.json" : "transforms.json");
   const std::size_t num_train = scene.views.size();
@@ -275,7 +280,7 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random)
   }
   const std::string points = FindPoints(folder, scene.files.front(), top);
   if (!points.empty()) scene.files.push_back(points);
-  PlaceInScene(points.empty() ? UniformPoints(random) : ReadPointPly(points), &scene);
+  PlaceInScene(points.empty() ? PointsInCube(random) : ReadPointPly(points), &scene);
   return scene;
 }
 

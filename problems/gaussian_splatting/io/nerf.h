@@ -1,17 +1,12 @@
 // NeRF scenes: transforms.json (instant-ngp, nerfstudio) or transforms_train.json and transforms_test.json (Blender).
 #pragma once
 
-#include <cstdint>
 #include <string>
 
+#include "problems/gaussian_splatting/io/random_points.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
-
-struct RandomPoints {
-  Index count = 10000;
-  std::uint64_t seed = 0;
-};
 
 // Whether the folder holds transforms.json or transforms_train.json.
 bool IsNerfScene(const std::string& scene_folder);
@@ -22,11 +17,12 @@ bool IsNerfScene(const std::string& scene_folder);
 // point is the centre by default. A file_path without .png, .jpg or .jpeg gets .png. Distortion: k1, k2, k3, p1, p2 as
 // OpenCV has them; with is_fisheye or a fisheye as camera_model k1 to k4 of OpenCV's fisheye.
 // Test views: those of transforms_test.json; without that file, every 8th by name.
-// Points: the .ply that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else `random.count`
-// points of random colour, uniform in the cube [-1.3, 1.3]^3 about the origin (as Kerbl et al. 2023 for Blender
-// scenes).
+// Points: the .ply that ply_file_path names, else points3D.ply, points3d.ply or sparse_pc.ply, else PointsInCube.
+// image_folder: takes the place of images/, with which all names must then begin. allow_missing: a frame whose image is
+// missing, where the size of its camera is not stated, has a camera of 0 x 0.
 // Throws Error, one line with file and frame, for other camera models, k4 of a lens that is no fisheye, poses that are
 // not finite or no rotation, unusable intrinsics, invalid JSON, or no frames.
-Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random);
+Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random,
+                    const std::string& image_folder = "images", bool allow_missing = false);
 
 }  // namespace vesta::gs

@@ -26,7 +26,15 @@ std::array<double, 3> CameraCenter(const View& view) {
 
 void SortAndSplit(std::vector<View>* views) {
   std::sort(views->begin(), views->end(), [](const View& a, const View& b) { return a.name < b.name; });
-  for (std::size_t i = 0; i < views->size(); ++i) (*views)[i].role = i % 8 == 0 ? ViewRole::kTest : ViewRole::kTraining;
+  SplitByCount(8, views);
+}
+
+void SplitByCount(int every, std::vector<View>* views) {
+  VESTA_CHECK(every >= 0, "every {}th view cannot be a test view", every);
+  for (std::size_t i = 0; i < views->size(); ++i) {
+    const bool is_test = every > 0 && i % static_cast<std::size_t>(every) == 0;
+    (*views)[i].role = is_test ? ViewRole::kTest : ViewRole::kTraining;
+  }
 }
 
 void HoldOut(std::vector<View>* views) {

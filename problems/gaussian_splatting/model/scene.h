@@ -67,6 +67,8 @@ struct Scene {
 
 // Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.
 void SortAndSplit(std::vector<View>* views);
+// The same split of sorted views at every so manyth; 0: all are to train on. 0 <= every.
+void SplitByCount(int every, std::vector<View>* views);
 // Keeps back every 8th of the training views, from the fourth on, at least one. Throws Error where that leaves none to
 // train on.
 void HoldOut(std::vector<View>* views);

@@ -89,6 +89,7 @@ TEST(Evaluate, QualityIsQuantisedAndTheCostIsNot) {
   EXPECT_EQ(e.train.ssim, 1);
   EXPECT_NEAR(e.cost, 0.8 * (truth - kGrey) + 0.2 * (1 - FlatSsim(kGrey, truth)), 1e-7);
   EXPECT_EQ(e.test.views, 0);
+  EXPECT_TRUE(std::isnan(e.test.psnr) && std::isnan(e.test.ssim)) << "nothing was measured";
 }
 
 TEST(Evaluate, RenderedTruthIsPerfect) {

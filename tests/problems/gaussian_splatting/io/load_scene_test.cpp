@@ -2,8 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/io/colmap.h"
+#include "problems/gaussian_splatting/io/exif.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/model/undistort.h"
 #include "tests/problems/gaussian_splatting/io/test_images.h"
@@ -196,6 +199,104 @@ TEST_F(LoadSceneTest, WhatIsPassedOverIsNoted) {
           "the model in " + sparse + "1 of 5 images is passed over; read is that in " + sparse + "0 of 9 images",
           "the model in " + sparse + "2 is passed over; read is that in " + sparse + "0 of 9 images",
           "masks/ is passed over: all of every image is trained on"));
+}
+
+TEST_F(LoadSceneTest, MissingPhotographsMayBeLeftOut) {
+  LoadSceneOptions options;
+  options.allow_missing = true;
+  EXPECT_EQ(LoadScene(folder_.path(), options).views.size(), 9u);
+  for (const std::uint32_t i : {0u, 4u}) std::filesystem::remove(ImagePath(i));
+  ExpectRefused("or leave out what is missing by --allow_missing");
+  const Scene scene = LoadScene(folder_.path(), options);
+  ASSERT_EQ(scene.views.size(), 7u);
+  EXPECT_TRUE(!scene.views[0].is_test() && scene.views[6].is_test()) << "what is for testing does not move";
+  EXPECT_THAT(scene.notes, testing::ElementsAre("2 of 9 photographs that the model names are missing and left out"));
+  std::filesystem::remove_all(folder_ / "images");
+  ExpectRefused("view0.png: no such image, but the model in " + folder_.path() + " names it (9 of 9", options);
+}
+
+TEST_F(LoadSceneTest, TestViewsAreThoseAskedFor) {
+  const auto tests = [&](const TestViews& choice) {
+    LoadSceneOptions options;
+    options.test_views = choice;
+    std::string names;
+    for (const View& view : LoadScene(folder_.path(), options).views) {
+      if (view.is_test()) names += view.name.substr(4, 1);
+    }
+    return names;
+  };
+  EXPECT_EQ(tests({}), "08");
+  EXPECT_EQ(tests({.every = 3, .list = {}}), "036");
+  EXPECT_EQ(tests({.every = 0, .list = {}}), "");
+  WriteBytes(folder_ / "tests.txt", "# those of the paper\n\n view5.png \r\nview2.png");
+  EXPECT_EQ(tests({.every = {}, .list = folder_ / "tests.txt"}), "25");
+  LoadSceneOptions options;
+  options.test_views.list = folder_ / "tests.txt";
+  EXPECT_THAT(LoadScene(folder_.path(), options).files, testing::Contains(folder_ / "tests.txt"));
+  WriteBytes(folder_ / "tests.txt", "view5.png\nview99.png\n");
+  ExpectRefused("tests.txt: line 2: the scene has no photograph view99.png; write names as its model does, view0.png",
+                options);
+  options.test_views.every = 2;
+  ExpectRefused("give only one of them", options);
+  options.test_views = {.every = 1, .list = {}};
+  ExpectRefused("no view is left to train on, as all are for testing", options);
+  options.test_views = {.every = {}, .list = folder_ / "none.txt"};
+  ExpectRefused("none.txt: no such file", options);
+}
+
+TEST_F(LoadSceneTest, ImageFoldersLieWithinTheScene) {
+  LoadSceneOptions options;
+  options.image_folder = "images_8";
+  ExpectRefused("images_8: no such folder; --images names the one that has the photographs", options);
+  for (const char* outside : {"../images", "/tmp", ""}) {
+    options.image_folder = outside;
+    ExpectRefused("not a folder within the scene", options);
+  }
+}
+
+TEST_F(LoadSceneTest, PhotographsMayLieInNestedFolders) {
+  model_.images[3].name = "left/day 1/view.png";
+  WriteModel();
+  WriteBytes(folder_ / "images/left/day 1/view.png", ExampleJpeg(60, 40));
+  const Scene scene = LoadScene(folder_.path());
+  EXPECT_EQ(scene.views[0].name, "left/day 1/view.png");
+  EXPECT_EQ(scene.views[0].image.width, 60);
+}
+
+TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
+  model_ = ExampleModel();
+  model_.points.clear();
+  model_.images.resize(1);
+  model_.images[0].translation = {0, 0, 0};
+  for (std::uint32_t i = 1; i < 9; ++i) {
+    model_.images.push_back(model_.images[0]);
+    model_.images[i].id = i;
+    model_.images[i].translation = {0.1 * i, 0, 0};
+  }
+  for (std::uint32_t i = 0; i < 9; ++i) model_.images[i].name = "view" + std::to_string(i) + ".png";
+  WriteModel();
+  LoadSceneOptions options;
+  options.random_points.count = 500;
+  const Scene scene = LoadScene(folder_.path(), options);
+  ASSERT_EQ(scene.points.size(), 500);
+  for (const auto& point : scene.points.positions) {
+    EXPECT_TRUE(std::ranges::any_of(scene.views, [&](const View& view) { return DepthInView(view, point) > 0; }));
+  }
+  EXPECT_THAT(scene.notes, testing::ElementsAre("the model in " + folder_.path() +
+                                                "/sparse/0 has no points: 500 random ones within the cameras' views "
+                                                "stand in"));
+  EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
+}
+
+// Stored on its side, with the camera of what its EXIF makes of it; where the camera is of what is stored, it stays.
+TEST_F(LoadSceneTest, PhotographsAreTurnedWhereTheirCamerasAre) {
+  WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 6));
+  WriteBytes(ImagePath(4), WithOrientation(ExampleJpeg(60, 40), 6));
+  const Scene scene = LoadScene(folder_.path());
+  EXPECT_EQ(scene.views[3].image.rgb, TurnedUpright(LoadImage(ImagePath(3)), 6).rgb);
+  EXPECT_EQ(scene.views[4].image.rgb, LoadImage(ImagePath(4)).rgb);
+  WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 3));
+  ExpectRefused("view3.png: 40 x 60 pixels, but its camera has 60 x 40");
 }
 
 TEST_F(LoadSceneTest, NamesTheFilesItReads) {

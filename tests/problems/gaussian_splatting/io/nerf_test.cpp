@@ -79,6 +79,26 @@ TEST_F(NerfTest, ReadsDistortion) {
   }
 }
 
+TEST_F(NerfTest, AnotherFolderStandsForImages) {
+  json top = ExampleTransforms();
+  Write(top);
+  const Scene scene = ReadNerfScene(folder_.path(), {}, "images_4");
+  EXPECT_EQ(scene.views[1].name, "images/b.jpg");
+  EXPECT_EQ(scene.views[1].image_path, folder_ / "images_4/b.jpg");
+  top["frames"][0]["file_path"] = "photos/b.jpg";
+  Write(top);
+  ExpectError([&] { ReadNerfScene(folder_.path(), {}, "images_4"); },
+              "frame 0: --images=images_4: the image photos/b.jpg does not lie in images/");
+}
+
+TEST_F(NerfTest, ImagesThatMayBeMissingNeedNoSize) {
+  json top = ExampleTransforms();
+  top.erase("w");
+  Write(top);
+  ExpectError([&] { Read(); }, "images/b.jpg: no such file");
+  EXPECT_EQ(ReadNerfScene(folder_.path(), {}, "images", true).views[1].camera.width, 0);
+}
+
 // A camera at (1, 2, 3) that looks along -x, up is z: in our axes x right = +y, y down = -z, z forward = -x.
 TEST_F(NerfTest, PosesAreTurnedIntoOurAxes) {
   json top = ExampleTransforms();

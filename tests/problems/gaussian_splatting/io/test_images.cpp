@@ -88,4 +88,22 @@ std::string ExampleJpeg(int width, int height, bool progressive) {
   return EncodeJpeg(source);
 }
 
+std::string WithOrientation(const std::string& jpeg, int orientation, bool big_endian) {
+  const auto number = [&](unsigned value, unsigned size) {
+    std::string bytes;
+    for (unsigned k = 0; k < size; ++k) {
+      bytes += static_cast<char>(value >> 8 * (big_endian ? size - 1 - k : k) & 0xff);
+    }
+    return bytes;
+  };
+  // One entry: tag, type SHORT, one value, the value in the first two of four bytes; then no other directory.
+  const std::string tiff = (big_endian ? "MM" : "II") + number(42, 2) + number(8, 4) + number(1, 2) + number(274, 2) +
+                           number(3, 2) + number(1, 4) + number(static_cast<unsigned>(orientation), 2) + number(0, 2) +
+                           number(0, 4);
+  const std::string segment = std::string("Exif\0\0", 6) + tiff;
+  const std::size_t length = segment.size() + 2;
+  return jpeg.substr(0, 2) + "\xff\xe1" + static_cast<char>(length >> 8) + static_cast<char>(length & 0xff) + segment +
+         jpeg.substr(2);
+}
+
 }  // namespace vesta::gs

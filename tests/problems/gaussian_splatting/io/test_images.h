@@ -28,4 +28,7 @@ std::string EncodeJpeg(const JpegSource& source);
 // A smooth colourful JPEG.
 std::string ExampleJpeg(int width, int height, bool progressive = false);
 
+// The JPEG with an EXIF segment that states the orientation.
+std::string WithOrientation(const std::string& jpeg, int orientation, bool big_endian = false);
+
 }  // namespace vesta::gs
