@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "apps/doctor/exposure_signs.h"
 #include "apps/doctor/view_signs.h"
+#include "problems/gaussian_splatting/model/median.h"
 
 namespace vesta::app {
 namespace {
@@ -15,16 +17,10 @@ namespace {
 constexpr Index kFewViews = 10, kFewPoints = 500, kFewSeen = 20;
 constexpr double kSameThumbnail = 1.0 / 255;  // mean difference
 constexpr double kBlurred = 0.25;             // sharpness, by the median of the views
-constexpr double kStops = 1;                  // light, twice or half of the median
+constexpr double kStops = 0.6;                // of exposure, beside the median view
 constexpr double kBurnt = 0.2;                // of the pixels
 constexpr double kFlat = 2.0 / 255;           // contrast
 constexpr Index kSample = 20000;              // of the points, where there are more
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Lines about single views, of which the first few are told.
 class Findings {
@@ -97,17 +93,16 @@ void DoubtPoses(const gs::Scene& scene, std::vector<std::string>* doubts) {
 }
 
 void DoubtPhotographs(const gs::Scene& scene, const std::vector<ViewSigns>& signs, std::vector<std::string>* doubts) {
-  std::vector<double> sharpness, light;
-  for (const ViewSigns& sign : signs) {
-    sharpness.push_back(sign.sharpness);
-    light.push_back(sign.light);
-  }
-  const double usual_sharpness = Median(sharpness), usual_light = Median(light);
+  std::vector<double> sharpness;
+  sharpness.reserve(signs.size());
+  for (const ViewSigns& sign : signs) sharpness.push_back(sign.sharpness);
+  const double usual_sharpness = gs::Median(std::move(sharpness));
+  const std::vector<double> stops_of = ExposureStops(scene);
   Findings flat, blurred, exposed, burnt;
   for (std::size_t i = 0; i < signs.size(); ++i) {
     const ViewSigns& sign = signs[i];
     const std::string& name = scene.views[i].name;
-    const double stops = std::log2(std::max(sign.light, 1e-6) / std::max(usual_light, 1e-6));
+    const double stops = stops_of[i];
     if (sign.contrast < kFlat) {
       flat.Add(fmt::format("{}: of one colour", name));
       continue;

@@ -69,7 +69,6 @@ ViewSigns SignsOf(const gs::Image& image) {
   for (std::size_t i = 0; i < luma.size(); ++i) {
     mean += luma[i] / count;
     square += luma[i] * luma[i] / count;
-    signs.light += std::pow(std::max(luma[i], 0.0), 2.2) / count;
     signs.burnt += IsBurnt(seen, i) ? 1 / count : 0;
   }
   const double variance = std::max(square - mean * mean, 0.0);

@@ -10,7 +10,6 @@ namespace vesta::app {
 
 struct ViewSigns {
   double sharpness = 0;  // mean square of the Laplacian of the luma, by its variance; blur lowers it, contrast does not
-  double light = 0;      // mean of luma^2.2, about what the sensor saw, 0..1
   double burnt = 0;      // part of the pixels with a channel at its top, 0..1
   double contrast = 0;   // standard deviation of the luma, 0..1
   std::vector<float> thumbnail;  // kThumbnail x kThumbnail pixels of three channels, 0..1
