@@ -28,7 +28,8 @@ enum Command : unsigned {
   kConfig = 32,
   kPrune = 64,
   kConvert = 128,
-  kReport = 256
+  kReport = 256,
+  kDoctor = 512
 };
 
 struct CommandInfo {

@@ -13,7 +13,7 @@ if(TARGET vesta_ceres_bridge)
   install(EXPORT vesta_ceres NAMESPACE vesta:: FILE vestaCeresTargets.cmake DESTINATION ${package_dir})
 endif()
 if(TARGET vesta)
-  install(TARGETS vesta)
+  install(TARGETS vesta COMPONENT program)
   include(${CMAKE_CURRENT_LIST_DIR}/Manual.cmake)
 endif()
 
@@ -29,10 +29,13 @@ install(CODE "set(headers \"${headers}\")
   set(source_dir \"${PROJECT_SOURCE_DIR}\")
   set(include_dir \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/vesta\")")
 install(SCRIPT ${CMAKE_CURRENT_LIST_DIR}/InstallHeaders.cmake)
-install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/vestaConfig.cmake.in ${PROJECT_BINARY_DIR}/vestaConfig.cmake
   INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/vestaConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/vestaConfig.cmake ${PROJECT_BINARY_DIR}/vestaConfigVersion.cmake
   DESTINATION ${package_dir})
+if(TARGET vesta)
+  include(${CMAKE_CURRENT_LIST_DIR}/Package.cmake)
+endif()

@@ -8,11 +8,13 @@ function(vesta_printed file destination)
     COMMAND vesta ${ARGN} > ${manual_dir}/${file}
     DEPENDS vesta VERBATIM)
   set(manual_files ${manual_files} ${manual_dir}/${file} PARENT_SCOPE)
-  install(FILES ${manual_dir}/${file} DESTINATION ${destination})
+  install(FILES ${manual_dir}/${file} DESTINATION ${destination} COMPONENT program)
 endfunction()
 vesta_printed(vesta.1 ${CMAKE_INSTALL_MANDIR}/man1 help --man)
 vesta_printed(_vesta ${CMAKE_INSTALL_DATADIR}/zsh/site-functions help --completion=zsh)
 vesta_printed(vesta.fish ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d help --completion=fish)
+# Where Debian's zsh looks beneath /usr.
+install(FILES ${manual_dir}/_vesta DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
 # bash looks for a file of the program's own name.
 vesta_printed(vesta ${CMAKE_INSTALL_DATADIR}/bash-completion/completions help --completion=bash)
 add_custom_target(vesta_manual ALL DEPENDS ${manual_files})

@@ -1,0 +1,25 @@
+// What a photograph shows of how it was taken, in a few figures that can be compared between the views of a scene.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "problems/gaussian_splatting/model/image.h"
+
+namespace vesta::app {
+
+struct ViewSigns {
+  double sharpness = 0;  // mean square of the Laplacian of the luma, by its variance; blur lowers it, contrast does not
+  double burnt = 0;      // part of the pixels with a channel at its top, 0..1
+  double contrast = 0;   // standard deviation of the luma, 0..1
+  std::vector<float> thumbnail;  // kThumbnail x kThumbnail pixels of three channels, 0..1
+};
+inline constexpr int kThumbnail = 16;
+
+// Of an image with pixels. Large ones are made 640 pixels wide first, so that figures of one scene are of one scale.
+ViewSigns SignsOf(const gs::Image& image);
+
+// Mean over pixels and channels of |a - b| of two thumbnails, 0..1.
+double ThumbnailDistance(const ViewSigns& a, const ViewSigns& b);
+
+}  // namespace vesta::app

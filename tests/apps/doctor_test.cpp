@@ -1,0 +1,157 @@
+// vesta doctor: each thing that can be odd about a scene, planted in one where nothing is.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/doctor/scene_doubts.h"
+#include "apps/doctor/view_signs.h"
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::app {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+constexpr int kSize = 48;
+
+// Detail of a few pixels, other in each view.
+gs::Image Picture(int view) {
+  gs::Image image(kSize, kSize);
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        const double value = 0.45 + 0.2 * std::sin(1.3 * x + 0.4 * view) * std::cos(1.1 * y - 0.7 * view) +
+                             0.1 * std::sin(0.2 * x + 0.5 * view + c);
+        image.plane(c)[y * kSize + x] = static_cast<float>(value);
+      }
+    }
+  }
+  return image;
+}
+
+// Twelve views side by side, with 600 points before them.
+gs::Scene SoundScene() {
+  gs::Scene scene;
+  for (int i = 0; i < 12; ++i) {
+    gs::View view;
+    view.name = fmt::format("{:02}.png", i);
+    view.camera = {kSize, kSize, {40, 40, kSize / 2.0, kSize / 2.0}};
+    view.translation = {0.1 * i - 0.5, 0, 4};
+    view.image = Picture(i);
+    scene.views.push_back(view);
+  }
+  for (int i = 0; i < 600; ++i) {
+    scene.points.positions.push_back({static_cast<float>(std::sin(1.0 * i)),
+                                      static_cast<float>(0.7 * std::sin(2.3 * i)),
+                                      static_cast<float>(0.5 * std::cos(3.1 * i))});
+    scene.points.colors.push_back({0.5f, 0.5f, 0.5f});
+  }
+  return scene;
+}
+
+void Change(gs::Image* image, const std::function<float(float)>& of) {
+  for (float& value : image->rgb) value = of(value);
+}
+
+TEST(SceneDoubts, SoundSceneHasNone) { EXPECT_THAT(SceneDoubts(SoundScene()), IsEmpty()); }
+
+TEST(SceneDoubts, FewViewsAndPoints) {
+  gs::Scene scene = SoundScene();
+  scene.views.resize(5);
+  scene.points.positions.resize(40);
+  EXPECT_THAT(SceneDoubts(scene), ElementsAre(StartsWith("5 views are few"), StartsWith("40 points are few")));
+}
+
+TEST(SceneDoubts, ViewThatLooksAway) {
+  gs::Scene scene = SoundScene();
+  scene.views[3].rotation = {-1, 0, 0, 0, 1, 0, 0, 0, -1};  // half a turn
+  scene.views[3].translation = {0.2, 0, -4};
+  EXPECT_THAT(SceneDoubts(scene), ElementsAre(HasSubstr("03.png: sees 0 of the points")));
+}
+
+TEST(SceneDoubts, SamePhotographAndSamePose) {
+  gs::Scene scene = SoundScene();
+  scene.views[7].image = scene.views[2].image;
+  scene.views[9].translation = scene.views[4].translation;
+  EXPECT_THAT(SceneDoubts(scene), ElementsAre(HasSubstr("09.png: has the pose of 04.png"),
+                                              HasSubstr("07.png: nearly the same photograph as 02.png")));
+}
+
+TEST(SceneDoubts, BlurredPhotograph) {
+  gs::Scene scene = SoundScene();
+  const gs::Image sharp = scene.views[5].image;
+  gs::Image& blurred = scene.views[5].image;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {  // mean over 9 x 9
+        float sum = 0;
+        for (int dy = -4; dy <= 4; ++dy) {
+          for (int dx = -4; dx <= 4; ++dx) {
+            const int at_y = std::clamp(y + dy, 0, kSize - 1), at_x = std::clamp(x + dx, 0, kSize - 1);
+            sum += sharp.plane(c)[at_y * kSize + at_x] / 81;
+          }
+        }
+        blurred.plane(c)[y * kSize + x] = sum;
+      }
+    }
+  }
+  EXPECT_THAT(SceneDoubts(scene), ElementsAre(HasSubstr("05.png: blurred?")));
+}
+
+TEST(SceneDoubts, ExposureThatDiffers) {
+  gs::Scene scene = SoundScene();
+  Change(&scene.views[1].image, [](float value) { return 0.6f * value; });
+  Change(&scene.views[8].image, [](float value) { return 1.55f * value; });
+  // A view that shows other things is none of another exposure.
+  for (float& value : scene.views[4].image.rgb) value = value > 0.6f ? 0.1f : value;
+  EXPECT_THAT(SceneDoubts(scene), ElementsAre(testing::MatchesRegex("01.png: 1.[5-9] stops darker than the others"),
+                                              testing::MatchesRegex("08.png: 1.[1-6] stops lighter than the others")));
+}
+
+TEST(SceneDoubts, OfOneColorAndBurnt) {
+  gs::Scene scene = SoundScene();
+  Change(&scene.views[0].image, [](float) { return 0.4f; });
+  Change(&scene.views[6].image, [](float value) { return value > 0.5f ? 1.0f : value; });
+  EXPECT_THAT(SceneDoubts(scene), ElementsAre(StartsWith("00.png: of one colour"), HasSubstr("06.png: ")));
+}
+
+TEST(SceneDoubts, TellsTheFirstFew) {
+  gs::Scene scene = SoundScene();
+  for (std::size_t i = 1; i < 12; ++i) scene.views[i].image = scene.views[0].image;
+  const std::vector<std::string> doubts = SceneDoubts(scene);
+  ASSERT_EQ(doubts.size(), 6u);
+  EXPECT_EQ(doubts[5], "and 6 more photographs that are nearly the same as another");
+}
+
+TEST(ViewSigns, ContrastDoesNotChangeSharpness) {
+  const gs::Image image = Picture(0);
+  gs::Image pale = image;
+  Change(&pale, [](float value) { return 0.4f + 0.3f * value; });
+  EXPECT_NEAR(SignsOf(pale).sharpness / SignsOf(image).sharpness, 1, 1e-3);
+  EXPECT_EQ(ThumbnailDistance(SignsOf(image), SignsOf(image)), 0);
+  EXPECT_EQ(SignsOf(gs::Image(1, 1)).sharpness, 0);
+  EXPECT_EQ(SignsOf(gs::Image(3, 2)).thumbnail.size(), 3u * kThumbnail * kThumbnail);
+}
+
+TEST(Doctor, SaysWhatASceneIsAndTakes) {
+  const test::TempFolder folder;
+  test::WriteTinyScene(folder / "scene");
+  const test::ProgramOutput output = test::RunProgram({"doctor", folder / "scene"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_EQ(output.err, "");
+  EXPECT_THAT(output.out, HasSubstr("a COLMAP model, 10 photographs of 32 x 24 pixels, 44 degrees"));
+  EXPECT_THAT(output.out, HasSubstr("8 views to train on, 2 to test; 60 points"));
+  EXPECT_THAT(output.out, HasSubstr("60 points are few"));
+  EXPECT_THAT(output.out, testing::ContainsRegex(
+                              "A training \\(balanced\\) takes 4000 iterations: about [0-9:]+ here, [0-9]+ MiB"));
+  EXPECT_EQ(test::RunProgram({"doctor", folder / "nowhere"}).status, 1);
+}
+
+}  // namespace
+}  // namespace vesta::app
