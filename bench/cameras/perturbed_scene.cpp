@@ -28,16 +28,12 @@ std::array<double, 3> Direction(CounterRandom& random) {
 
 splat::CameraMotion MotionBetween(const gs::View& from, const gs::View& to) {
   double Q[9], q[4];
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
       Q[3 * i + j] = 0;
-      for (int k = 0; k < 3; ++k) {
-        Q[3 * i + j] +=
-            to.rotation[static_cast<std::size_t>(3 * i + k)] * from.rotation[static_cast<std::size_t>(3 * j + k)];
-      }
+      for (std::size_t k = 0; k < 3; ++k) Q[3 * i + j] += to.rotation[3 * i + k] * from.rotation[3 * j + k];
     }
   }
-  // Turns here are by far less than half of one.
   q[0] = std::sqrt(std::max(0.0, 1 + Q[0] + Q[4] + Q[8])) / 2;
   q[1] = (Q[7] - Q[5]) / (4 * q[0]), q[2] = (Q[2] - Q[6]) / (4 * q[0]), q[3] = (Q[3] - Q[1]) / (4 * q[0]);
   splat::CameraMotion motion;
