@@ -70,7 +70,7 @@ int RunDoctor(const CommandLine& line) {
   TrainSettings settings = SettingsOf(line);
   settings.options.downscale = line.flags.downscale;
   CheckSceneFolder(path);
-  const gs::Scene scene = gs::LoadScene(path, SceneOptions(settings.options));
+  const gs::Scene scene = gs::LoadScene(path, SceneOptions(line.flags, settings.options));
   PrintWhatItIs(path, scene);
   const std::vector<std::string> doubts = SceneDoubts(scene);
   Print("{}", doubts.empty() ? "Nothing odd is seen\n" : "To look at:\n");

@@ -49,7 +49,7 @@ class FinishedRuns {
     model_ = gs::ReadSplat(SplatFile(run.folder));
     gs::TrainOptions options = gs::PresetOptions(kDefaultPreset);
     ConfigFile(run.folder + "/metrics.json", run.metrics).Apply(options);
-    gs::LoadSceneOptions how = SceneOptions(options);
+    gs::LoadSceneOptions how = SceneOptions(Flags(), options);
     how.background = model_.background;
     const std::string key = fmt::format("{} {}", sources_[number].scene, fmt::join(how.background, ","));
     if (!scene_ || key != scene_key_) {

@@ -149,7 +149,7 @@ const FlagTable& ProgramFlags() {
            {"threads", &O::threads, {0, 1024}, "threads; 0: one for each core"}},
           {kTrains | kRender | kConvert | kReport | kBundleAdjust,
            {"quiet", &O::quiet, "print nothing but errors"},
-           true},
+           kTrains | kRender | kConvert | kReport | kBundleAdjust},
           {kTrains | kBundleAdjust,
            {"log_lm", &O::log_lm, "log each LM iteration, and the engine's report, to stderr"},
            kTrains | kBundleAdjust},

@@ -48,6 +48,7 @@ void AlignAll(const gs::SplatModel& model, const gs::JointOptions& options, std:
 LmSummary RefineSplats(const gs::JointOptions& options, const std::vector<gs::View>& views, int iterations,
                        double* lambda, gs::SplatModel* model) {
   std::vector<const gs::View*> pointers;
+  pointers.reserve(views.size());
   for (const gs::View& view : views) pointers.push_back(&view);
   gs::SplatProblemOptions problem_options = gs::SplatProblemOptionsOf(options.lm, *model);
   problem_options.background = options.background;

@@ -77,7 +77,11 @@ struct LatestTraining {
 gs::TrainResult TrainAndEnd(const std::string& name, const gs::Scene& trained, const gs::Scene& scene,
                             gs::TrainOptions options, Ending ending, const Arguments& arguments, LatestTraining* latest,
                             int* products) {
-  if (ending == Ending::kLm) return gs::Train(trained, options, 0, {});
+  if (ending == Ending::kLm) {
+    if (&trained != &scene)
+      throw Error("late: what follows begins where the training has ended; choose another ending than lm");
+    return gs::Train(trained, options, 0, {});
+  }
   options.lm.iterations = 0;
   if (latest->name != name) *latest = {name, gs::Train(trained, options, 0, {})};
   gs::TrainResult result = latest->result;
@@ -135,8 +139,10 @@ int Main(int argc, char** argv) {
       const Ending ending = TakeEnding(&training);
       Choose(training, by.exposure > 0, &options.cameras);
       int products = 0;
-      const gs::TrainResult result = TrainAndEnd(training + " " + seed, training == "late" ? setup.scene : scene, scene,
-                                                 options, ending, arguments, &latest, &products);
+      std::string name = training;
+      name.append(" ").append(seed);
+      const gs::TrainResult result = TrainAndEnd(name, training == "late" ? setup.scene : scene, scene, options, ending,
+                                                 arguments, &latest, &products);
       if (arguments.Flag("reports", "") == "yes") fmt::print("{}\n", result.lm_report);
       const std::vector<gs::View> views = gs::MovedViews(scene, result.cameras);
       std::vector<const gs::View*> found;
