@@ -54,7 +54,8 @@ void WriteDemoScene(const DemoOptions& options, const std::string& folder) {
                           .height = options.height,
                           .lens = {.fx = focal, .fy = focal, .cx = 0.5 * options.width, .cy = 0.5 * options.height}};
   gs::ColmapModel model;
-  model.cameras.push_back({.id = 1, .model = gs::ColmapCameraModel::kSimplePinhole, .camera = camera});
+  model.cameras.push_back(
+      {.id = 1, .model = gs::ColmapCameraModel::kSimplePinhole, .camera = camera, .distortion = {}});
   std::vector<gs::Image> images;
   for (std::size_t k = 0; k < views.size(); ++k) {
     const std::string name = fmt::format("view_{:04}.png", k);

@@ -29,7 +29,7 @@ gs::Image Picture(int view) {
 gs::ColmapModel TinyModel() {
   gs::ColmapModel model;
   model.cameras.push_back(
-      {.id = 1, .camera = {kTinyWidth, kTinyHeight, {40, 40, kTinyWidth / 2.0, kTinyHeight / 2.0}}});
+      {.id = 1, .camera = {kTinyWidth, kTinyHeight, {40, 40, kTinyWidth / 2.0, kTinyHeight / 2.0}}, .distortion = {}});
   for (int i = 0; i < kTinyViews; ++i) {
     const double half_angle = 0.03 * (i - 0.5 * kTinyViews);
     model.images.push_back({.id = static_cast<std::uint32_t>(i + 1),
