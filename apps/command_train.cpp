@@ -27,8 +27,9 @@ ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options
 
 }  // namespace
 
-int RunTrain(const CommandLine& line) {
-  Flags flags = line.flags;
+int RunTrain(const CommandLine& given) {
+  CommandLine line = given;
+  Flags& flags = line.flags;
   std::optional<gs::Checkpoint> checkpoint;
   std::optional<Origin> origin;
   if (!flags.resume.empty()) {

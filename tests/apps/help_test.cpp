@@ -22,8 +22,9 @@ std::string Help(const std::vector<std::string>& arguments) {
 
 TEST(Help, OverviewNamesTheCommands) {
   const std::string text = Help({"help"});
-  for (const char* command : {"vesta train", "vesta refine", "vesta prune", "vesta eval", "vesta render",
-                              "vesta convert", "vesta report", "vesta doctor", "vesta config", "vesta bundle_adjust", "vesta help"}) {
+  for (const char* command :
+       {"vesta train", "vesta refine", "vesta prune", "vesta eval", "vesta render", "vesta convert", "vesta report",
+        "vesta doctor", "vesta config", "vesta bundle_adjust", "vesta help"}) {
     EXPECT_THAT(text, HasSubstr(command));
   }
   EXPECT_EQ(Help({"--help"}), text);
