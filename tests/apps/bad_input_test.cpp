@@ -83,13 +83,6 @@ TEST_F(BadScene, ZeroFocalLength) {
   ExpectTrainRefusal("focal length");
 }
 
-TEST_F(BadScene, NoPoints) {
-  gs::ColmapModel model = TinyModel();
-  model.points.clear();
-  WriteTinyScene(scene_, model);
-  ExpectTrainRefusal("no points");
-}
-
 TEST_F(BadScene, OutIsBelowAFile) {
   WriteTinyScene(scene_);
   const std::string file = folder_ / "file";

@@ -134,6 +134,29 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   EXPECT_THAT(Train(out_, {"--refine_cameras=all"}).err, HasSubstr("refine_cameras"));
 }
 
+// Folder, test views, missing photographs and points: what scenes of others lack or have otherwise.
+TEST_F(TinyTraining, TakesScenesOfOtherHands) {
+  gs::ColmapModel model = TinyModel();
+  model.points.clear();
+  const std::string scene = folder_ / "other";
+  WriteTinyScene(scene, model);
+  fs::rename(scene + "/images", scene + "/images_1");
+  fs::remove(scene + "/images_1/003.png");
+  const std::vector<std::string> train = {"train", scene, "--out=" + out_, "--iterations=2", "--images=images_1"};
+  EXPECT_THAT(RunProgram(train).err, HasSubstr("003.png"));
+  const auto with = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(), train.begin(), train.end());
+    return RunProgram(flags);
+  };
+  const ProgramOutput output = with({"--allow_missing", "--test_every=3"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("6 views to train on, 3 to test"));
+  EXPECT_THAT(output.out, HasSubstr("random"));
+  EXPECT_THAT(with({"--allow_missing", "--test_every=0"}).out, HasSubstr("9 views to train on, 0 to test"));
+  EXPECT_THAT(with({"--allow_missing", "--test_every=-1"}).err, HasSubstr("test_every"));
+  EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasSubstr("none"));
+}
+
 TEST_F(TinyTraining, QuietMeansNothingButErrors) {
   const ProgramOutput output = Train(out_, {"--iterations=20", "--quiet"});
   EXPECT_EQ(output.status, 0);
