@@ -12,8 +12,7 @@
 
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
-#include "tests/apps/run_program.h"
-#include "tests/apps/tiny_scene.h"
+#include "tests/apps/tiny_training.h"
 
 namespace vesta::test {
 namespace {
@@ -23,48 +22,6 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
-
-std::vector<std::string> Keys(const json& object) {
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : object.items()) keys.push_back(key);
-  return keys;
-}
-
-std::vector<std::string> FilesIn(const std::string& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
-  return names;
-}
-
-class TinyTraining : public testing::Test {
- protected:
-  TinyTraining() { WriteTinyScene(scene_); }
-
-  static std::string Ply(const std::string& out) { return out + "/point_cloud.ply"; }
-  static json Metrics(const std::string& out) { return json::parse(ReadFile(out + "/metrics.json")); }
-
-  ProgramOutput Train(const std::string& out, std::vector<std::string> flags) const {
-    flags.insert(flags.begin(), {"train", scene_, "--out=" + out});
-    return RunProgram(flags);
-  }
-
-  // What eval measures on the written model must be what its metrics.json says.
-  void ExpectEvalReproduces(const std::string& out) const {
-    const std::string file = folder_ / "eval.json";
-    const ProgramOutput output = RunProgram({"eval", Ply(out), scene_, "--json=" + file});
-    ASSERT_EQ(output.status, 0) << output.err;
-    const json eval = json::parse(ReadFile(file)), metrics = Metrics(out);
-    for (const char* split : {"test", "train"}) {
-      EXPECT_NEAR(eval[split]["psnr"], metrics[split]["psnr"].get<double>(), 0.01);
-      EXPECT_NEAR(eval[split]["ssim"], metrics[split]["ssim"].get<double>(), 0.001);
-    }
-    EXPECT_EQ(eval["gaussians"], metrics["gaussians"]);
-    EXPECT_EQ(eval["parameters"], metrics["parameters"]);
-  }
-
-  TempFolder folder_;
-  std::string scene_ = folder_ / "scene", out_ = folder_ / "new/out";
-};
 
 TEST_F(TinyTraining, WritesModelAndMetrics) {
   const ProgramOutput output = Train(out_, {"--iterations=40", "--lm_iterations=2", "--seed=3", "--sh_degree=1",
@@ -100,61 +57,6 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
   EXPECT_EQ(metrics["memory"]["peak_mib"], metrics["peak_memory_mib"]);
   EXPECT_EQ(metrics["memory"]["jacobian"], "rebuild");
   ExpectEvalReproduces(out_);
-}
-
-TEST_F(TinyTraining, FindsCamerasAlong) {
-  const ProgramOutput output = Train(out_, {"--iterations=60", "--refine_cameras=pose+exposure"});
-  ASSERT_EQ(output.status, 0) << output.err;
-  EXPECT_THAT(output.out, HasSubstr("cameras moved by "));
-  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html", "cameras"));
-  const gs::ColmapModel found = gs::ReadColmapModel(out_ + "/cameras"), given = TinyModel();
-  ASSERT_EQ(found.images.size(), given.images.size());
-  EXPECT_EQ(found.points.size(), given.points.size());
-  // Test views stay: 000.png and 008.png.
-  for (std::size_t v = 0; v < found.images.size(); ++v) {
-    double apart = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      apart += std::abs(found.images[v].translation[k] - given.images[v].translation[k]);
-    }
-    if (v % 8 == 0) {
-      EXPECT_LT(apart, 1e-12) << v;
-    } else {
-      EXPECT_GT(apart, 1e-9) << v;
-    }
-  }
-  const json metrics = Metrics(out_);
-  EXPECT_EQ(metrics["cameras"]["views"].size(), 8u);
-  EXPECT_GT(metrics["cameras"]["moved_pixels_most"], 0.0);
-  EXPECT_GT(metrics["cameras"]["gain_most"], 0.0);
-  // It trains on from there.
-  fs::create_directories(folder_ / "again/sparse");
-  fs::copy(fs::path(scene_) / "images", folder_ / "again/images");
-  fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
-  EXPECT_EQ(RunProgram({"train", folder_ / "again", "--out=" + (folder_ / "out2"), "--iterations=5"}).status, 0);
-  EXPECT_THAT(Train(out_, {"--refine_cameras=all"}).err, HasSubstr("refine_cameras"));
-}
-
-// Folder, test views, missing photographs and points: what scenes of others lack or have otherwise.
-TEST_F(TinyTraining, TakesScenesOfOtherHands) {
-  gs::ColmapModel model = TinyModel();
-  model.points.clear();
-  const std::string scene = folder_ / "other";
-  WriteTinyScene(scene, model);
-  fs::rename(scene + "/images", scene + "/images_1");
-  fs::remove(scene + "/images_1/003.png");
-  const std::vector<std::string> train = {"train", scene, "--out=" + out_, "--iterations=2", "--images=images_1"};
-  EXPECT_THAT(RunProgram(train).err, HasSubstr("003.png"));
-  const auto with = [&](std::vector<std::string> flags) {
-    flags.insert(flags.begin(), train.begin(), train.end());
-    return RunProgram(flags);
-  };
-  const ProgramOutput output = with({"--allow_missing", "--test_every=3"});
-  EXPECT_EQ(output.status, 0) << output.err;
-  EXPECT_THAT(output.out, HasSubstr("6 views to train on, 3 to test"));
-  EXPECT_THAT(output.out, HasSubstr("random"));
-  EXPECT_THAT(with({"--allow_missing", "--test_every=0"}).out, HasSubstr("9 views to train on, 0 to test"));
-  EXPECT_THAT(with({"--allow_missing", "--test_every=-1"}).err, HasSubstr("test_every"));
-  EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasSubstr("none"));
 }
 
 TEST_F(TinyTraining, QuietMeansNothingButErrors) {

@@ -1,0 +1,61 @@
+// Trainings of the tiny scene by the program.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+
+using nlohmann::json;
+
+inline std::vector<std::string> Keys(const json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;
+}
+
+inline std::vector<std::string> FilesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.push_back(entry.path().filename().string());
+  return names;
+}
+
+class TinyTraining : public testing::Test {
+ protected:
+  TinyTraining() { WriteTinyScene(scene_); }
+
+  static std::string Ply(const std::string& out) { return out + "/point_cloud.ply"; }
+  static json Metrics(const std::string& out) { return json::parse(ReadFile(out + "/metrics.json")); }
+
+  ProgramOutput Train(const std::string& out, std::vector<std::string> flags) const {
+    flags.insert(flags.begin(), {"train", scene_, "--out=" + out});
+    return RunProgram(flags);
+  }
+
+  // What eval measures on the written model must be what its metrics.json says.
+  void ExpectEvalReproduces(const std::string& out) const {
+    const std::string file = folder_ / "eval.json";
+    const ProgramOutput output = RunProgram({"eval", Ply(out), scene_, "--json=" + file});
+    ASSERT_EQ(output.status, 0) << output.err;
+    const json eval = json::parse(ReadFile(file)), metrics = Metrics(out);
+    for (const char* split : {"test", "train"}) {
+      EXPECT_NEAR(eval[split]["psnr"], metrics[split]["psnr"].get<double>(), 0.01);
+      EXPECT_NEAR(eval[split]["ssim"], metrics[split]["ssim"].get<double>(), 0.001);
+    }
+    EXPECT_EQ(eval["gaussians"], metrics["gaussians"]);
+    EXPECT_EQ(eval["parameters"], metrics["parameters"]);
+  }
+
+  TempFolder folder_;
+  std::string scene_ = folder_ / "scene", out_ = folder_ / "new/out";
+};
+
+}  // namespace vesta::test

@@ -1,0 +1,74 @@
+// The program on scenes whose cameras are found along, and on those of other hands.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "problems/gaussian_splatting/io/colmap.h"
+#include "tests/apps/tiny_training.h"
+
+namespace vesta::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
+
+TEST_F(TinyTraining, FindsCamerasAlong) {
+  const ProgramOutput output = Train(out_, {"--iterations=60", "--refine_cameras=pose+exposure"});
+  ASSERT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("cameras moved by "));
+  EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html", "cameras"));
+  const gs::ColmapModel found = gs::ReadColmapModel(out_ + "/cameras"), given = TinyModel();
+  ASSERT_EQ(found.images.size(), given.images.size());
+  EXPECT_EQ(found.points.size(), given.points.size());
+  // Test views stay: 000.png and 008.png.
+  for (std::size_t v = 0; v < found.images.size(); ++v) {
+    double apart = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      apart += std::abs(found.images[v].translation[k] - given.images[v].translation[k]);
+    }
+    if (v % 8 == 0) {
+      EXPECT_LT(apart, 1e-12) << v;
+    } else {
+      EXPECT_GT(apart, 1e-9) << v;
+    }
+  }
+  const json metrics = Metrics(out_);
+  EXPECT_EQ(metrics["cameras"]["views"].size(), 8u);
+  EXPECT_GT(metrics["cameras"]["moved_pixels_most"], 0.0);
+  EXPECT_GT(metrics["cameras"]["gain_most"], 0.0);
+  // It trains on from there.
+  fs::create_directories(folder_ / "again/sparse");
+  fs::copy(fs::path(scene_) / "images", folder_ / "again/images");
+  fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
+  EXPECT_EQ(RunProgram({"train", folder_ / "again", "--out=" + (folder_ / "out2"), "--iterations=5"}).status, 0);
+  EXPECT_THAT(Train(out_, {"--refine_cameras=all"}).err, HasSubstr("refine_cameras"));
+}
+
+// Folder, test views, missing photographs and points: what scenes of others lack or have otherwise.
+TEST_F(TinyTraining, TakesScenesOfOtherHands) {
+  gs::ColmapModel model = TinyModel();
+  model.points.clear();
+  const std::string scene = folder_ / "other";
+  WriteTinyScene(scene, model);
+  fs::rename(scene + "/images", scene + "/images_1");
+  fs::remove(scene + "/images_1/003.png");
+  const std::vector<std::string> train = {"train", scene, "--out=" + out_, "--iterations=2", "--images=images_1"};
+  EXPECT_THAT(RunProgram(train).err, HasSubstr("003.png"));
+  const auto with = [&](std::vector<std::string> flags) {
+    flags.insert(flags.begin(), train.begin(), train.end());
+    return RunProgram(flags);
+  };
+  const ProgramOutput output = with({"--allow_missing", "--test_every=3"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("6 views to train on, 3 to test"));
+  EXPECT_THAT(output.out, HasSubstr("random"));
+  EXPECT_THAT(with({"--allow_missing", "--test_every=0"}).out, HasSubstr("9 views to train on, 0 to test"));
+  EXPECT_THAT(with({"--allow_missing", "--test_every=-1"}).err, HasSubstr("test_every"));
+  EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasSubstr("none"));
+}
+
+}  // namespace
+}  // namespace vesta::test
