@@ -46,6 +46,7 @@ TEST(GsThreads, JointRefinementIsBitIdenticalForAnyNumber) {
     given.push_back(test::PerturbedView(scene.views[v], test::RandomMotion(0.3, 0.01, 24 + v)));
   }
   std::vector<const View*> views;
+  views.reserve(given.size());
   for (const View& view : given) views.push_back(&view);
   for (const bool eliminate : {false, true}) {
     JointOptions options;

@@ -18,9 +18,10 @@ std::array<double, 2> Reference(const Distortion& lens, double x, double y) {
     return r > 0 ? std::array{bent / r * x, bent / r * y} : std::array{x, y};
   }
   double above = 1, below = 1;
-  for (int i = 0; i < 3; ++i) {
-    above += k[static_cast<std::size_t>(i)] * std::pow(r, 2 * i + 2);
-    below += k[static_cast<std::size_t>(3 + i)] * std::pow(r, 2 * i + 2);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double power = std::pow(r, 2 * static_cast<double>(i) + 2);
+    above += k[i] * power;
+    below += k[3 + i] * power;
   }
   const double p1 = lens.tangential[0], p2 = lens.tangential[1];
   return {x * above / below + 2 * p1 * x * y + p2 * (r * r + 2 * x * x),

@@ -10,7 +10,7 @@ Image Ramp(int width, int height) {
   Image image(width, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const std::size_t at = static_cast<std::size_t>(y * width + x);
+      const auto at = static_cast<std::size_t>(Index{y} * width + x);
       image.plane(0)[at] = 0.05f * static_cast<float>(x);
       image.plane(1)[at] = 0.04f * static_cast<float>(y);
       image.plane(2)[at] = (x * 7 + y * 3) % 5 == 0 ? 1.0f : 0.0f;

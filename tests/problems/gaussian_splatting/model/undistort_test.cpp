@@ -124,7 +124,7 @@ Image Waves(const Camera& camera) {
   Image image(camera.width, camera.height);
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
-      const auto at = static_cast<std::size_t>(y * camera.width + x);
+      const auto at = static_cast<std::size_t>(Index{y} * camera.width + x);
       image.plane(0)[at] = static_cast<float>(0.5 + 0.4 * std::sin(0.11 * x + 0.05 * y));
       image.plane(1)[at] = static_cast<float>(0.5 + 0.4 * std::sin(0.13 * y - 0.03 * x));
       image.plane(2)[at] = static_cast<float>(x) / static_cast<float>(camera.width);
@@ -145,7 +145,7 @@ TEST(UndistortImage, UndoesWhatALensHasDone) {
     const double left = kCamera.lens.cx - pinhole.lens.cx, top = kCamera.lens.cy - pinhole.lens.cy;
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {
-        const auto at = static_cast<std::size_t>(y * image.width + x);
+        const auto at = static_cast<std::size_t>(Index{y} * image.width + x);
         EXPECT_NEAR(image.plane(0)[at], 0.5 + 0.4 * std::sin(0.11 * (x + left) + 0.05 * (y + top)), 7e-3);
         EXPECT_NEAR(image.plane(1)[at], 0.5 + 0.4 * std::sin(0.13 * (y + top) - 0.03 * (x + left)), 7e-3);
         EXPECT_NEAR(image.plane(2)[at], (x + left) / kCamera.width, 2e-3);
