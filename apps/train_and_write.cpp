@@ -107,11 +107,17 @@ void NoteMemory(const gs::MemoryOptions& options, const gs::MemoryReport& report
 constexpr const char* kCameraFolder = "cameras";
 
 // What was found of the cameras, as a COLMAP model with the scene's points. Says so in a line; none where nothing
-// moved.
+// moved: then those of an earlier training go.
 std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out) {
   const gs::CameraChanges& changes = result.camera_changes;
-  if (changes.is_none()) return "";
   const std::string folder = out.File(kCameraFolder);
+  if (changes.is_none()) {
+    std::error_code ignored;
+    for (const char* file : {"/cameras.txt", "/images.txt", "/points3D.txt", ""}) {
+      std::filesystem::remove(folder + file, ignored);
+    }
+    return "";
+  }
   gs::WriteColmapModel(gs::ColmapOf(scene, gs::MovedViews(scene, result.cameras)), folder, gs::ColmapFormat::kText);
   return fmt::format(
       "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}: the COLMAP model {}\n",

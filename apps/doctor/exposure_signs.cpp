@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/doctor/view_signs.h"
 #include "problems/gaussian_splatting/model/median.h"
 
 namespace vesta::app {
@@ -15,18 +16,16 @@ constexpr std::size_t kFewest = 20;  // that tell anything
 
 // log2 of the light of a colour, 0..1; NaN where it is too dark or too light to tell.
 double Stops(double red, double green, double blue) {
-  const double luma = 0.299 * red + 0.587 * green + 0.114 * blue;  // Rec. 601
+  const double luma = Luma(red, green, blue);
   return luma > 0.04 && luma < 0.98 ? 2.2 * std::log2(luma) : std::numeric_limits<double>::quiet_NaN();
 }
 
 // The pixel that shows the point, which lies in the image.
 std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
-  double t[3], u = 0, v = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    t[i] = view.translation[i];
-    for (std::size_t j = 0; j < 3; ++j) t[i] += view.rotation[3 * i + j] * static_cast<double>(point[j]);
-  }
-  splat::PixelOf(view.camera.lens, t, u, v);
+  const auto t =
+      gs::InCamera(view, {static_cast<double>(point[0]), static_cast<double>(point[1]), static_cast<double>(point[2])});
+  double u = 0, v = 0;
+  splat::PixelOf(view.camera.lens, t.data(), u, v);
   const int x = std::clamp(static_cast<int>(u), 0, view.image.width - 1);
   const int y = std::clamp(static_cast<int>(v), 0, view.image.height - 1);
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.image.width) + static_cast<std::size_t>(x);

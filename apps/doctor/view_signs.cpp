@@ -12,10 +12,8 @@ constexpr int kMaxWidth = 640;
 
 std::vector<double> LumaOf(const gs::Image& image) {
   std::vector<double> luma(image.num_pixels());
-  for (std::size_t i = 0; i < luma.size(); ++i) {  // Rec. 601
-    luma[i] = 0.299 * static_cast<double>(image.plane(0)[i]) + 0.587 * static_cast<double>(image.plane(1)[i]) +
-              0.114 * static_cast<double>(image.plane(2)[i]);
-  }
+  const auto channel = [&](int c, std::size_t i) { return static_cast<double>(image.plane(c)[i]); };
+  for (std::size_t i = 0; i < luma.size(); ++i) luma[i] = Luma(channel(0, i), channel(1, i), channel(2, i));
   return luma;
 }
 

@@ -16,6 +16,9 @@ struct ViewSigns {
 };
 inline constexpr int kThumbnail = 16;
 
+// Of a colour, 0..1 (Rec. 601).
+inline double Luma(double red, double green, double blue) { return 0.299 * red + 0.587 * green + 0.114 * blue; }
+
 // Of an image with pixels. Large ones are made 640 pixels wide first, so that figures of one scene are of one scale.
 ViewSigns SignsOf(const gs::Image& image);
 

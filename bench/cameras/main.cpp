@@ -22,6 +22,7 @@
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/model/median.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 
@@ -114,8 +115,7 @@ double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
     const double gain = found.empty() ? 1 : found[i].color.gain[1];
     all.push_back(std::abs(gain - truth[i] / mean));
   }
-  std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2));
-  return all[all.size() / 2];
+  return gs::Median(std::move(all));
 }
 
 int Main(int argc, char** argv) {

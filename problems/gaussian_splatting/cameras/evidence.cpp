@@ -10,7 +10,7 @@
 namespace vesta::gs {
 namespace {
 
-// Parts of the loss.
+// Parts of the loss, and of the error.
 constexpr double kPoseGain = 0.1, kExposureGain = 0.05;
 
 AlignedEvaluation Fit(const SplatModel& model, const Scene& scene, AlignOptions options, bool color) {
@@ -27,10 +27,11 @@ std::string CameraEvidence::Words() const {
       "{} views that were held back lose {:.1f} % of their loss, {:.0f} were asked for, by moving their cameras {:.2f} "
       "pixels{}",
       views, 100 * pose, 100 * kPoseGain, pixels,
-      exposure < kExposureGain ? ""
-                               : fmt::format("; and {:.0f} % by exposures, which pose+exposure would find: the "
-                                             "photographs seem to differ",
-                                             100 * exposure));
+      exposure < kExposureGain
+          ? ""
+          : fmt::format("; and {:.0f} % of the error by exposures, which pose+exposure would find: the "
+                        "photographs seem to differ",
+                        100 * exposure));
 }
 
 CameraEvidence EvidenceOf(const SplatModel& model, const std::vector<View>& views,
@@ -51,7 +52,6 @@ CameraEvidence EvidenceOf(const SplatModel& model, const std::vector<View>& view
   if (views.empty()) return evidence;
   evidence.pose = Median(std::move(gains));
   evidence.pixels = moved.pixels;
-  // In decibels a tenth is 2.3 % of the error.
   evidence.exposure = 1 - std::pow(10, (exposed.right.psnr - exposed.right_exposed.psnr) / 20);
   return evidence;
 }

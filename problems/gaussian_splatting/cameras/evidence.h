@@ -13,10 +13,11 @@
 namespace vesta::gs {
 
 struct CameraEvidence {
-  int views = 0;        // that were fitted; 0: nothing is known
-  double pose = 0;      // part of their loss that goes when their cameras are fitted, median
-  double pixels = 0;    // MedianShift that this takes, median
-  double exposure = 0;  // part of the loss of their right halves that goes by exposures of their left ones, mean
+  int views = 0;      // that were fitted; 0: nothing is known
+  double pose = 0;    // part of their loss that goes when their cameras are fitted, median
+  double pixels = 0;  // MedianShift that this takes, median
+  // By how much smaller the error of their right halves is, as PSNR has it, with exposures of their left ones.
+  double exposure = 0;
 
   // What it speaks for, poses or nothing. The bound lies between what scenes with poses by bundle adjustment say and
   // what the same say with cameras that are off (docs/results/2026-11-25-cameras-in-training.md). Exposures are not

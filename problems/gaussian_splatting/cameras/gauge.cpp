@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
-#include "kernels/gaussian_splatting/camera_motion.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 
 namespace vesta::gs {
 namespace {
@@ -15,30 +15,13 @@ using Matrix3 = Eigen::Matrix3d;
 constexpr int kSimilarity = 7;  // turn, shift, growth
 using Vector7 = Eigen::Matrix<double, kSimilarity, 1>;
 
-struct Pose {
-  Matrix3 R;
-  Vector3 T;
-  Vector3 Centre() const { return -R.transpose() * T; }
-};
-
-Pose PoseOf(const View& view) {
-  return {Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(view.rotation.data()),
-          Eigen::Map<const Vector3>(view.translation.data())};
-}
-Eigen::Quaterniond TurnOf(const splat::CameraMotion& motion) {
-  return {motion.quaternion[0], motion.quaternion[1], motion.quaternion[2], motion.quaternion[3]};
-}
-Pose Moved(const Pose& pose, const splat::CameraMotion& motion) {
-  const Matrix3 Q = TurnOf(motion).toRotationMatrix();
-  return {Q * pose.R, Q * pose.T + Eigen::Map<const Vector3>(motion.translation)};
-}
-splat::CameraMotion MotionBetween(const View& from, const Pose& to) {
-  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = to.R;
-  return splat::MotionBetween(from.rotation.data(), from.translation.data(), R.data(), to.T.data());
-}
-// The rotation vector of a turn.
-Vector3 LogOf(const Eigen::Quaterniond& q) {
-  const Eigen::AngleAxisd turn(q);
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+Matrix3 RotationOf(const View& view) { return Eigen::Map<const RowMajor3>(view.rotation.data()); }
+Vector3 CentreOf(const View& view) { return Vector3(CameraCenter(view).data()); }
+// The rotation vector of a motion.
+Vector3 LogOf(const splat::CameraMotion& motion) {
+  const double* q = motion.quaternion;
+  const Eigen::AngleAxisd turn(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
   return turn.angle() * turn.axis();
 }
 Matrix3 CrossMatrix(const Vector3& v) {
@@ -54,7 +37,7 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   if (given.empty()) return;
   const auto views = static_cast<double>(given.size());
   Vector3 middle = Vector3::Zero();
-  for (const View* view : given) middle += PoseOf(*view).Centre() / views;
+  for (const View* view : given) middle += CentreOf(*view) / views;
 
   Eigen::Matrix<double, kSimilarity, kSimilarity> normal = decltype(normal)::Zero();
   Vector7 right = Vector7::Zero();
@@ -63,18 +46,18 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
     right += rows.transpose() * value;
   };
   for (std::size_t i = 0; i < given.size(); ++i) {
+    const View& view = *given[i];
     const splat::CameraMotion& motion = (*found)[i].motion;
-    const Pose pose = PoseOf(*given[i]);
-    const Vector3 arm = pose.Centre() - middle;
+    const Vector3 arm = CentreOf(view) - middle;
     // Turned by Q in its own axes, the camera turns by R^T Q^T R in the world.
-    const Vector3 turned = -(pose.R.transpose() * LogOf(TurnOf(motion)));
+    const Vector3 turned = -(RotationOf(view).transpose() * LogOf(motion));
     Eigen::Matrix<double, 3, kSimilarity> rows = decltype(rows)::Zero();
     rows.leftCols<3>() = depth * Matrix3::Identity();
     add(rows, depth * turned);
     rows.leftCols<3>() = -CrossMatrix(arm);
     rows.middleCols<3>(3) = Matrix3::Identity();
     rows.col(6) = arm;
-    add(rows, Moved(pose, motion).Centre() - pose.Centre());
+    add(rows, CentreOf(MovedView(view, motion)) - CentreOf(view));
   }
   // By its pseudo-inverse: a freedom of which nothing is known stays.
   const Vector7 common = normal.completeOrthogonalDecomposition().solve(right);
@@ -82,10 +65,11 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   if (!common.allFinite() || common[6] <= -1) return;
   const Matrix3 back = Eigen::AngleAxisd(-turn.norm(), turn.stableNormalized()).toRotationMatrix();
   for (std::size_t i = 0; i < given.size(); ++i) {
-    Pose moved = Moved(PoseOf(*given[i]), (*found)[i].motion);
-    const Vector3 centre = middle + back * (moved.Centre() - middle - shift) / (1 + common[6]);
-    moved.R = moved.R * back.transpose();
-    moved.T = -moved.R * centre;
+    View moved = MovedView(*given[i], (*found)[i].motion);
+    const Vector3 centre = middle + back * (CentreOf(moved) - middle - shift) / (1 + common[6]);
+    const RowMajor3 R = RotationOf(moved) * back.transpose();
+    std::copy_n(R.data(), 9, moved.rotation.data());
+    Eigen::Map<Vector3>(moved.translation.data()) = -R * centre;
     (*found)[i].motion = MotionBetween(*given[i], moved);
   }
 }

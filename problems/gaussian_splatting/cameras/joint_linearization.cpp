@@ -11,7 +11,7 @@
 namespace vesta::gs {
 namespace {
 
-// body(value, factor of its channel) on every value of a planar image.
+// body(channel, place) for every value of a planar image.
 template <class S, class Body>
 void ForChannels(HostSpan<S> image, const Body& body) {
   const Index plane = image.size() / ImageShape::kChannels;
@@ -310,14 +310,19 @@ void JointLinearization<S>::DiagJTJ(View d) {
 template <class S>
 std::vector<BlockGroup> JointLinearization<S>::block_groups() const {
   std::vector<BlockGroup> groups = SplatBlockGroups(model_, options_.splats.sh_blocks);
-  groups.push_back(ViewBlocks(layout_, layout_.splats));
+  const int n = layout_.free.num_tangent();
+  groups.push_back(
+      {.size = n, .count = layout_.views, .offset = layout_.splats, .component_stride = 1, .block_stride = n});
   return groups;
 }
 
 template <class S>
 void JointLinearization<S>::BlockGram(BlockDiagonal<B>& blocks) {
   Grams().CopyBlocks(blocks);
-  FillViewBlocks(*this, blocks.values(static_cast<int>(blocks.groups().size()) - 1));
+  const auto values = blocks.values(static_cast<int>(blocks.groups().size()) - 1);
+  for (std::size_t v = 0; v < units_.size(); ++v) {
+    FillBlock(CurvatureOf(v), layout_.free.num_tangent(), static_cast<Index>(v), layout_.views, values);
+  }
   if (!options_.eliminate_views) grams_.Release();  // nobody asks again unless a step is refused
 }
 

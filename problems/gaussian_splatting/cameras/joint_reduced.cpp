@@ -6,10 +6,7 @@ namespace vesta::gs {
 
 template <class S>
 JointReducedSystem<S>::JointReducedSystem(JointLinearization<S>& linearization)
-    : linearization_(linearization),
-      layout_(linearization.layout()),
-      blocks_(layout_.num_tangent() - layout_.splats, {ViewBlocks(layout_, 0)}),
-      views_(layout_.num_tangent() - layout_.splats) {
+    : linearization_(linearization), layout_(linearization.layout()), views_(layout_.num_tangent() - layout_.splats) {
   Index largest = 0;
   for (const JointUnit<S>& unit : linearization.units()) largest = std::max(largest, unit.values());
   image_.ResizeForOverwrite(largest);
@@ -19,22 +16,27 @@ JointReducedSystem<S>::JointReducedSystem(JointLinearization<S>& linearization)
 template <class S>
 void JointReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
   lambda_ = lambda, metric_ = metric;
-  FillViewBlocks(linearization_, blocks_.values(0));
+  blocks_.clear();
+  const int n = layout_.free.num_tangent();
   std::copy(metric.begin() + layout_.splats, metric.end(), views_.begin());
-  blocks_.AddToDiagonal(lambda, views_);
-  blocks_.Factorize();
+  for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
+    BlockDiagonal<CpuBackend<double>>& C = blocks_.emplace_back(n, std::vector<BlockGroup>{{.size = n, .count = 1}});
+    FillBlock(linearization_.CurvatureOf(v), n, 0, 1, C.values(0));
+    C.AddToDiagonal(lambda, ViewPart(v));
+    C.Factorize();
+  }
 }
 
 template <class S>
 void JointReducedSystem<S>::ReduceRhs(ConstView rhs, View reduced) {
   B().Copy(rhs.subspan(0, layout_.splats), reduced);
   std::copy(rhs.begin() + layout_.splats, rhs.end(), views_.begin());
-  SolveViews(views_);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<S>& unit = linearization_.units()[v];
     const View image = image_.view().subspan(0, unit.values());
     B().Fill(0, image);
-    unit.weighted.Add(-1, views_.data() + At(v), image.data());
+    SolveView(v);
+    unit.weighted.Add(-1, ViewPart(v).data(), image.data());
     linearization_.AddSplatJT(unit, image, reduced.data());
   }
 }
@@ -48,30 +50,25 @@ void JointReducedSystem<S>::Apply(ConstView x, View y) {
     const View image = image_.view().subspan(0, unit.values()), weighted = weighted_.view().subspan(0, unit.values());
     linearization_.ApplySplatJ(unit, x.data(), image);
     linearization_.ApplyW(unit, image, weighted);
-    // By C^-1 of this view alone: the other views' entries are zero.
-    std::fill(views_.begin(), views_.end(), 0.0);
-    unit.weighted.Project(image.data(), views_.data() + At(v));
-    SolveViews(views_);
-    unit.weighted.Add(-1, views_.data() + At(v), weighted.data());
+    unit.weighted.Project(image.data(), ViewPart(v).data());
+    SolveView(v);
+    unit.weighted.Add(-1, ViewPart(v).data(), weighted.data());
     linearization_.AddSplatJT(unit, weighted, y.data());
   }
 }
 
 template <class S>
 void JointReducedSystem<S>::BackSubstitute(ConstView rhs, View step) {
-  const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
-  std::vector<double> of_splats(n);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<S>& unit = linearization_.units()[v];
     const View image = image_.view().subspan(0, unit.values());
+    const HostSpan<double> part = ViewPart(v);
     linearization_.ApplySplatJ(unit, step.data(), image);
-    unit.weighted.Project(image.data(), of_splats.data());
-    for (std::size_t k = 0; k < n; ++k) {
-      const Index at = At(v) + static_cast<Index>(k);
-      views_[at] = static_cast<double>(rhs[layout_.splats + at]) - of_splats[k];
-    }
+    unit.weighted.Project(image.data(), part.data());
+    const ConstView own = layout_.StepOf(rhs, static_cast<Index>(v));
+    for (Index k = 0; k < part.size(); ++k) part[k] = static_cast<double>(own[k]) - part[k];
+    SolveView(v);
   }
-  SolveViews(views_);
   std::copy(views_.begin(), views_.end(), step.begin() + layout_.splats);
 }
 

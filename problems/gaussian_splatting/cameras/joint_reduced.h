@@ -8,25 +8,6 @@
 
 namespace vesta::gs {
 
-// The blocks of the views in a vector whose first is at `offset`, and their values.
-inline BlockGroup ViewBlocks(const JointLayout& layout, Index offset) {
-  const int n = layout.free.num_tangent();
-  return {.size = n, .count = layout.views, .offset = offset, .component_stride = 1, .block_stride = n};
-}
-template <class S, class T>
-void FillViewBlocks(JointLinearization<S>& linearization, HostSpan<T> values) {
-  const JointLayout& layout = linearization.layout();
-  const Index n = layout.free.num_tangent();
-  for (Index v = 0; v < layout.views; ++v) {
-    const std::vector<double>& H = linearization.CurvatureOf(static_cast<std::size_t>(v));
-    for (int row = 0; row < n; ++row) {
-      for (int col = 0; col <= row; ++col) {
-        values[PackedLower(row, col) * layout.views + v] = static_cast<T>(H[static_cast<std::size_t>(row * n + col)]);
-      }
-    }
-  }
-}
-
 // A view's unknowns meet the splats in its own image alone. So the Schur complement is the sum over views of
 // J_s^T (W - W J_c C^-1 J_c^T W) J_s, C = J_c^T W J_c + lambda D of the view: products as those of the splats alone,
 // with what a camera could do taken out of each image. W J_c is held, eight images a view.
@@ -51,16 +32,19 @@ class JointReducedSystem final : public ReducedSystem<CpuBackend<S>> {
   void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
 
  private:
-  // all[views * num_tangent] = C^-1 all.
-  void SolveViews(HostBuffer<double>& all) const { blocks_.Solve(all, all); }
-  Index At(std::size_t view) const { return static_cast<Index>(view) * layout_.free.num_tangent(); }
+  HostSpan<double> ViewPart(std::size_t view) {
+    const Index n = layout_.free.num_tangent();
+    return views_.view().subspan(static_cast<Index>(view) * n, n);
+  }
+  // In place by C^-1 of that view.
+  void SolveView(std::size_t view) { blocks_[view].Solve(ViewPart(view), ViewPart(view)); }
 
   JointLinearization<S>& linearization_;
   const JointLayout& layout_;
   double lambda_ = 0;
   ConstView metric_;
-  BlockDiagonal<CpuBackend<double>> blocks_;  // C, its factor
-  HostBuffer<double> views_;
+  std::vector<BlockDiagonal<CpuBackend<double>>> blocks_;  // C of each view, its factor
+  HostBuffer<double> views_;                               // of all of them
   HostBuffer<S> image_, weighted_;
 };
 

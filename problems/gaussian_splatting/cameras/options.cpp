@@ -9,10 +9,8 @@ const schema::Table<CameraOptions>& CameraFields() {
        "what of the training views' cameras is found along with the splat; auto: what views held out gain by",
        "refine_cameras"},
       {"rule", &O::rule, kCameraRules, "how a camera is stepped when its view is trained on; adam: for comparison"},
-      {"begin", &O::begin, {0, 1}, "part of the Adam stage after which cameras move"},
-      {"decide", &O::decide, {1e-6, 1}, "part of it after which auto decides, by views held back until then"},
       {"step", &O::step, {1e-6, 1.9}, "part of Gauss-Newton's step that is taken"},
-      {"rest", &O::rest, {0, 1}, "last part of the stage, in which it falls"},
+      {"rest", &O::rest, {0, 1}, "last part of the Adam stage, in which it falls"},
       {"step_at_end", &O::step_at_end, {1e-6, 1}, "the same at the end of the stage"},
       {"adam_rotation", &O::adam_rotation, {0, 1}, "Adam's rate of rotations, radians"},
       {"adam_translation", &O::adam_translation, {0, 1}, "Adam's rate of translations, parts of the depth"},
@@ -22,7 +20,7 @@ const schema::Table<CameraOptions>& CameraFields() {
 
 FreeUnknowns FreeBy(CameraChoice choice) {
   FreeUnknowns free;
-  free.pose = choice != CameraChoice::kNone;
+  free.pose = choice == CameraChoice::kPose || choice == CameraChoice::kPoseAndExposure;
   free.color = choice == CameraChoice::kPoseAndExposure;
   return free;
 }

@@ -32,8 +32,6 @@ static_assert(schema::EachOnce(kCameraRules));
 struct CameraOptions {
   CameraChoice refine = CameraChoice::kNone;
   CameraRule rule = CameraRule::kGaussNewton;
-  double begin = 0.01;
-  double decide = 0.1;  // kAuto: when it is decided; until then a few training views are held back
   // Part of Gauss-Newton's step that is taken. In the last part of the stage, this long, it falls geometrically to
   // step_at_end: while splats move gradients are noisy, and cameras come to rest as the mean of the splat does.
   double step = 1;
@@ -48,7 +46,7 @@ struct CameraOptions {
 
 const schema::Table<CameraOptions>& CameraFields();
 
-// What is free by that choice; of kAuto what it may be at most.
+// What is free by that choice; of kAuto nothing, before it has chosen.
 FreeUnknowns FreeBy(CameraChoice choice);
 
 }  // namespace vesta::gs

@@ -1,16 +1,28 @@
-// When cameras are measured anew in the course of the Adam stage.
+// What happens to cameras when, in the course of the Adam stage.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+
 #include "problems/gaussian_splatting/adam/schedule.h"
-#include "problems/gaussian_splatting/cameras/options.h"
 
 namespace vesta::gs {
 
+// Parts of the stage: when cameras begin to move, since the first images are those of no splat yet; and when
+// CameraChoice::kAuto is decided, by the views that are held back until then.
+inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
+
+// Every eighth training view from the fourth on is held back, but at most eight.
+inline bool IsHeldBack(std::size_t view, std::size_t views) {
+  constexpr std::size_t kEvery = 8, kMost = 8, kFirst = 3;
+  return view % std::max(kEvery, (views + kMost - 1) / kMost) == kFirst;
+}
+
 // How often the curvature of a view should have been measured by the iteration: when cameras begin to move, whenever
 // the stage is four times as long, since the image becomes sharper, and when photographs are seen at full size.
-inline int CurvatureAge(const CameraOptions& cameras, const AdamOptions& adam, const StageSpan& span) {
+inline int CurvatureAge(const AdamOptions& adam, const StageSpan& span) {
   int age = 1;
-  for (double part = std::max(cameras.begin, 0.005); 4 * part < 1; part *= 4) age += span.HasReached(4 * part) ? 1 : 0;
+  for (double part = 4 * kCamerasMove; part < 1; part *= 4) age += span.HasReached(part) ? 1 : 0;
   return age + (IsCoarse(adam, span) ? 0 : 1);
 }
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "kernels/core/block_diagonal.h"
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
@@ -59,5 +60,15 @@ template <class S>
 std::vector<double> WeightedGram(const ViewColumns<S>& J, PhotometricLoss<S>& loss,
                                  const typename PhotometricLoss<S>::Linearization& W,
                                  ViewColumns<S>* weighted = nullptr);
+
+// A block of the engine from the whole of a symmetric matrix, n numbers a side: number `block` of so many of its group.
+template <class T>
+void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, HostSpan<T> values) {
+  for (int row = 0; row < n; ++row) {
+    for (int col = 0; col <= row; ++col) {
+      values[PackedLower(row, col) * blocks + block] = static_cast<T>(H[static_cast<std::size_t>(row * n + col)]);
+    }
+  }
+}
 
 }  // namespace vesta::gs

@@ -71,10 +71,7 @@ void ViewLinearization<S>::DiagJTJ(View d) {
 
 template <class S>
 void ViewLinearization<S>::BlockGram(BlockDiagonal<CpuBackend<double>>& blocks) {
-  const auto values = blocks.values(0);
-  for (int row = 0; row < num_parameters(); ++row) {
-    for (int col = 0; col <= row; ++col) values[PackedLower(row, col)] = H(row, col);
-  }
+  FillBlock(h_, columns_.free().num_tangent(), 0, 1, blocks.values(0));
 }
 
 template class ViewLinearization<float>;

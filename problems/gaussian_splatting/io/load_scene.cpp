@@ -139,11 +139,11 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   ChooseTestViews(options.test_views, &scene.views);
   if (!options.test_views.list.empty()) scene.files.push_back(options.test_views.list);
   LeaveOutMissing(path, options.allow_missing, &scene);
+  const bool chosen = options.test_views.every || !options.test_views.list.empty();
   if (std::ranges::all_of(scene.views, [](const View& view) { return view.is_test(); })) {
     Fail("{}: no view is left to train on, as {} for testing; add images, or choose by --test_every", path,
-         options.test_views.every || !options.test_views.list.empty() ? "all are" : "every 8th from the first is");
+         chosen ? "all are" : "every 8th from the first is");
   }
-  const bool chosen = options.test_views.every || !options.test_views.list.empty();
   if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
   NotePassedOver(path, &scene);

@@ -63,11 +63,6 @@ std::optional<Vector> MeetingOfAxes(const std::vector<View>& views, const Vector
   return point;
 }
 
-double DepthOf(const View& view, const Vector& point) {
-  const auto& r = view.rotation;
-  return r[6] * point[0] + r[7] * point[1] + r[8] * point[2] + view.translation[2];
-}
-
 // For each view the depth at which things are likely.
 std::vector<double> LikelyDepths(const std::vector<View>& views) {
   Vector mean{};
@@ -87,7 +82,7 @@ std::vector<double> LikelyDepths(const std::vector<View>& views) {
   if (!meeting) return depths;
   std::vector<double> met;
   met.reserve(views.size());
-  for (const View& view : views) met.push_back(DepthOf(view, *meeting));
+  for (const View& view : views) met.push_back(InCamera(view, *meeting)[2]);
   constexpr double kLeastRadii = 0.1;
   const auto is_ahead = [&](double depth) { return depth > kLeastRadii * radius; };
   return std::ranges::all_of(met, is_ahead) ? met : depths;

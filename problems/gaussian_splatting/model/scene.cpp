@@ -70,6 +70,14 @@ double CameraRadius(const std::vector<View>& views) {
 
 }  // namespace
 
+std::array<double, 3> InCamera(const View& view, const std::array<double, 3>& point) {
+  std::array<double, 3> t = view.translation;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) t[i] += view.rotation[3 * i + j] * point[j];
+  }
+  return t;
+}
+
 double DepthInView(const View& view, const std::array<float, 3>& point) {
   return DepthInView(view.rotation.data(), view.translation.data(), view.camera, point.data());
 }

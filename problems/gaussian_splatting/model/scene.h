@@ -46,6 +46,9 @@ struct View {
 // Centre of the view's camera in world coordinates.
 std::array<double, 3> CameraCenter(const View& view);
 
+// A point of the world in the axes of the view's camera.
+std::array<double, 3> InCamera(const View& view, const std::array<double, 3>& point);
+
 // The depth of a point of the world in the view, where it is in front of the camera and within the image; 0 elsewhere.
 double DepthInView(const View& view, const std::array<float, 3>& point);
 

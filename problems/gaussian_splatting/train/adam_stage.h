@@ -192,8 +192,10 @@ class AdamStage {
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x,
                   const StageTargets<B>& targets) {
     if constexpr (kOnHost) {
-      cameras_.Step(span, view, x, targets, passes_->view, passes_->workspace, passes_->image.view(),
-                    passes_->image_gradient.view(), &state_->cameras);
+      cameras_.Step(span,
+                    {view, x, targets[view], passes_->view, passes_->workspace.splat_sums.data(), passes_->image.view(),
+                     passes_->image_gradient.view()},
+                    &state_->cameras);
       moved_.push_back(view);
     }
   }
