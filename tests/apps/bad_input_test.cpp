@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
@@ -83,11 +84,21 @@ TEST_F(BadScene, ZeroFocalLength) {
   ExpectTrainRefusal("focal length");
 }
 
-TEST_F(BadScene, NoPoints) {
+TEST_F(BadScene, WithoutPointsIsNone) {
   gs::ColmapModel model = TinyModel();
   model.points.clear();
   WriteTinyScene(scene_, model);
-  ExpectTrainRefusal("no points");
+  const ProgramOutput output = RunProgram({"train", scene_, "--out=" + out_, "--iterations=1", "--lm_iterations=0"});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("sparse/0 has no points: 10000 random ones"));
+}
+
+TEST_F(BadScene, MaskThatLeavesNothing) {
+  WriteTinyScene(scene_);
+  fs::create_directories(scene_ + "/masks");
+  const gs::Image black(kTinyWidth, kTinyHeight);
+  gs::SavePng(scene_ + "/masks/003.png", black);
+  ExpectTrainRefusal("masks/003.png: black wherever its image has something to show");
 }
 
 TEST_F(BadScene, OutIsBelowAFile) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "problems/gaussian_splatting/cameras/image_products.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 namespace {
@@ -30,13 +31,19 @@ ViewLinearization<S>::ViewLinearization(const FreeUnknowns& free, const AffineCo
   HostBuffer<S> shown, image_gradient(n);
   shown.CopyFrom(rendered_.view());
   color.Apply(shown.view());
-  loss_->Linearize(shown, target.truth, shape_, image_gradient, curvature_);
+  // With the mask in J, that of W need not be: J^T W J is the same.
+  for (int k = 0; k < free_.pose_tangent(); ++k) {
+    ClearLeftOut<CpuBackend<S>>(target.mask, moves_.view().subspan(k * n, n));
+  }
+  LinearizeLoss(*loss_, target, shown.view(), image_gradient.view(), curvature_);
   residuals_.ResizeForOverwrite(n);
   ParallelFor(n, kImageGrain,
               [&](Index i) { residuals_[i] = static_cast<double>(shown[i]) - static_cast<double>(target.truth[i]); });
   if (free_.color) {
     ones_.ResizeForOverwrite(n);
     std::fill(ones_.begin(), ones_.end(), S(1));
+    ClearLeftOut<CpuBackend<S>>(target.mask, ones_.view());
+    ClearLeftOut<CpuBackend<S>>(target.mask, rendered_.view());
   } else {
     rendered_ = {};
   }
