@@ -63,7 +63,10 @@ void RunFiles::ReadsScene(const std::string& folder, const gs::Scene& scene) {
     const bool is_below = std::distance(inside.begin(), inside.end()) > 1;
     if (is_below && inside.begin()->string() != "..") firsts.push_back(inside.begin()->string());
   };
-  for (const gs::View& view : scene.views) add(view.image_path);
+  for (const gs::View& view : scene.views) {
+    add(view.image_path);
+    if (!view.mask_path.empty()) add(view.mask_path);
+  }
   for (const std::string& file : scene.files) add(file);
   std::sort(firsts.begin(), firsts.end());
   firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());

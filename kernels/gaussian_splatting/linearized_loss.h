@@ -14,8 +14,9 @@ struct LinearizedLoss {
   const S* diagonal;   // l1 * curvature of the penalty + ssim * G s
   const S* curvature;  // c
   PenaltyCoefficients<S> penalty;
-  S l1, ssim;         // weights
-  S window_variance;  // of the window of SSIM, pixels squared
+  S l1, ssim;                 // weights
+  S window_variance;          // of the window of SSIM, pixels squared
+  const S* counts = nullptr;  // one plane: 1, or 0 for a pixel of which no change is any to the loss; null: all 1
 };
 
 }  // namespace vesta::splat

@@ -8,6 +8,7 @@
 //   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "kernels/gaussian_splatting/linearized_loss.h"
@@ -33,6 +34,7 @@ struct LossOfChange {
   using L = Lanes<V>;
   LinearizedLoss<S> loss;
   alignas(64) S error[3][kTilePixels], gradient[3][kTilePixels], diagonal[3][kTilePixels], curvature[3][kTilePixels];
+  alignas(64) S counts[kTilePixels];
 
   void Load(const TileLists<S>& lists, const TileWindow& window) {
     const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
@@ -45,16 +47,23 @@ struct LossOfChange {
       LoadPlane<V>(lists, window, loss.diagonal + k * plane, diagonal[k]);
       LoadPlane<V>(lists, window, loss.curvature + k * plane, curvature[k]);
     }
+    if (loss.counts != nullptr) {
+      LoadPlane<V>(lists, window, loss.counts, counts);
+    } else {
+      std::fill(counts, counts + kTilePixels, S(1));
+    }
   }
   // To be given to AddRise for a splat's pixels.
   V LeftByWindow(const Splat<S>& splat) const { return V(loss.ssim * EnergyUnderWindow(splat, loss.window_variance)); }
   // bend += the second derivative of the loss by t where pixels of channel k change by t share.
   void AddCurvature(int k, int offset, const V& share, const V& left_by_window, V& bend) const {
     const V of_pixel = Fma(left_by_window, L::Load(curvature[k] + offset), L::Load(diagonal[k] + offset));
-    bend = Fma(share * share, of_pixel, bend);
+    const V own = share * L::Load(counts + offset);
+    bend = Fma(own * own, of_pixel, bend);
   }
-  // rise += that of the loss when pixels of channel k change by delta.
-  void AddRise(int k, int offset, const V& delta, const V& left_by_window, V& rise) const {
+  // rise += that of the loss when pixels of channel k change by `change`.
+  void AddRise(int k, int offset, const V& change, const V& left_by_window, V& rise) const {
+    const V delta = change * L::Load(counts + offset);
     const V e = L::Load(error[k] + offset), l1(loss.l1);
     const PixelPenalty<V> before(e, loss.penalty), after(e + delta, loss.penalty);
     const V slope = Fnma(l1, before.derivative, L::Load(gradient[k] + offset));  // of SSIM alone, as is the curvature

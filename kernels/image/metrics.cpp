@@ -11,6 +11,10 @@ ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageSha
   return {.psnr = -10.0 * std::log10(squared / count), .ssim = 1.0 - dissimilarity / count};
 }
 
+ImageQuality OfPart(const ImageQuality& whole, double part) {
+  return {.psnr = whole.psnr + 10.0 * std::log10(part), .ssim = 1.0 - (1.0 - whole.ssim) / part};
+}
+
 ImageQuality ImageQualityMeter::Measure(HostSpan<const float> rendered, HostSpan<const float> truth,
                                         const ImageShape& shape) {
   const Index n = shape.NumValues();

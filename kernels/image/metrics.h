@@ -14,6 +14,10 @@ struct ImageQuality {
 // Of quantised images, from their sums over pixels and channels: of squared errors, and of 1 - SSIM.
 ImageQuality ImageQualityOf(double squared, double dissimilarity, const ImageShape& shape);
 
+// The quality of an image of which only this part of the pixels, in (0, 1], counts, from that of the whole in which the
+// others have no error of their own: the same sums over fewer pixels.
+ImageQuality OfPart(const ImageQuality& whole, double part);
+
 // Measures views one after the other; keeps its working memory. Truth and rendered image are both quantised first.
 class ImageQualityMeter {
  public:

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
@@ -81,6 +82,14 @@ TEST_F(BadScene, ZeroFocalLength) {
   model.cameras[0].camera.lens.fx = 0;
   WriteTinyScene(scene_, model);
   ExpectTrainRefusal("focal length");
+}
+
+TEST_F(BadScene, MaskThatLeavesNothing) {
+  WriteTinyScene(scene_);
+  fs::create_directories(scene_ + "/masks");
+  const gs::Image black(kTinyWidth, kTinyHeight);
+  gs::SavePng(scene_ + "/masks/003.png", black);
+  ExpectTrainRefusal("masks/003.png: black wherever its image has something to show");
 }
 
 TEST_F(BadScene, OutIsBelowAFile) {

@@ -40,7 +40,10 @@ TargetView<CpuBackend<float>> TargetAt(const View& view, int level, double near,
   small.camera = ResizeCamera(view.camera, size.width, size.height);
   if (level > 0) shrunk = ResizeArea(view.image, size.width, size.height);
   const std::vector<float>& rgb = level > 0 ? shrunk.rgb : view.image.rgb;
-  return {ToPosedCamera(small, near), {rgb.data(), static_cast<Index>(rgb.size())}};
+  const std::vector<std::uint8_t>& mask = level > 0 ? shrunk.mask : view.image.mask;
+  return {ToPosedCamera(small, near),
+          {rgb.data(), static_cast<Index>(rgb.size())},
+          {mask.data(), static_cast<Index>(mask.size())}};
 }
 
 LmOptions EngineOptions(const AlignOptions& options, int level) {

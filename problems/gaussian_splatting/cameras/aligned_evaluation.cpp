@@ -5,12 +5,12 @@
 
 #include "problems/gaussian_splatting/cameras/fit_exposure.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/median.h"
+#include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::gs {
 namespace {
-
-HostSpan<const float> Values(const Image& image) { return {image.rgb.data(), static_cast<Index>(image.rgb.size())}; }
 
 // Columns begin..end.
 Image Columns(const Image& image, int begin, int end) {
@@ -19,18 +19,34 @@ Image Columns(const Image& image, int begin, int end) {
     const float* from = image.rgb.data() + static_cast<std::ptrdiff_t>(row) * image.width;
     std::copy(from + begin, from + end, part.rgb.data() + static_cast<std::ptrdiff_t>(row) * part.width);
   }
+  for (int row = 0; row < part.height && !image.mask.empty(); ++row) {
+    const auto from = image.mask.begin() + static_cast<std::ptrdiff_t>(row) * image.width;
+    part.mask.insert(part.mask.end(), from + begin, from + end);
+  }
   return part;
 }
 
-ImageQuality Measure(ImageQualityMeter& meter, const Image& rendered, const Image& truth) {
-  return meter.Measure(Values(rendered), Values(truth), {truth.width, truth.height});
+// Of the pixels that count.
+ImageQuality Measure(ImageQualityMeter& meter, Image rendered, const Image& truth) {
+  ShowLeftOut<CpuBackend<float>>(MaskOf(truth), ValuesOf(truth),
+                                 {rendered.rgb.data(), static_cast<Index>(rendered.rgb.size())});
+  const ImageQuality whole = meter.Measure(ValuesOf(rendered), ValuesOf(truth), {truth.width, truth.height});
+  return truth.mask.empty() ? whole : OfPart(whole, CountedPart(truth));
+}
+
+// Whether both halves have something to measure.
+bool HasCountedHalves(const Image& image) {
+  const int middle = image.width / 2;
+  return middle > 0 && CountedPixels(Columns(image, 0, middle)) > 0 &&
+         CountedPixels(Columns(image, middle, image.width)) > 0;
 }
 
 void MeasureHalves(ImageQualityMeter& meter, const PhotometricWeights& weights, const Image& rendered,
                    const Image& truth, AlignedView& view) {
   const int middle = truth.width / 2;
   const Image left = Columns(rendered, 0, middle), left_truth = Columns(truth, 0, middle);
-  view.exposure = FitExposure(Values(left), Values(left_truth), {middle, truth.height}, weights);
+  view.exposure =
+      FitExposure(ValuesOf(left), ValuesOf(left_truth), {middle, truth.height}, weights, MaskOf(left_truth));
   Image right = Columns(rendered, middle, truth.width);
   const Image right_truth = Columns(truth, middle, truth.width);
   view.right = Measure(meter, right, right_truth);
@@ -65,7 +81,7 @@ AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, c
     aligned.pixels = MedianShift(model, view, motion, options.near);
     const Image rendered = renderer.Render(model, MovedView(view, motion));
     aligned.whole = Measure(meter, rendered, view.image);
-    if (options.free.color && view.camera.width > 1)
+    if (options.free.color && HasCountedHalves(view.image))
       MeasureHalves(meter, options.weights, rendered, view.image, aligned);
     degrees.push_back(aligned.degrees);
     pixels.push_back(aligned.pixels);

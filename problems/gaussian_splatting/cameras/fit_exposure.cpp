@@ -2,6 +2,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/view_linearization.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::gs {
@@ -13,10 +14,10 @@ using Backend = CpuBackend<double>;
 class ExposureProblem final : public Problem<Backend> {
  public:
   ExposureProblem(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
-                  const PhotometricWeights& weights)
+                  const PhotometricWeights& weights, HostSpan<const std::uint8_t> mask)
       : rendered_(rendered), loss_(std::make_shared<PhotometricLoss<float>>(weights)) {
     target_.camera.width = shape.width, target_.camera.height = shape.height;
-    target_.truth = truth;
+    target_.truth = truth, target_.mask = mask;
   }
 
   Index num_parameters() const override { return kViewParameters; }
@@ -24,7 +25,7 @@ class ExposureProblem final : public Problem<Backend> {
   double Cost(ConstView x) override {
     image_.CopyFrom(rendered_);
     Unpack(x).color.Apply(image_.view());
-    return loss_->Evaluate(image_, target_.truth, target_.shape()).cost;
+    return EvaluateLoss(*loss_, target_, image_.view()).cost;
   }
   std::unique_ptr<Linearization<Backend>> Linearize(ConstView x, int batch) override {
     this->CheckBatch(batch);
@@ -49,10 +50,10 @@ class ExposureProblem final : public Problem<Backend> {
 }  // namespace
 
 AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
-                        const PhotometricWeights& weights) {
+                        const PhotometricWeights& weights, HostSpan<const std::uint8_t> mask) {
   VESTA_CHECK(rendered.size() == shape.NumValues() && truth.size() == shape.NumValues(),
               "rendered {}, truth {} values, want {}", rendered.size(), truth.size(), shape.NumValues());
-  ExposureProblem problem(rendered, truth, shape, weights);
+  ExposureProblem problem(rendered, truth, shape, weights, mask);
   Backend backend;
   HostBuffer<double> x(kViewParameters);
   Pack({}, x);

@@ -9,9 +9,9 @@ namespace vesta::gs {
 
 // Minimises the photometric loss of the rendered image, its exposure changed, by Levenberg-Marquardt from none. Not by
 // squares: a splat's image is off by more than noise, and least squares answer that with too little contrast. Both
-// images planar and of that shape. What nothing tells of stays as it is, and all does where an image is not finite. The
-// same bits for any number of threads.
+// images planar and of that shape; mask: which pixels count (Image::mask). What nothing tells of stays as it is, and
+// all does where an image is not finite. The same bits for any number of threads.
 AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
-                        const PhotometricWeights& weights = {});
+                        const PhotometricWeights& weights = {}, HostSpan<const std::uint8_t> mask = {});
 
 }  // namespace vesta::gs

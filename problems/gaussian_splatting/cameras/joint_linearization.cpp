@@ -7,6 +7,7 @@
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/joint_reduced.h"
 #include "problems/gaussian_splatting/lm/view_agreement.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 namespace {
@@ -98,7 +99,7 @@ void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradie
   const View shown = Work(unit, image2_);
   B().Copy(unit.rendered, shown);
   unit.unknowns.color.Apply(shown);
-  loss_->Linearize(shown, target.truth, target.shape(), image_gradient, unit.W);
+  LinearizeLoss(*loss_, target, shown, image_gradient, unit.W);
   unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, unit.values());
   unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, unit.values());
 }
@@ -125,10 +126,12 @@ void JointLinearization<S>::ApplySplatJ(const JointUnit<S>& unit, const S* v, Vi
   unit.view.ApplyJ(model_, v, d_image.data(), *workspace_);
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   ForChannels(d_image, [&](int c, Index i) { d_image[i] *= gain[static_cast<std::size_t>(c)]; });
+  ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
 template <class S>
 void JointLinearization<S>::AddSplatJT(const JointUnit<S>& unit, View u, S* g) {
+  ClearLeftOut<B>(unit.target->mask, u);
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   ForChannels(u, [&](int c, Index i) { u[i] *= gain[static_cast<std::size_t>(c)]; });
   unit.view.AddJT(model_, unit.rendered.data(), u.data(), g, *workspace_);
@@ -153,11 +156,13 @@ void JointLinearization<S>::ApplyViewJ(Index v, ConstView step, View d_image) {
     const auto c = static_cast<std::size_t>(channel);
     d_image[i] = gain[c] * d_image[i] + (d_gain[c] * unit.rendered[i] + d_offset[c]);
   });
+  ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
 template <class S>
 void JointLinearization<S>::AddViewJT(Index v, View u, View g) {
   const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+  ClearLeftOut<B>(unit.target->mask, u);
   const View own = layout_.StepOf(g, v);
   const Index plane = unit.values() / ImageShape::kChannels;
   for (int c = 0; layout_.free.color && c < ImageShape::kChannels; ++c) {
@@ -284,7 +289,7 @@ const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& un
   HostBuffer<S> moves;
   if (layout_.free.pose) moves = PoseMoves(unit.view, model_, *workspace_);
   const ViewColumns<S> columns =
-      ColumnsOf<S>(layout_.free, unit.unknowns.color, unit.target->shape(), unit.rendered, moves);
+      ColumnsOf<S>(layout_.free, unit.unknowns.color, *unit.target, unit.rendered, moves);
   unit.curvature = WeightedGram(columns, *loss_, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
   const std::vector<double>& J = unit.prior_jacobian;

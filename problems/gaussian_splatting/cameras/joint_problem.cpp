@@ -8,6 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/joint_linearization.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 
@@ -52,7 +53,7 @@ double JointProblem<S>::Cost(ConstView x, std::span<const Index> units) {
     image.ResizeForOverwrite(target.truth.size());
     view.Render(image.data());
     unknowns.color.Apply(image.view());
-    cost += loss_->Evaluate(image, target.truth, target.shape()).cost;
+    cost += EvaluateLoss(*loss_, target, image.view()).cost;
     for (const double r : options_.prior.Residuals(unknowns, options_.free, image.size())) cost += r * r / 2;
   }
   return cost;

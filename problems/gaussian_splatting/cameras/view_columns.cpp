@@ -4,6 +4,7 @@
 
 #include "kernels/gaussian_splatting/pose_jacobian.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 
@@ -37,10 +38,10 @@ void ViewColumns<S>::Add(double scale, const double* v, U* u) const {
 }
 
 template <class S>
-ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const ImageShape& shape,
+ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                          HostSpan<const S> rendered, HostSpan<const S> moves) {
-  ViewColumns<S> columns(free, shape);
-  const Index values = shape.NumValues();
+  ViewColumns<S> columns(free, target.shape());
+  const Index values = target.shape().NumValues();
   const int pose = free.pose_tangent();
   AffineColor gain = color;
   gain.offset = {};
@@ -52,6 +53,7 @@ ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
     std::copy_n(rendered.data(), values, columns.image(pose).data());
     std::fill_n(columns.image(pose + 1).data(), values, S(1));
   }
+  for (int k = 0; k < columns.num_images(); ++k) ClearLeftOut<CpuBackend<S>>(target.mask, columns.image(k));
   return columns;
 }
 
@@ -104,9 +106,9 @@ template void ViewColumns<double>::Project(const double*, double*) const;
 template void ViewColumns<float>::Add(double, const double*, float*) const;
 template void ViewColumns<float>::Add(double, const double*, double*) const;
 template void ViewColumns<double>::Add(double, const double*, double*) const;
-template ViewColumns<float> ColumnsOf(const FreeUnknowns&, const AffineColor&, const ImageShape&, HostSpan<const float>,
-                                      HostSpan<const float>);
-template ViewColumns<double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const ImageShape&,
+template ViewColumns<float> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<CpuBackend<float>>&,
+                                      HostSpan<const float>, HostSpan<const float>);
+template ViewColumns<double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<CpuBackend<double>>&,
                                        HostSpan<const double>, HostSpan<const double>);
 template HostBuffer<float> PoseMoves(const splat::SplatView<float>&, const splat::Model<float>&,
                                      splat::ViewWorkspace<float>&);

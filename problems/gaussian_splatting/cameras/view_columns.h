@@ -7,6 +7,7 @@
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
 
 namespace vesta::gs {
 
@@ -45,10 +46,10 @@ class ViewColumns {
   HostBuffer<S> images_;
 };
 
-// The derivatives of the image that is shown, color of `rendered`, by the view's unknowns. moves: of the rendered image
-// by the pose's numbers, one after the other.
+// The derivatives of the image that is shown, color of `rendered`, by the view's unknowns; zero where the target's mask
+// leaves pixels out. moves: of the rendered image by the pose's numbers, one after the other.
 template <class S>
-ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const ImageShape& shape,
+ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                          HostSpan<const S> rendered, HostSpan<const S> moves);
 // The derivatives of the image of a view by its pose's six numbers, one after the other.
 template <class S>

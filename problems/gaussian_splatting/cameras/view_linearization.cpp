@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "problems/gaussian_splatting/cameras/image_products.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 namespace {
@@ -18,12 +19,13 @@ template <class S>
 ViewLinearization<S>::ViewLinearization(const FreeUnknowns& free, const AffineColor& color,
                                         const TargetView<CpuBackend<S>>& target, HostBuffer<S>&& rendered,
                                         HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss)
-    : columns_(ColumnsOf<S>(free, color, target.shape(), rendered, moves)), loss_(std::move(loss)) {
+    : columns_(ColumnsOf<S>(free, color, target, rendered, moves)), loss_(std::move(loss)) {
   moves = {};
   const Index n = num_residuals();
   HostBuffer<S> shown = std::move(rendered), image_gradient(n);
   color.Apply(shown.view());
-  loss_->Linearize(shown, target.truth, target.shape(), image_gradient, curvature_);
+  // With the mask in J, that of W need not be: J^T W J is the same.
+  LinearizeLoss(*loss_, target, shown.view(), image_gradient.view(), curvature_);
   residuals_.ResizeForOverwrite(n);
   ParallelFor(n, kImageGrain,
               [&](Index i) { residuals_[i] = static_cast<double>(shown[i]) - static_cast<double>(target.truth[i]); });

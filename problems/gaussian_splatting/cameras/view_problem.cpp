@@ -2,6 +2,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/view_linearization.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 
@@ -32,7 +33,7 @@ double ViewProblem<S>::Cost(ConstView x) {
   Build(unknowns);
   view_.Render(image_.data());
   unknowns.color.Apply(image_.view());
-  return loss_->Evaluate(image_, target_.truth, target_.shape()).cost;
+  return EvaluateLoss(*loss_, target_, image_.view()).cost;
 }
 
 template <class S>

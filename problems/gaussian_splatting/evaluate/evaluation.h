@@ -6,7 +6,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
-#include "problems/gaussian_splatting/model/splat_backend.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 
@@ -35,6 +35,8 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
       VESTA_CHECK(next < held.size(), "{} targets are fewer than the training views", held.size());
       Splats::Show(typename B::ConstView(held[next++].truth), truth);
     }
+    ShowLeftOut<B>(Splats::MakeMask({view.image.mask.data(), static_cast<Index>(view.image.mask.size())}),
+                   typename B::ConstView(truth), rendered.view());
     // Before the meter, which may write into both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     sum.Add(view, meter.Measure(rendered, truth, shape), objective);

@@ -21,14 +21,16 @@ Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& sce
   return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_);
 }
 
-void EvaluationSum::Add(const View& view, const ImageQuality& quality, double objective) {
+void EvaluationSum::Add(const View& view, const ImageQuality& whole, double objective) {
+  const double part = CountedPart(view.image);
+  const ImageQuality quality = view.image.mask.empty() ? whole : OfPart(whole, part);
   Quality& of_kind = view.is_trained() ? sum_.train : view.is_test() ? sum_.test : sum_.held_out;
   of_kind.psnr += quality.psnr;
   of_kind.ssim += quality.ssim;
   ++of_kind.views;
   if (!view.is_trained()) return;
   sum_.cost += objective;
-  values_ += 3.0 * view.camera.width * view.camera.height;
+  values_ += part * 3.0 * view.camera.width * view.camera.height;
 }
 
 Evaluation EvaluationSum::Mean() const {

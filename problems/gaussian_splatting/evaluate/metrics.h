@@ -11,7 +11,7 @@
 
 namespace vesta::gs {
 
-// Means over views of values per view, on 8-bit-quantised images.
+// Means over views of values per view, of the pixels that count, on 8-bit-quantised images.
 struct Quality {
   double psnr = 0;  // dB
   double ssim = 0;
@@ -26,8 +26,9 @@ struct Evaluation {
 // Adds up what is measured view by view.
 class EvaluationSum {
  public:
-  // objective: of the photometric loss on the image as rendered; only of views that are trained on it counts.
-  void Add(const View& view, const ImageQuality& quality, double objective);
+  // whole: of the view with its photograph where pixels do not count (masked_loss.h). objective: of the photometric
+  // loss on the image as rendered; only of views that are trained on it counts.
+  void Add(const View& view, const ImageQuality& whole, double objective);
   Evaluation Mean() const;
 
  private:

@@ -27,8 +27,8 @@ enum class ColmapCameraModel : std::int32_t {
 struct ColmapCamera {
   std::uint32_t id = 0;
   ColmapCameraModel model = ColmapCameraModel::kPinhole;
-  Camera camera;          // fx == fy where the model has one focal length
-  Distortion distortion;  // zeros where the model has no such coefficient
+  Camera camera;               // fx == fy where the model has one focal length
+  Distortion distortion = {};  // zeros where the model has no such coefficient
 };
 
 struct ColmapImage {

@@ -10,6 +10,7 @@
 #include "problems/gaussian_splatting/io/colmap.h"
 #include "problems/gaussian_splatting/io/exif.h"
 #include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/io/masks.h"
 #include "problems/gaussian_splatting/io/nerf.h"
 #include "problems/gaussian_splatting/io/scene_path.h"
 #include "problems/gaussian_splatting/model/undistort.h"
@@ -48,15 +49,6 @@ void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
   std::erase_if(views, is_missing);
   scene->notes.push_back(
       fmt::format("{} of {} photographs that the model names are missing and left out", missing, all));
-}
-
-// What a scene may hold beside what is read.
-void NotePassedOver(const std::string& path, Scene* scene) {
-  for (const char* name : {"masks", "mask"}) {
-    if (FolderExists(path + "/" + name)) {
-      scene->notes.push_back(fmt::format("{}/ is passed over: all of every image is trained on", name));
-    }
-  }
 }
 
 // The pinhole that will stand for the view's camera, before --downscale.
@@ -107,8 +99,16 @@ Image LoadPhotograph(const View& view, const std::array<float, 3>& background) {
       view.image_path, image.width, image.height, camera.width, camera.height);
 }
 
-void LoadPixels(const LoadSceneOptions& options, View* view) {
+void CheckSomethingCounts(const View& view, const Image& image) {
+  if (CountedPixels(image) > 0) return;
+  Fail("{}: by its mask or its alpha nothing of it would be trained on or measured; remove it from the model",
+       view.image_path);
+}
+
+void LoadPixels(const LoadSceneOptions& options, bool alpha_is_mask, View* view) {
   Image image = LoadPhotograph(*view, options.background);
+  if (!alpha_is_mask) image.mask.clear();
+  if (!view->mask_path.empty()) ApplyMask(view->mask_path, &image);
   Camera camera = ResizeCamera(view->camera, image.width, image.height);
   if (!view->distortion.is_none()) {
     const Camera pinhole = UndistortedCamera(*view, camera);
@@ -119,6 +119,7 @@ void LoadPixels(const LoadSceneOptions& options, View* view) {
   const ImageSize size = DownscaledSize({image.width, image.height}, options.downscale);
   if (options.downscale > 1) image = ResizeArea(image, size.width, size.height);
   view->camera = ResizeCamera(camera, size.width, size.height);
+  CheckSomethingCounts(*view, image);
   view->image = std::move(image);
 }
 
@@ -146,11 +147,13 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   }
   if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);
-  NotePassedOver(path, &scene);
+  FindMasks(path, &scene);
   NoteDistortion(&scene);
   CheckMemory(options, scene.views);
+  // Those of NeRF scenes are rendered over nothing, and trained over the background.
+  const bool alpha_is_mask = !FindColmapModel(path).empty();
   ParallelFor(static_cast<Index>(scene.views.size()), 1,
-              [&](Index i) { LoadPixels(options, &scene.views[static_cast<std::size_t>(i)]); });
+              [&](Index i) { LoadPixels(options, alpha_is_mask, &scene.views[static_cast<std::size_t>(i)]); });
   return scene;
 }
 

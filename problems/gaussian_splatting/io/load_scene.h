@@ -24,10 +24,12 @@ struct LoadSceneOptions {
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and
 // decodes all images in parallel. An image whose size differs from its camera's rescales the camera, provided that
 // the aspect ratio agrees to within a pixel; where that of the image turned as its EXIF says does, it is turned.
-// Photographs of distorting lenses are undistorted (undistort.h), then downscaled; their views are pinholes. All pixels
-// stay in memory: 12 bytes each. Scene::notes say what of the folder is passed over (masks, and COLMAP models beside
-// the one that is read), how many photographs were missing, and how many undistorted. Throws Error, one line that names
-// the file and what to do, for whatever cannot be used: folder or image missing, no image file, another aspect ratio, a
+// Photographs of distorting lenses are undistorted (undistort.h), then downscaled; their views are pinholes. Pixels
+// that a mask leaves out (masks.h) take no part, nor does what is not opaque in the images of a COLMAP scene; those of
+// a NeRF scene are composited over the background, all of which counts. All pixels stay in memory: 12 bytes each.
+// Scene::notes say what of the folder is passed over (COLMAP models beside the one that is read), how many photographs
+// have a mask, were missing, and were undistorted. Throws Error, one line that names the file and what to do, for
+// whatever cannot be used: folder or image missing, no image file, another aspect ratio, a mask that leaves nothing, a
 // distortion of which a pinhole would see hardly anything, a broken model, no view left to train on.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
 

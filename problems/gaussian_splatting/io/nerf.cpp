@@ -186,6 +186,15 @@ std::string ImageName(const FrameValues& values) {
   return fs::path(name).lexically_normal().string();
 }
 
+// As Nerfstudio names it; empty where the frame has none.
+std::string MaskPath(const FrameValues& values, const fs::path& folder) {
+  const std::string name = values.Text("mask_path", "");
+  if (LeavesScene("", name)) {
+    Fail("{}: the mask {} lies outside the scene; move it there", values.where(), Printable(name));
+  }
+  return name.empty() ? name : (folder / name).lexically_normal().string();
+}
+
 json ReadJson(const std::string& path) {
   try {
     return json::parse(ReadFile(path));
@@ -227,6 +236,7 @@ json ReadFrames(const std::string& path, const fs::path& folder, const ImageFold
     View view;
     view.name = ImageName(values);
     view.image_path = images.PathOf(folder, view, values).string();
+    view.mask_path = MaskPath(values, folder);
     ReadPose(values, &view);
     // The focal lengths are those before the image that is named.
     view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);

@@ -75,6 +75,18 @@ float ChannelValue(const unsigned char* bytes, std::size_t bytes_per_channel) {
                                 : static_cast<float>(256 * bytes[0] + bytes[1]) / 65535.0f;
 }
 
+// Of RGBA pixels; empty where all are. At soft borders colours are mixed with what lies behind.
+std::vector<std::uint8_t> OpaquePixels(const std::vector<unsigned char>& pixels, std::size_t pixel_bytes,
+                                       std::size_t channel_bytes) {
+  std::vector<std::uint8_t> mask(pixels.size() / pixel_bytes);
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    const unsigned char* alpha = pixels.data() + i * pixel_bytes + 3 * channel_bytes;
+    mask[i] = ChannelValue(alpha, channel_bytes) == 1 ? 1 : 0;
+  }
+  if (std::find(mask.begin(), mask.end(), std::uint8_t{0}) == mask.end()) mask.clear();
+  return mask;
+}
+
 }  // namespace
 
 Image DecodePng(const std::string& path, std::string_view bytes, const std::array<float, 3>& background,
@@ -106,6 +118,7 @@ Image DecodePng(const std::string& path, std::string_view bytes, const std::arra
       plane[i] = has_alpha ? alpha * color + (1.0f - alpha) * behind : color;
     }
   }
+  if (has_alpha) image.mask = OpaquePixels(pixels, pixel_bytes, channel_bytes);
   return image;
 }
 

@@ -65,7 +65,7 @@ class SplatLinearization final : public Linearization<B> {
   template <class Body>
   void ForEachUnit(const Body& body) const;
   // Hv += J^T W d_image of one view; weighted: to work in.
-  void AddJTW(const Unit& unit, ConstView d_image, View weighted, View Hv);
+  void AddJTW(const Unit& unit, View d_image, View weighted, View Hv);
   // blocks, sh_diagonal and, with options.sh_blocks, sh_blocks += those of all views.
   void AddGram(S* blocks, S* sh_diagonal, S* sh_blocks);
   // v *= scale_.

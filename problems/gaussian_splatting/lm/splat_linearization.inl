@@ -8,6 +8,7 @@
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"
 #include "problems/gaussian_splatting/lm/view_agreement.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 
@@ -80,7 +81,7 @@ void SplatLinearization<B>::Project(const TargetView<B>& target, Unit& unit) con
 
 template <Backend B>
 void SplatLinearization<B>::LinearizeLoss(Unit& unit, View image_gradient) const {
-  loss_->Linearize(unit.image, unit.target->truth, unit.shape, image_gradient, unit.loss);
+  gs::LinearizeLoss(*loss_, *unit.target, unit.image.view(), image_gradient, unit.loss);
 }
 
 template <Backend B>
@@ -121,8 +122,10 @@ template <Backend B>
 void SplatLinearization<B>::ApplyJ(ConstView v, View u) {
   S* out = u.data();
   ForEachUnit([&](Unit& unit) {
+    const Index values = unit.shape.NumValues();
     unit.view.ApplyJ(model_, v.data(), out, *workspace_);
-    out += unit.shape.NumValues();
+    ClearLeftOut<B>(unit.target->mask, View{out, values});
+    out += values;
   });
 }
 
@@ -131,8 +134,16 @@ void SplatLinearization<B>::ApplyJT(ConstView u, View g) {
   B().Fill(0, g);
   const S* in = u.data();
   ForEachUnit([&](Unit& unit) {
-    unit.view.AddJT(model_, unit.image.data(), in, g.data(), *workspace_);
-    in += unit.shape.NumValues();
+    const Index values = unit.shape.NumValues();
+    const S* counted = in;
+    if (unit.target->mask.size() > 0) {
+      const View copy = weighted_work_.view().subspan(0, values);
+      B().Copy(ConstView{in, values}, copy);
+      ClearLeftOut<B>(unit.target->mask, copy);
+      counted = copy.data();
+    }
+    unit.view.AddJT(model_, unit.image.data(), counted, g.data(), *workspace_);
+    in += values;
   });
 }
 
@@ -171,8 +182,10 @@ void SplatLinearization<B>::ApplyH(ConstView v, View Hv) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::AddJTW(const Unit& unit, ConstView d_image, View weighted, View Hv) {
+void SplatLinearization<B>::AddJTW(const Unit& unit, View d_image, View weighted, View Hv) {
+  ClearLeftOut<B>(unit.target->mask, d_image);
   loss_->ApplyW(unit.loss, d_image, weighted);
+  ClearLeftOut<B>(unit.target->mask, weighted);
   Scale(weighted);
   unit.view.AddJT(model_, unit.image.data(), weighted.data(), Hv.data(), *workspace_);
 }

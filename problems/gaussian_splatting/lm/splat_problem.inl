@@ -10,6 +10,7 @@
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
 
@@ -57,7 +58,7 @@ double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
     view.Build(model, target.camera, options_.background.data(), *workspace_);
     image.ResizeForOverwrite(target.truth.size());
     view.Render(image.data());
-    cost += loss_->Evaluate(image, target.truth, target.shape()).cost;
+    cost += EvaluateLoss(*loss_, target, image.view()).cost;
   }
   return cost;
 }

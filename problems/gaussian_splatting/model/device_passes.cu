@@ -2,11 +2,14 @@
 #include "kernels/core/for_each.cuh"
 #include "problems/gaussian_splatting/model/gather_rows.h"
 #include "problems/gaussian_splatting/model/length_units.h"
+#include "problems/gaussian_splatting/model/mask_pixels.h"
 
 namespace vesta {
 
 VESTA_DEVICE_FOR_EACH(gs::RowGathering<std::uint32_t>, "gathering of rows")
 VESTA_DEVICE_FOR_EACH(gs::CountGathering, "gathering of counts")
 VESTA_DEVICE_FOR_EACH(gs::MeasureUnit, "units of length")
+VESTA_DEVICE_FOR_EACH(gs::ShowWhereLeftOut<float>, "what a mask leaves out")
+VESTA_DEVICE_FOR_EACH(gs::ClearWhereLeftOut<float>, "what a mask leaves out")
 
 }  // namespace vesta

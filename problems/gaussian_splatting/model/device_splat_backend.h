@@ -22,6 +22,12 @@ struct SplatBackend<CudaBackend<float>> {
     Show(truth, copy);
     return copy;
   }
+  using Mask = DeviceBuffer<std::uint8_t>;
+  static Mask MakeMask(HostSpan<const std::uint8_t> mask) {
+    Mask copy;
+    if (mask.size() > 0) copy.CopyFrom(mask);
+    return copy;
+  }
   static double TruthBytes(double pixels) { return ImageShape::kChannels * sizeof(float) * pixels; }
   template <class Space>
   static void Show(Span<const float, Space> from, Truth& to) {

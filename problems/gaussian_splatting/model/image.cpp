@@ -29,11 +29,41 @@ std::vector<Cover> Covers(int source, int target) {
   return covers;
 }
 
+std::vector<std::uint8_t> ResizeMask(const Image& image, const std::vector<Cover>& columns,
+                                     const std::vector<Cover>& rows) {
+  std::vector<std::uint8_t> mask;
+  if (image.mask.empty()) return mask;
+  mask.reserve(columns.size() * rows.size());
+  for (const Cover& row : rows) {
+    for (const Cover& column : columns) {
+      bool counts = true;
+      for (std::size_t y = 0; y < row.shares.size() && counts; ++y) {
+        const auto first = image.mask.begin() + static_cast<std::ptrdiff_t>((static_cast<std::size_t>(row.first) + y) *
+                                                                                static_cast<std::size_t>(image.width) +
+                                                                            static_cast<std::size_t>(column.first));
+        counts = std::all_of(first, first + std::ssize(column.shares), [](std::uint8_t m) { return m != 0; });
+      }
+      mask.push_back(counts ? 1 : 0);
+    }
+  }
+  return mask;
+}
+
 }  // namespace
 
 std::uint8_t QuantizeColor(float value) {
   // Written so that NaN fails the first comparison.
   return value > 0 ? static_cast<std::uint8_t>(std::lround(255.0f * std::min(value, 1.0f))) : std::uint8_t{0};
+}
+
+std::size_t CountedPixels(const Image& image) {
+  const auto left_out = std::ranges::count(image.mask, std::uint8_t{0});
+  return image.num_pixels() - static_cast<std::size_t>(left_out);
+}
+
+double CountedPart(const Image& image) {
+  if (image.mask.empty()) return 1;
+  return static_cast<double>(CountedPixels(image)) / static_cast<double>(image.num_pixels());
 }
 
 Image ResizeArea(const Image& image, int width, int height) {
@@ -61,6 +91,7 @@ Image ResizeArea(const Image& image, int width, int height) {
       }
     }
   }
+  result.mask = ResizeMask(image, columns, rows);
   return result;
 }
 

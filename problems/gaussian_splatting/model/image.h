@@ -13,6 +13,8 @@ namespace vesta::gs {
 struct Image {
   int width = 0, height = 0;
   std::vector<float> rgb;
+  // A byte a pixel, 0 for those that take no part in the loss and in the metrics; empty: all do.
+  std::vector<std::uint8_t> mask;
 
   Image() = default;
   Image(int w, int h) : width(w), height(h), rgb(3 * num_pixels()) {}
@@ -22,6 +24,10 @@ struct Image {
   const float* plane(int channel) const { return rgb.data() + static_cast<std::size_t>(channel) * num_pixels(); }
 };
 
+// How many pixels take part, and which part of all they are.
+std::size_t CountedPixels(const Image& image);
+double CountedPart(const Image& image);
+
 struct ImageSize {
   int width = 0, height = 0;
 };
@@ -30,7 +36,7 @@ struct ImageSize {
 std::uint8_t QuantizeColor(float value);
 
 // Area averaging: each pixel of the result is the mean of the part of the image it covers, partly covered pixels by
-// their share. 1 <= width <= image.width, the same for height.
+// their share; it takes part where all of these do. 1 <= width <= image.width, the same for height.
 Image ResizeArea(const Image& image, int width, int height);
 
 // Size after downscaling by a whole factor: floor(width / factor) x floor(height / factor), at least 1 x 1.

@@ -46,4 +46,15 @@ std::array<float, 3> SampleCubic(const Image& image, double u, double v) {
   return result;
 }
 
+bool CountsAbout(const Image& image, double u, double v) {
+  if (image.mask.empty()) return true;
+  const Neighbors columns(u, image.width), rows(v, image.height);
+  for (const std::size_t j : {1u, 2u}) {
+    for (const std::size_t i : {1u, 2u}) {
+      if (image.mask[rows.index[j] * static_cast<std::size_t>(image.width) + columns.index[i]] == 0) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace vesta::gs

@@ -32,6 +32,7 @@ enum class ViewRole {
 struct View {
   std::string name;        // relative to the image folder; the key of order and split
   std::string image_path;  // where the file lies
+  std::string mask_path;   // of its mask; empty: none, or none but the photograph's own
   Camera camera;
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major, orthonormal, world to camera
   std::array<double, 3> translation{};

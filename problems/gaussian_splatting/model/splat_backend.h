@@ -3,6 +3,7 @@
 // in device_splat_backend.h the GPU's.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "kernels/core/vector_backend.h"
@@ -28,13 +29,17 @@ struct SplatBackend<CpuBackend<S>> {
   static double TruthBytes(double /*pixels*/) { return 0; }
   // to becomes a truth that the quality meter may write into where it does.
   static void Show(HostSpan<const S> from, Truth& to) { to = from; }
+  // Of its pixels, as Image::mask: that of the scene itself.
+  using Mask = HostSpan<const std::uint8_t>;
+  static Mask MakeMask(HostSpan<const std::uint8_t> mask) { return mask; }
 };
 
 // One view to fit.
 template <class B>
 struct TargetView {
   splat::PosedCamera camera;
-  typename SplatBackend<B>::Truth truth;  // 3 planes
+  typename SplatBackend<B>::Truth truth;     // 3 planes
+  typename SplatBackend<B>::Mask mask = {};  // which pixels count; empty: all
 
   ImageShape shape() const { return {camera.width, camera.height}; }
 };
@@ -44,7 +49,9 @@ template <class B>
 std::vector<TargetView<B>> TargetsIn(const std::vector<TargetView<CpuBackend<typename B::Scalar>>>& views) {
   std::vector<TargetView<B>> targets;
   targets.reserve(views.size());
-  for (const auto& view : views) targets.push_back({view.camera, SplatBackend<B>::MakeTruth(view.truth)});
+  for (const auto& view : views) {
+    targets.push_back({view.camera, SplatBackend<B>::MakeTruth(view.truth), SplatBackend<B>::MakeMask(view.mask)});
+  }
   return targets;
 }
 

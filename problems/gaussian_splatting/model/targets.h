@@ -9,6 +9,13 @@
 
 namespace vesta::gs {
 
+inline HostSpan<const float> ValuesOf(const Image& image) {
+  return {image.rgb.data(), static_cast<Index>(image.rgb.size())};
+}
+inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
+  return {image.mask.data(), static_cast<Index>(image.mask.size())};
+}
+
 // The scene's views with their images, which must outlive the result where its truths are not copies. near: distance
 // of the near plane.
 template <class B>
@@ -16,9 +23,8 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
   std::vector<TargetView<B>> targets;
   targets.reserve(views.size());
   for (const View* view : views) {
-    const std::vector<float>& rgb = view->image.rgb;
-    targets.push_back(
-        {ToPosedCamera(*view, near), SplatBackend<B>::MakeTruth({rgb.data(), static_cast<Index>(rgb.size())})});
+    targets.push_back({ToPosedCamera(*view, near), SplatBackend<B>::MakeTruth(ValuesOf(view->image)),
+                       SplatBackend<B>::MakeMask(MaskOf(view->image))});
   }
   return targets;
 }

@@ -135,6 +135,7 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
               "an image of {} x {} for a camera of {} x {}", image.width, image.height, camera.width, camera.height);
   constexpr int kMostSamples = 8;  // a pixel, across and down
   Image result(pinhole.width, pinhole.height);
+  if (!image.mask.empty()) result.mask.assign(result.num_pixels(), 1);
   const splat::Lens &from = camera.lens, &to = pinhole.lens;
   ParallelFor(pinhole.height, 8, [&](Index row) {
     for (int column = 0; column < pinhole.width; ++column) {
@@ -147,16 +148,20 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
       constexpr double kHardly = 1.25;
       const int samples = reach <= kHardly ? 1 : static_cast<int>(std::ceil(std::min<double>(reach, kMostSamples)));
       std::array<float, 3> sum{};
+      bool counts = true;
       for (int b = 0; b < samples; ++b) {
         for (int a = 0; a < samples; ++a) {
           const double across = (a + 0.5) / samples - 0.5, down = (b + 0.5) / samples - 0.5;
           const Point at = Distort(lens, x + across / to.fx, y + down / to.fy);
-          const std::array<float, 3> color = SampleCubic(image, from.fx * at[0] + from.cx, from.fy * at[1] + from.cy);
+          const double u = from.fx * at[0] + from.cx, v = from.fy * at[1] + from.cy;
+          const std::array<float, 3> color = SampleCubic(image, u, v);
+          counts = counts && CountsAbout(image, u, v);
           for (std::size_t c = 0; c < 3; ++c) sum[c] += color[c];
         }
       }
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(pinhole.width) + static_cast<std::size_t>(column);
+      if (!counts) result.mask[pixel] = 0;
       const float share = 1.0f / static_cast<float>(samples * samples);
       for (int c = 0; c < 3; ++c) {
         result.plane(c)[pixel] = std::clamp(share * sum[static_cast<std::size_t>(c)], 0.0f, 1.0f);

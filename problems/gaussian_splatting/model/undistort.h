@@ -16,7 +16,8 @@ namespace vesta::gs {
 std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens);
 
 // The image of `camera` with that lens, as `pinhole` sees it from the same place. Cubic interpolation (Catmull-Rom,
-// clamped to 0..1); where the image shrinks, the mean of samples at most one of its pixels apart. The image has the
+// clamped to 0..1); where the image shrinks, the mean of samples at most one of its pixels apart. A
+// pixel takes part where the four about each of its samples do. The image has the
 // camera's size.
 Image UndistortImage(const Image& image, const Camera& camera, const Distortion& lens, const Camera& pinhole);
 

@@ -4,6 +4,8 @@
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/parsimony/judging_views.h"
 
@@ -59,8 +61,10 @@ class JudgedLoss {
     const HostSpan<const float> truth{view.image.rgb.data(), shape.NumValues()};
     const PhotometricWeights& weights = loss_.weights();
     gradient_.ResizeForOverwrite(shape.NumValues());
+    const bool is_masked = !view.image.mask.empty();
+    if (is_masked) rendered = WithPhotograph(rendered, view.image);
     cost_ += loss_.Linearize(rendered, truth, shape, gradient_, linearization_).objective;
-    values_ += static_cast<double>(shape.NumValues());
+    values_ += ImageShape::kChannels * static_cast<double>(CountedPixels(view.image));
     return {.rendered = rendered.data(),
             .truth = truth.data(),
             .gradient = gradient_.data(),
@@ -69,15 +73,27 @@ class JudgedLoss {
             .penalty = PenaltyCoefficientsOf<float>(weights),
             .l1 = static_cast<float>(weights.l1),
             .ssim = static_cast<float>(weights.ssim),
-            .window_variance = static_cast<float>(WindowVariance())};
+            .window_variance = static_cast<float>(WindowVariance()),
+            .counts = is_masked ? counts_.data() : nullptr};
   }
   double cost() const { return cost_; }      // of all views
-  double values() const { return values_; }  // their pixels, by channel
+  double values() const { return values_; }  // their pixels that count, by channel
 
  private:
+  // The image with the photograph where pixels do not count; and counts_.
+  HostSpan<const float> WithPhotograph(HostSpan<const float> rendered, const Image& photograph) {
+    using Backend = CpuBackend<float>;
+    shown_.CopyFrom(rendered);
+    ShowLeftOut<Backend>(MaskOf(photograph), ValuesOf(photograph), shown_.view());
+    counts_.assign(photograph.mask.begin(), photograph.mask.end());
+    for (float& count : counts_) count = count != 0 ? 1.0f : 0.0f;
+    return shown_.view();
+  }
+
   PhotometricLoss<float> loss_;
   PhotometricLinearization<float> linearization_;
-  HostBuffer<float> gradient_;
+  HostBuffer<float> gradient_, shown_;
+  std::vector<float> counts_;
   double cost_ = 0, values_ = 0;
 };
 

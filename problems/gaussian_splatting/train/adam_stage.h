@@ -20,6 +20,7 @@
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
@@ -180,7 +181,7 @@ class AdamStage {
     passes_->image_gradient.ResizeForOverwrite(shape.NumValues());
     passes_->view.Build(x, target.camera, options_.background.data(), passes_->workspace);
     passes_->view.Render(passes_->image.data());
-    passes_->loss.Gradient(passes_->image, target.truth, shape, passes_->image_gradient);
+    LossGradient(passes_->loss, target, passes_->image.view(), passes_->image_gradient.view());
     passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
   }
   void DecideOnCameras() {

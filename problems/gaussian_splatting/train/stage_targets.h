@@ -39,7 +39,8 @@ class StageTargets {
   void SetPhotograph(std::size_t i, const Image& full) {
     Image& image = views_[i].image;
     image = ResizeArea(full, image.width, image.height);
-    targets_[i].truth = SplatBackend<B>::MakeTruth({image.rgb.data(), static_cast<Index>(image.rgb.size())});
+    targets_[i].truth = SplatBackend<B>::MakeTruth(ValuesOf(image));
+    targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(image));
   }
   void Clear() {
     targets_.clear(), targets_.shrink_to_fit();

@@ -105,6 +105,24 @@ void ExpectAdjoint(double tolerance) {
 TEST(JointProblem, ProductsAreAdjointInDouble) { ExpectAdjoint<double>(1e-12); }
 TEST(JointProblem, ProductsAreAdjointInFloat) { ExpectAdjoint<float>(1e-5); }
 
+// Where a mask leaves pixels out: products, gradient along Plus, blocks.
+TEST(JointProblem, OfMaskedViewsHasNoFault) {
+  JointSetup<double> setup({true, true}, 3, 8, 1, 5);
+  setup.options.splats.weights.ssim = 0;
+  setup.options.splats.weights.pixel = PixelLinearization::kL2;
+  const Index pixels = setup.ring.views[0].shape().PlaneSize();
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(pixels), 1);
+  std::fill_n(mask.begin(), pixels / 2, std::uint8_t{0});
+  CpuBackend<double> backend;
+  JointProblem<double> whole = setup.Make();
+  const double cost = whole.Cost(setup.x, std::vector<Index>{0, 1, 2});
+  for (auto& view : setup.ring.views) view.mask = {mask.data(), pixels};
+  JointProblem<double> problem = setup.Make();
+  EXPECT_LT(problem.Cost(setup.x, std::vector<Index>{0, 1, 2}), 0.95 * cost);
+  const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = true});
+  EXPECT_TRUE(check.ok()) << check.Report();
+}
+
 // With the whole loss: SSIM's part of W is not pointwise, and yet views' blocks are those of H.
 TEST(JointProblem, BlocksOfViewsAreExact) {
   const JointSetup<double> setup({true, true}, 3, 20, 1, 9);

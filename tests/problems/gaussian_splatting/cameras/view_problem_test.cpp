@@ -46,6 +46,19 @@ TEST(ViewProblem, HasNoFault) {
   }
 }
 
+TEST(ViewProblem, HasNoFaultWherePixelsDoNotCount) {
+  ViewAndStart<double> setup;
+  std::vector<std::uint8_t> mask;
+  for (int i = 0; i < 40 * 30; ++i) mask.push_back(i % 40 < 25 ? 1 : 0);
+  setup.target.mask = {mask.data(), static_cast<Index>(mask.size())};
+  for (const FreeUnknowns& free : kKinds) {
+    ViewProblem<double> problem = setup.Make(free);
+    CpuBackend<double> backend;
+    const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.at);
+    EXPECT_TRUE(check.ok()) << check.Report();
+  }
+}
+
 // The engine's check leaves out J where there are weights: each column by differences of the residuals.
 TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   const ViewAndStart<double> setup;

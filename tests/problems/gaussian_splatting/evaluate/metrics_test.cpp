@@ -81,6 +81,29 @@ TEST(Evaluate, MeansAreOverViews) {
   EXPECT_NEAR(e.test.psnr, -20 * std::log10(kGrey - other), 1e-5);
 }
 
+// Pixels that do not count are as if they were not there, for flat images to the last digits.
+TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
+  const double truth = 51.0 / 255;
+  Scene scene = FlatScene({truth, truth}, 1);
+  const Evaluation whole = Evaluate(NothingToSee(), scene);
+  for (View& view : scene.views) {
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      const bool counts = i % kWidth < 8;
+      view.image.mask.push_back(counts ? 1 : 0);
+      // What stands there has no part in the error.
+      for (int c = 0; c < 3 && !counts; ++c) view.image.plane(c)[i] = static_cast<float>(i % 7) / 7;
+    }
+  }
+  const Evaluation e = Evaluate(NothingToSee(), scene);
+  for (const auto& [quality, all] : {std::pair{e.train, whole.train}, std::pair{e.test, whole.test}}) {
+    EXPECT_NEAR(quality.psnr, all.psnr, 1e-5);
+    EXPECT_LT(quality.ssim, 1);
+    EXPECT_NEAR(quality.ssim, all.ssim, 0.15);
+  }
+  // But for the 8 bits of what windows see beyond the border.
+  EXPECT_NEAR(e.cost, 0.8 * (kGrey - truth) + 0.2 * (1 - e.train.ssim), 1e-4);
+}
+
 // Quality is that of 8-bit images, the cost that of the images themselves.
 TEST(Evaluate, QualityIsQuantisedAndTheCostIsNot) {
   const double truth = kGrey + 0.4 / 255;

@@ -129,13 +129,19 @@ TEST_F(LoadSceneTest, DistortionThatLeavesNothingIsRefused) {
   ExpectRefused("view0.png: the distortion of its camera", options);
 }
 
-TEST_F(LoadSceneTest, AlphaIsCompositedOverTheBackground) {
+TEST_F(LoadSceneTest, AlphaOfANerfSceneIsCompositedOverTheBackground) {
   Image clear(60, 40);
   SavePng(ImagePath(2), clear);
   std::string rgba = EncodePng({60, 40, 6, 8, false, std::vector<std::uint8_t>(60 * 40 * 4, 0)});
   WriteBytes(ImagePath(3), rgba);
   LoadSceneOptions options;
   options.background = {1, 0.5f, 0.25f};
+  std::filesystem::remove_all(folder_ / "sparse");
+  std::string frames;
+  for (int i = 0; i < 4; ++i) frames += fmt::format(R"({}{{"file_path": "images/view{}"}})", i > 0 ? "," : "", i);
+  WriteBytes(folder_ / "transforms.json",
+             R"({"camera_angle_x": 1.0, "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]], "frames": [)" +
+                 frames + "]}");
   const Scene scene = LoadScene(folder_.path(), options);
   EXPECT_EQ(scene.views[2].image.plane(1)[7], 0);
   for (int c = 0; c < 3; ++c)
@@ -186,7 +192,6 @@ TEST_F(LoadSceneTest, ImagesOutsideTheSceneAreRefused) {
 
 TEST_F(LoadSceneTest, WhatIsPassedOverIsNoted) {
   EXPECT_THAT(LoadScene(folder_.path()).notes, testing::IsEmpty());
-  std::filesystem::create_directory(folder_ / "masks");
   std::filesystem::create_directory(folder_ / "sparse/empty");
   ColmapModel larger = model_;
   larger.images.resize(5);
@@ -197,8 +202,7 @@ TEST_F(LoadSceneTest, WhatIsPassedOverIsNoted) {
       LoadScene(folder_.path()).notes,
       testing::ElementsAre(
           "the model in " + sparse + "1 of 5 images is passed over; read is that in " + sparse + "0 of 9 images",
-          "the model in " + sparse + "2 is passed over; read is that in " + sparse + "0 of 9 images",
-          "masks/ is passed over: all of every image is trained on"));
+          "the model in " + sparse + "2 is passed over; read is that in " + sparse + "0 of 9 images"));
 }
 
 TEST_F(LoadSceneTest, MissingPhotographsMayBeLeftOut) {

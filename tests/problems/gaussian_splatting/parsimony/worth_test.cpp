@@ -58,6 +58,35 @@ TEST(Worth, IsTheRiseOfTheCostWithoutIt) {
   EXPECT_GT(compared, 20) << "that matter";
 }
 
+// Whole views left out, and halves: what is seen there alone is worth nothing.
+TEST(Worth, PixelsThatDoNotCountHaveNoSay) {
+  Fit fit;
+  const Worth whole = fit.Measure();
+  const auto mask_from = [&](int column) {
+    for (View& view : fit.scene.views) {
+      view.image.mask.clear();
+      for (int i = 0; i < 48 * 36; ++i) view.image.mask.push_back(i % 48 < column ? 1 : 0);
+    }
+  };
+  mask_from(48);
+  EXPECT_EQ(fit.Measure().rise, whole.rise);
+  mask_from(24);
+  const Worth half = fit.Measure();
+  EXPECT_LT(half.cost, 0.8 * whole.cost);
+  EXPECT_EQ(half.values, whole.values / 2);
+  float* logit = fit.model.attribute(splat::kOpacity);
+  for (Index i = 0; i < 10; ++i) {
+    const float before = std::exchange(logit[i], -100.0f);
+    const double rise = fit.Measure().cost - half.cost;
+    logit[i] = before;
+    EXPECT_NEAR(half.rise[static_cast<std::size_t>(i)], rise, 0.35 * std::abs(rise) + 0.002 * half.cost) << i;
+  }
+  mask_from(0);
+  const Worth nothing = fit.Measure();
+  EXPECT_EQ(nothing.cost, 0);
+  for (const double rise : nothing.rise) EXPECT_EQ(rise, 0);
+}
+
 TEST(Worth, WhatNoViewShowsHasNone) {
   Fit fit;
   fit.model.attribute(splat::kMean + 1)[7] = 1000;

@@ -113,6 +113,28 @@ TEST(DeviceStages, PrunesAsTheHostDoes) {
   EXPECT_NEAR(on_gpu.history.back().train.psnr, on_host.history.back().train.psnr, 0.3);
 }
 
+// Half of every photograph is wrecked, and does not count: both see nothing of that.
+TEST(DeviceStages, MasksHoldAsOnTheHost) {
+  Scene scene = test::TrainingScene();
+  for (View& view : scene.views) {
+    for (int i = 0; i < view.image.width * view.image.height; ++i) {
+      const bool counts = i % view.image.width < view.image.width / 2;
+      view.image.mask.push_back(counts ? 1 : 0);
+      for (int c = 0; c < 3 && !counts; ++c) view.image.plane(c)[i] = static_cast<float>((5 * i + c) % 11) / 10;
+    }
+  }
+  TrainOptions options = test::ShortTraining(kIterations, 2);
+  options.adam.evaluations = 4;
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  const TrainResult host = Train(scene, options, 0, {}), device = Train(scene, options, 0, {}, DeviceStages());
+  EXPECT_THAT(device.notes, IsEmpty());
+  EXPECT_EQ(device.history.back().stage, Stage::kLm);
+  EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
+  for (View& view : scene.views) view.image.mask.clear();
+  const TrainResult wrecked = Train(scene, options, 0, {}, DeviceStages());
+  EXPECT_GT(device.history.back().train.psnr, wrecked.history.back().train.psnr + 5);
+}
+
 TEST(DeviceStages, AdamEndsWithWhatItHas) {
   // One view is larger than all before it.
   Scene scene = test::RingOfCameras(8, 24, 16, false);

@@ -1,0 +1,112 @@
+// Views of which not every pixel counts, in the problem of LM and in what asks for the loss of a change.
+#include <gtest/gtest.h>
+
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
+#include "solver/derivative_check.inl"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/random.h"
+
+namespace vesta::gs {
+namespace {
+
+using B = CpuBackend<double>;
+using test::RingProblem;
+
+constexpr Index kCount = 30;
+
+// Four views: half of the first two, cut slantwise, do not count, all of the third does, and nothing of the last.
+struct MaskedRing {
+  RingProblem<double> ring{4, kCount, 2, 30};
+  std::vector<std::vector<std::uint8_t>> masks;
+
+  MaskedRing() {
+    masks.reserve(ring.views.size());
+    for (std::size_t v = 0; v < ring.views.size(); ++v) {
+      auto& target = ring.views[v];
+      std::vector<std::uint8_t>& mask = masks.emplace_back();
+      if (v == 2) continue;
+      for (int y = 0; y < target.camera.height; ++y) {
+        for (int x = 0; x < target.camera.width; ++x) mask.push_back(v < 2 && x + y < 30 ? 255 : 0);
+      }
+      target.mask = {mask.data(), static_cast<Index>(mask.size())};
+    }
+  }
+};
+
+HostBuffer<double> RandomVector(Index size, std::uint64_t seed) {
+  B backend;
+  HostBuffer<double> v(size);
+  FillRandom(backend, seed, v.view());
+  return v;
+}
+
+TEST(MaskedViews, GradientIsTheDerivativeOfTheCost) {
+  B backend;
+  const MaskedRing masked;
+  SplatProblem<B> problem = masked.ring.Make();
+  for (std::uint64_t seed = 31; seed < 34; ++seed) {
+    const HostBuffer<double> v = RandomVector(problem.num_parameters(), seed);
+    EXPECT_LE((GradientError<B>(backend, problem, masked.ring.x, v, 1e-7)), 1e-5);
+  }
+}
+
+TEST(MaskedViews, CostLessAndNothingWhereNothingCounts) {
+  MaskedRing masked;
+  const RingProblem<double> unmasked(4, kCount, 2, 30);
+  SplatProblem<B> problem = masked.ring.Make(), whole = unmasked.Make();
+  const auto cost = [&](SplatProblem<B>& of, Index view) { return of.Cost(masked.ring.x, std::vector<Index>{view}); };
+  EXPECT_LT(cost(problem, 0), 0.8 * cost(whole, 0));
+  EXPECT_EQ(cost(problem, 2), cost(whole, 2));
+  // What |e| with its floor is at no error.
+  const PhotometricWeights& weights = masked.ring.options.weights;
+  EXPECT_NEAR(cost(problem, 3), 40 * 30 * 3 * weights.l1 * weights.l1_floor / 2, 1e-9);
+}
+
+// Whatever is kept of a view.
+TEST(MaskedViews, HIsTheProductOfItsPartsAndSymmetric) {
+  B backend;
+  for (const JacobianKind kind : {JacobianKind::kRecompute, JacobianKind::kCache32, JacobianKind::kRebuild}) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    MaskedRing masked;
+    masked.ring.options.jacobian = kind;
+    SplatProblem<B> problem = masked.ring.Make();
+    const auto linearization = problem.Linearize(masked.ring.x, 0);
+    const HostBuffer<double> v = RandomVector(problem.num_parameters(), 21), w = RandomVector(v.size(), 22);
+    const Index rows = linearization->num_residuals();
+    HostBuffer<double> Jv(rows), WJv(rows), composed(v.size()), Hv(v.size()), Hw(v.size());
+    linearization->ApplyJ(v, Jv);
+    linearization->ApplyW(Jv, WJv);
+    linearization->ApplyJT(WJv, composed);
+    linearization->ApplyH(v, Hv);
+    linearization->ApplyH(w, Hw);
+    const double size = std::sqrt(backend.Dot(Hv, Hv));
+    ASSERT_GT(size, 0);
+    EXPECT_NEAR(backend.Dot(w, Hv), backend.Dot(v, Hw), 1e-10 * size * std::sqrt(backend.Dot(w, w)));
+    backend.Axpby(-1, Hv, 1, composed.view());
+    EXPECT_LE(std::sqrt(backend.Dot(composed, composed)), 1e-10 * size);
+    const HostBuffer<double> u = RandomVector(rows, 23);
+    linearization->ApplyJT(u, composed);
+    EXPECT_NEAR(backend.Dot(Jv, u), backend.Dot(v, composed), 1e-9 * std::sqrt(backend.Dot(Jv, Jv)) * 100);
+    // Nothing of the last view, all of its numbers at the end.
+    const Index of_view = rows / 4;
+    for (Index i = rows - of_view; i < rows; ++i) {
+      ASSERT_EQ(Jv[i], 0);
+      ASSERT_EQ(linearization->residuals()[i], 0);
+    }
+  }
+}
+
+TEST(MaskedViews, AMaskOfAllIsNone) {
+  MaskedRing masked;
+  for (std::size_t v = 0; v < 4; ++v) {
+    masked.masks[v].assign(40 * 30, 1);
+    masked.ring.views[v].mask = {masked.masks[v].data(), 40 * 30};
+  }
+  const RingProblem<double> unmasked(4, kCount, 2, 30);
+  SplatProblem<B> problem = masked.ring.Make(), whole = unmasked.Make();
+  EXPECT_EQ(problem.Cost(masked.ring.x), whole.Cost(masked.ring.x));
+}
+
+}  // namespace
+}  // namespace vesta::gs
