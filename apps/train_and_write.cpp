@@ -119,10 +119,13 @@ std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, c
     return "";
   }
   gs::WriteColmapModel(gs::ColmapOf(scene, gs::MovedViews(scene, result.cameras)), folder, gs::ColmapFormat::kText);
+  const auto by = [](const char* what, double part) {
+    return part > 0 ? fmt::format("; {} by up to {:.1f} %", what, 100 * part) : "";
+  };
   return fmt::format(
-      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}: the COLMAP model {}\n",
-      changes.pixels, changes.degrees, changes.most_pixels,
-      changes.most_gain > 0 ? fmt::format("; gains differ by up to {:.1f} %", 100 * changes.most_gain) : "", folder);
+      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}{}: the COLMAP model {}\n",
+      changes.pixels, changes.degrees, changes.most_pixels, by("gains differ", changes.most_gain),
+      by("focal lengths", changes.most_focal), folder);
 }
 
 void NoteOrigin(const gs::SplatModel& model, std::vector<std::string>* notes) {

@@ -1,10 +1,11 @@
 // Trainings from cameras that are not where they are said to be: what each way of finding them along comes to.
 //
-//   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--seeds 0] [--reports yes] [--json FILE]
+//   cameras SCENE [--degrees 0.3] [--centre 0.01] [--exposure 0] [--focal 0] [--seeds 0] [--reports yes] [--json FILE]
 //           [--methods none,gauss_newton,adam:1e-3:1e-3] [--joint_iterations 8] [--joint_pcg 4] [--rounds 4]
 //           [--prior 0.01] -- [flags of vesta train]
 //
-// Each view is turned and shifted at random, those of test too, and training views are exposed so (perturbed_scene.h).
+// Each view is turned and shifted at random, those of test too, and training views are exposed so; all focal lengths
+// are too long by --focal (perturbed_scene.h), and lenses are found where that is not 0.
 // Methods: exact (nothing is perturbed, nothing found), none, late (perturbed only after the Adam stage), gauss_newton,
 // adam:R:T with these rates, auto. After it, with a plus, what follows the Adam stage (endings.h; lm by default). PSNR
 // of the test views, as stated and with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
@@ -34,8 +35,10 @@ double Number(const Arguments& arguments, const char* flag, const char* fallback
 }
 
 // Sets what the method's name says.
-void Choose(const std::string& method, bool exposure, gs::CameraOptions* cameras) {
-  const auto free = exposure ? gs::CameraChoice::kPoseAndExposure : gs::CameraChoice::kPose;
+void Choose(const std::string& method, const Perturbation& by, gs::CameraOptions* cameras) {
+  const auto free = by.focal != 0      ? gs::CameraChoice::kAll
+                    : by.exposure != 0 ? gs::CameraChoice::kPoseAndExposure
+                                       : gs::CameraChoice::kPose;
   if (method == "exact" || method == "none" || method == "late") {
     cameras->refine = gs::CameraChoice::kNone;
   } else if (method == "gauss_newton") {
@@ -120,11 +123,11 @@ double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
 
 int Main(int argc, char** argv) {
   const RaceSetup setup = SetUpRace(argc, argv,
-                                    {"degrees", "centre", "exposure", "seeds", "methods", "json", "joint_iterations",
-                                     "joint_pcg", "rounds", "prior", "reports"});
+                                    {"degrees", "centre", "exposure", "focal", "seeds", "methods", "json",
+                                     "joint_iterations", "joint_pcg", "rounds", "prior", "reports"});
   const Arguments& arguments = setup.arguments;
   const Perturbation by{Number(arguments, "degrees", "0.3"), Number(arguments, "centre", "0.01"),
-                        Number(arguments, "exposure", "0")};
+                        Number(arguments, "exposure", "0"), Number(arguments, "focal", "0")};
   SetNumThreads(setup.threads);
   Report report("cameras");
   LatestTraining latest;
@@ -137,7 +140,7 @@ int Main(int argc, char** argv) {
       options.seed = std::stoull(seed);
       std::string training = method;
       const Ending ending = TakeEnding(&training);
-      Choose(training, by.exposure > 0, &options.cameras);
+      Choose(training, by, &options.cameras);
       int products = 0;
       std::string name = training;
       name.append(" ").append(seed);
@@ -153,9 +156,11 @@ int Main(int argc, char** argv) {
       gs::AlignOptions align;
       align.near = gs::NearPlane(scene);
       align.levels = 5;
-      const gs::AlignedEvaluation aligned = gs::EvaluateAligned(result.model, scene, align);
+      gs::Scene judged = scene;  // test views through the lenses that were found
+      for (std::size_t v = 0; v < views.size(); ++v) judged.views[v].camera = views[v].camera;
+      const gs::AlignedEvaluation aligned = gs::EvaluateAligned(result.model, judged, align);
       align.free.color = true;
-      const gs::AlignedEvaluation exposed = gs::EvaluateAligned(result.model, scene, align);
+      const gs::AlignedEvaluation exposed = gs::EvaluateAligned(result.model, judged, align);
       // Test views as stated, training views as found.
       gs::TrainingCameras cameras(scene, {.refine = gs::CameraChoice::kPoseAndExposure});
       cameras.Restore(result.cameras);
@@ -165,6 +170,7 @@ int Main(int argc, char** argv) {
                   {"degrees", by.degrees},
                   {"centre", by.centre},
                   {"exposure", by.exposure},
+                  {"focal", by.focal},
                   {"seed", seed},
                   {"method", method},
                   {"off_degrees", error.degrees},

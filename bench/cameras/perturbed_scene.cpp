@@ -39,6 +39,7 @@ gs::Scene Perturbed(const gs::Scene& scene, const Perturbation& by, std::uint64_
     }
     gs::View& view = perturbed.views[v];
     splat::MovePose(splat::Compose(xi, {}), view.rotation.data(), view.translation.data());
+    view.camera.lens.fx *= 1 + by.focal, view.camera.lens.fy *= 1 + by.focal;
     const double gain = view.is_test() ? 1 : 1 + by.exposure * (2 * random.Uniform() - 1);
     for (float& value : view.image.rgb) value *= static_cast<float>(gain);
     true_gains->push_back(gain);
@@ -62,7 +63,9 @@ PoseError ErrorOf(const gs::Scene& truth, const std::vector<const gs::View*>& fo
   std::vector<double> degrees, pixels;
   for (std::size_t i = 0; i < found.size(); ++i) {
     degrees.push_back(apart[i].motion.Angle() * 180 / std::numbers::pi);
-    pixels.push_back(gs::MedianShift(points, *true_views[i], apart[i].motion, gs::NearPlane(truth)));
+    gs::View seen = gs::MovedView(*true_views[i], apart[i].motion);
+    seen.camera = found[i]->camera;
+    pixels.push_back(gs::MedianShift(points, *true_views[i], seen, gs::NearPlane(truth)));
   }
   const double most = *std::ranges::max_element(pixels);
   return {gs::Median(std::move(degrees)), gs::Median(std::move(pixels)), most};

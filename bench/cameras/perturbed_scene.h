@@ -12,6 +12,7 @@ struct Perturbation {
   double degrees = 0;   // that each camera is turned by, about an axis at random
   double centre = 0;    // that its centre is shifted by, in a direction at random; parts of the depth of what it sees
   double exposure = 0;  // gains of training photographs are within 1 -+ this
+  double focal = 0;     // that all focal lengths are too long by, parts of themselves
 };
 
 // The scene with each view perturbed by itself, the cameras of those of test too. Photographs as they would be with

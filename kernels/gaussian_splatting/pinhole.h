@@ -10,6 +10,7 @@ namespace vesta::splat {
 struct Pinhole {
   double fx = 0, fy = 0, cx = 0, cy = 0;
 
+  bool operator==(const Pinhole&) const = default;
   // The same lens before an image of other size: by these factors wider and higher.
   Pinhole Scaled(double across, double down) const { return {across * fx, down * fy, across * cx, down * cy}; }
 

@@ -78,7 +78,7 @@ AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, c
     aligned.alignment = AlignView(model, view, options);
     const splat::CameraMotion& motion = aligned.alignment.found.motion;
     aligned.degrees = motion.Angle() * 180 / std::numbers::pi;
-    aligned.pixels = MedianShift(model, view, motion, options.near);
+    aligned.pixels = MedianShift(model, view, MovedView(view, motion), options.near);
     const Image rendered = renderer.Render(model, MovedView(view, motion));
     aligned.whole = Measure(meter, rendered, view.image);
     if (options.free.color && HasCountedHalves(view.image))

@@ -19,10 +19,13 @@ CameraChanges ChangesOf(const SplatModel& model, const std::vector<const View*>&
     const splat::CameraMotion& motion = found[i].motion;
     degrees.push_back(motion.Angle() * 180 / std::numbers::pi);
     // Most trainings leave most cameras where they are.
-    const bool is_still =
-        degrees.back() == 0 && std::ranges::all_of(motion.translation, [](double t) { return t == 0; });
-    pixels.push_back(is_still ? 0 : MedianShift(model, *given[i], motion, near));
+    const bool is_still = degrees.back() == 0 && found[i].lens.is_none() &&
+                          std::ranges::all_of(motion.translation, [](double t) { return t == 0; });
+    pixels.push_back(is_still ? 0 : MedianShift(model, *given[i], AsFound(*given[i], found[i]), near));
     changes.most_pixels = std::max(changes.most_pixels, pixels.back());
+    for (const double log_focal : found[i].lens.log_focal) {
+      changes.most_focal = std::max(changes.most_focal, std::abs(std::exp(log_focal) - 1));
+    }
     for (const double gain : found[i].color.gain) changes.most_gain = std::max(changes.most_gain, std::abs(gain - 1));
   }
   if (given.empty()) return changes;

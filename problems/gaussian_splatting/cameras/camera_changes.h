@@ -9,9 +9,10 @@
 
 namespace vesta::gs {
 
-// Over the views: medians of turns and of shifts (MedianShift), the largest of these, and of the gains beside 1.
+// Over the views: medians of turns and of shifts (MedianShift), the largest of these, of the gains beside 1, and of
+// focal lengths as parts of themselves.
 struct CameraChanges {
-  double degrees = 0, pixels = 0, most_pixels = 0, most_gain = 0;
+  double degrees = 0, pixels = 0, most_pixels = 0, most_gain = 0, most_focal = 0;
 
   bool is_none() const { return degrees == 0 && most_pixels == 0 && most_gain == 0; }
 };

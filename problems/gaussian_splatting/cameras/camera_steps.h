@@ -31,7 +31,10 @@ struct CameraSurroundings {
   double done = 0;   // part of the stage
 };
 
-// The step by a gradient of the view's cost.
+// Part of Gauss-Newton's step that is taken so far into the stage.
+double GaussNewtonPart(const CameraOptions& options, double done);
+
+// The step by a gradient of the view's cost, of what is the view's own: the lens stays (lens_steps.h).
 std::vector<double> CameraStep(const CameraOptions& options, const FreeUnknowns& free,
                                const std::vector<double>& gradient, const CameraSurroundings& around,
                                CameraStepState* state);

@@ -22,6 +22,7 @@ JointProblem<S>::JointProblem(const JointProblemOptions& options, std::span<cons
       workspace_(std::make_shared<splat::ViewWorkspace<S>>()) {
   VESTA_CHECK(!views.empty(), "no views to find cameras of");
   VESTA_CHECK(options.free.num_tangent() > 0, "views with neither pose nor colour to find");
+  VESTA_CHECK(!options.free.lens, "lenses are no unknowns of the joint problem: views share them");
   VESTA_CHECK(options.prior.weight >= 0 && std::isfinite(options.prior.weight),
               "a prior of weight {}; choose 0 or more", options.prior.weight);
   VESTA_CHECK(options.prior.depth > 0 && std::isfinite(options.prior.depth), "a depth of {}; it must be above 0",

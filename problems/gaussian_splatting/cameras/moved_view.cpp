@@ -1,5 +1,6 @@
 #include "problems/gaussian_splatting/cameras/moved_view.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -21,23 +22,36 @@ View MovedView(const View& view, const splat::CameraMotion& motion) {
   return moved;
 }
 
+View AsFound(const View& view, const ViewUnknowns& found) {
+  View moved = MovedView(view, found.motion);
+  moved.camera.lens = found.lens.Of(view.camera.lens);
+  return moved;
+}
+
 splat::CameraMotion MotionBetween(const View& from, const View& to) {
   return splat::MotionBetween(from.rotation.data(), from.translation.data(), to.rotation.data(), to.translation.data());
 }
 
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found) {
   std::vector<View> views;
+  std::vector<std::pair<Camera, LensChange>> lenses;
   std::size_t trained = 0;
   for (const View& view : scene.views) {
     const bool is_found = view.is_trained() && !found.empty();
     VESTA_CHECK(!is_found || trained < found.size(), "{} motions are fewer than the training views", found.size());
-    views.push_back(MovedView(view, is_found ? found[trained++].motion : splat::CameraMotion{}));
+    if (is_found) lenses.emplace_back(view.camera, found[trained].lens);
+    views.push_back(AsFound(view, is_found ? found[trained++] : ViewUnknowns{}));
+  }
+  for (View& view : views) {
+    if (view.is_trained()) continue;
+    const auto same = std::ranges::find(lenses, view.camera, &std::pair<Camera, LensChange>::first);
+    if (same != lenses.end()) view.camera.lens = same->second.Of(view.camera.lens);
   }
   return views;
 }
 
-double MedianShift(const SplatModel& model, const View& view, const splat::CameraMotion& motion, double near) {
-  const splat::PosedCamera before = ToPosedCamera(view, near), after = Moved(before, motion);
+double MedianShift(const SplatModel& model, const View& from, const View& to, double near) {
+  const splat::PosedCamera before = ToPosedCamera(from, near), after = ToPosedCamera(to, near);
   splat::SplatView<float> splats;
   splat::ViewWorkspace<float> workspace;
   const double background[3] = {};
@@ -56,8 +70,8 @@ double MedianShift(const SplatModel& model, const View& view, const splat::Camer
   std::vector<double> shifts;
   for (Index i = 0; i < model.count; ++i) {
     if (splats.rank_of()[i] < 0) continue;
-    const auto from = pixel(before, i), to = pixel(after, i);
-    const double shift = std::hypot(to[0] - from[0], to[1] - from[1]);
+    const auto there = pixel(before, i), here = pixel(after, i);
+    const double shift = std::hypot(here[0] - there[0], here[1] - there[1]);
     if (std::isfinite(shift)) shifts.push_back(shift);
   }
   return shifts.empty() ? 0 : Median(std::move(shifts));

@@ -1,4 +1,4 @@
-// A view whose camera has moved.
+// A view whose camera is not as it was given.
 #pragma once
 
 #include <vector>
@@ -13,15 +13,18 @@ namespace vesta::gs {
 // The view with its camera moved, without its image.
 View MovedView(const View& view, const splat::CameraMotion& motion);
 
+// The same, and its lens as it was found.
+View AsFound(const View& view, const ViewUnknowns& found);
+
 // The motion that brings one view's camera to another's pose.
 splat::CameraMotion MotionBetween(const View& from, const View& to);
 
-// The views of a scene, without images: those that are trained on with the motions of `found`, in their order; all as
-// they are where that is empty. Else as many as there are training views.
+// The views of a scene, without images: those that are trained on as found, in their order, the others with the lens
+// that was found of their camera; all as they are where `found` is empty. Else as many as there are training views.
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
-// How far the motion moves the image: the median distance in pixels by which the means of the Gaussians move that the
-// view sees before. 0 where it sees none. near: distance of the near plane.
-double MedianShift(const SplatModel& model, const View& view, const splat::CameraMotion& motion, double near);
+// How far apart the images of two views are: the median distance in pixels between what they make of the means of the
+// Gaussians that the first one sees. 0 where it sees none. near: distance of the near plane.
+double MedianShift(const SplatModel& model, const View& from, const View& to, double near);
 
 }  // namespace vesta::gs

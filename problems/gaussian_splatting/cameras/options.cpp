@@ -1,5 +1,7 @@
 #include "problems/gaussian_splatting/cameras/options.h"
 
+#include "kernels/core/check.h"
+
 namespace vesta::gs {
 
 const schema::Table<CameraOptions>& CameraFields() {
@@ -18,10 +20,17 @@ const schema::Table<CameraOptions>& CameraFields() {
   return fields;
 }
 
+void CheckTogether(const CameraOptions& options) {
+  if (options.rule == CameraRule::kAdam && options.refine == CameraChoice::kAll) {
+    Fail("cameras.rule=adam finds no lenses; choose cameras.refine=pose+exposure");
+  }
+}
+
 FreeUnknowns FreeBy(CameraChoice choice) {
   FreeUnknowns free;
-  free.pose = choice == CameraChoice::kPose || choice == CameraChoice::kPoseAndExposure;
-  free.color = choice == CameraChoice::kPoseAndExposure;
+  free.lens = choice == CameraChoice::kAll;
+  free.color = free.lens || choice == CameraChoice::kPoseAndExposure;
+  free.pose = free.color || choice == CameraChoice::kPose;
   return free;
 }
 

@@ -11,11 +11,13 @@ enum class CameraChoice {
   kNone,
   kPose,
   kPoseAndExposure,
+  kAll,   // lenses too: focal lengths and principal points, shared by the views of a camera
   kAuto,  // what views that are held out gain by (evidence.h)
 };
 inline constexpr schema::Choice<CameraChoice> kCameraChoices[] = {{CameraChoice::kNone, "none"},
                                                                   {CameraChoice::kPose, "pose"},
                                                                   {CameraChoice::kPoseAndExposure, "pose+exposure"},
+                                                                  {CameraChoice::kAll, "all"},
                                                                   {CameraChoice::kAuto, "auto"}};
 static_assert(schema::EachOnce(kCameraChoices));
 
@@ -45,6 +47,8 @@ struct CameraOptions {
 };
 
 const schema::Table<CameraOptions>& CameraFields();
+// Throws Error where they do not agree with each other.
+void CheckTogether(const CameraOptions& options);
 
 // What is free by that choice; of kAuto nothing, before it has chosen.
 FreeUnknowns FreeBy(CameraChoice choice);

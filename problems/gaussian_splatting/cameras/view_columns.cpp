@@ -11,7 +11,9 @@ namespace vesta::gs {
 template <class S>
 int ViewColumns<S>::Place(int k, int channel) const {
   const int pose = free_.pose_tangent();
-  return k < pose ? k : k == pose ? free_.Gain(channel) : free_.Offset(channel);
+  if (k < pose) return k;
+  if (!free_.color) return free_.Lens(k - pose);
+  return k == pose ? free_.Gain(channel) : k == pose + 1 ? free_.Offset(channel) : free_.Lens(k - pose - 2);
 }
 
 template <class S>
@@ -42,12 +44,13 @@ ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
                          HostSpan<const S> rendered, HostSpan<const S> moves) {
   ViewColumns<S> columns(free, target.shape());
   const Index values = target.shape().NumValues();
-  const int pose = free.pose_tangent();
+  const int pose = free.pose_tangent(), first_of_lens = pose + (free.color ? 2 : 0);
   AffineColor gain = color;
   gain.offset = {};
-  for (int k = 0; k < pose; ++k) {
-    std::copy_n(moves.data() + k * values, values, columns.image(k).data());
-    gain.Apply(columns.image(k));
+  for (int move = 0; move < pose + free.lens_tangent(); ++move) {
+    const HostSpan<S> image = columns.image(move < pose ? move : first_of_lens + move - pose);
+    std::copy_n(moves.data() + move * values, values, image.data());
+    gain.Apply(image);
   }
   if (free.color) {
     std::copy_n(rendered.data(), values, columns.image(pose).data());
@@ -58,15 +61,21 @@ ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
 }
 
 template <class S>
-HostBuffer<S> PoseMoves(const splat::SplatView<S>& view, const splat::Model<S>& model,
-                        splat::ViewWorkspace<S>& workspace) {
+HostBuffer<S> MovesOf(const FreeUnknowns& free, const splat::SplatView<S>& view, const splat::Model<S>& model,
+                      splat::ViewWorkspace<S>& workspace) {
   const Index values = ImageShape::kChannels * view.num_pixels();
+  const int pose = free.pose_tangent();
   HostBuffer<S> moves;
-  moves.ResizeForOverwrite(splat::kPoseTangent * values);
-  for (int k = 0; k < splat::kPoseTangent; ++k) {
+  moves.ResizeForOverwrite((pose + free.lens_tangent()) * values);
+  for (int k = 0; k < pose; ++k) {
     splat::PoseTangent unit;
     unit.v[k] = 1;
     splat::ApplyPoseJ(view, model, unit, moves.data() + k * values, workspace);
+  }
+  for (int k = 0; k < free.lens_tangent(); ++k) {
+    splat::LensTangent unit;
+    unit.v[k] = 1;
+    splat::ApplyLensJ(view, unit, moves.data() + (pose + k) * values, workspace);
   }
   return moves;
 }
@@ -110,10 +119,10 @@ template ViewColumns<float> ColumnsOf(const FreeUnknowns&, const AffineColor&, c
                                       HostSpan<const float>, HostSpan<const float>);
 template ViewColumns<double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<CpuBackend<double>>&,
                                        HostSpan<const double>, HostSpan<const double>);
-template HostBuffer<float> PoseMoves(const splat::SplatView<float>&, const splat::Model<float>&,
-                                     splat::ViewWorkspace<float>&);
-template HostBuffer<double> PoseMoves(const splat::SplatView<double>&, const splat::Model<double>&,
-                                      splat::ViewWorkspace<double>&);
+template HostBuffer<float> MovesOf(const FreeUnknowns&, const splat::SplatView<float>&, const splat::Model<float>&,
+                                   splat::ViewWorkspace<float>&);
+template HostBuffer<double> MovesOf(const FreeUnknowns&, const splat::SplatView<double>&, const splat::Model<double>&,
+                                    splat::ViewWorkspace<double>&);
 template std::vector<double> WeightedGram(const ViewColumns<float>&, PhotometricLoss<float>&,
                                           const PhotometricLoss<float>::Linearization&, ViewColumns<float>*);
 template std::vector<double> WeightedGram(const ViewColumns<double>&, PhotometricLoss<double>&,

@@ -13,7 +13,8 @@ namespace vesta::gs {
 
 // A matrix from steps of a view (FreeUnknowns) to images of 3 planes. Each channel has a gain and an offset of its own,
 // so a gain's column and those of the other two channels' make one image, and likewise the offsets': with the pose's
-// six there are eight. W treats channels by themselves too, so W times the matrix is one of the same form.
+// six and the lens's four there are twelve. W treats channels by themselves too, so W times the matrix is one of the
+// same form.
 template <class S>
 class ViewColumns {
  public:
@@ -21,13 +22,15 @@ class ViewColumns {
   // To be filled.
   ViewColumns(const FreeUnknowns& free, const ImageShape& shape)
       : free_(free), shape_(shape), images_(NumImages(free) * shape.NumValues()) {}
-  static Index NumImages(const FreeUnknowns& free) { return free.pose_tangent() + (free.color ? 2 : 0); }
+  static Index NumImages(const FreeUnknowns& free) {
+    return free.pose_tangent() + (free.color ? 2 : 0) + free.lens_tangent();
+  }
 
   const FreeUnknowns& free() const { return free_; }
   const ImageShape& shape() const { return shape_; }
   bool empty() const { return images_.empty(); }
   int num_images() const { return static_cast<int>(NumImages(free_)); }
-  // First the pose's, then the gains', then the offsets'.
+  // First the pose's, then the gains', then the offsets', then the lens's.
   HostSpan<S> image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   HostSpan<const S> image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   // Of a step, the number that image k is of in that channel.
@@ -47,14 +50,14 @@ class ViewColumns {
 };
 
 // The derivatives of the image that is shown, color of `rendered`, by the view's unknowns; zero where the target's mask
-// leaves pixels out. moves: of the rendered image by the pose's numbers, one after the other.
+// leaves pixels out. moves: MovesOf the rendered image.
 template <class S>
 ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                          HostSpan<const S> rendered, HostSpan<const S> moves);
-// The derivatives of the image of a view by its pose's six numbers, one after the other.
+// The derivatives of the image of a view by the numbers of its pose and of its lens that are free, one after the other.
 template <class S>
-HostBuffer<S> PoseMoves(const splat::SplatView<S>& view, const splat::Model<S>& model,
-                        splat::ViewWorkspace<S>& workspace);
+HostBuffer<S> MovesOf(const FreeUnknowns& free, const splat::SplatView<S>& view, const splat::Model<S>& model,
+                      splat::ViewWorkspace<S>& workspace);
 
 // J^T W J, square, free.num_tangent() numbers a side. weighted: unless null becomes W J.
 template <class S>

@@ -12,7 +12,7 @@ namespace vesta::gs {
 template <class S>
 class ViewLinearization final : public Linearization<CpuBackend<double>> {
  public:
-  // rendered: the image before the exposure `color`. moves: its derivatives by the pose's numbers, one after the other.
+  // rendered: the image before the exposure `color`. moves: its derivatives, as MovesOf has them.
   // The truth that target points to must outlive this.
   ViewLinearization(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
                     HostBuffer<S>&& rendered, HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss);

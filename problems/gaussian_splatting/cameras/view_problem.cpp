@@ -10,7 +10,7 @@ template <class S>
 ViewProblem<S>::ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model,
                             const TargetView<CpuBackend<S>>& target)
     : options_(options), model_(model), target_(target), loss_(std::make_shared<PhotometricLoss<S>>(options.weights)) {
-  VESTA_CHECK(options.free.num_tangent() > 0, "a view with neither pose nor colour to find");
+  VESTA_CHECK(options.free.num_tangent() > 0, "a view with nothing to find");
   VESTA_CHECK(target.truth.size() == target.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
               target.truth.size(), target.camera.width, target.camera.height);
   image_.ResizeForOverwrite(target.truth.size());
@@ -18,7 +18,9 @@ ViewProblem<S>::ViewProblem(const ViewProblemOptions& options, const splat::Mode
 
 template <class S>
 void ViewProblem<S>::Build(const ViewUnknowns& unknowns) {
-  view_.Build(model_, Moved(target_.camera, unknowns.motion), options_.background.data(), workspace_);
+  splat::PosedCamera camera = Moved(target_.camera, unknowns.motion);
+  camera.lens = unknowns.lens.Of(camera.lens);
+  view_.Build(model_, camera, options_.background.data(), workspace_);
 }
 
 template <class S>
@@ -41,12 +43,11 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
   this->CheckBatch(batch);
   const ViewUnknowns unknowns = Unpack(x);
   Build(unknowns);
-  HostBuffer<S> rendered, moves;
+  HostBuffer<S> rendered;
   rendered.ResizeForOverwrite(target_.shape().NumValues());
   view_.Render(rendered.data());
-  if (options_.free.pose) moves = PoseMoves(view_, model_, workspace_);
   return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
-                                                std::move(moves), loss_);
+                                                MovesOf(options_.free, view_, model_, workspace_), loss_);
 }
 
 template <class S>

@@ -1,4 +1,4 @@
-// One view as a least-squares problem of the engine: x are the motion of its camera and its exposure
+// One view as a least-squares problem of the engine: x are the motion of its camera, its lens and its exposure
 // (view_unknowns.h), the Gaussians stand still; the cost is the photometric loss of the image with the exposure
 // applied. Direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.
 #pragma once

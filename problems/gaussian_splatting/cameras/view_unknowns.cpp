@@ -11,7 +11,9 @@ void Pack(const ViewUnknowns& unknowns, HostSpan<double> x) {
   double* out = std::copy_n(unknowns.motion.quaternion, 4, x.data());
   out = std::copy_n(unknowns.motion.translation, 3, out);
   out = std::copy_n(unknowns.color.gain.data(), 3, out);
-  std::copy_n(unknowns.color.offset.data(), 3, out);
+  out = std::copy_n(unknowns.color.offset.data(), 3, out);
+  out = std::copy_n(unknowns.lens.log_focal, 2, out);
+  std::copy_n(unknowns.lens.shift, 2, out);
 }
 
 ViewUnknowns Unpack(HostSpan<const double> x) {
@@ -21,6 +23,8 @@ ViewUnknowns Unpack(HostSpan<const double> x) {
   std::copy_n(x.data() + 4, 3, unknowns.motion.translation);
   std::copy_n(x.data() + 7, 3, unknowns.color.gain.data());
   std::copy_n(x.data() + 10, 3, unknowns.color.offset.data());
+  std::copy_n(x.data() + 13, 2, unknowns.lens.log_focal);
+  std::copy_n(x.data() + 15, 2, unknowns.lens.shift);
   return unknowns;
 }
 
@@ -37,6 +41,11 @@ ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSp
       moved.color.gain[static_cast<std::size_t>(c)] += delta[free.Gain(c)];
       moved.color.offset[static_cast<std::size_t>(c)] += delta[free.Offset(c)];
     }
+  }
+  if (free.lens) {
+    splat::LensTangent step;
+    std::copy_n(delta.data() + free.Lens(0), splat::kLensTangent, step.v);
+    moved.lens = Compose(step, unknowns.lens);
   }
   return moved;
 }

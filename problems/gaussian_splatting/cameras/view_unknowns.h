@@ -1,38 +1,46 @@
-// What is unknown of a view, beside the Gaussians: how its camera moves, and the exposure of its photograph.
+// What is unknown of a view, beside the Gaussians: how its camera moves, its lens, and the exposure of its photograph.
 #pragma once
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/camera_motion.h"
 #include "kernels/image/image_shape.h"
 #include "problems/gaussian_splatting/cameras/affine_color.h"
+#include "problems/gaussian_splatting/cameras/lens_change.h"
 
 namespace vesta::gs {
 
 // A point of the manifold, from where a view starts.
 struct ViewUnknowns {
-  splat::CameraMotion motion;
-  AffineColor color;
+  splat::CameraMotion motion = {};
+  AffineColor color = {};
+  LensChange lens = {};
 };
 
-// The same as a vector of the engine: quaternion, translation, gains, offsets.
-inline constexpr Index kViewParameters = 13;
+// The same as a vector of the engine: quaternion, translation, gains, offsets, focal lengths, principal point.
+inline constexpr Index kViewParameters = 17;
 void Pack(const ViewUnknowns& unknowns, HostSpan<double> x);
 ViewUnknowns Unpack(HostSpan<const double> x);
 
 // Which of them are to be found. A step is first the pose's six numbers (splat::PoseTangent), then three gains and
-// three offsets, of those that are.
+// three offsets, then the lens's four (splat::LensTangent), of those that are.
 struct FreeUnknowns {
   bool pose = true;
   bool color = false;
+  bool lens = false;
 
-  int pose_tangent() const { return pose ? splat::kPoseTangent : 0; }
-  int num_tangent() const { return pose_tangent() + (color ? 2 * ImageShape::kChannels : 0); }
+  constexpr int pose_tangent() const { return pose ? splat::kPoseTangent : 0; }
+  constexpr int color_tangent() const { return color ? 2 * ImageShape::kChannels : 0; }
+  constexpr int lens_tangent() const { return lens ? splat::kLensTangent : 0; }
+  constexpr int num_tangent() const { return pose_tangent() + color_tangent() + lens_tangent(); }
   // Places in a step.
-  int Gain(int channel) const { return pose_tangent() + channel; }
-  int Offset(int channel) const { return Gain(ImageShape::kChannels) + channel; }
+  constexpr int Gain(int channel) const { return pose_tangent() + channel; }
+  constexpr int Offset(int channel) const { return Gain(ImageShape::kChannels) + channel; }
+  constexpr int Lens(int k) const { return pose_tangent() + color_tangent() + k; }
+  // Without the lens, which views may share: the first numbers of a step.
+  constexpr FreeUnknowns OwnOfView() const { return {pose, color, false}; }
 };
 
-// x (+) delta: the motion's retraction (Compose), a sum for the colours. What is not free stays.
+// x (+) delta: the retractions of motion and lens (Compose), a sum for the colours. What is not free stays.
 ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSpan<const double> delta);
 
 }  // namespace vesta::gs

@@ -8,15 +8,9 @@
 namespace vesta::gs {
 namespace {
 
-bool IsSame(const Camera& a, const Camera& b) {
-  return a.width == b.width && a.height == b.height && a.lens.fx == b.lens.fx && a.lens.fy == b.lens.fy &&
-         a.lens.cx == b.lens.cx && a.lens.cy == b.lens.cy;
-}
-
 // The id of the camera, which is added where there is no such one.
 std::uint32_t IdOf(const Camera& camera, std::vector<ColmapCamera>* cameras) {
-  const auto same =
-      std::ranges::find_if(*cameras, [&](const ColmapCamera& other) { return IsSame(camera, other.camera); });
+  const auto same = std::ranges::find(*cameras, camera, &ColmapCamera::camera);
   if (same != cameras->end()) return same->id;
   const auto id = static_cast<std::uint32_t>(cameras->size() + 1);
   const bool is_simple = camera.lens.fx == camera.lens.fy;

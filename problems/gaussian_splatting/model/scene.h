@@ -16,6 +16,8 @@ namespace vesta::gs {
 struct Camera {
   int width = 0, height = 0;  // of the image, pixels
   splat::Lens lens;
+
+  bool operator==(const Camera&) const = default;
 };
 
 // The same camera for its image resized to width x height.

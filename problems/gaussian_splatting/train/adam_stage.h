@@ -201,9 +201,9 @@ class AdamStage {
     }
   }
   // Iterations to come see cameras where they are now.
-  void ShowMovedCameras() {
+  void ShowMovedCameras(const StageSpan& span) {
     if constexpr (kOnHost) {
-      if (cameras_.FixGauge(state_->cameras)) {
+      if (cameras_.MoveShared(span, &state_->cameras)) {
         moved_.resize(targets_.all().size());
         std::iota(moved_.begin(), moved_.end(), std::size_t{0});
       }
@@ -303,7 +303,7 @@ class AdamStage {
     if (cameras_.Decides(span, state_->cameras)) DecideOnCameras();
     const double cost =
         AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), span);
-    if (cameras_.moves(span, state_->cameras)) ShowMovedCameras();
+    if (cameras_.moves(span, state_->cameras)) ShowMovedCameras(span);
     state_->model.Step(attributes, RateFactor(options_.adam, span));
     state_->iteration = it, state_->span = span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;

@@ -58,6 +58,7 @@ void ValidateOptions(const TrainOptions& options) {
   for (const schema::Field<TrainOptions>& field : TrainFields()) {
     if (!field.IsValid(options)) Fail("{}={}: {}", field.name, field.Text(options), field.Requirement());
   }
+  CheckTogether(options.cameras);
   CheckTogether(options.lm);
   CheckTogether(options.parsimony);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "kernels/gaussian_splatting/lens_jacobian.h"
 #include "kernels/gaussian_splatting/pose_jacobian.h"
 #include "problems/gaussian_splatting/cameras/evidence.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
@@ -15,7 +16,11 @@
 namespace vesta::gs {
 namespace {
 
-// By the view's own unknowns, in the order of a step.
+// Views that a lens is stepped by: of fewer the gradients are too noisy, and after more it would lag behind.
+constexpr int kViewsOfLensStep = 16;
+constexpr double kMostPixels = 2;  // that a step may move
+
+// By the view's unknowns, in the order of a step.
 std::vector<double> GradientOf(const SeenView& seen, const FreeUnknowns& free) {
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));
   if (free.pose) {
@@ -28,12 +33,16 @@ std::vector<double> GradientOf(const SeenView& seen, const FreeUnknowns& free) {
     gradient[static_cast<std::size_t>(free.Gain(c))] = Dot(seen.image.data() + c * plane, channel, plane);
     gradient[static_cast<std::size_t>(free.Offset(c))] = Sum(channel, plane);
   }
+  if (free.lens) {
+    const splat::LensTangent lens = LensCotangent(seen.splats, seen.cotangents);
+    std::copy_n(lens.v, splat::kLensTangent, gradient.begin() + free.Lens(0));
+  }
   return gradient;
 }
 
 // A photograph has been brought to the common exposure, so a step starts from none.
 ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const std::vector<double>& step) {
-  ViewUnknowns after = Plus({found.motion, {}}, free, {step.data(), static_cast<Index>(step.size())});
+  ViewUnknowns after = Plus({found.motion, {}, found.lens}, free, {step.data(), static_cast<Index>(step.size())});
   after.color = found.color.After(after.color);
   // A photograph that is black would have none.
   constexpr double kLeastGain = 0.05;
@@ -42,6 +51,20 @@ ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const st
 }
 
 }  // namespace
+
+StageCameras::StageCameras(TrainingSession& session)
+    : session_(session),
+      options_(session.options().cameras),
+      depth_(2 * session.scene().extent),
+      is_photograph_new_(session.training_views().size()) {
+  std::vector<Camera> cameras;
+  for (const View* view : session.cameras().given()) {
+    const auto same = std::ranges::find(cameras, view->camera);
+    lens_of_.push_back(static_cast<std::size_t>(same - cameras.begin()));
+    if (same == cameras.end()) cameras.push_back(view->camera), views_of_lens_.push_back(0);
+    ++views_of_lens_[lens_of_.back()];
+  }
+}
 
 CameraChoice StageCameras::Choice(const StageCamerasState& state) const {
   return options_.refine == CameraChoice::kAuto ? state.chosen.value_or(CameraChoice::kNone) : options_.refine;
@@ -78,42 +101,82 @@ void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) con
                             evidence.Words()));
 }
 
+void StageCameras::Set(std::size_t view, const ViewUnknowns& found) {
+  if (session_.cameras().Set(view, found)) is_photograph_new_[view] = true;
+}
+
 void StageCameras::Step(const StageSpan& span, const SeenView& seen, StageCamerasState* state) {
   const FreeUnknowns free = FreeBy(Choice(*state));
-  TrainingCameras& cameras = session_.cameras();
-  state->views.resize(cameras.found().size());
+  const std::vector<ViewUnknowns>& found = session_.cameras().found();
+  state->views.resize(found.size());
   CameraStepState& own = state->views[seen.view];
   const int age = CurvatureAge(session_.options().adam, span);
   if (options_.rule == CameraRule::kGaussNewton && own.age < age) {
     own.curvature = ViewCurvature({free, session_.options().background, {}}, seen.model, seen.target);
     own.age = age;
   }
-  constexpr double kMostPixels = 2;
   const CameraSurroundings around{depth_, kMostPixels / seen.target.camera.lens.fx, span.before};
-  const std::vector<double> step = CameraStep(options_, free, GradientOf(seen, free), around, &own);
-  cameras.Set(seen.view, After(cameras.found()[seen.view], free, step));
+  const std::vector<double> gradient = GradientOf(seen, free);
+  if (free.lens) {
+    state->lenses.resize(views_of_lens_.size());
+    AddToLens(free, gradient, own.curvature, &state->lenses[lens_of_[seen.view]]);
+  }
+  Set(seen.view, After(found[seen.view], free, CameraStep(options_, free, gradient, around, &own)));
   ++state->seen;
 }
 
-bool StageCameras::FixGauge(const StageCamerasState& state) {
-  TrainingCameras& cameras = session_.cameras();
-  const std::size_t views = cameras.found().size();
-  if (state.seen == 0 || state.seen % views != 0) return false;
-  std::vector<ViewUnknowns> found = cameras.found();
-  const FreeUnknowns free = FreeBy(Choice(state));
-  if (free.pose) RemoveCommonMotion(cameras.given(), depth_, &found);
+bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
+  bool moved = false;
+  for (std::size_t lens = 0; lens < state->lenses.size(); ++lens) {
+    if (state->lenses[lens].views < std::min(views_of_lens_[lens], kViewsOfLensStep)) continue;
+    StepLens(span, lens, state);
+    moved = true;
+  }
+  if (state->seen > 0 && state->seen % lens_of_.size() == 0) {
+    FixGauge(FreeBy(Choice(*state)));
+    moved = true;
+  }
+  return moved;
+}
+
+// Where curvatures are known motions follow the lens at once, exposures when their views are seen: photographs would
+// have to be made anew.
+void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
+  const FreeUnknowns free = FreeBy(Choice(*state));
+  const std::vector<ViewUnknowns>& found = session_.cameras().found();
+  const auto first = static_cast<std::size_t>(std::ranges::find(lens_of_, lens) - lens_of_.begin());
+  const double fx = session_.cameras().given()[first]->camera.lens.fx;
+  const splat::LensTangent step =
+      LensStep(state->lenses[lens], GaussNewtonPart(options_, span.before), kMostPixels / fx);
+  state->lenses[lens] = {};
+  for (std::size_t view = 0; view < lens_of_.size(); ++view) {
+    if (lens_of_[view] != lens) continue;
+    ViewUnknowns now = found[view];
+    const std::vector<double>& curvature = state->views[view].curvature;
+    if (!curvature.empty()) {
+      const std::vector<double> all = Follow(free, curvature, step);
+      now.motion = Plus(now, free, {all.data(), static_cast<Index>(all.size())}).motion;
+    }
+    now.lens = Compose(step, now.lens);
+    Set(view, now);
+  }
+}
+
+void StageCameras::FixGauge(const FreeUnknowns& free) {
+  std::vector<ViewUnknowns> found = session_.cameras().found();
+  if (free.pose) RemoveCommonMotion(session_.cameras().given(), depth_, &found);
   if (free.color) RemoveCommonExposure(&found);
-  for (std::size_t i = 0; i < views; ++i) cameras.Set(i, found[i]);
-  return true;
+  for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
 }
 
 void StageCameras::Show(std::size_t view, StageTargets<CpuBackend<float>>* full,
-                        StageTargets<CpuBackend<float>>* coarse) const {
+                        StageTargets<CpuBackend<float>>* coarse) {
   const View& now = *session_.cameras().views()[view];
-  full->SetPose(view, now);
+  full->SetCamera(view, now);
   if (coarse->empty()) return;
-  coarse->SetPose(view, now);
-  if (!session_.cameras().found()[view].color.is_none()) coarse->SetPhotograph(view, now.image);
+  coarse->SetCamera(view, now);
+  if (is_photograph_new_[view]) coarse->SetPhotograph(view, now.image);
+  is_photograph_new_[view] = false;
 }
 
 }  // namespace vesta::gs

@@ -27,13 +27,14 @@ class StageTargets {
     Show(pointers, near);
     if constexpr (!std::is_same_v<typename B::Space, Host>) views_ = std::vector<View>();
   }
-  // The view stands elsewhere now.
-  void SetPose(std::size_t i, const View& view) {
+  // The view's camera is another now. view: of any size.
+  void SetCamera(std::size_t i, const View& view) {
     splat::PosedCamera& camera = targets_[i].camera;
     const splat::PosedCamera posed = ToPosedCamera(view, camera.near);
     std::copy_n(posed.R, 9, camera.R);
     std::copy_n(posed.T, 3, camera.T);
     std::copy_n(posed.centre, 3, camera.centre);
+    camera.lens = ResizeCamera(view.camera, camera.width, camera.height).lens;
   }
   // Of views that are held: its photograph has another exposure now.
   void SetPhotograph(std::size_t i, const Image& full) {

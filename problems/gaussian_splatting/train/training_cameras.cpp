@@ -19,17 +19,20 @@ TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& option
   if (moved_) found_.resize(views_.size());
 }
 
-void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
+bool TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
   const View& given = *given_views_[view];
   View& own = *own_views_[view];
   own.rotation = given.rotation, own.translation = given.translation;
   splat::MovePose(found.motion, own.rotation.data(), own.translation.data());
+  own.camera.lens = found.lens.Of(given.camera.lens);
   const AffineColor &before = found_[view].color, &color = found.color;
-  if (before.gain != color.gain || before.offset != color.offset) {
+  const bool is_exposed_anew = before.gain != color.gain || before.offset != color.offset;
+  if (is_exposed_anew) {
     own.image.rgb = given.image.rgb;
     color.Inverse().Apply(HostSpan<float>{own.image.rgb.data(), static_cast<Index>(own.image.rgb.size())});
   }
   found_[view] = found;
+  return is_exposed_anew;
 }
 
 double TrainingCameras::CopiedMib() const {

@@ -23,7 +23,8 @@ class TrainingCameras {
   const std::vector<const View*>& given() const { return given_views_; }
   // Of each of them, from as it was given; empty where nothing is found along.
   const std::vector<ViewUnknowns>& found() const { return found_; }
-  void Set(std::size_t view, const ViewUnknowns& found);
+  // True where its photograph is another by that.
+  bool Set(std::size_t view, const ViewUnknowns& found);
   // Of photographs that are there twice.
   double CopiedMib() const;
   // All of them, as they were found before; false where that cannot be: not as many, or no numbers.

@@ -50,17 +50,19 @@ TEST_F(MovingViews, OfASceneAreThoseThatAreTrainedOn) {
 }
 
 TEST_F(MovingViews, ShiftIsWhatTheImageMovesBy) {
-  EXPECT_EQ(MedianShift(model_, view_, {}, kNear), 0);
+  EXPECT_EQ(MedianShift(model_, view_, view_, kNear), 0);
   splat::PoseTangent aside, turned;
   aside.v[3] = 0.03;  // a hundredth of the distance
-  EXPECT_NEAR(MedianShift(model_, view_, splat::Compose(aside, {}), kNear), 0.01 * view_.camera.lens.fx, 0.2);
+  EXPECT_NEAR(MedianShift(model_, view_, MovedView(view_, splat::Compose(aside, {})), kNear),
+              0.01 * view_.camera.lens.fx, 0.2);
   turned.v[1] = 0.1 * std::numbers::pi / 180;
-  EXPECT_NEAR(MedianShift(model_, view_, splat::Compose(turned, {}), kNear), turned.v[1] * view_.camera.lens.fx, 0.02);
+  EXPECT_NEAR(MedianShift(model_, view_, MovedView(view_, splat::Compose(turned, {})), kNear),
+              turned.v[1] * view_.camera.lens.fx, 0.02);
 }
 
 TEST_F(MovingViews, ShiftOfWhatIsNotSeenIsNone) {
   const double beyond_all = 10;
-  EXPECT_EQ(MedianShift(model_, view_, test::RandomMotion(1, 0.1, 2), beyond_all), 0);
+  EXPECT_EQ(MedianShift(model_, view_, MovedView(view_, test::RandomMotion(1, 0.1, 2)), beyond_all), 0);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ TEST(GsThreads, AlignmentIsBitIdenticalForAnyNumber) {
     Pack(alignment.found, x);
     std::vector<double> numbers(x.begin(), x.end());
     numbers.insert(numbers.end(), {alignment.cost_before, alignment.cost_after, double(alignment.iterations),
-                                   MedianShift(model, start, alignment.found.motion, 0.01)});
+                                   MedianShift(model, start, MovedView(start, alignment.found.motion), 0.01)});
     return numbers;
   };
   ExpectSameForAnyNumber(everything);

@@ -1,0 +1,22 @@
+// What is found of a lens: its focal lengths and its principal point.
+#pragma once
+
+#include "kernels/gaussian_splatting/lens.h"
+#include "kernels/gaussian_splatting/lens_jacobian.h"
+
+namespace vesta::gs {
+
+// From as it was given: focal lengths by factors exp(log_focal), the principal point by `shift`, in focal lengths as
+// given. The same for the image at any size. Nothing by default.
+struct LensChange {
+  double log_focal[2] = {}, shift[2] = {};
+
+  bool is_none() const { return log_focal[0] == 0 && log_focal[1] == 0 && shift[0] == 0 && shift[1] == 0; }
+  // The lens that was given as it is then. By no change it keeps every bit.
+  splat::Lens Of(const splat::Lens& given) const;
+};
+
+// The retraction: the change, then that of the tangent at the lens as it is then (splat::LensTangent).
+LensChange Compose(const splat::LensTangent& delta, const LensChange& change);
+
+}  // namespace vesta::gs
