@@ -44,7 +44,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   fs::copy(fs::path(scene_) / "images", folder_ / "again/images");
   fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
   EXPECT_EQ(RunProgram({"train", folder_ / "again", "--out=" + (folder_ / "out2"), "--iterations=5"}).status, 0);
-  EXPECT_THAT(Train(out_, {"--refine_cameras=all"}).err, HasSubstr("refine_cameras"));
+  EXPECT_THAT(Train(out_, {"--refine_cameras=everything"}).err, HasSubstr("refine_cameras"));
 }
 
 // Folder, test views, missing photographs and points: what scenes of others lack or have otherwise.

@@ -12,6 +12,8 @@ struct LensChange {
   double log_focal[2] = {}, shift[2] = {};
 
   bool is_none() const { return log_focal[0] == 0 && log_focal[1] == 0 && shift[0] == 0 && shift[1] == 0; }
+  // Whether it is one that a lens could need: by less than a factor of e, and half a focal length.
+  bool is_sound() const;
   // The lens that was given as it is then. By no change it keeps every bit.
   splat::Lens Of(const splat::Lens& given) const;
 };

@@ -146,8 +146,8 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
   const std::vector<ViewUnknowns>& found = session_.cameras().found();
   const auto first = static_cast<std::size_t>(std::ranges::find(lens_of_, lens) - lens_of_.begin());
   const double fx = session_.cameras().given()[first]->camera.lens.fx;
-  const splat::LensTangent step =
-      LensStep(state->lenses[lens], GaussNewtonPart(options_, span.before), kMostPixels / fx);
+  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonPart(options_, span.before), kMostPixels / fx);
+  if (!Compose(step, found[first].lens).is_sound()) step = {};  // none could need so much
   state->lenses[lens] = {};
   for (std::size_t view = 0; view < lens_of_.size(); ++view) {
     if (lens_of_[view] != lens) continue;

@@ -48,7 +48,8 @@ bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
     HostBuffer<double> x(kViewParameters);
     Pack(view, x.view());
     const bool is_finite = std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
-    return is_finite && std::ranges::all_of(view.color.gain, [](double gain) { return gain > 0; });
+    return is_finite && view.lens.is_sound() &&
+           std::ranges::all_of(view.color.gain, [](double gain) { return gain > 0; });
   };
   if (found.size() != found_.size() || !std::ranges::all_of(found, is_sound)) return false;
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);

@@ -9,7 +9,12 @@
 namespace vesta::gs {
 namespace {
 
-constexpr FreeUnknowns kKinds[] = {{.pose = true, .color = false}, {.pose = false, .color = true}, {true, true}};
+constexpr FreeUnknowns kKinds[] = {{.pose = true, .color = false},
+                                   {.pose = false, .color = true},
+                                   {true, true},
+                                   {.pose = false, .color = false, .lens = true},
+                                   {.pose = true, .color = false, .lens = true},
+                                   {true, true, true}};
 
 // A model in precision S before a view whose image it is, and a point some way off.
 template <class S>
@@ -27,7 +32,7 @@ struct ViewAndStart {
     truth.assign(view.image.rgb.begin(), view.image.rgb.end());
     kernel_model = {x.data(), model.count, model.sh_degree, model.sh_degree};
     target = {ToPosedCamera(view, 0.01), {truth.data(), static_cast<Index>(truth.size())}};
-    Pack({test::RandomMotion(1, 0.02, 2), {{0.9, 1.1, 1.05}, {0.01, -0.02, 0.03}}}, at);
+    Pack({test::RandomMotion(1, 0.02, 2), {{0.9, 1.1, 1.05}, {0.01, -0.02, 0.03}}, {{0.02, -0.01}, {0.01, -0.02}}}, at);
   }
   ViewProblem<S> Make(const FreeUnknowns& free) const {
     return ViewProblem<S>({free, {0.2, 0.5, 0.9}, {}}, kernel_model, target);
@@ -39,7 +44,7 @@ TEST(ViewProblem, HasNoFault) {
   const ViewAndStart<double> setup;
   for (const FreeUnknowns& free : kKinds) {
     ViewProblem<double> problem = setup.Make(free);
-    EXPECT_EQ(problem.num_tangent(), (free.pose ? 6 : 0) + (free.color ? 6 : 0));
+    EXPECT_EQ(problem.num_tangent(), (free.pose ? 6 : 0) + (free.color ? 6 : 0) + (free.lens ? 4 : 0));
     CpuBackend<double> backend;
     const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.at);
     EXPECT_TRUE(check.ok()) << check.Report();
@@ -62,21 +67,21 @@ TEST(ViewProblem, HasNoFaultWherePixelsDoNotCount) {
 // The engine's check leaves out J where there are weights: each column by differences of the residuals.
 TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   const ViewAndStart<double> setup;
-  ViewProblem<double> problem = setup.Make({true, true});
+  ViewProblem<double> problem = setup.Make({true, true, true});
   const auto linearization = problem.Linearize(setup.at, 0);
   const Index n = linearization->num_residuals();
-  HostBuffer<double> delta(12), moved(kViewParameters), column(n);
+  HostBuffer<double> delta(16), moved(kViewParameters), column(n);
   CpuBackend<double> backend;
   const auto residuals = [&](int k, double step) {
-    delta.Resize(12);
+    delta.Resize(16);
     delta[k] = step;
     problem.Plus(backend, setup.at, delta, moved);
     const auto there = problem.Linearize(moved, 0);
     return std::vector<double>(there->residuals().begin(), there->residuals().end());
   };
-  for (int k = 0; k < 12; ++k) {
+  for (int k = 0; k < 16; ++k) {
     const std::vector<double> above = residuals(k, 1e-6), below = residuals(k, -1e-6);
-    delta.Resize(12);
+    delta.Resize(16);
     delta[k] = 1;
     linearization->ApplyJ(delta, column);
     double scale = 0;

@@ -94,6 +94,24 @@ TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
   }
 }
 
+// All round an object a focal length can be told from the distance.
+TEST_F(CamerasFoundAlong, LensesComeBack) {
+  constexpr double kTooLong = 1.02;
+  for (View& view : given_.views) {
+    splat::Lens& lens = view.camera.lens;
+    lens.fx *= kTooLong, lens.fy *= kTooLong;
+  }
+  const TrainResult result = Refine(given_, model_, Options(CameraChoice::kAll, 400), 0, {});
+  ASSERT_EQ(result.cameras.size(), 10U);
+  for (const ViewUnknowns& view : result.cameras) {
+    for (const double log_focal : view.lens.log_focal) EXPECT_NEAR(log_focal, -std::log(kTooLong), 0.005);
+    for (const double shift : view.lens.shift) EXPECT_NEAR(shift, 0, 0.005);
+  }
+  EXPECT_NEAR(result.camera_changes.most_focal, 1 - 1 / kTooLong, 0.005);
+  const std::vector<View> found = MovedViews(given_, result.cameras);
+  for (std::size_t v = 0; v < found.size(); ++v) EXPECT_EQ(found[v].camera, found[1].camera) << "test views share it";
+}
+
 TEST_F(CamerasFoundAlong, AutomaticallyWhereTheyAreOff) {
   const TrainResult off = Refine(given_, model_, Options(CameraChoice::kAuto, 100), 0, {});
   EXPECT_THAT(off.notes, Contains(HasSubstr("auto chooses pose:")));
@@ -104,7 +122,7 @@ TEST_F(CamerasFoundAlong, AutomaticallyWhereTheyAreOff) {
 }
 
 TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
-  for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAuto}) {
+  for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAll, CameraChoice::kAuto}) {
     TrainOptions options = Options(choice, 60);
     options.adam.coarse_part = 0.5;
     options.adam.rate_factor = 1;
@@ -127,6 +145,7 @@ TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
       for (std::size_t i = 0; i < whole.cameras.size(); ++i) {
         EXPECT_EQ(result.cameras[i].motion.translation[0], whole.cameras[i].motion.translation[0]);
         EXPECT_EQ(result.cameras[i].color.gain, whole.cameras[i].color.gain);
+        EXPECT_EQ(result.cameras[i].lens.log_focal[0], whole.cameras[i].lens.log_focal[0]);
       }
     }
   }
@@ -148,13 +167,14 @@ TEST_F(CamerasFoundAlong, OddScenesStayFinite) {
   Scene black = given_;
   std::ranges::fill(black.views[3].image.rgb, 0.0f);
   for (const Scene* scene : {&one, &alike, &blind, &black}) {
-    for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAuto}) {
+    for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAll, CameraChoice::kAuto}) {
       const TrainResult result = Refine(*scene, model_, Options(choice, 40), 0, {});
       EXPECT_TRUE(std::isfinite(result.history.back().cost));
       for (const ViewUnknowns& view : result.cameras) {
         EXPECT_TRUE(std::isfinite(view.motion.Angle()));
         EXPECT_LT(view.motion.Angle(), 1);
         for (const double gain : view.color.gain) EXPECT_TRUE(std::isfinite(gain) && gain > 0);
+        for (const double log_focal : view.lens.log_focal) EXPECT_LT(std::abs(log_focal), 0.5);
       }
     }
   }
@@ -172,9 +192,11 @@ TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
   std::vector<ViewUnknowns> found = cameras.found();
   found[4].motion = test::RandomMotion(1, 0.1, 2);
   found[4].color = {{2, 1, 0.5}, {0.1, 0, 0}};
+  found[4].lens.log_focal[1] = 0.1;
   ASSERT_TRUE(cameras.Restore(found));
   const View &now = *cameras.views()[4], &before = *cameras.given()[4];
   EXPECT_EQ(now.rotation, MovedView(before, found[4].motion).rotation);
+  EXPECT_EQ(now.camera, AsFound(before, found[4]).camera);
   EXPECT_NEAR(now.image.rgb[0], (before.image.rgb[0] - 0.1f) / 2, 1e-6);
   EXPECT_EQ(cameras.views()[3]->image.rgb, cameras.given()[3]->image.rgb);
   // And back, to the bit.
@@ -183,7 +205,9 @@ TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
   EXPECT_EQ(now.rotation, before.rotation);
   found[2].color.gain[1] = 0;
   EXPECT_FALSE(cameras.Restore(found));
-  found[2].color.gain[1] = NAN;
+  found[2].color.gain[1] = 1, found[2].lens.log_focal[0] = 50;
+  EXPECT_FALSE(cameras.Restore(found));
+  found[2].lens = {}, found[2].color.gain[1] = NAN;
   EXPECT_FALSE(cameras.Restore(found));
   EXPECT_FALSE(cameras.Restore({}));
 }

@@ -99,13 +99,14 @@ TEST(GsThreads, TrainingOfDifferentDegrees) {
 TEST(GsThreads, TrainingOfCamerasToo) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(50, 0);
-  options.cameras.refine = CameraChoice::kPoseAndExposure;
+  options.cameras.refine = CameraChoice::kAll;
   ExpectSameForAnyNumber([&] {
     const TrainResult result = Train(scene, options, 0, {});
     std::vector<double> found;
     for (const ViewUnknowns& view : result.cameras) {
       found.insert(found.end(), view.motion.quaternion, view.motion.quaternion + 4);
       found.insert(found.end(), view.color.gain.begin(), view.color.gain.end());
+      found.insert(found.end(), view.lens.log_focal, view.lens.log_focal + 2);
     }
     return std::pair(result.model.data, found);
   });
