@@ -89,6 +89,7 @@ Film::~Film() {
 void Film::Start(const std::string& program, double frames_per_second) {
   std::vector<std::string> words = ArgumentsOf(file_, size_, frames_per_second);
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   // A socket and no pipe: where ffmpeg ends early, writing is an error and no signal.

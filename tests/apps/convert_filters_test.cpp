@@ -30,9 +30,9 @@ class ConvertFilters : public testing::Test {
     model.has_background = true;
     model.background = {0.25f, 0.5f, 1};
     for (Index i = 0; i < model.count; ++i) {
-      const float at[3] = {static_cast<float>(i % 6), static_cast<float>(i / 6 % 6), static_cast<float>(i / 36)};
+      const Index places[3] = {i % 6, i / 6 % 6, i / 36};
       for (int k = 0; k < 3; ++k) {
-        model.attribute(splat::kMean + k)[i] = i < kCube ? 0.5f * at[k] - 1.25f : 0;
+        model.attribute(splat::kMean + k)[i] = i < kCube ? 0.5f * static_cast<float>(places[k]) - 1.25f : 0;
         model.attribute(splat::kLogScale + k)[i] = std::log(0.2f);
       }
       model.attribute(splat::kQuaternion)[i] = 1;

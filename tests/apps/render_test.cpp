@@ -43,22 +43,27 @@ class PathIs {
 
 bool HasFfmpeg() { return std::system("ffmpeg -version >/dev/null 2>&1") == 0; }
 
+// A wall across what all views of the tiny scene see, 4 before them: discs that face them.
+gs::SplatModel Wall() {
+  gs::SplatModel wall;
+  wall.Resize(0, 41 * 41);
+  for (Index i = 0; i < wall.count; ++i) {
+    const Index row = i / 41, column = i % 41;
+    wall.attribute(splat::kMean)[i] = 0.2f * static_cast<float>(column - 20);
+    wall.attribute(splat::kMean + 1)[i] = 0.2f * static_cast<float>(row - 20);
+    for (int k = 0; k < 3; ++k) wall.attribute(splat::kLogScale + k)[i] = std::log(k == 2 ? 0.001f : 0.2f);
+    wall.attribute(splat::kQuaternion)[i] = 1;
+    wall.attribute(splat::kOpacity)[i] = 4;
+    wall.attribute(splat::kSh)[i] = static_cast<float>(column - 20) / 20;
+  }
+  return wall;
+}
+
 class Render : public testing::Test {
  protected:
   Render() {
     WriteTinyScene(scene_);
-    // A wall across what all views see, at their distance of 4: discs that face them.
-    gs::SplatModel wall;
-    wall.Resize(0, 41 * 41);
-    for (Index i = 0; i < wall.count; ++i) {
-      wall.attribute(splat::kMean)[i] = 0.2f * static_cast<float>(i % 41 - 20);
-      wall.attribute(splat::kMean + 1)[i] = 0.2f * static_cast<float>(i / 41 - 20);
-      for (int k = 0; k < 3; ++k) wall.attribute(splat::kLogScale + k)[i] = std::log(k == 2 ? 0.001f : 0.2f);
-      wall.attribute(splat::kQuaternion)[i] = 1;
-      wall.attribute(splat::kOpacity)[i] = 4;
-      wall.attribute(splat::kSh)[i] = static_cast<float>(i % 41 - 20) / 20;
-    }
-    gs::WriteSplatPly(ply_, wall);
+    gs::WriteSplatPly(ply_, Wall());
   }
   std::vector<std::string> Words(const std::vector<std::string>& flags) const {
     std::vector<std::string> words = {"render", ply_, scene_, "--out=" + out_};
@@ -119,6 +124,30 @@ TEST_F(Render, TheCamerasOfAPathAreAPath) {
   EXPECT_THAT(output.err, HasSubstr("it would replace " + out_ + "/cameras.json"));
 }
 
+// A scene far from the origin of its files is drawn about one of its own, and its cameras are in the world all the
+// same.
+TEST_F(Render, CamerasAreInTheWorld) {
+  constexpr double kFar = 1e5;
+  gs::ColmapModel model = TinyModel();
+  for (auto& image : model.images) {
+    const double turn = 2 * std::atan2(image.rotation[2], image.rotation[0]);
+    image.translation[0] -= std::cos(turn) * kFar, image.translation[2] += std::sin(turn) * kFar;
+  }
+  for (auto& point : model.points) point.position[0] += kFar;
+  WriteTinyScene(scene_, model);
+  gs::SplatModel wall = Wall();
+  wall.origin = {kFar, 0, 0};
+  gs::WriteSplatPly(ply_, wall);
+  ExpectDone({"--path=photographs", "--frames=2"}, "wrote 2 images");
+  const auto frame = nlohmann::json::parse(ReadFile(out_ + "/cameras.json"))["frames"][0];
+  EXPECT_NEAR(frame["transform_matrix"][0][3].get<double>(), kFar, 5);
+  const std::string again = folder_ / "again";
+  ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + again, "--path=" + out_ + "/cameras.json"}).status, 0);
+  const gs::Image one = gs::LoadImage(out_ + "/00001.png"), other = gs::LoadImage(again + "/00001.png");
+  EXPECT_LT(*std::min_element(one.rgb.begin(), one.rgb.end()), 0.4f) << "the wall is in sight";
+  for (std::size_t i = 0; i < one.rgb.size(); ++i) ASSERT_NEAR(one.rgb[i], other.rgb[i], 1.5 / 255);
+}
+
 TEST_F(Render, DepthIsLevelsOfAStatedUnit) {
   ExpectDone({"--show=depth"}, "wrote 2 images");
   EXPECT_THAT(NamesIn(out_),
@@ -175,6 +204,10 @@ TEST_F(Render, WithoutFfmpegThereIsNoFilm) {
   const ProgramOutput output = RunProgram(Words({"--path=orbit", "--film=" + film, "--frames=20"}));
   EXPECT_EQ(output.status, 1);
   EXPECT_EQ(output.err, "vesta: --film=" + film + ": ffmpeg failed: no such codec\n");
+  // One that fails when it has all frames, as for a full disk.
+  std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\nwhile read -r line; do :; done\necho full >&2\nexit 1\n";
+  EXPECT_EQ(RunProgram(Words({"--path=orbit", "--film=" + film, "--frames=2"})).err,
+            "vesta: --film=" + film + ": ffmpeg failed: full\n");
   EXPECT_EQ(ReadFile(film), "old");
   EXPECT_THAT(NamesIn(folder_.path().string()), UnorderedElementsAre("scene", "wall.ply", "a.mp4", "bin", "out"));
 }

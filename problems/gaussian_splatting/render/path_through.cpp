@@ -95,6 +95,7 @@ std::vector<View> PathThrough(const std::vector<View>& keys, double length_unit,
   }
   const Spline spline(std::move(knots), std::move(poses));
   std::vector<View> views;
+  views.reserve(static_cast<std::size_t>(frames));
   for (int k = 0; k < frames; ++k) {
     views.push_back(ViewAt(spline.At(spline.end() * k / std::max(1, frames - 1)), camera));
   }

@@ -107,8 +107,9 @@ DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float
   for (std::size_t p = 0; p < pixels; ++p) {
     if (opacity[p] < kLeastOpacity) continue;
     // A sum of planes is one: at the pixel it has what those of the splats have there.
-    const double u = static_cast<double>(p % width) + 0.5 - 0.5 * camera.width;
-    const double v = static_cast<double>(p / width) + 0.5 - 0.5 * camera.height;
+    const std::size_t column = p % width, row = p / width;
+    const double u = static_cast<double>(column) + 0.5 - 0.5 * camera.width;
+    const double v = static_cast<double>(row) + 0.5 - 0.5 * camera.height;
     const auto at = [&](std::size_t k) { return static_cast<double>(planes[k * pixels + p]); };
     const double depth = (at(0) + u * at(1) + v * at(2)) / static_cast<double>(opacity[p]);
     image.depth[p] = static_cast<float>(std::max(depth, camera.near));

@@ -15,11 +15,12 @@ const Camera kCamera{40, 30, {50, 50, 20, 15}};
 
 View At(const Point3& center) { return LookingAt(kCamera, center, {0, 0, 0}, {0, -1, 0}); }
 
+// NaN where one is.
 double Difference(const View& a, const View& b) {
-  double most = 0;
-  for (std::size_t k = 0; k < 9; ++k) most = std::max(most, std::abs(a.rotation[k] - b.rotation[k]));
-  for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(a.translation[k] - b.translation[k]));
-  return most;
+  double sum = 0;
+  for (std::size_t k = 0; k < 9; ++k) sum += std::abs(a.rotation[k] - b.rotation[k]);
+  for (std::size_t k = 0; k < 3; ++k) sum += std::abs(a.translation[k] - b.translation[k]);
+  return sum;
 }
 
 TEST(PathThrough, StepsAreOfLengthsAndAngles) {
