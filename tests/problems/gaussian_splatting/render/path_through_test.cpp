@@ -15,6 +15,14 @@ const Camera kCamera{40, 30, {50, 50, 20, 15}};
 
 View At(const Point3& center) { return LookingAt(kCamera, center, {0, 0, 0}, {0, -1, 0}); }
 
+// So many cameras on a circle of radius 3, at such angles, which look at its middle.
+std::vector<View> Arc(int count, double angle, double height) {
+  std::vector<View> views;
+  views.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) views.push_back(At({3 * std::cos(angle * i), height, 3 * std::sin(angle * i)}));
+  return views;
+}
+
 // NaN where one is.
 double Difference(const View& a, const View& b) {
   double sum = 0;
@@ -34,8 +42,7 @@ TEST(PathThrough, StepsAreOfLengthsAndAngles) {
 
 // Keys equally far apart are met where the frames divide the way.
 TEST(PathThrough, MeetsTheKeys) {
-  std::vector<View> keys;
-  for (int i = 0; i < 5; ++i) keys.push_back(At({3 * std::cos(0.7 * i), 0.5, 3 * std::sin(0.7 * i)}));
+  const std::vector<View> keys = Arc(5, 0.7, 0.5);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 41);
   ASSERT_EQ(path.size(), 41u);
   for (std::size_t i = 0; i < keys.size(); ++i) EXPECT_LT(Difference(path[10 * i], keys[i]), 1e-9) << i;
@@ -43,8 +50,7 @@ TEST(PathThrough, MeetsTheKeys) {
 
 // Between keys of a circle it is near the circle, and looks at its middle: what a way of straight pieces is not.
 TEST(PathThrough, IsRoundBetweenKeysOfACircle) {
-  std::vector<View> keys;
-  for (int i = 0; i < 9; ++i) keys.push_back(At({3 * std::cos(0.4 * i), 0, 3 * std::sin(0.4 * i)}));
+  const std::vector<View> keys = Arc(9, 0.4, 0);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 81);
   for (std::size_t k = 10; k < 71; ++k) {  // the first and last piece have no neighbour on one side
     const auto center = CameraCenter(path[k]);
@@ -67,8 +73,7 @@ TEST(PathThrough, GoesAtEqualSpeed) {
 
 // Half of the rotations have a quaternion of the other sign.
 TEST(PathThrough, TurnsTheShortWay) {
-  std::vector<View> keys;
-  for (int i = 0; i < 13; ++i) keys.push_back(At({3 * std::cos(0.5 * i), 0, 3 * std::sin(0.5 * i)}));
+  const std::vector<View> keys = Arc(13, 0.5, 0);
   const std::vector<View> path = PathThrough(keys, 1, kCamera, 121);
   for (std::size_t i = 1; i < path.size(); ++i) EXPECT_LT(StepBetween(path[i - 1], path[i], 1), 0.3);
 }

@@ -18,7 +18,8 @@ const Camera kCamera{40, 30, {50, 50, 20, 15}};
 Scene Grid() {
   Scene scene;
   for (int i = 0; i < 25; ++i) {
-    const double x = i % 5 - 2, y = 0.5 * static_cast<double>(i / 5) - 1;
+    const int row = i / 5, column = i % 5;
+    const double x = column - 2, y = 0.5 * row - 1;
     scene.views.push_back(LookingAt(kCamera, {x, y, 1}, {x, y, 2}, {0, -1, 0}));
   }
   scene.extent = 2;

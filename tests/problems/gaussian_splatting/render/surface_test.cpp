@@ -65,7 +65,8 @@ SplatModel Plane(double tilt) {
 
 // By the plane's equation.
 double DepthOfPlane(double tilt, std::size_t pixel) {
-  const double v = (static_cast<double>(pixel / kSide) + 0.5 - kSide / 2.0) / 60;
+  const std::size_t row = pixel / kSide;
+  const double v = (static_cast<double>(row) + 0.5 - kSide / 2.0) / 60;
   return 5 / (1 + v * std::tan(tilt));
 }
 

@@ -13,6 +13,7 @@ namespace {
 
 std::vector<View> InOrderOf(const std::vector<View>& views, const std::vector<std::size_t>& order) {
   std::vector<View> ordered;
+  ordered.reserve(order.size());
   for (const std::size_t i : order) ordered.push_back(views[i]);
   return ordered;
 }
