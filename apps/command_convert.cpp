@@ -1,9 +1,10 @@
-// convert: a splat in another format.
+// convert: a splat in another format, all of it or what filters leave.
 #include <filesystem>
 
 #include "apps/commands.h"
 #include "apps/outputs.h"
 #include "apps/print.h"
+#include "apps/splat_filters.h"
 #include "problems/gaussian_splatting/io/splat_file.h"
 
 namespace vesta::app {
@@ -15,13 +16,17 @@ double MegabytesOf(const std::string& file) { return 1e-6 * static_cast<double>(
 
 int RunConvert(const CommandLine& line) {
   const std::string &from = line.arguments[0], &to = line.flags.out;
+  CheckFilterFlags(line.flags);
   RunFiles files = FilesOf(line);
+  if (!line.flags.scene.empty()) files.ReadsScene(line.flags.scene);
   files.Writes(Given("out", to), to);
   files.Check();
   gs::CheckSplatExtension(to);
   CheckWritable("out", to);
-  const gs::SplatModel model = gs::ReadSplat(from);
+  std::string said;
+  const gs::SplatModel model = Filtered(line.flags, gs::ReadSplat(from), &said);
   gs::WriteSplat(to, model);
+  Print("{}", said);
   Print("{} Gaussians of SH degree {}: {:.3f} MB, now {:.3f} MB in {}\n", model.count, model.sh_degree,
         MegabytesOf(from), MegabytesOf(to), to);
   return 0;

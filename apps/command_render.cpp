@@ -1,89 +1,115 @@
-// render: a splat's images of the test views.
+// render: a splat's images of the test views, or along a path of cameras, and that as a film.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <set>
+#include <memory>
+#include <utility>
 
 #include "apps/commands.h"
 #include "apps/outputs.h"
 #include "apps/posed_model.h"
 #include "apps/print.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
-#include "problems/gaussian_splatting/io/image.h"
+#include "apps/render/camera_path.h"
+#include "apps/render/file_names.h"
+#include "apps/render/film.h"
+#include "apps/render/shown_views.h"
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/io/nerf.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
 
 namespace vesta::app {
 namespace {
 
-// A view's name as that of a file: folders become part of the name, with_extension keeps ".jpg" before ".png".
-std::string FileName(const gs::View& view, bool with_extension) {
-  std::string name = view.name;
-  if (!with_extension) name = std::filesystem::path(name).replace_extension().string();
-  std::replace(name.begin(), name.end(), '/', '_');
-  return name + ".png";
-}
-
-// One for each view, all different: with extensions where names are the same without, and numbered where with them too
-// ("a/b.jpg" beside "a_b.jpg").
-std::vector<std::string> FileNames(const std::vector<const gs::View*>& views) {
+// What is drawn, and the file of each.
+struct Frames {
+  CameraPath path;
+  std::vector<const gs::View*> views;  // of the path, or the scene
   std::vector<std::string> names;
-  std::set<std::string> taken;
-  for (const bool with_extension : {false, true}) {
-    names.clear();
-    for (const gs::View* view : views) names.push_back(FileName(*view, with_extension));
-    taken = {names.begin(), names.end()};
-    if (taken.size() == names.size()) return names;
+};
+
+void TakePath(const Flags& flags, const gs::Scene& scene, Frames* frames) {
+  frames->path = PathOfFlags(flags, scene);
+  for (gs::View& view : frames->path.views) {
+    view.name = fmt::format("{:05}.png", frames->views.size());
+    frames->names.push_back(view.name);
+    frames->views.push_back(&view);
   }
-  std::set<std::string> seen;
-  for (std::string& name : names) {
-    const std::string stem = name.substr(0, name.rfind('.'));
-    for (int number = 2; !seen.insert(name).second; ++number) {
-      std::string numbered = fmt::format("{}_{}.png", stem, number);
-      if (taken.insert(numbered).second) name = std::move(numbered);
-    }
-  }
-  return names;
 }
 
-// Both of the same size.
-gs::Image SideBySide(const gs::Image& left, const gs::Image& right) {
-  gs::Image both(2 * left.width, left.height);
-  for (int channel = 0; channel < 3; ++channel) {
-    float* out = both.plane(channel);
-    for (int y = 0; y < left.height; ++y) {
-      for (const gs::Image* half : {&left, &right}) {
-        out = std::copy_n(half->plane(channel) + static_cast<std::ptrdiff_t>(y) * half->width, half->width, out);
-      }
-    }
+void TakeTestViews(const gs::Scene& scene, Frames* frames) {
+  for (const gs::View& view : scene.views) {
+    if (view.is_test()) frames->views.push_back(&view);
   }
-  return both;
+  frames->names = FileNames(frames->views);
+}
+
+// Null where none is asked for.
+std::unique_ptr<Film> BeginFilm(const Flags& flags, const Frames& frames) {
+  constexpr double kUsualRate = 30;
+  if (flags.film.empty()) return nullptr;
+  const gs::Camera& first = frames.views.front()->camera;
+  for (const gs::View* view : frames.views) {
+    if (view->camera.width == first.width && view->camera.height == first.height) continue;
+    Fail("{}: the cameras of {} have images of different sizes; give --size=WxH", Given("film", flags.film),
+         flags.path);
+  }
+  return std::make_unique<Film>(flags.film, gs::ImageSize{first.width, first.height}, flags.fps.value_or(kUsualRate));
+}
+
+// The cameras drawn, in the world of the files, for programs that go on with the images.
+void WriteCameras(const std::string& file, const gs::Scene& scene, const Frames& frames, const ShownViews& shown,
+                  Show show) {
+  std::vector<gs::View> cameras;
+  for (std::size_t i = 0; i < frames.views.size(); ++i) {
+    gs::View& camera = cameras.emplace_back();
+    camera.name = frames.names[i];
+    camera.camera = frames.views[i]->camera;
+    camera.rotation = frames.views[i]->rotation, camera.translation = frames.views[i]->translation;
+    gs::MoveToWorld(scene, &camera);
+  }
+  std::vector<std::pair<std::string, double>> more;
+  if (show == Show::kDepth) more.emplace_back("depth_unit", shown.depth_unit());
+  gs::WriteNerfCameras(file, cameras, more);
 }
 
 }  // namespace
 
 int RunRender(const CommandLine& line) {
   const Flags& flags = line.flags;
+  CheckPathFlags(flags);
   const std::string given = Given("out", flags.out);
+  const bool has_path = !flags.path.empty(), has_cameras = has_path || flags.show == Show::kDepth;
   RunFiles files = FilesOf(line);
+  if (flags.path.ends_with(".json")) files.Reads(flags.path);
   files.WritesInto(given, flags.out);
+  if (!flags.film.empty()) files.Writes(Given("film", flags.film), flags.film);
   files.Check();
+  if (!flags.film.empty()) CheckFilm(flags.film);
   OutputFolder out(flags.out);
+  if (has_cameras) files.Writes(given, out.File("cameras.json"));
+  files.Check();
   const PosedModel posed = LoadPosedModel(line);
   files.ReadsScene(line.arguments[1], posed.scene);
-  std::vector<const gs::View*> views;
-  for (const gs::View& view : posed.scene.views) {
-    if (view.is_test()) views.push_back(&view);
+  Frames frames;
+  has_path ? TakePath(flags, posed.scene, &frames) : TakeTestViews(posed.scene, &frames);
+  ShownViews shown(posed, flags.show);
+  // Those of a path are too many to look at one by one; each is whole or absent anyway.
+  if (!has_path) {
+    for (const std::string& name : frames.names) {
+      for (const std::string& file : shown.FilesOf(name)) files.Writes(given, out.File(file));
+    }
   }
-  const std::vector<std::string> names = FileNames(views);
-  for (const std::string& name : names) files.Writes(given, out.File(name));
   files.Check();
-  gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const gs::Image image = renderer.Render(posed.model, *views[i]);
-    gs::SavePng(out.File(names[i]), flags.truth ? SideBySide(image, views[i]->image) : image);
+  const std::unique_ptr<Film> film = BeginFilm(flags, frames);
+  for (std::size_t i = 0; i < frames.views.size(); ++i) {
+    const gs::Image image = shown.Draw(*frames.views[i], flags.out, frames.names[i], flags.truth);
     out.Keep();
+    if (film) film->Add(image);
   }
-  Print("wrote {} images to {}\n", views.size(), flags.out);
+  if (has_cameras) WriteCameras(out.File("cameras.json"), posed.scene, frames, shown, flags.show);
+  if (film) film->Finish();
+  if (!frames.path.note.empty()) Print("{}\n", frames.path.note);
+  Print("wrote {} images to {}{}\n", frames.views.size(), flags.out, film ? " and " + flags.film : "");
   return 0;
 }
 

@@ -14,7 +14,10 @@ constexpr schema::Choice<gs::RefineMethod> kMethods[] = {
     {gs::RefineMethod::kViews, "views"}, {gs::RefineMethod::kLm, "lm"}, {gs::RefineMethod::kBoth, "both"}};
 constexpr schema::Choice<Align> kAligns[] = {
     {Align::kNone, "none"}, {Align::kPose, "pose"}, {Align::kPoseAndColor, "pose+colour"}};
-static_assert(schema::EachOnce(kAligns) && schema::EachOnce(kDevices) && schema::EachOnce(kMethods));
+constexpr schema::Choice<Show> kShows[] = {
+    {Show::kColor, "colour"}, {Show::kDepth, "depth"}, {Show::kNormals, "normals"}};
+static_assert(schema::EachOnce(kShows) && schema::EachOnce(kAligns) && schema::EachOnce(kDevices) &&
+              schema::EachOnce(kMethods));
 
 std::vector<const char*> PresetNames() {
   std::vector<const char*> names;
@@ -30,8 +33,8 @@ const std::vector<CommandInfo>& Commands() {
       {kRefine, "refine", {"SPLAT", "SCENE"}, "improve a splat of any trainer's", "DIR"},
       {kPrune, "prune", {"SPLAT", "SCENE"}, "take out of a splat what its scene does not need", "DIR"},
       {kEval, "eval", {"SPLAT", "SCENE"}, "measure a splat on the training and test views"},
-      {kRender, "render", {"SPLAT", "SCENE"}, "write images of the test views", "DIR"},
-      {kConvert, "convert", {"SPLAT"}, "write a splat in another format", "FILE"},
+      {kRender, "render", {"SPLAT", "SCENE"}, "write images of the test views, or along a path, as a film too", "DIR"},
+      {kConvert, "convert", {"SPLAT"}, "write a splat in another format, cropped or clean of floaters", "FILE"},
       {kDoctor, "doctor", {"SCENE"}, "say what a scene is, what is odd about it, and what it will take"},
       {kReport, "report", {"DIR"}, "show trainings that are over as one HTML page", nullptr, true},
       {kConfig, "config", {}, "print the options of a training, for --config"},
@@ -72,6 +75,32 @@ const FlagTable& ProgramFlags() {
             "folder of the photographs, where they are not there any more"}},
           {kEval | kBundleAdjust, {"json", &O::json, schema::Words{"FILE"}, "write the numbers to this file too"}},
           {kRender, {"truth", &O::truth, "put the photograph to the right of each rendered image"}},
+          {kRender,
+           {"path", &O::path, schema::Words{"orbit|spiral|photographs|FILE.json"},
+            "cameras once around, among those that face one way, through all, or as a file in the form of "
+            "transforms.json has them"}},
+          {kRender,
+           {"frames",
+            &O::frames,
+            {1, 100000},
+            "cameras of the path; auto: 180, between photographs 10, those of the file"}},
+          {kRender,
+           {"size", &O::size, schema::Words{"WxH"},
+            "pixels of the path's images; where the shape is another, the middle of what the cameras see"}},
+          {kRender, {"film", &O::film, schema::Words{"FILE.mp4"}, "the path as a film too, by the program ffmpeg"}},
+          {kRender, {"fps", &O::fps, {0.1, 1000}, "frames a second of the film; auto: 30"}},
+          {kRender,
+           {"show", &O::show, kShows,
+            "depth: images of 16 bits, previews in colours, and what a level is in cameras.json; normals: x right, y "
+            "up, z towards the camera as colours"}},
+          {kConvert,
+           {"box", &O::box, schema::Words{"X0,Y0,Z0,X1,Y1,Z1"},
+            "keep the Gaussians whose centres lie within, in the world of SPLAT"}},
+          {kConvert,
+           {"clean", &O::clean,
+            "leave out floaters: what is too faint to be drawn, around everything, or alone, and with --scene what no "
+            "photograph shows"}},
+          {kConvert, {"scene", &O::scene, schema::Words{"SCENE"}, "the photographs that SPLAT is of, for --clean"}},
           {kOptions | kDoctor,
            {"preset", &O::preset, PresetNames(),
             "where all options start: lengths of ours, or the settings of 3DGS-LM's paper or code"}},
@@ -110,13 +139,13 @@ const FlagTable& ProgramFlags() {
           {kRefines | kViews,
            {"background", &O::background, {0, 1}, "colour behind everything; auto: the splat's, else black"}},
           {kViews | kDoctor, {"downscale", &O::downscale, {1, 64}, "divide the images' width and height by this"}},
-          {kTrains | kViews,
+          {kTrains | kViews | kConvert,
            {"images", &O::images, schema::Words{"DIR"},
             "folder of the photographs within SCENE, images_4 for one; cameras follow their size"},
-           kTrains},
-          {kTrains | kViews,
+           kTrains | kConvert},
+          {kTrains | kViews | kConvert,
            {"allow_missing", &O::allow_missing, "leave out photographs that the model names and that are missing"},
-           kTrains},
+           kTrains | kConvert},
           {kTrains | kViews,
            {"test_every",
             &O::test_every,

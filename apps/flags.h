@@ -49,6 +49,9 @@ std::string UsageForm(const CommandInfo& command);
 // What eval fits to each test view before it measures a second time.
 enum class Align { kNone, kPose, kPoseAndColor };
 
+// What render shows of a view.
+enum class Show { kColor, kDepth, kNormals };
+
 enum class Device { kAuto, kCpu, kCuda };
 
 inline constexpr const char* kDefaultPreset = "balanced";
@@ -59,6 +62,14 @@ struct Flags {
   std::string resume;                            // a folder with a checkpoint; empty: none
   std::string checkpoint_every, snapshot_every;  // as ParseInterval reads them; empty: never
   bool truth = false;
+  // Of render: the cameras, and what becomes of them (render/camera_path.h).
+  std::string path, size, film;  // empty: the test views, as the cameras have it, none
+  std::optional<int> frames;     // none: as suits the path
+  std::optional<double> fps;     // of the film; none: 30
+  Show show = Show::kColor;
+  // Of convert: what stays (splat_filters.h).
+  std::string box;
+  bool clean = false;
   bool report = true;                        // of a training, as report.html
   std::string scene;                         // of the runs that are reported; empty: as each says
   std::optional<double> max_loss, size_mib;  // of prune, which takes one of them or a part to keep

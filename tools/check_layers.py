@@ -25,6 +25,7 @@ SPLAT_ROOMS = {
         "cameras": ["model", "adam", "evaluate", "lm"],
         "memory": ["model", "adam", "cameras", "density", "lm", "evaluate", "parsimony"],
         "parsimony": ["model"],
+        "render": ["model"],
         "train": ["model", "adam", "cameras", "density", "lm", "evaluate", "memory", "parsimony"],
     }.items()
 }

@@ -19,6 +19,8 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   const std::string& path() const { return path_; }
+  // For another program to write in the place of Write, until Finish.
+  const std::string& temporary() const { return temporary_; }
   // Takes so many bytes of the disk for what will be written; may be called before the first Write only.
   void Reserve(std::int64_t bytes);
   void Write(std::string_view bytes);

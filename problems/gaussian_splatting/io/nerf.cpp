@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
 #include "problems/gaussian_splatting/io/image.h"
@@ -88,35 +89,43 @@ Distortion ReadDistortion(const FrameValues& values) {
   return lens;
 }
 
-// 0 x 0 where the size is not stated, and the image is missing as it may.
-Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool may_be_missing) {
-  Camera camera;
-  if (values.Has("w") && values.Has("h")) {
-    const double w = values.Number("w", 0), h = values.Number("h", 0);
-    if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6)) Fail("{}: the image size {} x {} is unusable", values.where(), w, h);
-    camera.width = static_cast<int>(w);
-    camera.height = static_cast<int>(h);
-  } else if (may_be_missing && !FileExists(image_path)) {
-    return camera;
-  } else {
-    const ImageSize size = ReadImageSize(image_path);
-    camera.width = size.width;
-    camera.height = size.height;
-  }
+// Whether the file states it; then it is the camera's.
+bool ReadStatedSize(const FrameValues& values, Camera* camera) {
+  if (!values.Has("w") || !values.Has("h")) return false;
+  const double w = values.Number("w", 0), h = values.Number("h", 0);
+  if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6)) Fail("{}: the image size {} x {} is unusable", values.where(), w, h);
+  camera->width = static_cast<int>(w);
+  camera->height = static_cast<int>(h);
+  return true;
+}
+
+// Of a camera whose size is known.
+void ReadLens(const FrameValues& values, Camera* camera) {
   const auto focal = [&](const char* length_key, const char* angle_key, int side, double fallback) {
     if (values.Has(length_key) || !values.Has(angle_key)) return values.Number(length_key, fallback);
     return 0.5 * side / std::tan(0.5 * values.Number(angle_key, 0));
   };
-  camera.lens.fx = focal("fl_x", "camera_angle_x", camera.width, 0);
-  camera.lens.fy = focal("fl_y", "camera_angle_y", camera.height, camera.lens.fx);
-  camera.lens.cx = values.Number("cx", 0.5 * camera.width);
-  camera.lens.cy = values.Number("cy", 0.5 * camera.height);
-  if (!(camera.lens.fx > 0 && camera.lens.fy > 0 && std::isfinite(camera.lens.fx) && std::isfinite(camera.lens.fy))) {
-    Fail("{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), camera.lens.fx,
-         camera.lens.fy);
+  auto& lens = camera->lens;
+  lens.fx = focal("fl_x", "camera_angle_x", camera->width, 0);
+  lens.fy = focal("fl_y", "camera_angle_y", camera->height, lens.fx);
+  lens.cx = values.Number("cx", 0.5 * camera->width);
+  lens.cy = values.Number("cy", 0.5 * camera->height);
+  if (!(lens.fx > 0 && lens.fy > 0 && std::isfinite(lens.fx) && std::isfinite(lens.fy))) {
+    Fail("{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), lens.fx, lens.fy);
   }
-  if (!std::isfinite(camera.lens.cx) || !std::isfinite(camera.lens.cy))
-    Fail("{}: cx or cy is not finite", values.where());
+  if (!std::isfinite(lens.cx) || !std::isfinite(lens.cy)) Fail("{}: cx or cy is not finite", values.where());
+}
+
+// 0 x 0 where the size is not stated, and the image is missing as it may.
+Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool may_be_missing) {
+  Camera camera;
+  if (!ReadStatedSize(values, &camera)) {
+    if (may_be_missing && !FileExists(image_path)) return camera;
+    const ImageSize size = ReadImageSize(image_path);
+    camera.width = size.width;
+    camera.height = size.height;
+  }
+  ReadLens(values, &camera);
   return camera;
 }
 
@@ -222,8 +231,9 @@ struct ImageFolder {
   }
 };
 
-// Views of one transforms file, appended. Returns its JSON.
-json ReadFrames(const std::string& path, const fs::path& folder, const ImageFolder& images, std::vector<View>* views) {
+// Calls take(values) for each frame of a transforms file. Returns its JSON.
+template <class Take>
+json ForEachFrame(const std::string& path, const Take& take) {
   json top = ReadJson(path);
   const auto frames = top.find("frames");
   if (!top.is_object() || frames == top.end() || !frames->is_array() || frames->empty()) {
@@ -233,6 +243,14 @@ json ReadFrames(const std::string& path, const fs::path& folder, const ImageFold
   for (const json& frame : *frames) {
     const FrameValues values(frame, top, fmt::format("{}: frame {}", path, number++));
     if (!frame.is_object()) Fail("{}: not an object", values.where());
+    take(values);
+  }
+  return top;
+}
+
+// Views of one transforms file, appended. Returns its JSON.
+json ReadFrames(const std::string& path, const fs::path& folder, const ImageFolder& images, std::vector<View>* views) {
+  return ForEachFrame(path, [&](const FrameValues& values) {
     View view;
     view.name = ImageName(values);
     view.image_path = images.PathOf(folder, view, values).string();
@@ -242,8 +260,7 @@ json ReadFrames(const std::string& path, const fs::path& folder, const ImageFold
     view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);
     view.distortion = ReadDistortion(values);
     views->push_back(std::move(view));
-  }
-  return top;
+  });
 }
 
 // The file that holds the points; empty where there is none. transforms: the file that may name it.
@@ -292,6 +309,44 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random,
   if (!points.empty()) scene.files.push_back(points);
   PlaceInScene(points.empty() ? PointsInCube(random) : ReadPointPly(points), &scene);
   return scene;
+}
+
+std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual) {
+  std::vector<View> views;
+  ForEachFrame(file, [&](const FrameValues& values) {
+    View view;
+    view.camera = usual;
+    const bool has_size = ReadStatedSize(values, &view.camera);
+    if (has_size || values.Has("fl_x") || values.Has("camera_angle_x")) ReadLens(values, &view.camera);
+    ReadPose(values, &view);
+    views.push_back(std::move(view));
+  });
+  return views;
+}
+
+void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
+                      const std::vector<std::pair<std::string, double>>& more) {
+  nlohmann::ordered_json top = nlohmann::ordered_json::object();
+  for (const auto& [key, value] : more) top[key] = value;
+  auto& frames = top["frames"] = nlohmann::ordered_json::array();
+  for (const View& view : views) {
+    const auto& [width, height, lens] = view.camera;
+    const auto& r = view.rotation;
+    const auto center = CameraCenter(view);
+    // Columns are the camera's axes in the world, and its centre: right, up, backward.
+    auto matrix = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < 3; ++i) matrix.push_back({r[i], -r[3 + i], -r[6 + i], center[i]});
+    matrix.push_back({0, 0, 0, 1});
+    frames.push_back({{"file_path", view.name},
+                      {"w", width},
+                      {"h", height},
+                      {"fl_x", lens.fx},
+                      {"fl_y", lens.fy},
+                      {"cx", lens.cx},
+                      {"cy", lens.cy},
+                      {"transform_matrix", matrix}});
+  }
+  WriteFileAtomically(file, top.dump(1) + "\n");
 }
 
 }  // namespace vesta::gs

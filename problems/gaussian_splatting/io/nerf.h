@@ -2,6 +2,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "problems/gaussian_splatting/io/random_points.h"
 #include "problems/gaussian_splatting/model/scene.h"
@@ -24,5 +26,15 @@ bool IsNerfScene(const std::string& scene_folder);
 // invalid JSON, or no frames.
 Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random,
                     const std::string& image_folder = "images", bool allow_missing = false);
+
+// The cameras of any such file, in its order and its world; their images need not be there, nor be named. A frame for
+// which no intrinsics stand has the camera `usual`, one that states a focal length without w and h its size. Lenses are
+// taken for pinholes. Throws Error as above.
+std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual);
+
+// Such a file, of views that are pinholes: file_path is the name, and intrinsics stand in each frame. Poses are read
+// back within the last digit or two of a double. `more`, if any, goes to the top: keys and numbers.
+void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
+                      const std::vector<std::pair<std::string, double>>& more = {});
 
 }  // namespace vesta::gs

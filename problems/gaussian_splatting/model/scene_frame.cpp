@@ -63,18 +63,21 @@ void Move(const Point& by, SplatModel* model) {
   }
 }
 
+// The view in a frame whose origin lies at `by` in that of the view.
+void Move(const Point& by, View* view) {
+  const auto& r = view->rotation;
+  for (std::size_t i = 0; i < 3; ++i) {
+    view->translation[i] += r[3 * i] * by[0] + r[3 * i + 1] * by[1] + r[3 * i + 2] * by[2];
+  }
+}
+
 }  // namespace
 
 void PlaceInScene(const WorldPoints& points, Scene* scene) {
   const Point origin = OriginOf(points.positions, scene->views);
   scene->origin = origin;
   if (origin != Point{}) {
-    for (View& view : scene->views) {
-      const auto& r = view.rotation;
-      for (std::size_t i = 0; i < 3; ++i) {
-        view.translation[i] += r[3 * i] * origin[0] + r[3 * i + 1] * origin[1] + r[3 * i + 2] * origin[2];
-      }
-    }
+    for (View& view : scene->views) Move(origin, &view);
   }
   scene->points.positions.reserve(points.positions.size());
   for (const Point& p : points.positions) {
@@ -90,6 +93,13 @@ void MoveToScene(const Scene& scene, SplatModel* model) {
   const Point &from = model->origin, &to = scene.origin;
   Move({from[0] - to[0], from[1] - to[1], from[2] - to[2]}, model);
   model->origin = to;
+}
+
+void MoveToScene(const Scene& scene, View* view) { Move(scene.origin, view); }
+
+void MoveToWorld(const Scene& scene, View* view) {
+  const Point& origin = scene.origin;
+  Move({-origin[0], -origin[1], -origin[2]}, view);
 }
 
 void MoveToWorld(const Scene& scene, SplatModel* model) {

@@ -28,4 +28,8 @@ void PlaceInScene(const WorldPoints& points, Scene* scene);
 void MoveToScene(const Scene& scene, SplatModel* model);
 void MoveToWorld(const Scene& scene, SplatModel* model);
 
+// The same of a view: from the world of the files into the scene's frame, and back.
+void MoveToScene(const Scene& scene, View* view);
+void MoveToWorld(const Scene& scene, View* view);
+
 }  // namespace vesta::gs

@@ -242,5 +242,64 @@ TEST_F(NerfTest, OverwrittenBytesLoadOrAreRefused) {
   EXPECT_GT(refused, 0);
 }
 
+const Camera kUsual{40, 30, {50, 51, 19.5, 15.5}};
+
+TEST_F(NerfTest, CamerasAreReadInTheirOrderWithoutImages) {
+  json top;
+  for (int i = 0; i < 3; ++i) {
+    json matrix = Identity();
+    matrix[0][3] = 3 - i;
+    top["frames"].push_back({{"transform_matrix", matrix}});
+  }
+  top["frames"][1]["camera_angle_x"] = 1.0;
+  top["frames"][2].update({{"w", 60}, {"h", 20}, {"fl_x", 70}});
+  Write(top);
+  const std::vector<View> views = ReadNerfCameras(folder_ / "transforms.json", kUsual);
+  ASSERT_EQ(views.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(CameraCenter(views[i])[0], 3 - static_cast<double>(i), 1e-12);
+  EXPECT_EQ(views[0].camera.lens.cx, 19.5) << "the usual camera";
+  EXPECT_NEAR(views[1].camera.lens.fx, 20 / std::tan(0.5), 1e-9) << "of the usual width";
+  EXPECT_EQ(views[1].camera.lens.cx, 20);
+  EXPECT_TRUE(views[2].camera.width == 60 && views[2].camera.height == 20 && views[2].camera.lens.fy == 70);
+}
+
+TEST_F(NerfTest, WrittenCamerasAreReadAgain) {
+  Scene scene;
+  for (int i = 0; i < 2; ++i) {
+    View& view = scene.views.emplace_back();
+    const double angle = 0.3 + i;
+    view.name = "0" + std::to_string(i) + ".png";
+    view.camera = {64, 48, {70.1, 71, 30.3, 25}};
+    view.rotation = {std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0, std::cos(angle)};
+    view.translation = {0.1, -2, 1.0 / 3};
+  }
+  const std::string file = folder_ / "cameras.json";
+  WriteNerfCameras(file, scene.views, {{"depth_unit", 0.25}});
+  EXPECT_EQ(json::parse(ReadBytes(file))["depth_unit"], 0.25);
+  EXPECT_EQ(json::parse(ReadBytes(file))["frames"][1]["file_path"], "01.png");
+  const std::vector<View> read = ReadNerfCameras(file, kUsual);
+  ASSERT_EQ(read.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(read[i].rotation[k], scene.views[i].rotation[k], 1e-15);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(read[i].translation[k], scene.views[i].translation[k], 1e-14);
+    EXPECT_EQ(read[i].camera.lens.fx, 70.1);
+    EXPECT_EQ(read[i].camera.lens.cy, 25);
+  }
+}
+
+TEST_F(NerfTest, CamerasThatAreNoneAreRefused) {
+  const std::string file = folder_ / "cameras.json";
+  const auto expect = [&](const json& top, const std::string& part) {
+    WriteBytes(file, top.dump());
+    ExpectError([&] { ReadNerfCameras(file, kUsual); }, part);
+  };
+  expect(json::object(), "it has no frames");
+  expect({{"frames", {{{"file_path", "a"}}}}}, "frame 0: the frame has no transform_matrix");
+  expect({{"frames", {{{"transform_matrix", Identity()}, {"w", 1e9}, {"h", 3}}}}}, "the image size 1000000000 x 3");
+  expect({{"frames", {{{"transform_matrix", Identity()}, {"fl_x", 0}}}}}, "the focal lengths 0, 0 are unusable");
+  WriteBytes(file, "{\"frames\": [");
+  ExpectError([&] { ReadNerfCameras(file, kUsual); }, "not valid JSON");
+}
+
 }  // namespace
 }  // namespace vesta::gs

@@ -95,5 +95,18 @@ TEST(SceneFrame, ModelsGoThereAndBack) {
   EXPECT_EQ(far.data, model.data);
 }
 
+// A view of the world's sees in the scene's frame what it saw, and is itself again in the world.
+TEST(SceneFrame, ViewsMoveToTheSceneAndBack) {
+  const double distance = 1e5;
+  const Moved moved({-distance, 0, distance});
+  View view = test::RingOfCameras(5, 20, 10, false).views[2];
+  const View before = view;
+  MoveToScene(moved.scene, &view);
+  const auto seen = InCamera(view, {1, 2, 3}), in_world = InCamera(before, {1 - distance, 2, 3 + distance});
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(seen[k], in_world[k], 1e-9);
+  MoveToWorld(moved.scene, &view);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(view.translation[k], before.translation[k], 1e-9);
+}
+
 }  // namespace
 }  // namespace vesta::gs

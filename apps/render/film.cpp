@@ -1,0 +1,150 @@
+#include "apps/render/film.h"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "apps/outputs.h"
+#include "kernels/core/check.h"
+#include "kernels/core/schema.h"
+#include "problems/gaussian_splatting/io/image_codecs.h"
+
+namespace vesta::app {
+namespace {
+
+// Where PATH has the program; empty where it has not.
+std::string FindProgram(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  for (const std::string& folder : schema::SplitAt(path ? path : "", ':')) {
+    std::string file = (folder.empty() ? "." : folder) + "/" + name;
+    if (::access(file.c_str(), X_OK) == 0) return file;
+  }
+  return {};
+}
+
+std::string FindFfmpeg(const std::string& film) {
+  std::string program = FindProgram("ffmpeg");
+  if (program.empty()) {
+    Fail("{}: there is no program ffmpeg; install it, or leave the flag out: the images are frames in order",
+         Given("film", film));
+  }
+  return program;
+}
+
+// What to do with what happens before exec in the new process.
+class SpawnActions {
+ public:
+  SpawnActions() { posix_spawn_file_actions_init(&actions_); }
+  ~SpawnActions() { posix_spawn_file_actions_destroy(&actions_); }
+  SpawnActions(const SpawnActions&) = delete;
+  SpawnActions& operator=(const SpawnActions&) = delete;
+  posix_spawn_file_actions_t* get() { return &actions_; }
+
+ private:
+  posix_spawn_file_actions_t actions_;
+};
+
+// Raw RGB from stdin; yuv420p, of even sides only, is what every player shows, in the colours of HDTV.
+std::vector<std::string> ArgumentsOf(const AtomicFile& file, gs::ImageSize size, double frames_per_second) {
+  const std::string frame_size = fmt::format("{}x{}", size.width, size.height);
+  return {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
+          // What is read.
+          "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", frame_size, "-framerate",
+          fmt::format("{}", frames_per_second), "-i", "pipe:0",
+          // What is written.
+          "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-pix_fmt", "yuv420p",
+          "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv", "-movflags",
+          "+faststart", "-f", "mp4", "file:" + file.temporary()};
+}
+
+}  // namespace
+
+void CheckFilm(const std::string& file) {
+  if (!file.ends_with(".mp4")) Fail("{}: films are .mp4; name it so", Given("film", file));
+  FindFfmpeg(file);
+  CheckWritable("film", file);
+}
+
+Film::Film(const std::string& file, gs::ImageSize size, double frames_per_second)
+    : file_(file), size_(size), complaints_(std::tmpfile(), std::fclose) {
+  if (!complaints_) Fail("{}: no temporary file can be made; free some space", Given("film", file));
+  Start(FindFfmpeg(file), frames_per_second);
+}
+
+Film::~Film() {
+  if (process_ > 0) ::kill(process_, SIGTERM);
+  Wait();
+}
+
+void Film::Start(const std::string& program, double frames_per_second) {
+  std::vector<std::string> words = ArgumentsOf(file_, size_, frames_per_second);
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  // A socket and no pipe: where ffmpeg ends early, writing is an error and no signal.
+  std::array<int, 2> ends;
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    Fail("{}: {}", Given("film", file_.path()), std::generic_category().message(errno));
+  }
+  SpawnActions actions;
+  posix_spawn_file_actions_adddup2(actions.get(), ends[1], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(actions.get(), ::fileno(complaints_.get()), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(actions.get(), ::fileno(complaints_.get()), STDERR_FILENO);
+  const int error = ::posix_spawn(&process_, program.c_str(), actions.get(), nullptr, arguments.data(), environ);
+  ::close(ends[1]);
+  frames_ = ends[0];
+  if (error != 0) {
+    process_ = -1;
+    Wait();
+    Fail("{}: {} does not run: {}", Given("film", file_.path()), program, std::generic_category().message(error));
+  }
+}
+
+void Film::Add(const gs::Image& frame) {
+  VESTA_CHECK(frame.width == size_.width && frame.height == size_.height, "{}: a frame of {} x {} among {} x {}",
+              file_.path(), frame.width, frame.height, size_.width, size_.height);
+  const std::vector<std::uint8_t> bytes = gs::InterleavedBytes(frame);
+  for (std::size_t sent = 0; sent < bytes.size();) {
+    const ssize_t now = ::send(frames_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+    if (now < 0 && errno == EINTR) continue;
+    if (now < 0) FailWithReason();
+    sent += static_cast<std::size_t>(now);
+  }
+}
+
+void Film::Finish() {
+  if (Wait() != 0) FailWithReason();
+  file_.Commit();
+}
+
+int Film::Wait() {
+  if (frames_ >= 0) ::close(std::exchange(frames_, -1));
+  int status = 0;
+  const pid_t process = std::exchange(process_, -1);
+  while (process > 0 && ::waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
+}
+
+void Film::FailWithReason() {
+  Wait();
+  std::array<char, 512> line{};
+  std::rewind(complaints_.get());
+  if (!std::fgets(line.data(), line.size(), complaints_.get())) line = {"it ended without a reason"};
+  std::string reason = line.data();
+  if (reason.ends_with('\n')) reason.pop_back();
+  Fail("{}: ffmpeg failed: {}", Given("film", file_.path()), reason);
+}
+
+}  // namespace vesta::app

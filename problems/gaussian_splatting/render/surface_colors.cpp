@@ -1,0 +1,46 @@
+#include "problems/gaussian_splatting/render/surface_colors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace vesta::gs {
+namespace {
+
+// From far to near, lighter at each step.
+constexpr std::array<std::array<float, 3>, 5> kColors = {{{0.20f, 0.05f, 0.30f},
+                                                          {0.22f, 0.25f, 0.58f},
+                                                          {0.10f, 0.52f, 0.58f},
+                                                          {0.40f, 0.76f, 0.38f},
+                                                          {0.99f, 0.92f, 0.30f}}};
+
+}  // namespace
+
+Image DepthColors(const DepthImage& depth, double middle) {
+  Image image(depth.width, depth.height);
+  for (std::size_t p = 0; p < depth.depth.size(); ++p) {
+    const float z = depth.depth[p];
+    if (z <= 0) continue;
+    const float at = static_cast<float>(middle / (middle + static_cast<double>(z))) * (kColors.size() - 1);
+    const std::size_t below = std::min(static_cast<std::size_t>(at), kColors.size() - 2);
+    const float part = at - static_cast<float>(below);
+    for (int c = 0; c < 3; ++c) {
+      const auto k = static_cast<std::size_t>(c);
+      image.plane(c)[p] = std::lerp(kColors[below][k], kColors[below + 1][k], part);
+    }
+  }
+  return image;
+}
+
+Image NormalColors(const NormalImage& normals) {
+  Image image(normals.width, normals.height);
+  const std::size_t pixels = image.num_pixels();
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const float* at = normals.normals.data() + p;
+    if (at[0] == 0 && at[pixels] == 0 && at[2 * pixels] == 0) continue;
+    for (std::size_t k = 0; k < 3; ++k) image.rgb[k * pixels + p] = 0.5f + 0.5f * at[k * pixels];
+  }
+  return image;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,121 @@
+// vesta convert with --box and --clean: what stays, and that nothing goes unsaid.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/io/splat_file.h"
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// A cube of 6 x 6 x 6 small Gaussians about the origin, from -1.25 to 1.25, and four more: one too faint to be drawn,
+// one around everything, one alone far behind, and one beside what the tiny scene's cameras see.
+class ConvertFilters : public testing::Test {
+ protected:
+  static constexpr Index kCube = 216;
+
+  ConvertFilters() {
+    WriteTinyScene(scene_);
+    gs::SplatModel model;
+    model.Resize(0, kCube + 4);
+    model.has_background = true;
+    model.background = {0.25f, 0.5f, 1};
+    for (Index i = 0; i < model.count; ++i) {
+      const Index places[3] = {i % 6, i / 6 % 6, i / 36};
+      for (int k = 0; k < 3; ++k) {
+        model.attribute(splat::kMean + k)[i] = i < kCube ? 0.5f * static_cast<float>(places[k]) - 1.25f : 0;
+        model.attribute(splat::kLogScale + k)[i] = std::log(0.2f);
+      }
+      model.attribute(splat::kQuaternion)[i] = 1;
+      model.attribute(splat::kOpacity)[i] = 2;
+    }
+    model.attribute(splat::kOpacity)[kCube] = -7;
+    for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[kCube + 1] = std::log(20.0f);
+    model.attribute(splat::kMean + 2)[kCube + 2] = 30;
+    model.attribute(splat::kMean)[kCube + 3] = 5;
+    for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[kCube + 3] = std::log(0.8f);
+    gs::WriteSplatPly(ply_, model);
+  }
+  std::string Said(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"convert", ply_, "--out=" + out_});
+    const ProgramOutput output = RunProgram(words);
+    EXPECT_EQ(output.status, 0) << output.err;
+    return output.out;
+  }
+  void ExpectRefused(std::vector<std::string> words, int status, const std::string& part) const {
+    SCOPED_TRACE(testing::PrintToString(words));
+    words.insert(words.begin(), {"convert", ply_, "--out=" + out_});
+    const ProgramOutput output = RunProgram(words);
+    EXPECT_EQ(output.status, status);
+    EXPECT_EQ(CountLines(output.err), 1) << output.err;
+    EXPECT_THAT(output.err, HasSubstr(part));
+    EXPECT_EQ(output.out, "");
+    EXPECT_FALSE(fs::exists(out_));
+  }
+
+  TempFolder folder_;
+  const std::string scene_ = folder_ / "scene", ply_ = folder_ / "splat.ply", out_ = folder_ / "left.ply";
+};
+
+TEST_F(ConvertFilters, ABoxKeepsWhatLiesWithin) {
+  EXPECT_THAT(Said({"--box=-9,-9,-9,0.1,0.1,9"}), HasSubstr("box: 56 of 220 Gaussians lie within\n56 Gaussians of SH"));
+  const gs::SplatModel left = gs::ReadSplat(out_);
+  EXPECT_EQ(left.count, 56) << "3 x 3 x 6 of the cube, and two in the middle";
+  EXPECT_LE(*std::max_element(left.attribute(0), left.attribute(0) + left.count), 0.1f);
+  EXPECT_EQ(left.background[1], 0.5f);
+}
+
+TEST_F(ConvertFilters, CleanSaysHowManyGoForWhat) {
+  EXPECT_THAT(Said({"--clean"}),
+              HasSubstr("clean: 217 of 220 Gaussians stay; 1 too faint, 1 around everything, 1 alone\n"));
+  EXPECT_EQ(gs::ReadSplat(out_).count, 217);
+  EXPECT_THAT(Said({"--clean", "--scene=" + scene_}),
+              HasSubstr("clean: 216 of 220 Gaussians stay; 1 too faint, 1 around everything, 1 alone, 1 in no "
+                        "photograph\n"));
+  const gs::SplatModel left = gs::ReadSplat(out_);
+  ASSERT_EQ(left.count, kCube);
+  EXPECT_LE(*std::max_element(left.attribute(0), left.attribute(0) + 3 * kCube), 1.25f);
+  EXPECT_EQ(left.background[1], 0.5f);
+}
+
+TEST_F(ConvertFilters, ABoxComesFirst) {
+  EXPECT_THAT(Said({"--clean", "--box=-2,-2,-2,2,2,2"}),
+              HasSubstr("box: 218 of 220 Gaussians lie within\nclean: 216 of 218 Gaussians stay; 1 too faint, 1 around "
+                        "everything, 0 alone\n"));
+}
+
+TEST_F(ConvertFilters, WhatCannotBeIsOneLine) {
+  constexpr int kFailed = 1, kUsage = 2;
+  for (const char* box : {"nan,0,0,1,1,1", "0,0,0,1,1", "0,0,0,1,1,1,1", "0,0,0,inf,1,1", "1,0,0,0,1,1", "0,0,0,0,1,1",
+                          "a,b,c,d,e,f", "0,0,0,1,1,"}) {
+    ExpectRefused({"--box=" + std::string(box)}, kUsage, "it must be six numbers X0,Y0,Z0,X1,Y1,Z1");
+  }
+  ExpectRefused({"--box=50,50,50,51,51,51"}, kFailed,
+                "--box=50,50,50,51,51,51: no Gaussian lies within; their centres lie in -1.25,-1.25,-1.25,5,1.25,30");
+  ExpectRefused({"--scene=" + scene_}, kUsage, "--scene is of --clean; give both");
+  ExpectRefused({"--clean", "--scene=" + (folder_ / "none")}, kFailed, "none: no such scene folder");
+  gs::SplatModel faint = gs::ReadSplat(ply_);
+  std::fill_n(faint.attribute(splat::kOpacity), faint.count, -9.0f);
+  gs::WriteSplatPly(ply_, faint);
+  ExpectRefused({"--clean"}, kFailed, "--clean: all 220 Gaussians would go");
+}
+
+TEST_F(ConvertFilters, NothingIsWrittenIntoTheScene) {
+  const std::string out = scene_ + "/images/a.ply";
+  const ProgramOutput output = RunProgram({"convert", ply_, "--out=" + out, "--clean", "--scene=" + scene_});
+  EXPECT_EQ(output.status, 1);
+  EXPECT_THAT(output.err, HasSubstr("is a folder of the scene"));
+  EXPECT_FALSE(fs::exists(out));
+}
+
+}  // namespace
+}  // namespace vesta::test

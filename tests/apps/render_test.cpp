@@ -1,0 +1,265 @@
+// vesta render: paths of cameras, films, depth and normals. What goes wrong is one line, and nothing is left behind.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/io/ply.h"
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
+
+std::vector<std::string> NamesIn(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+  return names;
+}
+
+// As long as it lives, programs are looked for in this folder alone.
+class PathIs {
+ public:
+  explicit PathIs(const std::string& folder) : before_(std::getenv("PATH")) { ::setenv("PATH", folder.c_str(), 1); }
+  ~PathIs() { ::setenv("PATH", before_.c_str(), 1); }
+  PathIs(const PathIs&) = delete;
+  PathIs& operator=(const PathIs&) = delete;
+
+ private:
+  std::string before_;
+};
+
+bool HasFfmpeg() { return std::system("ffmpeg -version >/dev/null 2>&1") == 0; }
+
+// A wall across what all views of the tiny scene see, 4 before them: discs that face them.
+gs::SplatModel Wall() {
+  gs::SplatModel wall;
+  wall.Resize(0, 41 * 41);
+  for (Index i = 0; i < wall.count; ++i) {
+    const Index row = i / 41, column = i % 41;
+    wall.attribute(splat::kMean)[i] = 0.2f * static_cast<float>(column - 20);
+    wall.attribute(splat::kMean + 1)[i] = 0.2f * static_cast<float>(row - 20);
+    for (int k = 0; k < 3; ++k) wall.attribute(splat::kLogScale + k)[i] = std::log(k == 2 ? 0.001f : 0.2f);
+    wall.attribute(splat::kQuaternion)[i] = 1;
+    wall.attribute(splat::kOpacity)[i] = 4;
+    wall.attribute(splat::kSh)[i] = static_cast<float>(column - 20) / 20;
+  }
+  return wall;
+}
+
+class Render : public testing::Test {
+ protected:
+  Render() {
+    WriteTinyScene(scene_);
+    gs::WriteSplatPly(ply_, Wall());
+  }
+  std::vector<std::string> Words(const std::vector<std::string>& flags) const {
+    std::vector<std::string> words = {"render", ply_, scene_, "--out=" + out_};
+    words.insert(words.end(), flags.begin(), flags.end());
+    return words;
+  }
+  void ExpectDone(const std::vector<std::string>& flags, const std::string& said) const {
+    const ProgramOutput output = RunProgram(Words(flags));
+    EXPECT_EQ(output.status, 0) << output.err;
+    EXPECT_EQ(output.err, "");
+    EXPECT_THAT(output.out, HasSubstr(said));
+  }
+  // One line, this status, and no folder made.
+  void ExpectRefused(const std::vector<std::string>& flags, int status, const std::string& part) const {
+    SCOPED_TRACE(testing::PrintToString(flags));
+    const ProgramOutput output = RunProgram(Words(flags));
+    EXPECT_EQ(output.status, status);
+    EXPECT_EQ(CountLines(output.err), 1) << output.err;
+    EXPECT_THAT(output.err, HasSubstr(part));
+    EXPECT_EQ(output.out, "");
+    EXPECT_FALSE(fs::exists(out_));
+  }
+
+  TempFolder folder_;
+  const std::string scene_ = folder_ / "scene", ply_ = folder_ / "wall.ply", out_ = folder_ / "out";
+};
+
+TEST_F(Render, PathsAreNumberedImagesAndTheirCameras) {
+  for (const char* path : {"orbit", "spiral", "photographs"}) {
+    fs::remove_all(out_);
+    ExpectDone({"--path=" + std::string(path), "--frames=3", "--size=24x20"}, "wrote 3 images to " + out_);
+    EXPECT_THAT(NamesIn(out_), UnorderedElementsAre("00000.png", "00001.png", "00002.png", "cameras.json"));
+    const gs::ImageSize size = gs::ReadImageSize(out_ + "/00002.png");
+    EXPECT_TRUE(size.width == 24 && size.height == 20);
+    // The middle of what the photographs show: their height is 24, and 20 now.
+    const auto frame = nlohmann::json::parse(ReadFile(out_ + "/cameras.json"))["frames"][1];
+    EXPECT_EQ(frame["file_path"], "00001.png");
+    EXPECT_NEAR(frame["fl_x"].get<double>(), 40.0 * 20 / 24, 1e-9);
+    EXPECT_NEAR(frame["cx"].get<double>(), 12, 1e-9);
+  }
+  ExpectDone({"--path=orbit"}, "no photograph");
+  EXPECT_EQ(NamesIn(out_).size(), 181u);
+}
+
+TEST_F(Render, TheCamerasOfAPathAreAPath) {
+  ExpectDone({"--path=spiral", "--frames=4"}, "wrote 4 images");
+  const std::string cameras = folder_ / "path.json", again = folder_ / "again", through = folder_ / "through";
+  fs::copy_file(out_ + "/cameras.json", cameras);
+  ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + again, "--path=" + cameras}).status, 0);
+  for (const char* name : {"/00000.png", "/00003.png"}) EXPECT_TRUE(ReadFile(out_ + name) == ReadFile(again + name));
+  EXPECT_FALSE(ReadFile(out_ + "/00000.png") == ReadFile(out_ + "/00001.png"));
+  ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + through, "--path=" + cameras, "--frames=9"}).status, 0);
+  EXPECT_EQ(NamesIn(through).size(), 10u);
+  // What is read is not replaced.
+  const ProgramOutput output =
+      RunProgram({"render", ply_, scene_, "--out=" + out_, "--path=" + out_ + "/cameras.json"});
+  EXPECT_EQ(output.status, 1);
+  EXPECT_THAT(output.err, HasSubstr("it would replace " + out_ + "/cameras.json"));
+}
+
+// A scene far from the origin of its files is drawn about one of its own, and its cameras are in the world all the
+// same.
+TEST_F(Render, CamerasAreInTheWorld) {
+  constexpr double kFar = 1e5;
+  gs::ColmapModel model = TinyModel();
+  for (auto& image : model.images) {
+    const double turn = 2 * std::atan2(image.rotation[2], image.rotation[0]);
+    image.translation[0] -= std::cos(turn) * kFar, image.translation[2] += std::sin(turn) * kFar;
+  }
+  for (auto& point : model.points) point.position[0] += kFar;
+  WriteTinyScene(scene_, model);
+  gs::SplatModel wall = Wall();
+  wall.origin = {kFar, 0, 0};
+  gs::WriteSplatPly(ply_, wall);
+  ExpectDone({"--path=photographs", "--frames=2"}, "wrote 2 images");
+  const auto frame = nlohmann::json::parse(ReadFile(out_ + "/cameras.json"))["frames"][0];
+  EXPECT_NEAR(frame["transform_matrix"][0][3].get<double>(), kFar, 5);
+  const std::string again = folder_ / "again";
+  ASSERT_EQ(RunProgram({"render", ply_, scene_, "--out=" + again, "--path=" + out_ + "/cameras.json"}).status, 0);
+  const gs::Image one = gs::LoadImage(out_ + "/00001.png"), other = gs::LoadImage(again + "/00001.png");
+  EXPECT_LT(*std::min_element(one.rgb.begin(), one.rgb.end()), 0.4f) << "the wall is in sight";
+  for (std::size_t i = 0; i < one.rgb.size(); ++i) ASSERT_NEAR(one.rgb[i], other.rgb[i], 1.5 / 255);
+}
+
+TEST_F(Render, DepthIsLevelsOfAStatedUnit) {
+  ExpectDone({"--show=depth"}, "wrote 2 images");
+  EXPECT_THAT(NamesIn(out_),
+              UnorderedElementsAre("000.png", "000_preview.png", "008.png", "008_preview.png", "cameras.json"));
+  const double unit = nlohmann::json::parse(ReadFile(out_ + "/cameras.json"))["depth_unit"];
+  const gs::Image depth = gs::LoadImage(out_ + "/008.png");
+  // The wall is 4 before all cameras, turned by 0.18 for this one.
+  const double level = 65535 * static_cast<double>(depth.plane(0)[12 * kTinyWidth + 16]);
+  EXPECT_NEAR(unit * level, 4, 0.02);
+  EXPECT_THAT(ReadFile(out_ + "/008.png"), HasSubstr("units of the scene a level"));
+}
+
+TEST_F(Render, NormalsAreColours) {
+  ExpectDone({"--show=normals", "--path=photographs", "--frames=2"}, "wrote 2 images");
+  const gs::Image normals = gs::LoadImage(out_ + "/00001.png");
+  const std::size_t middle = 12 * kTinyWidth + 16;
+  EXPECT_GT(normals.plane(2)[middle], 0.95f) << "towards the camera";
+  EXPECT_NEAR(normals.plane(1)[middle], 0.5, 0.01);
+}
+
+// Decoded, its frames are the images: pixels of other frames, or of other colours, are farther off.
+TEST_F(Render, AFilmHasTheFrames) {
+  if (!HasFfmpeg()) GTEST_SKIP() << "no ffmpeg";
+  const std::string film = folder_ / "-a film's.mp4", raw = folder_ / "raw";
+  ExpectDone({"--path=orbit", "--frames=5", "--size=63x48", "--film=" + film, "--fps=7"}, " and " + film);
+  EXPECT_EQ(NamesIn(folder_.path().string()).size(), 4u) << "no temporary";
+  const std::string decode = "ffmpeg -v error -i \"file:" + film + "\" -f rawvideo -pix_fmt rgb24 -vf " +
+                             "scale=in_color_matrix=bt709 " + raw + " 2>&1";
+  ASSERT_EQ(std::system(decode.c_str()), 0);
+  const std::string bytes = ReadFile(raw);
+  ASSERT_EQ(bytes.size(), 5u * 3 * 64 * 48) << "five frames, with a column of black";
+  const gs::Image last = gs::LoadImage(out_ + "/00004.png");
+  double difference = 0;
+  for (std::size_t y = 0; y < 48; ++y) {
+    for (std::size_t x = 0; x < 63; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const auto value = static_cast<unsigned char>(bytes[3 * (64 * (4 * 48 + y) + x) + static_cast<std::size_t>(c)]);
+        difference += std::abs(value - 255.0 * static_cast<double>(last.plane(c)[y * 63 + x])) / (3 * 63 * 48);
+      }
+    }
+  }
+  EXPECT_LT(difference, 8);
+}
+
+TEST_F(Render, WithoutFfmpegThereIsNoFilm) {
+  const std::string film = folder_ / "a.mp4", programs = folder_ / "bin";
+  fs::create_directory(programs);
+  const PathIs only(programs);
+  ExpectRefused({"--path=orbit", "--film=" + film}, 1, "--film=" + film + ": there is no program ffmpeg; install it");
+  // One that fails at once: the reason is its own, and an older film stays.
+  std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\necho no such codec >&2\nexit 3\n";
+  fs::permissions(programs + "/ffmpeg", fs::perms::owner_all);
+  std::ofstream(film) << "old";
+  const ProgramOutput output = RunProgram(Words({"--path=orbit", "--film=" + film, "--frames=20"}));
+  EXPECT_EQ(output.status, 1);
+  EXPECT_EQ(output.err, "vesta: --film=" + film + ": ffmpeg failed: no such codec\n");
+  // One that fails when it has all frames, as for a full disk.
+  std::ofstream(programs + "/ffmpeg") << "#!/bin/sh\nwhile read -r line; do :; done\necho full >&2\nexit 1\n";
+  EXPECT_EQ(RunProgram(Words({"--path=orbit", "--film=" + film, "--frames=2"})).err,
+            "vesta: --film=" + film + ": ffmpeg failed: full\n");
+  EXPECT_EQ(ReadFile(film), "old");
+  EXPECT_THAT(NamesIn(folder_.path().string()), UnorderedElementsAre("scene", "wall.ply", "a.mp4", "bin", "out"));
+}
+
+TEST_F(Render, FlagsThatMakeNoPathAreRefused) {
+  constexpr int kFailed = 1, kUsage = 2;
+  ExpectRefused({"--path=round"}, kUsage, "--path=round: it must be orbit, spiral, photographs or FILE.json");
+  ExpectRefused({"--path="}, kUsage, "--path=: orbit|spiral|photographs|FILE.json is missing");
+  ExpectRefused({"--path=orbit", "--frames=0"}, kUsage, "--frames=0: it must be from 1 to 100000");
+  for (const char* size : {"0x5", "5", "axb", "5x", "1e9x4", "20000x4", "4x4x4", "-4x4", "nanxnan"}) {
+    ExpectRefused({"--path=orbit", "--size=" + std::string(size)}, kUsage, "it must be WxH, as in 1920x1080");
+  }
+  ExpectRefused({"--frames=5"}, kUsage, "--frames, --size and --film are of a --path");
+  ExpectRefused({"--film=a.mp4"}, kUsage, "are of a --path");
+  ExpectRefused({"--path=orbit", "--fps=10"}, kUsage, "--fps is of a --film");
+  ExpectRefused({"--path=orbit", "--film=a.mp4", "--fps=nan"}, kUsage, "--fps=nan: it must be from 0.1");
+  ExpectRefused({"--path=orbit", "--truth"}, kUsage, "--truth: photographs are of the test views alone");
+  ExpectRefused({"--show=depth", "--truth"}, kUsage, "--truth");
+  ExpectRefused({"--show=depths"}, kUsage, "--show=depths: it must be colour, depth or normals");
+  ExpectRefused({"--path=orbit", "--film=" + (folder_ / "a.avi")}, kFailed, "a.avi: films are .mp4");
+  ExpectRefused({"--path=" + (folder_ / "none.json")}, kFailed, "none.json: no such file");
+}
+
+TEST_F(Render, FilesThatMakeNoPathAreRefused) {
+  const std::string path = folder_ / "path.json";
+  const auto expect = [&](const nlohmann::json& frames, const std::vector<std::string>& flags,
+                          const std::string& part) {
+    std::ofstream(path, std::ios::trunc) << nlohmann::json{{"frames", frames}};
+    std::vector<std::string> words = flags;
+    words.push_back("--path=" + path);
+    ExpectRefused(words, 1, part);
+  };
+  const nlohmann::json identity = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+  nlohmann::json sheared = identity;
+  sheared[0][1] = 0.5;
+  expect(nlohmann::json::array(), {}, path + ": it has no frames");
+  expect({{{"transform_matrix", sheared}}}, {}, "transform_matrix is not a rotation");
+  expect({{{"transform_matrix", {{1, 2}}}}}, {}, "transform_matrix is not 4 x 4 finite numbers");
+  if (!HasFfmpeg()) return;
+  const nlohmann::json small = {{"transform_matrix", identity}, {"w", 8}, {"h", 8}, {"fl_x", 8}};
+  const std::string film = folder_ / "a.mp4";
+  expect({{{"transform_matrix", identity}}, small}, {"--film=" + film}, "images of different sizes; give --size=WxH");
+  EXPECT_FALSE(fs::exists(film));
+}
+
+TEST_F(Render, OutputsThatCannotBeAreRefused) {
+  ExpectRefused({"--path=orbit", "--film=" + scene_ + "/a.mp4"}, 1, "is a folder of the scene");
+  if (!HasFfmpeg()) GTEST_SKIP() << "no ffmpeg";
+  ExpectRefused({"--path=orbit", "--film=" + (folder_ / "none/a.mp4")}, 1, "none/a.mp4: cannot be written");
+  fs::create_directory(folder_ / "is.mp4");
+  ExpectRefused({"--path=orbit", "--film=" + (folder_ / "is.mp4")}, 1, "is.mp4 is a folder");
+}
+
+}  // namespace
+}  // namespace vesta::test
