@@ -1,5 +1,5 @@
 // What no photograph tells: where the whole of cameras and splat lies, how it is turned, how large it is, and how
-// bright all photographs are; and what a splat tells wrongly.
+// bright all photographs are.
 #pragma once
 
 #include <vector>
@@ -16,11 +16,5 @@ namespace vesta::gs {
 // undetermined (one view, or all centres in one place: the scale) it is not touched.
 void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
 void RemoveCommonExposure(std::vector<ViewUnknowns>* found);
-
-// Takes out the mean turn of all views in their own axes, about their centres. Photographs tell of it, but a splat
-// tells it wrongly, and steadily: it lies where a Gaussian's mean is seen, while in perspective its nearer half is the
-// larger one. Where all cameras look down at a ground they would all tilt by and by, and the scene with them
-// (docs/results, cameras-in-training). Errors of cameras that are independent have a mean that is small.
-void RemoveCommonTurn(std::vector<ViewUnknowns>* found);
 
 }  // namespace vesta::gs

@@ -165,7 +165,6 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
 void StageCameras::FixGauge(const FreeUnknowns& free) {
   std::vector<ViewUnknowns> found = session_.cameras().found();
   if (free.pose) RemoveCommonMotion(session_.cameras().given(), depth_, &found);
-  if (free.pose) RemoveCommonTurn(&found);
   if (free.color) RemoveCommonExposure(&found);
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
 }

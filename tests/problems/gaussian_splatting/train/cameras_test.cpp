@@ -23,11 +23,8 @@ class CamerasFoundAlong : public testing::Test {
  protected:
   void SetUp() override {
     given_ = truth_;
-    std::vector<ViewUnknowns> off(truth_.views.size());
-    for (std::size_t v = 0; v < off.size(); ++v) off[v].motion = test::RandomMotion(0.5, 0.015, v);
-    RemoveCommonTurn(&off);  // which is not looked for
     for (std::size_t v = 0; v < given_.views.size(); ++v) {
-      given_.views[v] = test::PerturbedView(truth_.views[v], off[v].motion);
+      given_.views[v] = test::PerturbedView(truth_.views[v], test::RandomMotion(0.5, 0.015, v));
       given_.views[v].role = truth_.views[v].role;
     }
   }
