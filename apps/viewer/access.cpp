@@ -1,10 +1,12 @@
 #include "apps/viewer/access.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <sys/random.h>
 
 #include <array>
 #include <cctype>
+#include <cstdint>
 
 #include "kernels/core/check.h"
 
@@ -47,7 +49,10 @@ bool IsToken(std::string_view given, std::string_view token) {
 }
 
 bool IsLoopback(std::string_view address) {
-  return address == "::1" || address.starts_with("127.") || IsEqualIgnoringCase(address, "localhost");
+  in_addr ip{};
+  const bool is_ip = ::inet_pton(AF_INET, std::string(address).c_str(), &ip) == 1;
+  constexpr std::uint32_t kNetwork = 127;
+  return address == "::1" || IsEqualIgnoringCase(address, "localhost") || (is_ip && ntohl(ip.s_addr) >> 24 == kNetwork);
 }
 
 bool IsOwnPage(std::string_view address, std::string_view host, std::string_view origin) {

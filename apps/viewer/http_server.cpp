@@ -17,8 +17,8 @@
 namespace vesta::app {
 namespace {
 
-constexpr int kThreads = 16;              // two pages have six connections each
-constexpr int kMostConnections = 48;      // beyond, files of the program itself could not be opened any more
+// Each has a thread. Two pages have six each; beyond these, files of the program itself could not be opened any more.
+constexpr int kMostConnections = 48;
 constexpr int kMostOnConnection = 10000;  // requests
 
 // httplib ignores SIGPIPE, of which the program has its own idea. (The stream asks for none.)
@@ -36,7 +36,7 @@ class KeepSigpipe {
 // Whether this thread, which accepts connections, is to close the one at hand.
 thread_local bool t_refuses = false;
 
-// Connections wait for a thread, but not many: the others are closed at once.
+// Connections for which there is no thread are closed at once.
 class Workers : public httplib::TaskQueue {
  public:
   void enqueue(std::function<void()> connection) override {
@@ -55,7 +55,7 @@ class Workers : public httplib::TaskQueue {
   void shutdown() override { pool_.shutdown(); }
 
  private:
-  httplib::ThreadPool pool_{kThreads};
+  httplib::ThreadPool pool_{kMostConnections};
   std::atomic<int> open_{0};
 };
 
@@ -73,13 +73,15 @@ class BoundedServer : public httplib::Server {
     bool goes_on = !t_refuses;
     for (int count = 1; goes_on && stream.WaitForRequest(); ++count) {
       const bool is_last = count == kMostOnConnection;
-      bool has_body = false, is_closed = false;
-      // No request needs a body. One that has it is answered, and what follows on the connection is not read.
+      bool is_sound = false, has_body = false, is_closed = false;
+      // No request needs a body. One that has it is answered, and what follows on the connection is not read; nor is it
+      // after what is no request.
       const auto look = [&](httplib::Request& request) {
+        is_sound = true;
         const std::string length = request.get_header_value("Content-Length");
         has_body = request.has_header("Transfer-Encoding") || (!length.empty() && length != "0");
       };
-      goes_on = process_request(stream, is_last, is_closed, look) && !is_last && !is_closed && !has_body;
+      goes_on = process_request(stream, is_last, is_closed, look) && is_sound && !is_last && !is_closed && !has_body;
     }
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
