@@ -31,6 +31,7 @@ GivenFlag SplitFlag(const std::string& word) {
 // Either a flag of the program's own or that of an option; neither where there is none of that name.
 struct FlagFound {
   const schema::Field<Flags>* own = nullptr;
+  const char* if_bare = nullptr;  // FlagRow::if_bare
   const Option* option = nullptr;
   const schema::FieldInfo* info() const {
     return own ? static_cast<const schema::FieldInfo*>(own) : static_cast<const schema::FieldInfo*>(option);
@@ -40,7 +41,8 @@ struct FlagFound {
 FlagFound FindFlag(const std::string& name, const CommandInfo& command) {
   for (const auto* rows : {&ProgramFlags().before_options, &ProgramFlags().after_options}) {
     for (const FlagRow& row : *rows) {
-      if ((row.commands & command.command) && row.field.name == name) return {.own = &row.field};
+      if ((row.commands & command.command) && row.field.name == name)
+        return {.own = &row.field, .if_bare = row.if_bare};
     }
   }
   for (const Option& option : gs::TrainFields()) {
@@ -119,6 +121,7 @@ void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLin
   const FlagFound found = FindGiven(*line->command, &flag);
   if (!found.info()) RefuseFlag(flag, *line->command);
   if (!flag.value && found.info()->kind == schema::Kind::kSwitch) flag.value = "true";
+  if (!flag.value && found.if_bare) flag.value = found.if_bare;
   const std::string given = "--" + flag.name;
   if (!flag.value) {
     if (*at + 1 == words.size()) {
@@ -138,8 +141,9 @@ void TakeFlag(const std::vector<std::string>& words, std::size_t* at, CommandLin
 void CheckArguments(const CommandLine& line) {
   const CommandInfo& command = *line.command;
   const std::string form = UsageForm(command);
-  if (line.arguments.size() > command.arguments.size() && !command.repeats) {
-    throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[command.arguments.size()], form));
+  const std::size_t most = command.arguments.size() + (command.optional ? 1 : 0);
+  if (line.arguments.size() > most && !command.repeats) {
+    throw UsageError(fmt::format("{}: too much; the form is `{}`", line.arguments[most], form));
   }
   // A checkpoint knows its scene and its folder.
   if (!line.flags.resume.empty()) return;

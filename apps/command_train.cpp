@@ -8,6 +8,7 @@
 #include "apps/process.h"
 #include "apps/scene_flags.h"
 #include "apps/train_and_write.h"
+#include "apps/viewer_flags.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
 
@@ -30,6 +31,7 @@ ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options
 int RunTrain(const CommandLine& given) {
   CommandLine line = given;
   Flags& flags = line.flags;
+  if (!flags.view.empty()) PlaceOfTrainingsView(flags);  // refused before anything is read
   std::optional<gs::Checkpoint> checkpoint;
   std::optional<Origin> origin;
   if (!flags.resume.empty()) {

@@ -15,6 +15,7 @@ int RunPrune(const CommandLine& line);
 int RunEval(const CommandLine& line);
 int RunRender(const CommandLine& line);
 int RunConvert(const CommandLine& line);
+int RunView(const CommandLine& line);
 int RunDoctor(const CommandLine& line);
 int RunReport(const CommandLine& line);
 int RunConfig(const CommandLine& line);

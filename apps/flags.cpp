@@ -34,6 +34,7 @@ const std::vector<CommandInfo>& Commands() {
       {kPrune, "prune", {"SPLAT", "SCENE"}, "take out of a splat what its scene does not need", "DIR"},
       {kEval, "eval", {"SPLAT", "SCENE"}, "measure a splat on the training and test views"},
       {kRender, "render", {"SPLAT", "SCENE"}, "write images of the test views, or along a path, as a film too", "DIR"},
+      {kView, "view", {"SPLAT"}, "walk through a splat, or a checkpoint, in the browser", nullptr, false, "SCENE"},
       {kConvert, "convert", {"SPLAT"}, "write a splat in another format, cropped or clean of floaters", "FILE"},
       {kDoctor, "doctor", {"SCENE"}, "say what a scene is, what is odd about it, and what it will take"},
       {kReport, "report", {"DIR"}, "show trainings that are over as one HTML page", nullptr, true},
@@ -53,13 +54,14 @@ std::string UsageForm(const CommandInfo& command) {
   std::string form = fmt::format("vesta {}", command.name);
   for (const char* argument : command.arguments) form += fmt::format(" {}", argument);
   if (command.repeats) form += "...";
+  if (command.optional) form += fmt::format(" [{}]", command.optional);
   return command.output ? form + " --out=" + command.output : form;
 }
 
 const FlagTable& ProgramFlags() {
   using O = Flags;
   constexpr unsigned kRefines = kRefine | kPrune, kTrains = kTrain | kRefines, kOptions = kTrains | kConfig,
-                     kViews = kEval | kRender;
+                     kViews = kEval | kRender | kView;
   constexpr schema::Range kCount{0, 1e9};
   static const FlagTable flags = {
       {
@@ -172,6 +174,16 @@ const FlagTable& ProgramFlags() {
             "robust loss of each reprojection error, by its name in Ceres"}},
           {kBundleAdjust,
            {"loss_scale", &O::loss_scale, {1e-6, 1e9}, "pixels from which an error counts less under --loss"}},
+          {kTrain,
+           {"view", &O::view, schema::Words{"PORT"},
+            "show the training in a browser, where it can be paused and stopped; alone: on a free port"},
+           kTrain,
+           kAnyPort},
+          {kView, {"port", &O::port, {1, 65535}, "port of the page; auto: the first free one from 7007 on"}},
+          {kView | kTrain,
+           {"bind", &O::bind, schema::Words{"ADDRESS"},
+            "address of this machine on which the page is served; 0.0.0.0: all, for whoever has the link"},
+           kTrain},
           {kTrains | kBundleAdjust | kDoctor,
            {"device", &O::device, kDevices, "where to compute; auto: train and refine on a GPU where there is one"}},
           {kTrains | kViews | kConvert | kBundleAdjust | kReport | kDoctor,

@@ -29,7 +29,8 @@ enum Command : unsigned {
   kPrune = 64,
   kConvert = 128,
   kReport = 256,
-  kDoctor = 512
+  kDoctor = 512,
+  kView = 1024
 };
 
 struct CommandInfo {
@@ -37,8 +38,9 @@ struct CommandInfo {
   const char* name;
   std::vector<const char*> arguments;  // positional, all required
   const char* summary;
-  const char* output = nullptr;  // what --out names, where the command needs it
-  bool repeats = false;          // the last argument may be given more than once
+  const char* output = nullptr;    // what --out names, where the command needs it
+  bool repeats = false;            // the last argument may be given more than once
+  const char* optional = nullptr;  // an argument after the others, which may be left out
 };
 const std::vector<CommandInfo>& Commands();
 // Null where there is none of that name.
@@ -55,6 +57,7 @@ enum class Show { kColor, kDepth, kNormals };
 enum class Device { kAuto, kCpu, kCuda };
 
 inline constexpr const char* kDefaultPreset = "balanced";
+inline constexpr const char* kAnyPort = "auto";
 
 // What the flags say; of those not given, what is here.
 struct Flags {
@@ -87,6 +90,9 @@ struct Flags {
   Align align = Align::kNone;
   Device device = Device::kAuto;
   int threads = 0;
+  std::string view;                // of a training, the port of its page, or "auto"; empty: there is none
+  std::string bind = "127.0.0.1";  // where a viewer listens
+  std::optional<int> port;         // none: a free one
   bool quiet = false;
   bool log_lm = false;
   // Of bundle_adjust.
@@ -99,7 +105,8 @@ struct Flags {
 struct FlagRow {
   unsigned commands;  // those that take it
   schema::Field<Flags> field;
-  unsigned rare_for = 0;  // of those the commands whose help lists it with --all alone
+  unsigned rare_for = 0;          // of those the commands whose help lists it with --all alone
+  const char* if_bare = nullptr;  // its value where none is given; null: then one must follow
 };
 // In the order of the help, which has the options of training between the two.
 struct FlagTable {

@@ -26,7 +26,8 @@ std::string Overview() {
   text +=
       "\nSCENE is a folder: a COLMAP model (images/ and sparse/0/) or a NeRF one (transforms.json).\n"
       "Every 8th image by name, from the first on, is kept for testing.\n"
-      "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic).\n"
+      "SPLAT is a .ply in the INRIA layout, a .compressed.ply (SuperSplat) or a .spz (Niantic);\n"
+      "view takes a checkpoint of a training (DIR/checkpoint.vesta) too.\n"
       "FILE is a bundle adjustment in the text form of \"Bundle adjustment in the large\".\n"
       "With --quiet, what writes files prints nothing but errors.\n";
   return text;
@@ -83,6 +84,7 @@ std::string HelpOf(const CommandInfo& command, bool all) {
         "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html (--noreport: without the last). Ctrl-C ends\n"
         "training after the current iteration and writes what there is (exit status 130).\n";
   }
+  if (command.command == kTrain) text += "--view shows it in a browser while it runs.\n";
   if (command.command & (kRefine | kPrune)) {
     text += fmt::format(
         "The SH degree{} of SPLAT stay{}. Give --background where it was trained over another\n"

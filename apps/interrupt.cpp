@@ -4,19 +4,18 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <string_view>
 
 namespace vesta::app {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+std::string_view told_of_interrupt;  // set before the handler is
 
 // Only what a signal handler may do: no allocation, no stdio.
 void Note(int signal) {
   interrupted = 1;
   if (signal != SIGINT) return;
-  constexpr std::string_view kText = "\nstopping after this iteration; once more: at once, and nothing is written\n";
-  if (write(STDERR_FILENO, kText.data(), kText.size()) < 0) return;  // nobody to tell
+  if (write(STDERR_FILENO, told_of_interrupt.data(), told_of_interrupt.size()) < 0) return;  // nobody to tell
 }
 
 // Nobody reads what is printed any more: the rest of it goes nowhere, the results are still to be written.
@@ -41,7 +40,8 @@ bool IsIgnored(int signal) {
 
 }  // namespace
 
-void CatchInterrupts() {
+void CatchInterrupts(std::string_view told) {
+  told_of_interrupt = told;
   const int once = static_cast<int>(SA_RESETHAND);
   Catch(SIGINT, Note, once);
   Catch(SIGTERM, Note, once);

@@ -1,5 +1,5 @@
-// The `vesta` program: train | refine | prune | eval | render | convert | doctor | report | config | bundle_adjust |
-// help. `vesta help` says more.
+// The `vesta` program: train | refine | prune | eval | render | view | convert | doctor | report | config |
+// bundle_adjust | help. `vesta help` says more.
 #include <glog/logging.h>
 
 #include <cstdio>
@@ -40,6 +40,8 @@ int Run(int argc, char** argv) {
       return RunRender(line);
     case kConvert:
       return RunConvert(line);
+    case kView:
+      return RunView(line);
     case kDoctor:
       return RunDoctor(line);
     case kReport:

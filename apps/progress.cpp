@@ -60,27 +60,16 @@ bool ProgressLine::IsDue(const gs::TrainProgress& p) const {
   return since >= kLogInterval || twentieth(p.iteration) > twentieth(printed_.iteration);
 }
 
-double ProgressLine::SecondsLeft(const gs::TrainProgress& p) const {
-  const int done = p.iteration - start_iteration_;
-  if (done == 0) return NAN;
-  return (p.seconds - start_seconds_) / done * (p.iterations - p.iteration);
-}
-
 void ProgressLine::Update(const gs::TrainProgress& p) {
   const bool is_new_stage = !started_ || p.stage != printed_.stage;
-  if (is_new_stage) {
-    Finish();
-    // The second stage begins where the first one's last line was; how long the first one's first iteration took is
-    // not known.
-    start_iteration_ = started_ ? 0 : p.iteration;
-    start_seconds_ = started_ ? printed_.seconds : p.seconds;
-    started_ = true;
-  }
+  const double seconds_left = time_left_.Observe(p);
+  if (is_new_stage) Finish();
+  started_ = true;
   if (!is_new_stage && !IsDue(p)) return;
   if (is_terminal_) {
-    PrintText(out_, fmt::format("\r{}\033[K", CutToTerminal(FormatBar(p, SecondsLeft(p)), out_)));
+    PrintText(out_, fmt::format("\r{}\033[K", CutToTerminal(FormatBar(p, seconds_left), out_)));
   } else {
-    PrintText(out_, FormatLine(p, SecondsLeft(p)) + "\n");
+    PrintText(out_, FormatLine(p, seconds_left) + "\n");
   }
   std::fflush(out_);
   line_open_ = is_terminal_;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "apps/time_left.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
@@ -20,14 +21,12 @@ class ProgressLine {
 
  private:
   bool IsDue(const gs::TrainProgress& progress) const;
-  double SecondsLeft(const gs::TrainProgress& progress) const;
 
   std::FILE* out_;
   bool is_terminal_;
   bool line_open_ = false;
   bool started_ = false;
-  int start_iteration_ = 0;  // of the stage, as far as it was seen
-  double start_seconds_ = 0;
+  TimeLeft time_left_;
   gs::TrainProgress printed_;  // latest
 };
 

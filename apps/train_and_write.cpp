@@ -5,17 +5,21 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 
 #include "apps/checkpointing.h"
 #include "apps/commands.h"
 #include "apps/doubts.h"
 #include "apps/interrupt.h"
 #include "apps/metrics_json.h"
+#include "apps/posed_model.h"
 #include "apps/print.h"
 #include "apps/process.h"
 #include "apps/progress.h"
 #include "apps/report/write_report.h"
 #include "apps/training_results.h"
+#include "apps/viewer/training_view.h"
+#include "apps/viewer_flags.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
@@ -76,16 +80,27 @@ void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
 // What --checkpoint_every and --snapshot_every ask for.
 void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const OutputFolder& out, gs::TrainCallbacks* callbacks) {
   callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
-  if (!callbacks->checkpoint.every.never()) callbacks->checkpoint.path = CheckpointFile(out.path());
+  if (!callbacks->checkpoint.every.never() || !flags.view.empty()) {
+    callbacks->checkpoint.path = CheckpointFile(out.path());
+  }
   callbacks->snapshot_every = ParseInterval("snapshot_every", flags.snapshot_every);
   if (callbacks->snapshot_every.never()) return;
   callbacks->snapshot = [&scene, &out](gs::Stage stage, int iteration, const splat::Model<float>& model) {
-    gs::SplatModel copy;
-    static_cast<splat::ModelLayout&>(copy) = model;
-    copy.data.assign(model.x, model.x + model.Size());
+    gs::SplatModel copy = gs::CopyOf(model);
     gs::MoveToWorld(scene, &copy);
     gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
   };
+}
+
+// Serves the page of --view, if it is asked for, from here on.
+std::unique_ptr<TrainingView> ShowOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
+                                           gs::TrainCallbacks* callbacks) {
+  if (flags.view.empty()) return nullptr;
+  auto view = std::make_unique<TrainingView>(PlaceOfTrainingsView(flags), scene, ToFloat(options.background));
+  view->monitor().Follow(callbacks);
+  Print("shown at {}\n", view->link());
+  std::fflush(stdout);
+  return view;
 }
 
 // A model as its file has it.
@@ -162,7 +177,7 @@ void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) 
   file("point_cloud.ply"), file("metrics.json");
   files->WritesInto(Given("out", out), out + "/" + kCameraFolder);
   if (flags.report) file("report.html");
-  if (!flags.checkpoint_every.empty()) files->Writes(Given("out", out), CheckpointFile(out));
+  if (!flags.checkpoint_every.empty() || !flags.view.empty()) files->Writes(Given("out", out), CheckpointFile(out));
 }
 
 int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Scene& scene,
@@ -183,6 +198,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
     if (scene.origin == std::array<double, 3>{}) return results.SaveModel(model);
     results.SaveModel(InWorld(scene, model));
   };
+  const std::unique_ptr<TrainingView> view = ShowOnTheWay(flags, scene, settings.options, &callbacks);
   gs::TrainResult result;
   try {
     result = run(callbacks);
@@ -192,6 +208,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
     Fail("{}; Adam's result is in {}", error.what(), results.model_path());
   }
   progress.Finish();
+  if (view) view->monitor().End();
   if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
 
   const std::string cameras = SaveCameras(scene, result, *out);

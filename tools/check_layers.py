@@ -53,6 +53,7 @@ ALLOWED = {
     **SPLAT_ROOMS,
     "problems/pose_graph": ["solver", "kernels/math", "kernels/core"],
     "apps": ["problems", "solver", "kernels"],
+    "apps/viewer": ["apps", "problems", "solver", "kernels"],
     "bench": ["apps", "problems", "solver", "kernels"],
     "tests": ["bench", "apps", "problems", "solver", "kernels"],
 }
@@ -64,7 +65,8 @@ EXTERNAL = {
     "glog/": ["apps", "solver/ceres"],
     "gflags/": ["apps"],
     "tbb/": ["kernels/core"],
-    "thread": ["kernels/core"],
+    "thread": ["kernels/core", "apps/viewer"],
+    "httplib.h": ["apps/viewer"],
     "future": ["kernels/core"],
     "execution": [],
     "jpeglib.h": [SPLATS + "io"],

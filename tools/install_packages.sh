@@ -8,7 +8,7 @@ packages="
   g++ cmake ninja-build python3
   libtbb-dev libxsimd-dev libfmt-dev nlohmann-json3-dev libnanoflann-dev
   libjpeg-dev libpng-dev zlib1g-dev
-  libgflags-dev libgoogle-glog-dev
+  libgflags-dev libgoogle-glog-dev libcpp-httplib-dev pkg-config
   libceres-dev libeigen3-dev libgtest-dev libgmock-dev"
 
 for group in "$@"; do

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "apps/report/heat_color.h"
 #include "kernels/core/check.h"
 
 namespace vesta::app {
@@ -28,24 +29,6 @@ void ForEachDifference(const gs::Image& render, const gs::Image& truth, const Ta
   }
 }
 
-// Of matplotlib's inferno, which the page's scale shows too.
-constexpr std::array<std::array<float, 3>, 6> kColors = {{{0.000f, 0.000f, 0.016f},
-                                                          {0.259f, 0.039f, 0.408f},
-                                                          {0.576f, 0.149f, 0.404f},
-                                                          {0.867f, 0.318f, 0.227f},
-                                                          {0.988f, 0.647f, 0.039f},
-                                                          {0.988f, 1.000f, 0.643f}}};
-
-// of: 0..1.
-std::array<float, 3> ColorOf(float of) {
-  const float at = of * static_cast<float>(kColors.size() - 1);
-  const std::size_t below = std::min(static_cast<std::size_t>(at), kColors.size() - 2);
-  const float part = at - static_cast<float>(below);
-  std::array<float, 3> color;
-  for (std::size_t c = 0; c < 3; ++c) color[c] = (1 - part) * kColors[below][c] + part * kColors[below + 1][c];
-  return color;
-}
-
 }  // namespace
 
 gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth) {
@@ -53,7 +36,7 @@ gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth) {
   constexpr auto kBrightest = static_cast<float>(3 * kLevels * kBrightestError);
   ForEachDifference(render, truth, [&](std::size_t pixel, const std::array<int, 3>& difference) {
     const int sum = std::abs(difference[0]) + std::abs(difference[1]) + std::abs(difference[2]);
-    const std::array<float, 3> color = ColorOf(std::min(static_cast<float>(sum) / kBrightest, 1.0f));
+    const std::array<float, 3> color = HeatColor(std::min(static_cast<float>(sum) / kBrightest, 1.0f));
     for (int c = 0; c < 3; ++c) map.plane(c)[pixel] = color[static_cast<std::size_t>(c)];
   });
   return map;

@@ -22,4 +22,11 @@ splat::Model<float> ToKernelModel(const SplatModel& model) {
   return {model.data.data(), model.layout(), model.sh_degree};
 }
 
+SplatModel CopyOf(const splat::Model<float>& model) {
+  SplatModel copy;
+  static_cast<splat::ModelLayout&>(copy) = model;
+  copy.data.assign(model.x, model.x + model.Size());
+  return copy;
+}
+
 }  // namespace vesta::gs

@@ -15,5 +15,7 @@ double NearPlane(const Scene& scene);
 // The kernels' form of a view and of a model.
 splat::PosedCamera ToPosedCamera(const View& view, double near);
 splat::Model<float> ToKernelModel(const SplatModel& model);
+// A copy of a model in the memory of the host: its Gaussians alone.
+SplatModel CopyOf(const splat::Model<float>& model);
 
 }  // namespace vesta::gs

@@ -333,9 +333,11 @@ class AdamStage {
     session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_last) PredictWhereDue(degree);
-    if (!is_end) {
-      session_.SaveWhereDue(Stage::kAdam, it, [&](ArchiveWriter& archive) { archive(*state_); });
-    }
+    const auto save = [&](ArchiveWriter& archive) { archive(*state_); };
+    if (!is_end) session_.SaveWhereDue(Stage::kAdam, it, save);
+    if (!is_last)
+      session_.AttendToWatch(
+          Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); }, save);
     if (is_end) Finish();
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
 #include <string_view>
 
 #include "kernels/core/atomic_file.h"
@@ -70,6 +71,12 @@ void WriteCheckpoint(const std::string& path, RunState& run, const std::function
   stage_state(archive);
   file.Write(BytesOf(checksum));
   file.Commit();
+}
+
+bool IsCheckpoint(const std::string& path) {
+  std::string begin(kMagic.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  return file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == kMagic;
 }
 
 Checkpoint ReadCheckpoint(const std::string& path) {

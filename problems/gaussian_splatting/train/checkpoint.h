@@ -46,6 +46,9 @@ std::uint64_t FingerprintOf(const Scene& scene);
 // on as it comes. Throws Error, one line naming the path.
 void WriteCheckpoint(const std::string& path, RunState& run, const std::function<void(ArchiveWriter&)>& stage_state);
 
+// Whether the file begins as one; false, too, where it cannot be read.
+bool IsCheckpoint(const std::string& path);
+
 // Throws Error, one line that names the file, where it is missing, no checkpoint, of another version, cut short or
 // damaged.
 Checkpoint ReadCheckpoint(const std::string& path);

@@ -79,7 +79,10 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageS
                     fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
                                 row.pcg_iterations, row.accepted ? "" : " rejected")});
     session.SnapshotWhereDue(Stage::kLm, first + row.iteration, best.on_host);
-    if (!stepper.done()) session.SaveWhereDue(Stage::kLm, first + row.iteration, save);
+    if (!stepper.done()) {
+      session.SaveWhereDue(Stage::kLm, first + row.iteration, save);
+      session.AttendToWatch(Stage::kLm, first + row.iteration, best.on_host, save);
+    }
     latest = session.TotalSeconds() - begin;
   }
   if (session.stopped() && !stepper.done()) {

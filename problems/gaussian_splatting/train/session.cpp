@@ -17,20 +17,28 @@ bool TrainingSession::Timer::IsDue(const Interval& interval, Stage stage, int it
   return by_iterations || by_time;
 }
 
-void TrainingSession::NoteError(const char* what, const std::function<void()>& write) {
+std::string TrainingSession::NoteError(const char* what, const std::function<void()>& write) {
   try {
     write();
   } catch (const Error& error) {
     // What has been trained so far is not lost for want of a file.
     const std::string line = fmt::format("{}: {}", what, error.what());
     if (notes_.empty() || notes_.back() != line) Note(line);
+    return line;
   }
+  return "";
 }
 
 void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state) {
   if (!saves()) return;
   const CheckpointOptions& options = callbacks_.checkpoint;
-  if (!checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds()) && !stopped_) return;
+  const bool is_due = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
+  const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
+  if (is_due || is_asked || (stopped_ && !options.every.never())) Save(stage, iteration, state);
+}
+
+void TrainingSession::Save(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state) {
+  const CheckpointOptions& options = callbacks_.checkpoint;
   RunState run{.origin = options.origin,
                .stage = stage,
                .iteration = iteration,
@@ -40,7 +48,23 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
                .history = history_,
                .notes = notes_,
                .cameras = cameras_.found()};
-  NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
+  const std::string error = NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
+  if (callbacks_.watch.saved) callbacks_.watch.saved(iteration, error);
+}
+
+void TrainingSession::AttendToWatch(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host,
+                                    const std::function<void(ArchiveWriter&)>& state) {
+  const TrainWatch& watch = callbacks_.watch;
+  for (;;) {
+    if (watch.wants_model && watch.wants_model()) watch.show(on_host());
+    bool waits = false;
+    if (watch.waits) {
+      const TrainingClock::Absence absence(clock_);
+      waits = watch.waits();
+    }
+    if (!waits) return;
+    if (saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, state);
+  }
 }
 
 void TrainingSession::SnapshotWhereDue(Stage stage, int iteration,

@@ -34,6 +34,18 @@ class TrainingClock {
     TrainingClock& clock_;
     double begin_;
   };
+  // Time that is none of the run's.
+  class Absence {
+   public:
+    explicit Absence(TrainingClock& clock) : clock_(clock), begin_(Now()) {}
+    ~Absence() { clock_.start_ += Now() - begin_; }
+    Absence(const Absence&) = delete;
+    Absence& operator=(const Absence&) = delete;
+
+   private:
+    TrainingClock& clock_;
+    double begin_;
+  };
 
  private:
   static double Now() {
@@ -103,11 +115,18 @@ class TrainingSession {
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);
   }
-  // Whether the state is saved at times, and when the training is stopped.
-  bool saves() const { return !callbacks_.checkpoint.path.empty() && !callbacks_.checkpoint.every.never(); }
-  // After each iteration: saves the state of the stage where that is due, or the training stops; state: writes it. An
+  // Whether the state may be saved after an iteration.
+  bool saves() const {
+    const CheckpointOptions& options = callbacks_.checkpoint;
+    return !options.path.empty() && (!options.every.never() || callbacks_.watch.wants_checkpoint);
+  }
+  // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
+  // saves at intervals stops; state: writes it. An
   // older checkpoint stays until the new one is complete, and where that cannot be written.
   void SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state);
+  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does.
+  void AttendToWatch(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host,
+                     const std::function<void(ArchiveWriter&)>& state);
   // Hands out the model on the way, where that is due. on_host: gives it.
   void SnapshotWhereDue(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host);
   // The stage that a resumed training was in; Adam's where nothing is resumed.
@@ -173,8 +192,9 @@ class TrainingSession {
    private:
     double last_seconds_ = 0;
   };
-  // Writes what is written on the way; where that fails it says so in a note.
-  void NoteError(const char* what, const std::function<void()>& write);
+  void Save(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state);
+  // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
+  std::string NoteError(const char* what, const std::function<void()>& write);
   // Throws Error where the checkpoint is of another scene.
   void Resume(const Checkpoint& checkpoint);
 

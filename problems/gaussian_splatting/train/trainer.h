@@ -47,6 +47,20 @@ struct Prediction {
   double gaussians = 0;
 };
 
+// Who watches a training and holds it. All are called at the end of iterations that others follow, by the thread that
+// trains; each may be empty.
+struct TrainWatch {
+  // Whether to be shown the model now, which on a GPU is downloaded for it.
+  std::function<bool()> wants_model;
+  std::function<void(const splat::Model<float>&)> show;
+  // Whether the state is to be saved now, to CheckpointOptions::path, and what became of it: why not, else empty.
+  std::function<bool()> wants_checkpoint;
+  std::function<void(int iteration, const std::string& error)> saved;
+  // Whether the training is paused: then it may take its time, which no clock of the training counts, and is asked
+  // again, after all the others.
+  std::function<bool()> waits;
+};
+
 struct TrainCallbacks {
   std::function<void(const TrainProgress&)> progress;
   // A second after the start, and when it is seen how the Gaussians grow.
@@ -59,6 +73,7 @@ struct TrainCallbacks {
   Interval snapshot_every;
   std::function<void(Stage, int iteration, const splat::Model<float>&)> snapshot;
   CheckpointOptions checkpoint;
+  TrainWatch watch;
   // With Adam's result, before LM begins. LM is left out where it throws Error, for the reason that it gives.
   std::function<void(const SplatModel&)> before_lm;
   // To go on from; null: from the start. Must outlive the training.

@@ -1,0 +1,54 @@
+#include "apps/viewer/frame_renderer.h"
+
+#include <algorithm>
+
+#include "apps/report/error_map.h"
+#include "apps/report/heat_color.h"
+#include "kernels/gaussian_splatting/types.h"
+#include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
+namespace vesta::app {
+
+std::string FrameRenderer::Jpeg(const gs::SplatModel& model, const FrameRequest& request) {
+  constexpr int kQuality = 85;
+  gs::Image picture;
+  {
+    const std::lock_guard lock(mutex_);
+    picture = Picture(model, request);
+  }
+  return gs::EncodeJpeg(picture, kQuality);
+}
+
+gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest& request) {
+  const gs::Camera& camera = request.view.camera;
+  gs::Image truth;
+  if (request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference) {
+    truth = gs::ResizeArea(scene_.views[*request.photo].image, camera.width, camera.height);
+  }
+  if (request.kind == FrameKind::kTruth) return truth;
+  splats_.Build(gs::ToKernelModel(model), gs::ToPosedCamera(request.view, gs::NearPlane(scene_)), background_.data(),
+                workspace_);
+  if (request.kind == FrameKind::kCount) return CountImage();
+  gs::Image image(camera.width, camera.height);
+  splats_.Render(image.rgb.data());
+  return request.kind == FrameKind::kDifference ? ErrorMap(image, truth) : image;
+}
+
+gs::Image FrameRenderer::CountImage() const {
+  const splat::TileLists<float> lists = splats_.Lists();
+  gs::Image image(lists.width, lists.height);
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const int tile = y / splat::kTileSize * lists.tiles_x + x / splat::kTileSize;
+      const auto count = static_cast<float>(lists.tile_begin[tile + 1] - lists.tile_begin[tile]);
+      const std::array<float, 3> color = HeatColor(std::min(count / kManySplats, 1.0f));
+      const std::size_t pixel =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
+      for (int c = 0; c < 3; ++c) image.plane(c)[pixel] = color[static_cast<std::size_t>(c)];
+    }
+  }
+  return image;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,30 @@
+// What a page asks a picture of.
+#pragma once
+
+#include <optional>
+
+#include "apps/viewer/http_server.h"
+#include "problems/gaussian_splatting/model/scene.h"
+
+namespace vesta::app {
+
+enum class FrameKind { kRender, kTruth, kDifference, kCount };
+
+struct FrameRequest {
+  FrameKind kind = FrameKind::kRender;
+  gs::View view;                     // camera and pose; no image
+  std::optional<std::size_t> photo;  // whose camera that is, of the scene's views
+};
+
+// From numbers as text:
+//   kind           render, truth (the photograph), difference of both, or count (of splats)
+//   width, height  pixels of the picture, 16 to 4096 each
+//   photo          number of the scene's view whose camera it is, or
+//   position       x,y,z of the camera, in the scene's frame
+//   rotation       w,x,y,z, camera to world; of any length but zero; axes x right, y down, z forward
+//   focal          of the lens, in heights of the picture, 0.05 to 50
+// Throws Error, one line naming what is missing or wrong. Truth and difference need a photo, whose pixels they have at
+// most.
+FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene);
+
+}  // namespace vesta::app

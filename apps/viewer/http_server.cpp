@@ -1,0 +1,223 @@
+#include "apps/viewer/http_server.h"
+
+#include <fmt/format.h>
+#include <httplib.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <thread>
+
+#include "apps/viewer/access.h"
+#include "apps/viewer/bounded_stream.h"
+#include "kernels/core/check.h"
+
+namespace vesta::app {
+namespace {
+
+// Each has a thread. Two pages have six each; beyond these, files of the program itself could not be opened any more.
+constexpr int kMostConnections = 48;
+constexpr int kMostOnConnection = 10000;  // requests
+
+// httplib ignores SIGPIPE, of which the program has its own idea. (The stream asks for none.)
+class KeepSigpipe {
+ public:
+  KeepSigpipe() { sigaction(SIGPIPE, nullptr, &before_); }
+  ~KeepSigpipe() { sigaction(SIGPIPE, &before_, nullptr); }
+  KeepSigpipe(const KeepSigpipe&) = delete;
+  KeepSigpipe& operator=(const KeepSigpipe&) = delete;
+
+ private:
+  struct sigaction before_ = {};
+};
+
+// Whether this thread, which accepts connections, is to close the one at hand.
+thread_local bool t_refuses = false;
+
+// Connections for which there is no thread are closed at once.
+class Workers : public httplib::TaskQueue {
+ public:
+  void enqueue(std::function<void()> connection) override {
+    if (open_ >= kMostConnections) {
+      t_refuses = true;
+      connection();
+      t_refuses = false;
+      return;
+    }
+    ++open_;
+    pool_.enqueue([this, connection = std::move(connection)] {
+      connection();
+      --open_;
+    });
+  }
+  void shutdown() override { pool_.shutdown(); }
+
+ private:
+  httplib::ThreadPool pool_{kMostConnections};
+  std::atomic<int> open_{0};
+};
+
+// httplib's server on bounded streams.
+class BoundedServer : public httplib::Server {
+ public:
+  void Stop() {
+    stopping_ = true;
+    stop();
+  }
+
+ private:
+  bool process_and_close_socket(socket_t socket) override {
+    BoundedStream stream(socket, stopping_);
+    bool goes_on = !t_refuses;
+    for (int count = 1; goes_on && stream.WaitForRequest(); ++count) {
+      const bool is_last = count == kMostOnConnection;
+      bool is_sound = false, has_body = false, is_closed = false;
+      // No request needs a body. One that has it is answered, and what follows on the connection is not read; nor is it
+      // after what is no request.
+      const auto look = [&](httplib::Request& request) {
+        is_sound = true;
+        const std::string length = request.get_header_value("Content-Length");
+        has_body = request.has_header("Transfer-Encoding") || (!length.empty() && length != "0");
+      };
+      goes_on = process_request(stream, is_last, is_closed, look) && is_sound && !is_last && !is_closed && !has_body;
+    }
+    ::shutdown(socket, SHUT_RDWR);
+    ::close(socket);
+    return true;
+  }
+
+  std::atomic<bool> stopping_{false};
+};
+
+// Headers of every reply: what the page is made of comes from here alone, no other page may show or read it, and the
+// link's token is told to nobody.
+const httplib::Headers& SafeHeaders() {
+  static const httplib::Headers headers = {
+      {"Content-Security-Policy",
+       "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; base-uri 'none'; "
+       "form-action 'none'; frame-ancestors 'none'"},
+      {"X-Content-Type-Options", "nosniff"},
+      {"X-Frame-Options", "DENY"},
+      {"Referrer-Policy", "no-referrer"},
+      {"Cross-Origin-Resource-Policy", "same-origin"},
+      {"Cross-Origin-Opener-Policy", "same-origin"},
+      {"Cache-Control", "no-store"},
+  };
+  return headers;
+}
+
+}  // namespace
+
+class HttpServer::Impl {
+ public:
+  Impl(const std::string& address, int port, std::vector<HttpRoute> routes)
+      : address_(address), token_(MakeToken()), routes_(std::move(routes)) {
+    const KeepSigpipe keep;
+    server_ = std::make_unique<BoundedServer>();
+    server_->new_task_queue = [] { return new Workers; };
+    server_->set_tcp_nodelay(true);
+    server_->set_keep_alive_max_count(kMostOnConnection);  // which the replies tell
+    server_->set_keep_alive_timeout(BoundedStream::kMostIdle.count());
+    // A port is one program's: httplib would share it.
+    server_->set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    });
+    server_->set_default_headers(SafeHeaders());
+    server_->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+      const HttpReply reply = Answer(request);
+      response.status = reply.status;
+      for (const auto& [name, value] : reply.headers) response.set_header(name, value);
+      response.set_content(reply.body, reply.type);
+      return httplib::Server::HandlerResponse::Handled;
+    });
+    Bind(port);
+    thread_ = std::thread([this] { server_->listen_after_bind(); });
+    while (!server_->is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  ~Impl() {
+    server_->Stop();
+    thread_.join();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  int port() const { return port_; }
+  const std::string& token() const { return token_; }
+  std::string link() const {
+    const bool is_any = address_ == "0.0.0.0" || address_ == "::";
+    const std::string host = is_any                                    ? HostName()
+                             : address_.find(':') == std::string::npos ? address_
+                                                                       : "[" + address_ + "]";
+    return fmt::format("http://{}:{}/?token={}", host, port_, token_);
+  }
+
+ private:
+  static std::string HostName() {
+    char name[256] = {};
+    return ::gethostname(name, sizeof(name) - 1) == 0 ? name : "localhost";
+  }
+
+  void Bind(int port) {
+    const int first = port > 0 ? port : kFirstPort, count = port > 0 ? 1 : kPortsToTry;
+    for (port_ = first; port_ < first + count; ++port_) {
+      if (server_->bind_to_port(address_, port_)) return;
+    }
+    const std::string ports = count > 1
+                                  ? fmt::format("none of its ports from {} to {} is free", first, first + count - 1)
+                                  : fmt::format("its port {} is not free", first);
+    Fail("--bind={}: no address of this machine, or {}; give another", address_, ports);
+  }
+
+  HttpReply Answer(const httplib::Request& request) const {
+    if (!IsOwnPage(address_, request.get_header_value("Host"), request.get_header_value("Origin"))) {
+      return {403, "text/plain", "not from the viewer's own page\n"};
+    }
+    if (!request.ranges.empty()) return {400, "text/plain", "no ranges\n"};
+    const auto is_asked = [&](const HttpRoute& route) { return route.path == request.path; };
+    const auto at_path = std::ranges::find_if(routes_, is_asked);
+    if (at_path == routes_.end()) return {404, "text/plain", "no such page\n"};
+    const HttpRoute& route = *at_path;
+    if (route.method != request.method) return {405, "text/plain", "another method\n"};
+    if (!IsAllowed(route, request)) {
+      return {403, "text/plain", "the token is missing or wrong: open the link that vesta has printed\n"};
+    }
+    try {
+      return route.reply(HttpQuery(request.params.begin(), request.params.end()));
+    } catch (const Error& error) {
+      return {400, "text/plain; charset=utf-8", fmt::format("{}\n", error.what())};
+    } catch (const std::exception& error) {
+      return {500, "text/plain; charset=utf-8", fmt::format("{}\n", error.what())};
+    }
+  }
+
+  bool IsAllowed(const HttpRoute& route, const httplib::Request& request) const {
+    switch (route.guard) {
+      case HttpRoute::Guard::kNone:
+        return true;
+      case HttpRoute::Guard::kLink:
+        return IsToken(request.get_param_value("token"), token_);
+      case HttpRoute::Guard::kToken:
+        return IsToken(request.get_header_value("X-Vesta-Token"), token_);
+    }
+    return false;
+  }
+
+  std::string address_, token_;
+  std::vector<HttpRoute> routes_;
+  int port_ = 0;
+  std::unique_ptr<BoundedServer> server_;
+  std::thread thread_;
+};
+
+HttpServer::HttpServer(const std::string& address, int port, std::vector<HttpRoute> routes)
+    : impl_(std::make_unique<Impl>(address, port, std::move(routes))) {}
+HttpServer::~HttpServer() = default;
+
+int HttpServer::port() const { return impl_->port(); }
+const std::string& HttpServer::token() const { return impl_->token(); }
+std::string HttpServer::link() const { return impl_->link(); }
+
+}  // namespace vesta::app

@@ -1,0 +1,45 @@
+// The model that pages see, handed from the thread that has it to those that draw it.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "problems/gaussian_splatting/model/splat_model.h"
+
+namespace vesta::app {
+
+class ShownModel {
+ public:
+  struct Shown {
+    std::shared_ptr<const gs::SplatModel> model;  // null: none yet
+    int version = 0;                              // counts those that were put
+  };
+
+  void Put(std::shared_ptr<const gs::SplatModel> model) {
+    const std::lock_guard lock(mutex_);
+    shown_.model.swap(model);  // the old one is freed without the lock
+    ++shown_.version;
+  }
+  // For who looks at it, which is noted.
+  Shown Look() {
+    looked_at_ = Clock::now().time_since_epoch().count();
+    const std::lock_guard lock(mutex_);
+    return shown_;
+  }
+  // Whether somebody looked in so many of the last seconds.
+  bool is_looked_at(std::chrono::duration<double> within) const {
+    const Clock::time_point then{Clock::duration(looked_at_.load())};
+    return then != Clock::time_point() && Clock::now() - then < within;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::mutex mutex_;
+  Shown shown_;
+  std::atomic<Clock::rep> looked_at_{0};
+};
+
+}  // namespace vesta::app

@@ -1,0 +1,80 @@
+#include "apps/viewer/viewer.h"
+
+#include <fmt/format.h>
+
+#include "apps/viewer/page.h"
+#include "apps/viewer/scene_json.h"
+
+namespace vesta::app {
+namespace {
+
+constexpr const char* kJson = "application/json";
+
+HttpReply NoModelYet() { return {503, "text/plain", "there is no model yet\n"}; }
+
+}  // namespace
+
+Viewer::Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background,
+               ShownModel& model, TrainingMonitor* training)
+    : scene_(scene),
+      model_(model),
+      training_(training),
+      renderer_(scene, background),
+      server_(place.address, place.port, Routes()) {}
+
+std::vector<HttpRoute> Viewer::Routes() {
+  using Guard = HttpRoute::Guard;
+  std::vector<HttpRoute> routes = {
+      {"GET", "/", Guard::kLink,
+       [](const HttpQuery&) {
+         return HttpReply{200, "text/html; charset=utf-8", std::string(ViewerPage())};
+       }},
+      {"GET", "/page.css", Guard::kNone,
+       [](const HttpQuery&) {
+         return HttpReply{200, "text/css; charset=utf-8", std::string(ViewerStyle())};
+       }},
+      {"GET", "/page.js", Guard::kNone,
+       [](const HttpQuery&) {
+         return HttpReply{200, "text/javascript; charset=utf-8", ViewerScript()};
+       }},
+      {"GET", "/scene", Guard::kToken, [this](const HttpQuery&) { return Scene(); }},
+      {"GET", "/frame", Guard::kToken, [this](const HttpQuery& query) { return Frame(query); }},
+      {"GET", "/state", Guard::kToken, [this](const HttpQuery&) { return State(); }},
+  };
+  if (!training_) return routes;
+  routes.push_back(Command("/pause", &TrainingMonitor::Pause));
+  routes.push_back(Command("/resume", &TrainingMonitor::Resume));
+  routes.push_back(Command("/checkpoint", &TrainingMonitor::SaveCheckpoint));
+  routes.push_back(Command("/stop", &TrainingMonitor::Stop));
+  return routes;
+}
+
+HttpRoute Viewer::Command(const char* path, void (TrainingMonitor::*command)()) {
+  return {"POST", path, HttpRoute::Guard::kToken, [this, command](const HttpQuery&) {
+            (training_->*command)();
+            return HttpReply{.body = "so be it\n"};
+          }};
+}
+
+HttpReply Viewer::State() {
+  const ShownModel::Shown shown = model_.Look();
+  const Index gaussians = training_ ? training_->gaussians() : shown.model ? shown.model->count : 0;
+  return {200, kJson,
+          fmt::format(R"({{"version": {}, "gaussians": {}, "training": {}}})", shown.version, gaussians,
+                      training_ ? training_->StateJson() : "null")};
+}
+
+HttpReply Viewer::Scene() {
+  const ShownModel::Shown shown = model_.Look();
+  return shown.model ? HttpReply{200, kJson, SceneJson(scene_, *shown.model)} : NoModelYet();
+}
+
+HttpReply Viewer::Frame(const HttpQuery& query) {
+  const FrameRequest request = ParseFrameRequest(query, scene_);
+  const ShownModel::Shown shown = model_.Look();
+  if (!shown.model) return NoModelYet();
+  return {
+      200, "image/jpeg", renderer_.Jpeg(*shown.model, request), {{"X-Vesta-Version", std::to_string(shown.version)}}};
+}
+
+}  // namespace vesta::app

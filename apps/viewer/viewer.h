@@ -1,0 +1,46 @@
+// A splat in the browser: a page, and what it asks for.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "apps/viewer/frame_renderer.h"
+#include "apps/viewer/http_server.h"
+#include "apps/viewer/shown_model.h"
+#include "apps/viewer/training_monitor.h"
+#include "problems/gaussian_splatting/model/scene.h"
+
+namespace vesta::app {
+
+// Where it listens (--bind, --port).
+struct ViewerPlace {
+  std::string address = "127.0.0.1";
+  int port = 0;  // 0: a free one
+};
+
+class Viewer {
+ public:
+  // The scene (without views where there are none), the model that is shown, and the training, if it is that of one,
+  // must outlive it. background: behind all Gaussians, 0..1. Throws Error where the place cannot be bound.
+  Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background, ShownModel& model,
+         TrainingMonitor* training = nullptr);
+
+  // To be opened in a browser.
+  std::string link() const { return server_.link(); }
+
+ private:
+  std::vector<HttpRoute> Routes();
+  HttpRoute Command(const char* path, void (TrainingMonitor::*command)());
+  HttpReply State();
+  HttpReply Scene();
+  HttpReply Frame(const HttpQuery& query);
+
+  const gs::Scene& scene_;
+  ShownModel& model_;
+  TrainingMonitor* training_;
+  FrameRenderer renderer_;
+  HttpServer server_;  // last: it answers from the first moment to its end
+};
+
+}  // namespace vesta::app

@@ -1,0 +1,55 @@
+// Pictures of a training are drawn by other threads while it goes on, and change nothing of it.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "apps/viewer/frame_renderer.h"
+#include "apps/viewer/training_monitor.h"
+#include "kernels/core/parallel.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::app {
+namespace {
+
+TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
+  gs::Scene scene = gs::test::RingOfCameras(12, 40, 30, true);
+  gs::test::RenderTruth(gs::test::RandomModel(60, 1, 7), 0.05, &scene);
+  gs::TrainOptions options;
+  options.adam.iterations = 120;
+  options.lm.iterations = 2;
+  const int before = NumThreads();
+  SetNumThreads(2);
+  const gs::TrainResult alone = gs::Train(scene, options, 0, {});
+
+  ShownModel shown;
+  TrainingMonitor monitor(shown);
+  FrameRenderer renderer(scene, {0, 0, 0});
+  std::atomic<bool> is_over{false};
+  std::atomic<int> drawn{0};
+  const auto look = [&] {
+    const FrameRequest request =
+        ParseFrameRequest({{"kind", "difference"}, {"photo", "1"}, {"width", "40"}, {"height", "30"}}, scene);
+    while (!is_over) {
+      const ShownModel::Shown now = shown.Look();
+      if (now.model && !renderer.Jpeg(*now.model, request).empty()) ++drawn;
+      EXPECT_FALSE(monitor.StateJson().empty());
+    }
+  };
+  gs::TrainCallbacks callbacks;
+  monitor.Follow(&callbacks);
+  // However fast the training is, there is a picture of it.
+  callbacks.watch.wants_model = [] { return true; };
+  const auto waits = callbacks.watch.waits;
+  callbacks.watch.waits = [&] { return waits() || drawn == 0; };
+  std::thread first(look), second(look);
+  const gs::TrainResult watched = gs::Train(scene, options, 0, callbacks);
+  is_over = true;
+  first.join(), second.join();
+  SetNumThreads(before);
+  EXPECT_GT(drawn, 0);
+  EXPECT_EQ(watched.model.data, alone.model.data);
+}
+
+}  // namespace
+}  // namespace vesta::app

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""The viewer in Chromium: the page loads, a drag changes the picture, photographs and their difference are shown, two
+pages look at once, and a training is paused, saved and stopped from its page. No page complains or asks elsewhere.
+Skipped (77) where there is no Chromium.
+
+  viewer_in_browser_test.py VESTA DEMO_SCENE     the two programs
+"""
+import contextlib
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+
+from chromium import Browser, find_browser
+
+PICTURE = "by('picture').toDataURL()"
+IS_STILL = "still && !isDrawing && drawn.frames > 0"
+
+
+@contextlib.contextmanager
+def serving(*command):
+    """(link, process) of a program that serves a page; it must end well."""
+    process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True)
+    try:
+        line = next((line for line in process.stdout if "http://" in line), None)
+        assert line, "no link was printed"
+        yield line.split()[-1], process
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+        process.communicate(timeout=60)
+
+
+def check_quiet(page, link):
+    lines, asked = page.troubles()
+    assert not lines, lines
+    assert asked and all(address.startswith(link.split("?")[0]) for address in asked), asked
+
+
+def choose(page, kind):
+    """Picks what is shown; returns the picture."""
+    before = page.get("drawn.frames")
+    page.get(f"document.querySelector('[name=kind][value={kind}]').click()")
+    page.wait(f"drawn.frames > {before} && {IS_STILL}")
+    return page.get(PICTURE)
+
+
+def look_at_splat(browser, link):
+    first, second = browser.open(link), browser.open(link)
+    for page in (first, second):
+        page.front()
+        page.wait(IS_STILL)
+    first.front()
+    pictures = [first.get(PICTURE)]
+    for kind in ("truth", "difference", "count", "render"):
+        pictures.append(choose(first, kind))
+    assert pictures[0] == pictures[-1] and len(set(pictures)) == 4, "each kind has a picture of its own"
+    before = first.get("drawn.frames")
+    first.drag((300, 300), (360, 320))
+    first.wait(f"drawn.frames > {before} && {IS_STILL}")
+    assert first.get(PICTURE) != pictures[0], "a drag changes the picture"
+    assert first.get("photo === null")
+    first.get("by('next').click()")
+    first.wait(f"photo === 0 && {IS_STILL}")
+    second.front()
+    assert second.get("photo") == 0 and second.get("drawn.frames") > 0
+    for page in (first, second):
+        check_quiet(page, link)
+    stranger = browser.open(link.split("?")[0] + "?token=0")
+    stranger.wait("document.body.textContent.includes('the token is missing or wrong')")
+
+
+def hold_training(browser, link, process, out):
+    page = browser.open(link)
+    page.wait(f"training.iteration > 20 && {IS_STILL}")
+    page.get("by('pause').click()")
+    page.wait("training.status === 'paused'")
+    page.get("follow()")
+    iteration = page.get("training.iteration")
+    page.get("by('checkpoint').click()")
+    page.wait("training.message.includes('saved')")
+    assert page.get("training.iteration") == iteration, "paused"
+    assert (out / "checkpoint.vesta").exists()
+    page.get("by('pause').click()")
+    page.wait(f"training.iteration > {iteration} && training.status === 'running'")
+    check_quiet(page, link)
+    page.get("by('stop').click()")
+    assert process.wait(60) == 0
+    assert (out / "point_cloud.ply").exists()
+
+
+def main():
+    browser_program = find_browser()
+    if browser_program is None:
+        print("skipped: no Chromium on this machine")
+        return 77
+    vesta, demo_scene = sys.argv[1:3]
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        scene, out = folder / "scene", folder / "out"
+        subprocess.run([demo_scene, "--out", str(scene)], check=True, stdout=subprocess.DEVNULL)
+        train = (vesta, "train", scene, "--out", out, "--iterations=100000", "--downscale=2", "--set=adam.evaluations=2")
+        with Browser(browser_program, folder) as browser:
+            with serving(*train, "--view") as (link, process):
+                hold_training(browser, link, process, out)
+            for splat in ("point_cloud.ply", "checkpoint.vesta"):
+                with serving(vesta, "view", out / splat, scene, "--downscale=2") as (link, process):
+                    look_at_splat(browser, link)
+                assert process.returncode == 0, "Ctrl-C is how it ends"
+    print("pages load, move, and hold a training")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

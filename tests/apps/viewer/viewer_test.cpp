@@ -1,0 +1,172 @@
+// A viewer as its page asks it.
+#include "apps/viewer/viewer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/viewer/training_view.h"
+#include "problems/gaussian_splatting/io/image_codecs.h"
+#include "tests/apps/viewer/http_get.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::app {
+namespace {
+
+using nlohmann::json;
+using test::Ask;
+using test::Request;
+using testing::HasSubstr;
+
+// "http://127.0.0.1:PORT/?token=TOKEN"
+struct Link {
+  explicit Link(const std::string& link)
+      : port(std::stoi(link.substr(link.rfind(':') + 1))), token(link.substr(link.rfind('=') + 1)) {}
+  int port;
+  std::string token;
+};
+
+class ViewerTest : public testing::Test {
+ protected:
+  ViewerTest() {
+    for (gs::View& view : scene_.views) view.camera.lens.cx = 20, view.camera.lens.cy = 15;  // as a free camera's
+    gs::test::RenderTruth(model_, 0, &scene_);
+    shown_.Put(std::make_shared<const gs::SplatModel>(model_));
+  }
+  test::Reply Get(const std::string& target) const {
+    const Link link(viewer_.link());
+    return Ask(link.port, Request("GET", target, link.token));
+  }
+  gs::Image Picture(const std::string& query) const {
+    const test::Reply reply = Get("/frame?width=40&height=30&" + query);
+    EXPECT_EQ(reply.status, 200) << reply.body;
+    return gs::DecodeJpeg("frame", reply.body, false);
+  }
+
+  gs::SplatModel model_ = gs::test::RandomModel(60, 1, 7);
+  gs::Scene scene_ = gs::test::RingOfCameras(9, 40, 30, true);
+  ShownModel shown_;
+  Viewer viewer_{{}, scene_, {0, 0, 0}, shown_};
+};
+
+double MeanDifference(const gs::Image& a, const gs::Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); ++i)
+    sum += std::abs(static_cast<double>(a.rgb[i]) - static_cast<double>(b.rgb[i]));
+  return sum / static_cast<double>(a.rgb.size());
+}
+
+TEST_F(ViewerTest, ThePageIsForWhoHasTheLink) {
+  const Link link(viewer_.link());
+  const test::Reply page = Ask(link.port, Request("GET", "/?token=" + link.token, ""));
+  EXPECT_EQ(page.status, 200);
+  EXPECT_THAT(page.body, HasSubstr("<!DOCTYPE html>"));
+  EXPECT_THAT(page.headers, HasSubstr("Content-Security-Policy: default-src 'none'"));
+  EXPECT_EQ(Ask(link.port, Request("GET", "/", "")).status, 403);
+  EXPECT_EQ(Ask(link.port, Request("GET", "/?token=", "")).status, 403);
+  EXPECT_EQ(Ask(link.port, Request("GET", "/page.js", "")).status, 200);
+  for (const char* target : {"/state", "/scene", "/frame?kind=render&width=40&height=30&photo=0"}) {
+    EXPECT_EQ(Ask(link.port, Request("GET", target, "")).status, 403) << target;
+    EXPECT_EQ(Ask(link.port, Request("GET", target, std::string(32, '0'))).status, 403) << target;
+    // The link's way of the token is that of the page alone: forms of foreign pages can do as much.
+    const std::string linked =
+        std::string(target) + (std::string(target).find('?') < 99 ? "&" : "?") + "token=" + link.token;
+    EXPECT_EQ(Ask(link.port, Request("GET", linked, "")).status, 403) << linked;
+    EXPECT_EQ(Get(target).status, 200) << target;
+    EXPECT_EQ(Ask(link.port, Request("GET", target, link.token, "Origin: http://evil.example\r\n")).status, 403);
+  }
+  EXPECT_EQ(Get("/nothing").status, 404);
+  EXPECT_EQ(Ask(link.port, Request("POST", "/state", link.token)).status, 405);
+  EXPECT_EQ(Ask(link.port, Request("POST", "/stop", link.token)).status, 404) << "there is no training";
+}
+
+TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
+  const gs::Image truth = Picture("kind=truth&photo=1"), render = Picture("kind=render&photo=1");
+  EXPECT_LT(MeanDifference(truth, scene_.views[1].image), 0.02) << "but for the JPEG";
+  EXPECT_LT(MeanDifference(render, truth), 0.01) << "the model is the truth";
+  EXPECT_GT(MeanDifference(render, Picture("kind=render&photo=4")), 0.02);
+  const gs::Image none(40, 30);
+  EXPECT_LT(MeanDifference(Picture("kind=difference&photo=1"), none), 0.02);
+  EXPECT_GT(MeanDifference(Picture("kind=count&photo=1"), none), 0.02);
+
+  // The same camera by its numbers.
+  const json view = json::parse(Get("/scene").body)["views"][1];
+  const auto numbers = [](const json& list) {
+    std::string text;
+    for (const json& x : list) text += (text.empty() ? "" : ",") + x.dump();
+    return text;
+  };
+  const std::string free = "kind=render&position=" + numbers(view["position"]) +
+                           "&rotation=" + numbers(view["rotation"]) + "&focal=" + view["focal"].dump();
+  EXPECT_LT(MeanDifference(Picture(free), render), 0.01);
+  EXPECT_EQ(Get("/frame?kind=render&width=40&height=30").status, 400);
+}
+
+TEST_F(ViewerTest, ShowsTheNewestModel) {
+  EXPECT_EQ(json::parse(Get("/state").body), json::parse(R"({"version": 1, "gaussians": 60, "training": null})"));
+  const gs::Image before = Picture("kind=render&photo=1");
+  shown_.Put(std::make_shared<const gs::SplatModel>(gs::test::RandomModel(30, 1, 8)));
+  EXPECT_EQ(json::parse(Get("/state").body)["version"], 2);
+  EXPECT_GT(MeanDifference(Picture("kind=render&photo=1"), before), 0.02);
+}
+
+TEST_F(ViewerTest, APortIsOneProgramsAlone) {
+  const Link link(viewer_.link());
+  EXPECT_THROW(Viewer({"127.0.0.1", link.port}, scene_, {0, 0, 0}, shown_), Error);
+  const Viewer second({}, scene_, {0, 0, 0}, shown_);
+  EXPECT_NE(Link(second.link()).port, link.port);
+  EXPECT_NE(Link(second.link()).token, link.token);
+}
+
+// Its page steers a training.
+TEST(TrainingViewTest, CommandsAndState) {
+  gs::Scene scene = gs::test::RingOfCameras(12, 40, 30, true);
+  gs::test::RenderTruth(gs::test::RandomModel(60, 1, 7), 0.05, &scene);
+  TrainingView view({}, scene, {0, 0, 0});
+  const Link link(view.link());
+  const auto state = [&] { return json::parse(Ask(link.port, Request("GET", "/state", link.token)).body); };
+  const auto command = [&](const std::string& name) {
+    EXPECT_EQ(Ask(link.port, Request("POST", "/" + name, "")).status, 403) << name;
+    EXPECT_EQ(Ask(link.port, Request("GET", "/" + name, link.token)).status, 405) << name;
+    return Ask(link.port, Request("POST", "/" + name, link.token)).status;
+  };
+  gs::TrainCallbacks callbacks;
+  std::vector<std::string> seen;
+  // On the training's own thread the order is certain.
+  callbacks.progress = [&](const gs::TrainProgress& p) {
+    if (p.iteration == 10) {
+      EXPECT_EQ(command("pause"), 200);
+      EXPECT_EQ(state()["training"]["status"], "paused");
+      EXPECT_EQ(command("resume"), 200);
+      EXPECT_EQ(state()["training"]["status"], "running");
+      EXPECT_EQ(command("checkpoint"), 200);
+    }
+    if (p.iteration == 11) {
+      EXPECT_EQ(state()["training"]["iteration"], 10);
+    }
+    if (p.iteration == 12) {
+      const json now = state();
+      EXPECT_GE(now["version"], 1) << "somebody looks";
+      EXPECT_THAT(now["training"]["message"], HasSubstr("no such folder")) << now;
+      EXPECT_EQ(now["training"]["costs"].size(), 11u);
+      EXPECT_EQ(command("stop"), 200);
+      EXPECT_EQ(state()["training"]["status"], "stopping");
+    }
+  };
+  callbacks.checkpoint.path = "no such folder/checkpoint";
+  view.monitor().Follow(&callbacks);
+  gs::TrainOptions options;
+  options.adam.iterations = 1000;
+  const gs::TrainResult result = gs::Train(scene, options, 0, callbacks);
+  EXPECT_TRUE(result.stopped);
+  view.monitor().End();
+  const json now = state();
+  EXPECT_EQ(now["training"]["status"], "over");
+  EXPECT_EQ(now["training"]["iteration"], 13);
+  EXPECT_EQ(now["training"]["train_psnr"].size(), result.history.size());
+}
+
+}  // namespace
+}  // namespace vesta::app

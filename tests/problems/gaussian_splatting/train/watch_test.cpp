@@ -1,0 +1,138 @@
+// Who watches a training, and holds it, changes nothing of what comes out of it.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/train/checkpoint_model.h"
+#include "problems/gaussian_splatting/train/session.h"
+#include "problems/gaussian_splatting/train/trainer.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+class Watch : public testing::Test {
+ protected:
+  static TrainOptions Options() {
+    TrainOptions options = test::ShortTraining(60, 3);
+    options.lm.min_gain = 0;
+    options.density.opacity_reset_every = 0.4;
+    return options;
+  }
+  // Asks for a checkpoint and the model after so many iterations of the stage, and waits there a few times.
+  TrainCallbacks AsksAt(Stage stage, int iteration) {
+    TrainCallbacks callbacks;
+    callbacks.checkpoint.path = path_;
+    callbacks.checkpoint.origin = "of a test";
+    callbacks.progress = [=, this](const TrainProgress& p) {
+      is_there_ = p.stage == stage && p.iteration == iteration;
+      if (is_there_) wanted_ = true, waits_ = 3;
+    };
+    callbacks.watch.wants_model = [this] { return is_there_; };
+    callbacks.watch.show = [this](const splat::Model<float>& model) { shown_.push_back(CopyOf(model)); };
+    callbacks.watch.wants_checkpoint = [this] { return std::exchange(wanted_, false); };
+    callbacks.watch.saved = [this](int at, const std::string& error) { saved_.emplace_back(at, error); };
+    callbacks.watch.waits = [this] { return is_there_ && waits_-- > 0; };
+    return callbacks;
+  }
+
+  Scene scene_ = test::TrainingScene();
+  TempFolder folder_;
+  std::string path_ = folder_ / "checkpoint";
+  bool is_there_ = false, wanted_ = false;
+  int waits_ = 0;
+  std::vector<SplatModel> shown_;
+  std::vector<std::pair<int, std::string>> saved_;
+};
+
+TEST_F(Watch, ChangesNoBitAndSavesWhatGoesOnToTheSameBits) {
+  const TrainOptions options = Options();
+  const TrainResult alone = Train(scene_, options, 0, {});
+  for (const auto& [stage, iteration] : {std::pair(Stage::kAdam, 40), std::pair(Stage::kLm, 2)}) {
+    shown_.clear(), saved_.clear();
+    const TrainResult watched = Train(scene_, options, 0, AsksAt(stage, iteration));
+    EXPECT_EQ(watched.model.data, alone.model.data);
+    ASSERT_EQ(shown_.size(), 4u) << "once, and after each time that it waits";
+    ASSERT_EQ(saved_.size(), 1u);
+    EXPECT_EQ(saved_[0], std::pair(iteration, std::string()));
+
+    const Checkpoint checkpoint = ReadCheckpoint(path_);
+    EXPECT_EQ(checkpoint.run.stage, stage);
+    EXPECT_EQ(ModelOfCheckpoint(checkpoint, options).data, shown_[0].data);
+    TrainCallbacks goes_on;
+    goes_on.resume = &checkpoint;
+    EXPECT_EQ(Train(scene_, options, 0, goes_on).model.data, alone.model.data);
+  }
+}
+
+// At the iteration at which a training stops that saves at no intervals.
+TEST_F(Watch, SavesWhereTheTrainingStops) {
+  const TrainOptions options = Options();
+  const TrainResult alone = Train(scene_, options, 0, {});
+  constexpr int kStop = 40;
+  TrainCallbacks callbacks = AsksAt(Stage::kAdam, 1000);
+  int done = 0;
+  callbacks.stop = [&] { return ++done >= kStop; };
+  callbacks.watch.wants_checkpoint = [&] { return done == kStop; };
+  EXPECT_TRUE(Train(scene_, options, 0, callbacks).stopped);
+  ASSERT_EQ(saved_.size(), 1u);
+  EXPECT_EQ(saved_[0].first, kStop);
+  const Checkpoint checkpoint = ReadCheckpoint(path_);
+  TrainCallbacks goes_on;
+  goes_on.resume = &checkpoint;
+  EXPECT_EQ(Train(scene_, options, 0, goes_on).model.data, alone.model.data);
+}
+
+TEST_F(Watch, SavesNothingUnasked) {
+  TrainCallbacks callbacks = AsksAt(Stage::kAdam, 1000);
+  int left = 30;
+  callbacks.stop = [&] { return --left == 0; };
+  EXPECT_TRUE(Train(scene_, Options(), 0, callbacks).stopped);
+  EXPECT_TRUE(saved_.empty());
+  EXPECT_TRUE(shown_.empty());
+  EXPECT_NE(::access(path_.c_str(), F_OK), 0);
+}
+
+TEST_F(Watch, TellsWhyNothingIsSaved) {
+  path_ = folder_ / "no such folder/checkpoint";
+  const TrainResult result = Train(scene_, Options(), 0, AsksAt(Stage::kAdam, 10));
+  ASSERT_EQ(saved_.size(), 1u);
+  EXPECT_NE(saved_[0].second.find("no such folder"), std::string::npos) << saved_[0].second;
+  EXPECT_FALSE(result.stopped) << "the training goes on";
+}
+
+TEST_F(Watch, PauseIsNoTimeOfTheTraining) {
+  TrainCallbacks callbacks;
+  int waits = 4;
+  callbacks.watch.waits = [&] {
+    ::usleep(100000);
+    return --waits > 0;
+  };
+  TrainOptions options;
+  options.time_limit = 1000;
+  TrainingSession session(scene_, options, 5, callbacks);
+  const double before = session.TotalSeconds();
+  session.AttendToWatch(Stage::kAdam, 1, {}, {});
+  EXPECT_EQ(waits, 0);
+  EXPECT_LT(session.TotalSeconds() - before, 0.4);
+  EXPECT_EQ(session.EvalSeconds(), 0);
+}
+
+// Of another training than the options say, and damaged.
+TEST_F(Watch, ShowsNoModelOfABrokenState) {
+  Train(scene_, Options(), 0, AsksAt(Stage::kAdam, 40));
+  Checkpoint checkpoint = ReadCheckpoint(path_);
+  EXPECT_TRUE(IsCheckpoint(path_));
+  EXPECT_FALSE(IsCheckpoint(folder_ / "none"));
+  checkpoint.stage_state.resize(checkpoint.stage_state.size() / 2);
+  const std::string error = ErrorOf([&] { ModelOfCheckpoint(checkpoint, Options()); });
+  EXPECT_NE(error.find(path_ + ": holds no state"), std::string::npos) << error;
+}
+
+}  // namespace
+}  // namespace vesta::gs
