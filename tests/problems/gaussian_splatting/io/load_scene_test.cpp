@@ -52,6 +52,23 @@ TEST_F(LoadSceneTest, LoadsAllPixels) {
   EXPECT_EQ(scene.points.size(), 4);
 }
 
+// In folders within folders, of any kind, whatever the names end in.
+TEST_F(LoadSceneTest, PhotographsOfEveryKindInNestedFolders) {
+  const std::vector<std::uint8_t> bytes(60 * 40 * 3, 51);
+  const std::string files[] = {EncodePng({60, 40, 2, 8, false, bytes}), EncodeWebp(60, 40, 3, bytes),
+                               EncodeTiff({.width = 60, .height = 40, .bytes = bytes})};
+  for (std::size_t i = 0; i < 3; ++i) {
+    model_.images[i].name = fmt::format("day 1/left/{}.JPG", i);
+    WriteBytes(folder_ / ("images/" + model_.images[i].name), files[i]);
+  }
+  WriteModel();
+  const Scene scene = LoadScene(folder_.path());
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(scene.views[i].name, model_.images[i].name);
+    EXPECT_EQ(scene.views[i].image.rgb, std::vector<float>(60 * 40 * 3, 0.2f));
+  }
+}
+
 TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
   LoadSceneOptions options;
   options.downscale = 7;
@@ -153,7 +170,7 @@ TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
   ExpectRefused("view4.png: no such image, but the model in " + folder_.path() +
                 " names it (1 of 9 images are missing)");
   WriteBytes(ImagePath(4), "no image");
-  ExpectRefused("view4.png: not a JPEG or PNG image");
+  ExpectRefused("view4.png: not a JPEG, PNG, TIFF or WebP image");
   WriteBytes(ImagePath(4), ExampleJpeg(40, 60));
   ExpectRefused("another aspect ratio");
   model_.images[4].name = std::string(300, 'n');
