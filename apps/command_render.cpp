@@ -80,7 +80,7 @@ int RunRender(const CommandLine& line) {
   gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
   for (std::size_t i = 0; i < views.size(); ++i) {
     const gs::Image image = renderer.Render(posed.model, *views[i]);
-    gs::SavePng(out.File(names[i]), flags.truth ? SideBySide(image, views[i]->image) : image);
+    gs::SavePng(out.File(names[i]), flags.truth ? SideBySide(image, *views[i]->Photograph()) : image);
     out.Keep();
   }
   Print("wrote {} images to {}\n", views.size(), flags.out);
