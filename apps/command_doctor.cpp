@@ -24,14 +24,21 @@ const char* KindOf(const gs::Scene& scene) {
   return is_nerf ? "a NeRF scene (transforms.json)" : "a COLMAP model";
 }
 
+double DecodedMib(const gs::Scene& scene) {
+  double pixels = 0;
+  for (const gs::View& view : scene.views) pixels += static_cast<double>(view.camera.width) * view.camera.height;
+  return pixels * 3 * sizeof(float) / (1 << 20);
+}
+
 void PrintWhatItIs(const std::string& path, const gs::Scene& scene) {
   const gs::Camera& first = scene.views.front().camera;
   const bool is_one_size = std::all_of(scene.views.begin(), scene.views.end(), [&](const gs::View& view) {
     return view.camera.width == first.width && view.camera.height == first.height;
   });
-  Print("{}: {}, {} photographs of {} x {} pixels{}, {:.0f} degrees from left to right\n", OneLine(path), KindOf(scene),
-        scene.views.size(), first.width, first.height, is_one_size ? "" : " and other sizes",
-        2 * std::atan(0.5 * first.width / first.lens.fx) * 180 / std::numbers::pi);
+  Print("{}: {}, {} photographs of {} x {} pixels{}, {:.0f} degrees from left to right, {:.0f} MiB once decoded\n",
+        OneLine(path), KindOf(scene), scene.views.size(), first.width, first.height,
+        is_one_size ? "" : " and other sizes",
+        2 * std::atan(0.5 * first.width / first.lens.fx) * 180 / std::numbers::pi, DecodedMib(scene));
   PrintScene(scene);
 }
 

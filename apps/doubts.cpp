@@ -56,7 +56,7 @@ std::string DoubtOfScene(double train_psnr) {
 }
 
 std::string DoubtOfTraining(const gs::Scene& scene, double train_psnr) {
-  if (HoldsForTrainingViews(scene, [](const gs::View& view) { return IsOfOneColor(view.image); })) {
+  if (HoldsForTrainingViews(scene, [](const gs::View& view) { return IsOfOneColor(*view.Photograph()); })) {
     return "There is nothing to see in the photographs: each is of one colour\n";
   }
   if (!IsHopeless(train_psnr)) return "";

@@ -157,6 +157,13 @@ const FlagTable& ProgramFlags() {
           {kTrains | kViews,
            {"test_list", &O::test_list, schema::Words{"FILE"}, "the photographs for testing, a name in each line"},
            kTrains},
+          {kTrains | kViews | kDoctor,
+           {"photographs_mib",
+            &O::photographs_mib,
+            {1e-3, 1e9},
+            "MiB of decoded photographs to keep; more than that are decoded when their turn comes; auto: half of the "
+            "memory there is"},
+           kTrains},
           {kEval,
            {"align", &O::align, kAligns,
             "measure the test views once more with each camera fitted to the splat; with colour, the right half of "

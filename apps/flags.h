@@ -86,7 +86,8 @@ struct Flags {
   // How a scene is read (scene_flags.h).
   std::string images = "images", test_list;
   bool allow_missing = false;
-  std::optional<int> test_every;  // none: as the scene has it
+  std::optional<int> test_every;          // none: as the scene has it
+  std::optional<double> photographs_mib;  // none: by the memory that there is
   Align align = Align::kNone;
   Device device = Device::kAuto;
   int threads = 0;

@@ -21,7 +21,7 @@ PosedModel LoadPosedModel(const std::string& splat, const std::string& scene,
 PosedModel LoadPosedModel(const CommandLine& line) {
   gs::LoadSceneOptions options;
   options.downscale = line.flags.downscale;
-  UseSceneFlags(line.flags, &options);
+  UseSceneFlags(line.flags, 0, &options);
   return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags.background, options);
 }
 

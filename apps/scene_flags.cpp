@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "kernels/core/process_memory.h"
+
 namespace vesta::app {
 namespace {
 
@@ -19,14 +21,23 @@ const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
 
 bool IsGiven(const schema::Field<Flags>& flag, const Flags& flags) { return flag.Text(flags) != flag.Text(Flags()); }
 
+// What decoded photographs may take: where nothing else is said a half of what there is for the program.
+double PhotographsBytes(const Flags& flags, double memory_budget_gib) {
+  constexpr double kMib = 1 << 20, kMibInGib = 1024, kPart = 0.5;
+  if (flags.photographs_mib) return *flags.photographs_mib * kMib;
+  const double available = AvailableMemoryMib(), budget = memory_budget_gib * kMibInGib;
+  return kPart * kMib * (budget > 0 ? std::min(available, budget) : available);
+}
+
 }  // namespace
 
-void UseSceneFlags(const Flags& flags, gs::LoadSceneOptions* options) {
+void UseSceneFlags(const Flags& flags, double memory_budget_gib, gs::LoadSceneOptions* options) {
   if (flags.test_every && !flags.test_list.empty()) {
     throw UsageError("--test_every and --test_list: give only one of them");
   }
   options->image_folder = flags.images;
   options->allow_missing = flags.allow_missing;
+  options->photographs_bytes = PhotographsBytes(flags, memory_budget_gib);
   options->test_views = {.every = flags.test_every, .list = flags.test_list};
 }
 

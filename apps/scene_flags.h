@@ -10,8 +10,8 @@
 
 namespace vesta::app {
 
-// Throws UsageError where flags exclude each other.
-void UseSceneFlags(const Flags& flags, gs::LoadSceneOptions* options);
+// memory_budget_gib: as MemoryOptions has it. Throws UsageError where flags exclude each other.
+void UseSceneFlags(const Flags& flags, double memory_budget_gib, gs::LoadSceneOptions* options);
 
 // As a checkpoint keeps them: names and values of those given. A file's path is absolute.
 std::vector<std::pair<std::string, std::string>> SceneFlagTexts(const Flags& flags);

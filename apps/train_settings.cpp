@@ -44,10 +44,9 @@ TrainSettings SettingsOf(const CommandLine& line, const TrainSettings* resumed) 
 
 gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& options) {
   gs::LoadSceneOptions scene;
-  UseSceneFlags(flags, &scene);
+  UseSceneFlags(flags, options.memory.budget_gib, &scene);
   scene.downscale = options.downscale;
   scene.background = ToFloat(options.background);
-  scene.memory_budget_gib = options.memory.budget_gib;
   scene.random_points.seed = options.seed;
   scene.hold_out = options.target_psnr > 0;
   return scene;

@@ -72,6 +72,8 @@ EXTERNAL = {
     "jpeglib.h": [SPLATS + "io"],
     "jerror.h": [SPLATS + "io"],
     "png.h": [SPLATS + "io"],
+    "tiffio.h": [SPLATS + "io"],
+    "webp/": [SPLATS + "io"],
     "nanoflann": [SPLATS + "model"],
     "zlib.h": [SPLATS + "io", SPLATS + "train"],
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "apps/doctor/view_signs.h"
 #include "problems/gaussian_splatting/model/median.h"
@@ -26,9 +27,9 @@ std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
       gs::InCamera(view, {static_cast<double>(point[0]), static_cast<double>(point[1]), static_cast<double>(point[2])});
   double u = 0, v = 0;
   splat::PixelOf(view.camera.lens, t.data(), u, v);
-  const int x = std::clamp(static_cast<int>(u), 0, view.image.width - 1);
-  const int y = std::clamp(static_cast<int>(v), 0, view.image.height - 1);
-  return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.image.width) + static_cast<std::size_t>(x);
+  const int x = std::clamp(static_cast<int>(u), 0, view.camera.width - 1);
+  const int y = std::clamp(static_cast<int>(v), 0, view.camera.height - 1);
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
 }
 
 // Quartiles of the differences of its points; NaN where they are too few.
@@ -38,13 +39,14 @@ struct Quartiles {
 
 Quartiles DifferencesOf(const gs::View& view, const gs::PointCloud& points) {
   std::vector<double> differences;
+  const std::shared_ptr<const gs::Image> photograph = view.Photograph();
   const Index stride = std::max<Index>(1, points.size() / kSample);
   for (Index i = 0; i < points.size(); i += stride) {
     const auto& point = points.positions[static_cast<std::size_t>(i)];
     const auto& color = points.colors[static_cast<std::size_t>(i)];
     if (!(gs::DepthInView(view, point) > 0)) continue;
     const std::size_t pixel = PixelOf(view, point);
-    const auto channel = [&](int c) { return static_cast<double>(view.image.plane(c)[pixel]); };
+    const auto channel = [&](int c) { return static_cast<double>(photograph->plane(c)[pixel]); };
     const double difference =
         Stops(channel(0), channel(1), channel(2)) -
         Stops(static_cast<double>(color[0]), static_cast<double>(color[1]), static_cast<double>(color[2]));

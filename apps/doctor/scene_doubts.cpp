@@ -132,7 +132,7 @@ std::vector<std::string> SceneDoubts(const gs::Scene& scene) {
   if (scene.views.empty()) return doubts;
   std::vector<ViewSigns> signs;
   signs.reserve(scene.views.size());
-  for (const gs::View& view : scene.views) signs.push_back(SignsOf(view.image));
+  for (const gs::View& view : scene.views) signs.push_back(SignsOf(*view.Photograph()));
   DoubtNumbers(scene, &doubts);
   DoubtSeen(scene, &doubts);
   DoubtPoses(scene, &doubts);

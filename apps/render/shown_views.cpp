@@ -72,7 +72,7 @@ gs::Image ShownViews::Draw(const gs::View& view, const std::string& folder, cons
     shown = gs::NormalColors(surface_.Normals(posed_.model, view));
   } else {
     shown = colors_.Render(posed_.model, view);
-    if (with_truth) shown = SideBySide(shown, view.image);
+    if (with_truth) shown = SideBySide(shown, *view.Photograph());
   }
   gs::SavePng((into / FilesOf(name).back()).string(), shown);
   return shown;

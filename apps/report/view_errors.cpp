@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "apps/posed_model.h"
 #include "apps/report/error_map.h"
 #include "apps/report/html.h"
 #include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::app {
@@ -31,23 +33,23 @@ std::vector<ViewError> ViewRenderer::Measure() {
   ImageQualityMeter meter;
   for (const gs::View& view : scene_.views) {
     if (!view.is_test()) continue;
+    const std::shared_ptr<const gs::Image> photograph = view.Photograph();
     const gs::Image render = renderer_.Render(model_, view);
     const ImageQuality quality =
-        meter.Measure(HostSpan<const float>(render.rgb.data(), static_cast<Index>(render.rgb.size())),
-                      HostSpan<const float>(view.image.rgb.data(), static_cast<Index>(view.image.rgb.size())),
-                      {view.camera.width, view.camera.height});
-    errors.push_back({view.name, quality, PartWithHalfOfError(render, view.image)});
+        meter.Measure(gs::ValuesOf(render), gs::ValuesOf(*photograph), {view.camera.width, view.camera.height});
+    errors.push_back({view.name, quality, PartWithHalfOfError(render, *photograph)});
   }
   return errors;
 }
 
 ViewPictures ViewRenderer::Picture(const gs::View& view, int max_width) {
+  const std::shared_ptr<const gs::Image> photograph = view.Photograph();
   const gs::Image render = renderer_.Render(model_, view);
   return {.width = view.camera.width,
           .height = view.camera.height,
-          .truth = Jpeg(view.image, max_width),
+          .truth = Jpeg(*photograph, max_width),
           .render = Jpeg(render, max_width),
-          .error = Jpeg(ErrorMap(render, view.image), (std::min(max_width, render.width) + 1) / 2)};
+          .error = Jpeg(ErrorMap(render, *photograph), (std::min(max_width, render.width) + 1) / 2)};
 }
 
 }  // namespace vesta::app

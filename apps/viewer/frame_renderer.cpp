@@ -24,7 +24,9 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   const gs::Camera& camera = request.view.camera;
   gs::Image truth;
   if (request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference) {
-    truth = gs::ResizeArea(scene_.views[*request.photo].image, camera.width, camera.height);
+    const gs::View& photo = scene_.views[*request.photo];
+    // Of a store nothing is kept of it: its order is that of the training.
+    truth = gs::ResizeArea(photo.stored ? *photo.stored->Read() : photo.image, camera.width, camera.height);
   }
   if (request.kind == FrameKind::kTruth) return truth;
   splats_.Build(gs::ToKernelModel(model), gs::ToPosedCamera(request.view, gs::NearPlane(scene_)), background_.data(),

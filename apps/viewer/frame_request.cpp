@@ -84,8 +84,8 @@ FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene) {
   request.photo = ValueOf<std::size_t>(query, "photo", {0, static_cast<double>(scene.views.size()) - 1});
   const gs::View& photo = scene.views[*request.photo];
   if (shows_photo) {
-    if (photo.image.empty()) Fail("photo: not in memory");
-    size = {std::min(size.width, photo.image.width), std::min(size.height, photo.image.height)};
+    if (photo.image.empty() && !photo.stored) Fail("photo: not in memory");
+    size = {std::min(size.width, photo.camera.width), std::min(size.height, photo.camera.height)};
   }
   request.view = ViewOfPhoto(photo, size);
   return request;

@@ -1,4 +1,5 @@
 // The program on scenes whose cameras are found along, and on those of other hands.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,6 +7,7 @@
 #include <filesystem>
 
 #include "problems/gaussian_splatting/io/colmap.h"
+#include "problems/gaussian_splatting/io/image.h"
 #include "tests/apps/tiny_training.h"
 
 namespace vesta::test {
@@ -68,6 +70,43 @@ TEST_F(TinyTraining, TakesScenesOfOtherHands) {
   EXPECT_THAT(with({"--allow_missing", "--test_every=0"}).out, HasSubstr("9 views to train on, 0 to test"));
   EXPECT_THAT(with({"--allow_missing", "--test_every=-1"}).err, HasSubstr("test_every"));
   EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasSubstr("none"));
+}
+
+// Photographs that are decoded when their turn comes: the same splat and figures, less memory.
+TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
+  // Cameras follow the sizes of photographs. A decoded one of these takes 3.5 MiB.
+  constexpr int kWidth = 640, kHeight = 480, kEnlarged = kWidth / kTinyWidth;
+  for (int view = 0; view < kTinyViews; ++view) {
+    const std::string path = fmt::format("{}/images/{:03}.png", scene_, view);
+    const gs::Image small = gs::LoadImage(path);
+    gs::Image large(kWidth, kHeight);
+    for (int row = 0; row < 3 * kHeight; ++row) {  // of the three planes
+      for (int x = 0; x < kWidth; ++x) {
+        large.rgb[static_cast<std::size_t>(row * kWidth + x)] =
+            small.rgb[static_cast<std::size_t>(row / kEnlarged * kTinyWidth + x / kEnlarged)];
+      }
+    }
+    gs::SavePng(path, large);
+  }
+  const auto train = [&](const std::string& out, const std::string& kept) {
+    const ProgramOutput output =
+        Train(out, {"--iterations=2", "--noreport", "--set", "adam.evaluations=1", "--photographs_mib=" + kept});
+    EXPECT_EQ(output.status, 0) << output.err;
+    return output.out;
+  };
+  const std::string few = folder_ / "few";
+  EXPECT_THAT(train(out_, "1000"), testing::Not(HasSubstr("photographs take")));
+  EXPECT_THAT(train(few, "8"), HasSubstr("10 photographs take 35 MiB, of which 8 are kept"));
+  EXPECT_EQ(ReadFile(Ply(few)), ReadFile(Ply(out_)));
+  const json all_memory = Metrics(out_)["memory"], memory = Metrics(few)["memory"];
+  EXPECT_LT(memory["peak_mib"].get<double>() + 15, all_memory["peak_mib"].get<double>());
+  EXPECT_LT(memory["peak_mib"].get<double>(), 1.1 * memory["predicted_mib"].get<double>());
+
+  const ProgramOutput eval = RunProgram({"eval", Ply(few), scene_, "--photographs_mib=8"}),
+                      same = RunProgram({"eval", Ply(few), scene_});
+  EXPECT_EQ(eval.status, 0) << eval.err;
+  EXPECT_EQ(eval.out.substr(eval.out.find("test ")), same.out.substr(same.out.find("test ")));
+  EXPECT_THAT(Train(out_, {"--photographs_mib=8", "--lm_iterations=1"}).err, HasSubstr("needs all photographs"));
 }
 
 }  // namespace

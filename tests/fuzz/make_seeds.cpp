@@ -1,6 +1,7 @@
 // Writes those seeds of the corpus that are not text, by the writers of the library and of its tests:
 //   fuzz_seeds tests/fuzz/corpus
 #include <png.h>
+#include <tiff.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -87,6 +88,15 @@ void ImageSeeds(const std::string& corpus) {
   WriteSeed(folder + "rgba16.png", gs::EncodePng({3, 2, PNG_COLOR_TYPE_RGB_ALPHA, 16, false, bytes(48)}));
   WriteSeed(folder + "interlaced.png", gs::EncodePng({9, 9, PNG_COLOR_TYPE_GRAY, 8, true, bytes(81)}));
   WriteSeed(folder + "palette.png", gs::EncodePng({4, 2, PNG_COLOR_TYPE_PALETTE, 2, false, {0x18, 0x81}}));
+  WriteSeed(folder + "rgb.webp", gs::EncodeWebp(5, 4, 3, bytes(60)));
+  WriteSeed(folder + "rgba.webp", gs::EncodeWebp(3, 2, 4, bytes(24)));
+  gs::TiffSource tiff{.width = 5, .height = 4, .bytes = bytes(160)};
+  WriteSeed(folder + "rgb.tif", gs::EncodeTiff(tiff));
+  tiff.compression = COMPRESSION_LZW, tiff.separate_planes = true;
+  WriteSeed(folder + "planes.tif", gs::EncodeTiff(tiff));
+  tiff.samples = 4, tiff.bits = 16, tiff.extra_kind = EXTRASAMPLE_ASSOCALPHA;
+  tiff.compression = COMPRESSION_ADOBE_DEFLATE, tiff.separate_planes = false, tiff.tile = 16;
+  WriteSeed(folder + "tile.tif", gs::EncodeTiff(tiff));
 }
 
 // A checkpoint without its beginning and its checksum, which the target adds.

@@ -71,8 +71,9 @@ AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, c
   Renderer renderer(options.background, options.near);
   ImageQualityMeter meter;
   std::vector<double> degrees, pixels;
-  for (const View& view : scene.views) {
-    if (!view.is_test()) continue;
+  for (const View& each : scene.views) {
+    if (!each.is_test()) continue;
+    const View view = HoldingPhotograph(each);
     AlignedView aligned;
     aligned.name = view.name;
     aligned.alignment = AlignView(model, view, options);

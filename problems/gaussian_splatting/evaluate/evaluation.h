@@ -7,6 +7,7 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
+#include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::gs {
 
@@ -26,20 +27,20 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
   std::size_t next = 0;
   for (const View& view : scene.views) {
     const ImageShape shape{view.camera.width, view.camera.height};
+    const std::shared_ptr<const Image> photograph = view.Photograph();
     rendered.ResizeForOverwrite(shape.NumValues());
     splats.Build(model, ToPosedCamera(view, NearPlane(scene)), background.data(), workspace);
     splats.Render(rendered.data());
     if (!view.is_trained() || held.empty()) {
-      Splats::Show(HostSpan<const float>(view.image.rgb.data(), shape.NumValues()), truth);
+      Splats::Show(ValuesOf(*photograph), truth);
     } else {
       VESTA_CHECK(next < held.size(), "{} targets are fewer than the training views", held.size());
       Splats::Show(typename B::ConstView(held[next++].truth), truth);
     }
-    ShowLeftOut<B>(Splats::MakeMask({view.image.mask.data(), static_cast<Index>(view.image.mask.size())}),
-                   typename B::ConstView(truth), rendered.view());
+    ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstView(truth), rendered.view());
     // Before the meter, which may write into both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
-    sum.Add(view, meter.Measure(rendered, truth, shape), objective);
+    sum.Add(view, *photograph, meter.Measure(rendered, truth, shape), objective);
   }
   return sum.Mean();
 }

@@ -21,9 +21,9 @@ Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& sce
   return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_);
 }
 
-void EvaluationSum::Add(const View& view, const ImageQuality& whole, double objective) {
-  const double part = CountedPart(view.image);
-  const ImageQuality quality = view.image.mask.empty() ? whole : OfPart(whole, part);
+void EvaluationSum::Add(const View& view, const Image& photograph, const ImageQuality& whole, double objective) {
+  const double part = CountedPart(photograph);
+  const ImageQuality quality = photograph.mask.empty() ? whole : OfPart(whole, part);
   Quality& of_kind = view.is_trained() ? sum_.train : view.is_test() ? sum_.test : sum_.held_out;
   of_kind.psnr += quality.psnr;
   of_kind.ssim += quality.ssim;

@@ -28,7 +28,7 @@ class EvaluationSum {
  public:
   // whole: of the view with its photograph where pixels do not count (masked_loss.h). objective: of the photometric
   // loss on the image as rendered; only of views that are trained on it counts.
-  void Add(const View& view, const ImageQuality& whole, double objective);
+  void Add(const View& view, const Image& photograph, const ImageQuality& whole, double objective);
   Evaluation Mean() const;
 
  private:

@@ -14,23 +14,36 @@ namespace vesta::gs {
 
 namespace {
 
-Image Decode(const std::string& path, const std::array<float, 3>& background, bool size_only) {
+using Decoder = InterleavedImage (*)(const std::string& path, std::string_view bytes, bool size_only);
+
+// By the first bytes of the file; nullptr where none reads it.
+Decoder DecoderOf(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  if (bytes.starts_with("\xff\xd8\xff")) return DecodeJpeg;
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return DecodePng;
+  if (bytes.starts_with("RIFF") && bytes.substr(0, 12).ends_with("WEBP")) return DecodeWebp;
+  for (const std::string_view tiff : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv}) {
+    if (bytes.starts_with(tiff)) return DecodeTiff;
+  }
+  return nullptr;
+}
+
+InterleavedImage Decode(const std::string& path, bool size_only) {
   const std::string bytes = ReadFile(path);
-  if (bytes.starts_with("\xff\xd8\xff")) return DecodeJpeg(path, bytes, size_only);
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return DecodePng(path, bytes, background, size_only);
-  Fail("{}: not a JPEG or PNG image; convert it, or remove it from the scene", path);
+  const Decoder decoder = DecoderOf(bytes);
+  if (decoder == nullptr) {
+    Fail("{}: not a JPEG, PNG, TIFF or WebP image; convert it, or remove it from the scene", path);
+  }
+  return decoder(path, bytes, size_only);
 }
 
 }  // namespace
 
 Image LoadImage(const std::string& path, const std::array<float, 3>& background) {
-  return Decode(path, background, false);
+  return ToPlanes(Decode(path, false), background);
 }
 
-ImageSize ReadImageSize(const std::string& path) {
-  const Image image = Decode(path, {}, true);
-  return {image.width, image.height};
-}
+ImageSize ReadImageSize(const std::string& path) { return Decode(path, true).size; }
 
 void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size) {
   constexpr double kMaxPixels = 1 << 28;
@@ -48,16 +61,6 @@ void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize si
 
 void FailDamagedImage(const std::string& path, const char* message) {
   Fail("{}: cut short or damaged ({}); copy or export it again", path, message);
-}
-
-std::vector<std::uint8_t> InterleavedBytes(const Image& image) {
-  const std::size_t pixels = image.num_pixels();
-  std::vector<std::uint8_t> interleaved(3 * pixels);
-  for (int c = 0; c < 3; ++c) {
-    const float* plane = image.plane(c);
-    for (std::size_t i = 0; i < pixels; ++i) interleaved[3 * i + static_cast<std::size_t>(c)] = QuantizeColor(plane[i]);
-  }
-  return interleaved;
 }
 
 void SavePng(const std::string& path, const Image& image) {

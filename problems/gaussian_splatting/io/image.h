@@ -9,10 +9,11 @@
 
 namespace vesta::gs {
 
-// Reads a JPEG (grey or colour) or a PNG (any colour type, 8 or 16 bits), told apart by their first bytes, not by the
-// name. Alpha is composited over `background`, and the mask has the pixels that are opaque. EXIF orientation (exif.h)
-// and embedded profiles are ignored, as COLMAP does. Throws Error naming the file when it is missing, neither format, a
-// CMYK JPEG, cut short or damaged.
+// Reads a JPEG (grey or colour), a PNG (any colour type, 8 or 16 bits), a TIFF (grey or RGB, 8 or 16 bits, its first
+// page) or a WebP, told apart by their first bytes, not by the name. 16 bits stay 16. Alpha is composited over
+// `background`, and the mask has the pixels that are opaque. Orientation (exif.h) and embedded profiles are ignored, as
+// COLMAP does. Throws Error naming the file when it is missing, none of these, a CMYK JPEG, a TIFF of other samples, an
+// animation, cut short or damaged.
 Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0});
 
 // Size of an image file, from its header.

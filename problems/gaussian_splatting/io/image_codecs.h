@@ -1,23 +1,19 @@
 // The codecs behind image.h.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/io/interleaved.h"
 
 namespace vesta::gs {
 
-// `bytes` is the file's content; `path` is for messages. With size_only the image stays without pixels.
-Image DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only);
-Image DecodePng(const std::string& path, std::string_view bytes, const std::array<float, 3>& background,
-                bool size_only);
-
-// Rows of interleaved RGB, 8 bits each, as encoders take them.
-std::vector<std::uint8_t> InterleavedBytes(const Image& image);
+// Each gives the samples of a file, or with size_only the size alone. `bytes` is the file's content; `path` is for
+// messages. Throws Error where the file is damaged, cut short, or of a kind that is not read.
+InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only);
+InterleavedImage DecodePng(const std::string& path, std::string_view bytes, bool size_only);
+InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, bool size_only);
+InterleavedImage DecodeWebp(const std::string& path, std::string_view bytes, bool size_only);
 
 // Throws Error unless a file of so many bytes can hold so many pixels: a damaged header must not allocate gigabytes.
 void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize size);

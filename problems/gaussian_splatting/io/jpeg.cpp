@@ -1,6 +1,4 @@
 // JPEG in, by libjpeg.
-#include <vector>
-
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/image_codecs.h"
 #include "problems/gaussian_splatting/io/jpeg_errors.h"
@@ -61,28 +59,19 @@ class Decoder {
 
 }  // namespace
 
-Image DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only) {
+InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, bool size_only) {
   Decoder decoder;
   if (!decoder.ReadHeader(bytes)) FailDamagedImage(path, decoder.message());
   if (decoder.info().num_components == 4) {
     Fail("{}: a CMYK JPEG; convert it to RGB, for instance with ImageMagick: convert in.jpg -colorspace sRGB out.jpg",
          path);
   }
-  const ImageSize size{static_cast<int>(decoder.info().image_width), static_cast<int>(decoder.info().image_height)};
-  CheckImageSize(path, bytes.size(), size);
-  Image image;
-  image.width = size.width;
-  image.height = size.height;
+  InterleavedImage image;
+  image.size = {static_cast<int>(decoder.info().image_width), static_cast<int>(decoder.info().image_height)};
+  CheckImageSize(path, bytes.size(), image.size);
   if (size_only) return image;
-
-  std::vector<unsigned char> interleaved(3 * image.num_pixels());
-  if (!decoder.ReadPixels(interleaved.data())) FailDamagedImage(path, decoder.message());
-  image.rgb.resize(interleaved.size());
-  for (int c = 0; c < 3; ++c) {
-    float* plane = image.plane(c);
-    const unsigned char* source = interleaved.data() + c;
-    for (std::size_t i = 0; i < image.num_pixels(); ++i) plane[i] = static_cast<float>(source[3 * i]) / 255.0f;
-  }
+  image.Allocate();
+  if (!decoder.ReadPixels(image.bytes.data())) FailDamagedImage(path, decoder.message());
   return image;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 
 #include "problems/gaussian_splatting/io/random_points.h"
@@ -16,9 +17,10 @@ struct LoadSceneOptions {
   std::string image_folder = "images";       // within the scene; images_4 and the like rescale the cameras
   bool allow_missing = false;                // leave out views whose image is missing
   TestViews test_views;                      // else every 8th by name, or as a NeRF scene has its own
-  double memory_budget_gib = 0;              // refuse, before any is decoded, images that take more; 0: no limit
-  RandomPoints random_points;                // for scenes without points
-  bool hold_out = false;                     // keep some training views back (HoldOut)
+  // Of decoded photographs; where they take more they are decoded when they are looked at (photograph_store.h).
+  double photographs_bytes = std::numeric_limits<double>::infinity();
+  RandomPoints random_points;  // for scenes without points
+  bool hold_out = false;       // keep some training views back (HoldOut)
 };
 
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and
@@ -26,7 +28,8 @@ struct LoadSceneOptions {
 // the aspect ratio agrees to within a pixel; where that of the image turned as its EXIF says does, it is turned.
 // Photographs of distorting lenses are undistorted (undistort.h), then downscaled; their views are pinholes. Pixels
 // that a mask leaves out (masks.h) take no part, nor does what is not opaque in the images of a COLMAP scene; those of
-// a NeRF scene are composited over the background, all of which counts. All pixels stay in memory: 12 bytes each.
+// a NeRF scene are composited over the background, all of which counts. A pixel takes
+// 12 bytes. Each photograph is decoded once whether it stays in memory or not (load_photographs.h).
 // Scene::notes say what of the folder is passed over (COLMAP models beside the one that is read), how many photographs
 // have a mask, were missing, and were undistorted. Throws Error, one line that names the file and what to do, for
 // whatever cannot be used: folder or image missing, no image file, another aspect ratio, a mask that leaves nothing, a

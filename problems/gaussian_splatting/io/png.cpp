@@ -2,7 +2,7 @@
 // object with a destructor.
 #include <png.h>
 
-#include <algorithm>
+#include <bit>
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
@@ -24,7 +24,7 @@ class Decoder {
   Decoder(const Decoder&) = delete;
   Decoder& operator=(const Decoder&) = delete;
 
-  // Afterwards pixels are RGB or RGBA, 8 or 16 bits (big-endian) a channel.
+  // Afterwards pixels are RGB or RGBA, 8 or 16 bits a channel.
   bool ReadHeader() {
     if (info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
@@ -32,6 +32,7 @@ class Decoder {
     png_read_info(png_, info_);
     png_set_expand(png_);
     png_set_gray_to_rgb(png_);
+    if constexpr (std::endian::native == std::endian::little) png_set_swap(png_);
     png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);
     return true;
@@ -47,7 +48,6 @@ class Decoder {
   }
   std::size_t channels() const { return png_get_channels(png_, info_); }
   std::size_t bytes_per_channel() const { return png_get_bit_depth(png_, info_) / 8u; }
-  std::size_t row_bytes() const { return png_get_rowbytes(png_, info_); }
   const char* message() const { return message_; }
 
  private:
@@ -70,55 +70,23 @@ class Decoder {
   char message_[256] = "out of memory";
 };
 
-float ChannelValue(const unsigned char* bytes, std::size_t bytes_per_channel) {
-  return bytes_per_channel == 1 ? static_cast<float>(bytes[0]) / 255.0f
-                                : static_cast<float>(256 * bytes[0] + bytes[1]) / 65535.0f;
-}
-
-// Of RGBA pixels; empty where all are. At soft borders colours are mixed with what lies behind.
-std::vector<std::uint8_t> OpaquePixels(const std::vector<unsigned char>& pixels, std::size_t pixel_bytes,
-                                       std::size_t channel_bytes) {
-  std::vector<std::uint8_t> mask(pixels.size() / pixel_bytes);
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    const unsigned char* alpha = pixels.data() + i * pixel_bytes + 3 * channel_bytes;
-    mask[i] = ChannelValue(alpha, channel_bytes) == 1 ? 1 : 0;
-  }
-  if (std::find(mask.begin(), mask.end(), std::uint8_t{0}) == mask.end()) mask.clear();
-  return mask;
-}
-
 }  // namespace
 
-Image DecodePng(const std::string& path, std::string_view bytes, const std::array<float, 3>& background,
-                bool size_only) {
+InterleavedImage DecodePng(const std::string& path, std::string_view bytes, bool size_only) {
   Decoder decoder(bytes);
   if (!decoder.ReadHeader()) FailDamagedImage(path, decoder.message());
   CheckImageSize(path, bytes.size(), decoder.size());
-  Image image;
-  image.width = decoder.size().width;
-  image.height = decoder.size().height;
+  InterleavedImage image;
+  image.size = decoder.size();
   if (size_only) return image;
 
-  const std::size_t row_bytes = decoder.row_bytes();
-  std::vector<unsigned char> pixels(row_bytes * static_cast<std::size_t>(image.height));
-  std::vector<png_bytep> rows(static_cast<std::size_t>(image.height));
-  for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = pixels.data() + y * row_bytes;
+  image.samples = decoder.channels();
+  image.sample_bytes = decoder.bytes_per_channel();
+  image.alpha = image.samples == 4 ? Alpha::kStraight : Alpha::kNone;
+  image.Allocate();
+  std::vector<png_bytep> rows(static_cast<std::size_t>(image.size.height));
+  for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = image.bytes.data() + y * image.row_bytes();
   if (!decoder.ReadPixels(rows.data())) FailDamagedImage(path, decoder.message());
-
-  const std::size_t channel_bytes = decoder.bytes_per_channel(), pixel_bytes = decoder.channels() * channel_bytes;
-  const bool has_alpha = decoder.channels() == 4;
-  image.rgb.resize(3 * image.num_pixels());
-  for (int c = 0; c < 3; ++c) {
-    float* plane = image.plane(c);
-    const float behind = background[static_cast<std::size_t>(c)];
-    for (std::size_t i = 0; i < image.num_pixels(); ++i) {
-      const unsigned char* pixel = pixels.data() + i * pixel_bytes;
-      const float color = ChannelValue(pixel + static_cast<std::size_t>(c) * channel_bytes, channel_bytes);
-      const float alpha = has_alpha ? ChannelValue(pixel + 3 * channel_bytes, channel_bytes) : 1.0f;
-      plane[i] = has_alpha ? alpha * color + (1.0f - alpha) * behind : color;
-    }
-  }
-  if (has_alpha) image.mask = OpaquePixels(pixels, pixel_bytes, channel_bytes);
   return image;
 }
 

@@ -16,6 +16,18 @@ Camera ResizeCamera(const Camera& camera, int width, int height) {
   return {width, height, camera.lens.Scaled(across, down)};
 }
 
+std::shared_ptr<const Image> View::Photograph() const {
+  if (stored) return stored->Get();
+  return {std::shared_ptr<const Image>(), &image};
+}
+
+View HoldingPhotograph(const View& view) {
+  View holding = view;
+  holding.stored = nullptr;
+  if (view.stored) holding.image = *view.Photograph();
+  return holding;
+}
+
 std::array<double, 3> CameraCenter(const View& view) {
   const auto& r = view.rotation;
   const auto& t = view.translation;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "kernels/gaussian_splatting/lens.h"
 #include "problems/gaussian_splatting/model/distortion.h"
 #include "problems/gaussian_splatting/model/image.h"
+#include "problems/gaussian_splatting/model/photograph_store.h"
 
 namespace vesta::gs {
 
@@ -39,12 +41,20 @@ struct View {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row-major, orthonormal, world to camera
   std::array<double, 3> translation{};
   ViewRole role = ViewRole::kTraining;
-  Image image;            // empty until LoadScene has filled it; then of the camera's size
+  Image image;  // empty until LoadScene has filled it; then of the camera's size
+  // In place of it where the photographs of the scene do not fit into memory.
+  std::shared_ptr<const StoredPhotograph> stored;
   Distortion distortion;  // of the photograph as its file has it; none once LoadScene has undistorted it
 
   bool is_trained() const { return role == ViewRole::kTraining; }
   bool is_test() const { return role == ViewRole::kTest; }
+  // The image, wherever it is; it is there while the result is held (of one in the view: while that is). Throws Error
+  // where its file cannot be read any more.
+  std::shared_ptr<const Image> Photograph() const;
 };
+
+// The view with its photograph in it, wherever that was.
+View HoldingPhotograph(const View& view);
 
 // Centre of the view's camera in world coordinates.
 std::array<double, 3> CameraCenter(const View& view);
@@ -69,6 +79,8 @@ struct Scene {
   std::array<double, 3> origin{};  // of this frame in the world of the files
   std::vector<std::string> files;  // that all this was read from, beside the images
   std::vector<std::string> notes;  // a line for each thing beside them that was passed over
+  // Of photographs that do not fit into memory; null where all are in their views.
+  std::shared_ptr<PhotographStore> photographs;
 };
 
 // Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.

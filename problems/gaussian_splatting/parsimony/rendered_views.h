@@ -1,6 +1,8 @@
 // A model seen by the views that judge it, and what they make of it.
 #pragma once
 
+#include <memory>
+
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/gaussian_window.h"
 #include "kernels/image/photometric_loss.h"
@@ -58,13 +60,15 @@ class JudgedLoss {
   // Of that view, until the next call; counted in what follows.
   splat::LinearizedLoss<float> Linearize(HostSpan<const float> rendered, const View& view) {
     const ImageShape shape{view.camera.width, view.camera.height};
-    const HostSpan<const float> truth{view.image.rgb.data(), shape.NumValues()};
+    photograph_.reset();  // before the next one takes its room
+    photograph_ = view.Photograph();
+    const HostSpan<const float> truth = ValuesOf(*photograph_);
     const PhotometricWeights& weights = loss_.weights();
     gradient_.ResizeForOverwrite(shape.NumValues());
-    const bool is_masked = !view.image.mask.empty();
-    if (is_masked) rendered = WithPhotograph(rendered, view.image);
+    const bool is_masked = !photograph_->mask.empty();
+    if (is_masked) rendered = WithPhotograph(rendered, *photograph_);
     cost_ += loss_.Linearize(rendered, truth, shape, gradient_, linearization_).objective;
-    values_ += ImageShape::kChannels * static_cast<double>(CountedPixels(view.image));
+    values_ += ImageShape::kChannels * static_cast<double>(CountedPixels(*photograph_));
     return {.rendered = rendered.data(),
             .truth = truth.data(),
             .gradient = gradient_.data(),
@@ -90,6 +94,7 @@ class JudgedLoss {
     return shown_.view();
   }
 
+  std::shared_ptr<const Image> photograph_;
   PhotometricLoss<float> loss_;
   PhotometricLinearization<float> linearization_;
   HostBuffer<float> gradient_, shown_;

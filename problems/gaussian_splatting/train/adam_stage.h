@@ -20,7 +20,6 @@
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
-#include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
@@ -30,6 +29,7 @@
 #include "problems/gaussian_splatting/train/stage_pace.h"
 #include "problems/gaussian_splatting/train/stage_parsimony.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
+#include "problems/gaussian_splatting/train/view_passes.h"
 
 namespace vesta::gs {
 
@@ -76,18 +76,8 @@ class AdamStage {
   }
 
  private:
-  using Vector = typename B::Vector;
   using KeptState = gs::KeptState<typename B::Space>;
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
-
-  // What the passes over one view work in.
-  struct Passes {
-    // |e| itself, as in 3DGS: Adam needs no floor.
-    typename SplatBackend<B>::Loss loss{PhotometricWeights{.l1_floor = 0}};
-    typename SplatBackend<B>::SplatView view;
-    typename SplatBackend<B>::Workspace workspace;
-    Vector image, image_gradient;
-  };
 
   static AdamStageState<B> StartState(const TrainingSession& session, const SplatModel& model) {
     const TrainOptions& options = session.options();
@@ -147,7 +137,7 @@ class AdamStage {
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
     const auto evaluate = [&] {
-      return EvaluateOrDownload(session_, targets_.all(), result, passes_->workspace, on_host);
+      return EvaluateOrDownload(session_, targets_.copies(), result, passes_->workspace, on_host);
     };
     session_.Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
     recorded_ = state_->iteration;
@@ -163,7 +153,7 @@ class AdamStage {
   }
 
   // What the iteration trains on.
-  const StageTargets<B>& TargetsOf(const StageSpan& span) {
+  StageTargets<B>& TargetsOf(const StageSpan& span) {
     const bool is_coarse = IsCoarse(options_.adam, span);
     if (!is_coarse) coarse_targets_.Clear();
     if (is_coarse && coarse_targets_.empty() && !lacks_halves_) {
@@ -174,15 +164,8 @@ class AdamStage {
     return coarse_targets_.empty() ? targets_ : coarse_targets_;
   }
 
-  // Of one view's cost.
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
-    const ImageShape shape = target.shape();
-    passes_->image.ResizeForOverwrite(shape.NumValues());
-    passes_->image_gradient.ResizeForOverwrite(shape.NumValues());
-    passes_->view.Build(x, target.camera, options_.background.data(), passes_->workspace);
-    passes_->view.Render(passes_->image.data());
-    LossGradient(passes_->loss, target, passes_->image.view(), passes_->image_gradient.view());
-    passes_->view.AddJT(x, passes_->image.data(), passes_->image_gradient.data(), gradient, passes_->workspace);
+    passes_->AddGradient(x, target, options_.background.data(), gradient);
   }
   void DecideOnCameras() {
     SplatModel model;  // bands that are not in use yet are 0
@@ -190,8 +173,7 @@ class AdamStage {
     cameras_.Decide(model, &state_->cameras);
   }
   // The camera of the view that a gradient was just added of.
-  void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x,
-                  const StageTargets<B>& targets) {
+  void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, StageTargets<B>& targets) {
     if constexpr (kOnHost) {
       cameras_.Step(span,
                     {view, x, targets[view], passes_->view, passes_->workspace.splat_sums.data(), passes_->image.view(),
@@ -204,26 +186,32 @@ class AdamStage {
   void ShowMovedCameras(const StageSpan& span) {
     if constexpr (kOnHost) {
       if (cameras_.MoveShared(span, &state_->cameras)) {
-        moved_.resize(targets_.all().size());
+        moved_.resize(targets_.size());
         std::iota(moved_.begin(), moved_.end(), std::size_t{0});
       }
       for (const std::size_t view : moved_) cameras_.Show(view, &targets_, &coarse_targets_);
       moved_.clear();
     }
   }
+  // Of those that may be trained on yet.
+  std::size_t NextView(ViewOrder& order) const {
+    std::size_t next = order.Next();
+    while (cameras_.HoldsBack(next, state_->cameras)) next = order.Next();
+    return next;
+  }
   // The mean cost of some views a value; their gradients are added up.
-  double AddGradients(const splat::Model<float>& x, const StageTargets<B>& targets, float* gradient,
-                      const StageSpan& span) {
+  double AddGradients(const splat::Model<float>& x, StageTargets<B>& targets, float* gradient, const StageSpan& span) {
     const bool observes = Observes(options_.density, span);
     double cost = 0, values = 0;
     for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
-      std::size_t next = state_->order.Next();
-      while (cameras_.HoldsBack(next, state_->cameras)) next = state_->order.Next();
-      const ImageShape shape = targets[next].shape();
-      AddGradient(x, targets[next], gradient);
+      targets.Expect([this, order = state_->order]() mutable { return NextView(order); });
+      const std::size_t next = NextView(state_->order);
+      const TargetView<B>& target = targets[next];
+      const ImageShape shape = target.shape();
+      AddGradient(x, target, gradient);
       if (cameras_.moves(span, state_->cameras)) MoveCamera(span, next, x, targets);
       if (observes) {
-        const double share = PullShare(shape.width, targets_[next].camera.width);
+        const double share = PullShare(shape.width, targets_.camera(next).width);
         state_->model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
                                         share * static_cast<double>(shape.NumValues()));
       }
@@ -274,14 +262,14 @@ class AdamStage {
   // How much longer iterations on views of full size take, by some of the views. Leaves no trace in what is trained.
   void MeasureFullSize(int degree) {
     const int attributes = splat::NumAttributes(degree);
-    const auto seconds = [&](const StageTargets<B>& targets, std::size_t view) {
+    const auto seconds = [&](StageTargets<B>& targets, std::size_t view) {
       const double begin = session_.Seconds();
       AddGradient(state_->model.kernel_model(degree), targets[view], state_->model.gradient(attributes));
       passes_->loss.Value();  // waits for a device
       return session_.Seconds() - begin;
     };
     constexpr std::size_t kMostViews = 8;
-    const std::size_t all = targets_.all().size(), views = std::min(kMostViews, all);
+    const std::size_t all = targets_.size(), views = std::min(kMostViews, all);
     seconds(targets_, 0);  // allocates
     double coarse = 0, full = 0;
     for (std::size_t k = 0; k < views; ++k) {
@@ -298,7 +286,7 @@ class AdamStage {
     const int degree = ActiveDegree(span), attributes = splat::NumAttributes(degree);
     const bool observes = Observes(options_.density, span);
     // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
-    const StageTargets<B>& targets = TargetsOf(span);
+    StageTargets<B>& targets = TargetsOf(span);
     const double begin = session_.Seconds();
     if (cameras_.Decides(span, state_->cameras)) DecideOnCameras();
     const double cost =
@@ -406,7 +394,7 @@ class AdamStage {
   StageCameras cameras_{session_};
   std::vector<std::size_t> moved_;  // by the iteration
   bool lacks_halves_ = false, finished_ = false;
-  std::optional<Passes> passes_{std::in_place};
+  std::optional<ViewPasses<B>> passes_{std::in_place};
   KeptState before_growth_;  // of AdamStageState
   int growth_at_ = 0, recorded_ = 0;
   StagePace pace_;

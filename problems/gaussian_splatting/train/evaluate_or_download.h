@@ -2,7 +2,7 @@
 #pragma once
 
 #include <functional>
-#include <vector>
+#include <span>
 
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/evaluate/evaluation.h"
@@ -10,13 +10,14 @@
 
 namespace vesta::gs {
 
-// Evaluate, on the host where a GPU has no room for it. on_host: gives the model in the host's memory.
+// Evaluate, on the host where a GPU has no room for it. copies: of the training views' photographs, where the memory of
+// B has them. on_host: gives the model in the host's memory.
 template <class B>
-Evaluation EvaluateOrDownload(TrainingSession& session, const std::vector<TargetView<B>>& targets,
+Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetView<B>> copies,
                               const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
                               const std::function<splat::Model<float>()>& on_host) {
   try {
-    return Evaluate<B>(session.scene(), session.options().background, targets, model, workspace);
+    return Evaluate<B>(session.scene(), session.options().background, copies, model, workspace);
   } catch (const OutOfDeviceMemory&) {
     return session.Evaluate(on_host());
   }

@@ -67,7 +67,9 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
         backend.ToHost(stepper.x(), {model.data.data(), stepper.x().size()});
       };
       const auto on_host = [&] { return kOnHost ? best() : ToKernelModel(model); };
-      const auto evaluate = [&] { return EvaluateOrDownload(session, targets, best(), problem.workspace(), on_host); };
+      const auto evaluate = [&] {
+        return EvaluateOrDownload<B>(session, targets, best(), problem.workspace(), on_host);
+      };
       std::string report = RunLmSteps(session, stepper, start.shape, {model.count, evaluate, on_host}, [&] {
         if constexpr (!kOnHost) download();
       });

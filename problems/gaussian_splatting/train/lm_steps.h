@@ -63,7 +63,9 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageS
     stepper.Save(archive);
   };
   double values = 0;
-  for (const View* view : session.training_views()) values += static_cast<double>(view->image.rgb.size());
+  for (const View* view : session.training_views()) {
+    values += static_cast<double>(ImageShape{view->camera.width, view->camera.height}.NumValues());
+  }
   if (first == 0 && stepper.summary().iterations.size() == 1 && !session.ends_with(Stage::kLm)) {
     session.Record(Stage::kLm, 0, best);
     if (!stepper.done()) session.SaveWhereDue(Stage::kLm, 0, save);

@@ -1,6 +1,10 @@
 // The photographs that a stage is at, in whatever memory it computes.
 #pragma once
 
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -9,23 +13,51 @@
 
 namespace vesta::gs {
 
-// Views to fit at one size, with what their truths lie in.
+// Views to fit at one size, with what their truths lie in. Where the scene's photographs are in a store, the host looks
+// at one of them at a time; a device holds its copies of all.
 template <class B>
 class StageTargets {
  public:
   bool empty() const { return targets_.empty(); }
-  const TargetView<B>& operator[](std::size_t i) const { return targets_[i]; }
-  const std::vector<TargetView<B>>& all() const { return targets_; }
+  std::size_t size() const { return targets_.size(); }
+  const splat::PosedCamera& camera(std::size_t i) const { return targets_[i].camera; }
+  // The view with its photograph, which is there until another one is asked for.
+  const TargetView<B>& operator[](std::size_t i) {
+    if (!stored_.empty() && shown_ != i) Look(i);
+    return targets_[i];
+  }
+  // The copies that a device holds; on the host none: the scene's own serve.
+  std::span<const TargetView<B>> copies() const {
+    return kOnHost ? std::span<const TargetView<B>>() : std::span<const TargetView<B>>(targets_);
+  }
+  // next() gives the views that will be asked for, one after the other.
+  template <class Next>
+  void Expect(Next next) const {
+    if (stored_.empty()) return;
+    std::vector<Index> numbers;
+    for (Index k = 0; k <= PhotographStore::kAhead; ++k) numbers.push_back(stored_[next()]->number());
+    stored_.front()->store()->Expect(numbers);
+  }
 
   // Of photographs that outlive this.
-  void Show(const std::vector<const View*>& views, double near) { targets_ = MakeTargets<B>(views, near); }
+  void Show(const std::vector<const View*>& views, double near) {
+    const bool are_stored = std::ranges::any_of(views, [](const View* view) { return view->stored != nullptr; });
+    if (!kOnHost || !are_stored) {
+      targets_ = MakeTargets<B>(views, near);
+      return;
+    }
+    for (const View* view : views) {
+      targets_.push_back({ToPosedCamera(*view, near), {}, {}});
+      stored_.push_back(view->stored);
+    }
+  }
   // Of photographs made for the purpose.
   void Hold(std::vector<View> views, double near) {
     views_ = std::move(views);
     std::vector<const View*> pointers;
     for (const View& view : views_) pointers.push_back(&view);
     Show(pointers, near);
-    if constexpr (!std::is_same_v<typename B::Space, Host>) views_ = std::vector<View>();
+    if constexpr (!kOnHost) views_ = std::vector<View>();
   }
   // The view's camera is another now. view: of any size.
   void SetCamera(std::size_t i, const View& view) {
@@ -40,17 +72,31 @@ class StageTargets {
   void SetPhotograph(std::size_t i, const Image& full) {
     Image& image = views_[i].image;
     image = ResizeArea(full, image.width, image.height);
+    SetTruth(i, image);
+  }
+  void Clear() { *this = StageTargets(); }
+
+ private:
+  static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+  void SetTruth(std::size_t i, const Image& image) {
     targets_[i].truth = SplatBackend<B>::MakeTruth(ValuesOf(image));
     targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(image));
   }
-  void Clear() {
-    targets_.clear(), targets_.shrink_to_fit();
-    views_ = std::vector<View>();
+  void Look(std::size_t i) {
+    photograph_.reset();  // before the next one takes its room
+    shown_ = kNone;
+    photograph_ = stored_[i]->Get();
+    SetTruth(i, *photograph_);
+    shown_ = i;
   }
 
- private:
   std::vector<View> views_;
   std::vector<TargetView<B>> targets_;
+  std::vector<std::shared_ptr<const StoredPhotograph>> stored_;
+  std::shared_ptr<const Image> photograph_;  // of the view that is shown
+  std::size_t shown_ = kNone;
 };
 
 }  // namespace vesta::gs

@@ -45,7 +45,8 @@ void CheckViews(const Scene& scene) {
     const Camera& camera = view.camera;
     const Image& image = view.image;
     const bool is_of_camera = image.width == camera.width && image.height == camera.height;
-    if (!is_of_camera || image.empty() || image.rgb.size() != 3 * image.num_pixels()) {
+    const bool is_there = is_of_camera && !image.empty() && image.rgb.size() == 3 * image.num_pixels();
+    if (!view.stored && !is_there) {
       Fail("view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it", view.name,
            camera.width, camera.height);
     }
@@ -53,6 +54,31 @@ void CheckViews(const Scene& scene) {
   }
   if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
   CheckPixels(scene.views);
+}
+
+// What needs all photographs at once, or changes them, which those in a store are not for.
+void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
+  if (!scene.photographs) return;
+  const auto refuse = [](const std::string& what) {
+    Fail(
+        "{} needs all photographs in memory, which has no room for them; allow more by --photographs_mib, or use "
+        "--downscale",
+        what);
+  };
+  if (options.lm.iterations > 0 && !is_on_device) {
+    refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
+  }
+  const CameraChoice refined = options.cameras.refine;
+  if (options.cameras.refines() && refined != CameraChoice::kPose) {
+    refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
+                       schema::NameOf(refined, kCameraChoices)));
+  }
+}
+
+// What the store of photographs has yet to take.
+double UnfilledMib(const Scene& scene) {
+  if (!scene.photographs) return 0;
+  return (scene.photographs->MostBytes() - scene.photographs->kept_bytes()) / (1 << 20);
 }
 
 void CheckTarget(const Scene& scene, const TrainOptions& options) {
@@ -155,8 +181,9 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
   CheckTarget(scene, options);
+  CheckStored(scene, options, stages.device_memory != nullptr);
   TrainingSession session(scene, options, seconds_before, callbacks);
-  options.memory.before_mib += session.cameras().CopiedMib();
+  options.memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();

@@ -1,5 +1,6 @@
 // Image files that cannot be used: each gives one line, none crashes.
 #include <png.h>
+#include <tiff.h>
 
 #include "problems/gaussian_splatting/io/image.h"
 #include "tests/problems/gaussian_splatting/io/test_images.h"
@@ -14,11 +15,30 @@ std::string ExamplePng() {
   return EncodePng(source);
 }
 
+std::vector<std::uint8_t> Bytes(std::size_t size) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < size; ++i) bytes.push_back(static_cast<std::uint8_t>(i * i));
+  return bytes;
+}
+
+std::string ExampleTiff(int tile) {
+  return EncodeTiff({.width = 24,
+                     .height = 18,
+                     .samples = 3,
+                     .bits = 16,
+                     .compression = COMPRESSION_LZW,
+                     .tile = tile,
+                     .bytes = Bytes(24 * 18 * 6)});
+}
+
+std::string ExampleWebp() { return EncodeWebp(24, 18, 4, Bytes(24 * 18 * 4)); }
+
 class ImageDamage : public testing::TestWithParam<std::string (*)()> {};
 INSTANTIATE_TEST_SUITE_P(All, ImageDamage,
                          testing::Values(
                              +[] { return ExampleJpeg(40, 30, false); }, +[] { return ExampleJpeg(40, 30, true); },
-                             +[] { return ExamplePng(); }));
+                             +[] { return ExamplePng(); }, +[] { return ExampleTiff(0); },
+                             +[] { return ExampleTiff(16); }, +[] { return ExampleWebp(); }));
 
 TEST_P(ImageDamage, EveryCutIsRefused) {
   const TempFolder folder;
@@ -50,9 +70,9 @@ TEST(ImageDamageKinds, MessagesSayWhatIsWrong) {
   const auto load = [&] { LoadImage(path); };
   ExpectError(load, "image.jpg: no such file");
   WriteBytes(path, "These are words, no pixels.");
-  ExpectError(load, "image.jpg: not a JPEG or PNG image");
+  ExpectError(load, "image.jpg: not a JPEG, PNG, TIFF or WebP image");
   WriteBytes(path, "");
-  ExpectError(load, "image.jpg: not a JPEG or PNG image");
+  ExpectError(load, "image.jpg: not a JPEG, PNG, TIFF or WebP image");
   WriteBytes(path, EncodeJpeg({8, 8, 4, false, std::vector<std::uint8_t>(8 * 8 * 4, 90)}));
   ExpectError(load, "image.jpg: a CMYK JPEG");
   const std::string jpeg = ExampleJpeg(64, 64);
@@ -61,6 +81,38 @@ TEST(ImageDamageKinds, MessagesSayWhatIsWrong) {
   const std::string png = ExamplePng();
   WriteBytes(path, png.substr(0, png.size() / 2));
   ExpectError(load, "image.jpg: cut short or damaged (the file ends early)");
+}
+
+TEST(ImageDamageKinds, KindsThatAreNotReadAreNamed) {
+  const TempFolder folder;
+  const std::string path = folder / "image";
+  const auto expect = [&](const std::string& bytes, const char* message) {
+    WriteBytes(path, bytes);
+    ExpectError([&] { LoadImage(path); }, message);
+    ExpectError([&] { ReadImageSize(path); }, message);
+  };
+  const char* const samples = "image: a TIFF whose samples are not grey or RGB of 8 or 16 bits; convert it";
+  expect(EncodeTiff({.width = 2, .height = 2, .bits = 32, .sample_format = SAMPLEFORMAT_IEEEFP, .bytes = Bytes(48)}),
+         samples);
+  expect(EncodeTiff({.width = 2, .height = 2, .samples = 4, .photometric = PHOTOMETRIC_SEPARATED, .bytes = Bytes(16)}),
+         samples);
+  // Frames would follow: the header of an extended WebP with the bit for animation.
+  expect(std::string("RIFF\x12\0\0\0WEBPVP8X\x0a\0\0\0\x02\0\0\0\0\0\0\0\0\0", 30), "image: an animated WebP");
+}
+
+TEST(ImageDamageKinds, ATileBeyondTheFileAllocatesNothing) {
+  const TempFolder folder;
+  const std::string path = folder / "image";
+  std::string tiff = ExampleTiff(16);
+  // The entry of TIFFTAG_TILEWIDTH: tag 322, type, count 1, value.
+  const std::size_t entry = tiff.find(std::string("\x42\x01\x03\0\x01\0\0\0", 8));
+  ASSERT_NE(entry, std::string::npos);
+  tiff[entry + 8] = '\xf0', tiff[entry + 9] = '\xff';
+  const std::size_t length = tiff.find(std::string("\x43\x01\x03\0\x01\0\0\0", 8));
+  ASSERT_NE(length, std::string::npos);
+  tiff[length + 8] = '\xf0', tiff[length + 9] = '\xff';
+  WriteBytes(path, tiff);
+  ExpectError([&] { LoadImage(path); }, "image: ");
 }
 
 TEST(ImageDamageKinds, AHeaderThatPromisesTooMuchAllocatesNothing) {

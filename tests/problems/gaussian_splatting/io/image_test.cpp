@@ -1,8 +1,10 @@
 #include "problems/gaussian_splatting/io/image.h"
 
 #include <png.h>
+#include <tiff.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "tests/problems/gaussian_splatting/io/test_images.h"
 #include "tests/support/test_files.h"
@@ -108,6 +110,79 @@ TEST(Jpeg, GreyGivesEqualPlanes) {
     EXPECT_EQ(image.plane(1)[i], image.plane(0)[i]);
     EXPECT_EQ(image.plane(2)[i], image.plane(0)[i]);
   }
+}
+
+std::vector<std::uint8_t> BytesOf(const std::vector<std::uint16_t>& values) {
+  std::vector<std::uint8_t> bytes(2 * values.size());
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
+}
+
+TEST(Tiff, KnownPixelsOfEveryKind) {
+  // 2 x 1 pixels each.
+  const Image rgb = LoadBytes(EncodeTiff({.width = 2, .height = 1, .bytes = {255, 0, 51, 102, 153, 204}}));
+  EXPECT_EQ(rgb.rgb, (std::vector<float>{1.0f, 0.4f, 0.0f, 0.6f, 0.2f, 0.8f}));
+  const Image deep =
+      LoadBytes(EncodeTiff({.width = 1, .height = 1, .bits = 16, .bytes = BytesOf({0xffff, 0x3333, 0x0001})}));
+  EXPECT_EQ(deep.rgb, (std::vector<float>{1.0f, 0.2f, 1.0f / 65535}));
+  const Image grey = LoadBytes(
+      EncodeTiff({.width = 2, .height = 1, .samples = 1, .photometric = PHOTOMETRIC_MINISBLACK, .bytes = {51, 255}}));
+  EXPECT_EQ(grey.rgb, (std::vector<float>{0.2f, 1.0f, 0.2f, 1.0f, 0.2f, 1.0f}));
+}
+
+TEST(Tiff, AlphaIsStraightPremultipliedOrNone) {
+  const std::array<float, 3> background{0.5f, 1.0f, 0.0f};
+  TiffSource source{.width = 2, .height = 1, .samples = 4, .bytes = {51, 0, 51, 51, 255, 255, 255, 255}};
+  const auto first_pixel = [&](int kind) {
+    source.extra_kind = kind;
+    const Image image = LoadBytes(EncodeTiff(source), background);
+    EXPECT_EQ(image.mask.empty(), kind == EXTRASAMPLE_UNSPECIFIED);
+    return std::array<float, 3>{image.plane(0)[0], image.plane(1)[0], image.plane(2)[0]};
+  };
+  const std::array<float, 3> straight = first_pixel(EXTRASAMPLE_UNASSALPHA),
+                             premultiplied = first_pixel(EXTRASAMPLE_ASSOCALPHA),
+                             none = first_pixel(EXTRASAMPLE_UNSPECIFIED);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float color = c == 1 ? 0.0f : 0.2f;
+    EXPECT_NEAR(straight[c], 0.2f * color + 0.8f * background[c], 1e-6f);
+    EXPECT_NEAR(premultiplied[c], color + 0.8f * background[c], 1e-6f);
+    EXPECT_EQ(none[c], color);
+  }
+}
+
+// Strips or tiles, planes side by side or one after the other, whatever the compression: the same pixels.
+TEST(Tiff, LayoutsAndCompressionsAreTheSame) {
+  TiffSource source{.width = 37, .height = 21, .bits = 16, .bytes = {}};
+  for (int i = 0; i < 37 * 21 * 6; ++i) source.bytes.push_back(static_cast<std::uint8_t>(37 * i));
+  const Image plain = LoadBytes(EncodeTiff(source));
+  for (const int compression : {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
+    for (const int tile : {0, 16}) {
+      for (const bool separate : {false, true}) {
+        source.compression = compression, source.tile = tile, source.separate_planes = separate;
+        EXPECT_EQ(LoadBytes(EncodeTiff(source)).rgb, plain.rgb) << compression << ' ' << tile << ' ' << separate;
+      }
+    }
+  }
+}
+
+TEST(Tiff, JpegWithin) {
+  TiffSource source{
+      .width = 32, .height = 16, .compression = COMPRESSION_JPEG, .photometric = PHOTOMETRIC_YCBCR, .bytes = {}};
+  for (int i = 0; i < 32 * 16; ++i) source.bytes.insert(source.bytes.end(), {200, 100, 50});
+  const Image image = LoadBytes(EncodeTiff(source));
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(image.plane(c)[100], static_cast<float>(source.bytes[static_cast<std::size_t>(c)]) / 255, 4.01f / 255);
+  }
+}
+
+TEST(Webp, KnownPixels) {
+  const Image rgb = LoadBytes(EncodeWebp(2, 1, 3, {255, 0, 51, 102, 153, 204}));
+  EXPECT_EQ(rgb.rgb, (std::vector<float>{1.0f, 0.4f, 0.0f, 0.6f, 0.2f, 0.8f}));
+  EXPECT_TRUE(rgb.mask.empty());
+  const Image rgba = LoadBytes(EncodeWebp(2, 1, 4, {255, 0, 255, 51, 9, 8, 7, 255}), {0.5f, 1.0f, 0.0f});
+  EXPECT_NEAR(rgba.plane(0)[0], 0.2f + 0.8f * 0.5f, 1e-6f);
+  EXPECT_NEAR(rgba.plane(1)[0], 0.8f, 1e-6f);
+  EXPECT_EQ(rgba.mask, (std::vector<std::uint8_t>{0, 1}));
 }
 
 Image Ramp(int width, int height) {

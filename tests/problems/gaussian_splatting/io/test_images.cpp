@@ -1,7 +1,11 @@
 #include "tests/problems/gaussian_splatting/io/test_images.h"
 
 #include <png.h>
+#include <tiffio.h>
+#include <unistd.h>
+#include <webp/encode.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 // jpeglib.h needs the above.
@@ -73,6 +77,70 @@ std::string EncodeJpeg(const JpegSource& source) {
   jpeg_destroy_compress(&info);
   std::string out(reinterpret_cast<const char*>(buffer), size);
   std::free(buffer);
+  return out;
+}
+
+std::string EncodeTiff(const TiffSource& source) {
+  std::FILE* file = std::tmpfile();
+  TIFF* tiff = TIFFFdOpen(dup(fileno(file)), "", "w");
+  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, source.width);
+  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, source.height);
+  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, source.samples);
+  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, source.bits);
+  TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, source.sample_format);
+  TIFFSetField(tiff, TIFFTAG_COMPRESSION, source.compression);
+  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, source.photometric);
+  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, source.separate_planes ? PLANARCONFIG_SEPARATE : PLANARCONFIG_CONTIG);
+  if (source.photometric == PHOTOMETRIC_YCBCR) TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+  if (source.extra_kind >= 0) {
+    const auto kind = static_cast<std::uint16_t>(source.extra_kind);
+    TIFFSetField(tiff, TIFFTAG_EXTRASAMPLES, 1, &kind);
+  }
+  if (source.tile > 0) {
+    TIFFSetField(tiff, TIFFTAG_TILEWIDTH, source.tile);
+    TIFFSetField(tiff, TIFFTAG_TILELENGTH, source.tile);
+  } else {
+    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 16);
+  }
+  const std::size_t sample = static_cast<std::size_t>(source.bits) / 8,
+                    pixel = static_cast<std::size_t>(source.samples) * sample;
+  const int planes = source.separate_planes ? source.samples : 1;
+  const int columns = source.tile > 0 ? source.tile : source.width, rows = source.tile > 0 ? source.tile : 1;
+  for (int plane = 0; plane < planes; ++plane) {
+    for (int top = 0; top < source.height; top += rows) {
+      for (int left = 0; left < source.width; left += columns) {
+        std::vector<std::uint8_t> block;
+        for (int y = top; y < top + rows; ++y) {
+          for (int x = left; x < left + columns; ++x) {
+            const auto row = static_cast<std::size_t>(std::min(y, source.height - 1)),
+                       column = static_cast<std::size_t>(std::min(x, source.width - 1));
+            const auto from =
+                source.bytes.begin() +
+                static_cast<std::ptrdiff_t>((row * static_cast<std::size_t>(source.width) + column) * pixel +
+                                            static_cast<std::size_t>(plane) * sample);
+            block.insert(block.end(), from, from + static_cast<std::ptrdiff_t>(planes > 1 ? sample : pixel));
+          }
+        }
+        const auto x = static_cast<std::uint32_t>(left), y = static_cast<std::uint32_t>(top);
+        const auto s = static_cast<std::uint16_t>(plane);
+        source.tile > 0 ? TIFFWriteTile(tiff, block.data(), x, y, 0, s) : TIFFWriteScanline(tiff, block.data(), y, s);
+      }
+    }
+  }
+  TIFFClose(tiff);
+  std::string out;
+  std::rewind(file);
+  for (int byte = std::fgetc(file); byte != EOF; byte = std::fgetc(file)) out += static_cast<char>(byte);
+  std::fclose(file);
+  return out;
+}
+
+std::string EncodeWebp(int width, int height, int channels, const std::vector<std::uint8_t>& bytes) {
+  std::uint8_t* encoded = nullptr;
+  const auto encode = channels == 4 ? WebPEncodeLosslessRGBA : WebPEncodeLosslessRGB;
+  const std::size_t size = encode(bytes.data(), width, height, width * channels, &encoded);
+  std::string out(reinterpret_cast<const char*>(encoded), size);
+  WebPFree(encoded);
   return out;
 }
 

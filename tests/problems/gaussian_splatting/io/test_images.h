@@ -25,6 +25,19 @@ struct JpegSource {
 };
 std::string EncodeJpeg(const JpegSource& source);
 
+// Tags as libtiff names them; `bytes` interleaved, samples of 16 bits in the machine's order. samples: 1 grey, 3 RGB,
+// one more has `extra_kind` (EXTRASAMPLE_*). With tile > 0 it is in tiles of that side.
+struct TiffSource {
+  int width = 0, height = 0, samples = 3, bits = 8;
+  int compression = 1, photometric = 2, sample_format = 1, extra_kind = -1, tile = 0;
+  bool separate_planes = false;
+  std::vector<std::uint8_t> bytes;
+};
+std::string EncodeTiff(const TiffSource& source);
+
+// Without loss; channels: 3 RGB, 4 RGBA.
+std::string EncodeWebp(int width, int height, int channels, const std::vector<std::uint8_t>& bytes);
+
 // A smooth colourful JPEG.
 std::string ExampleJpeg(int width, int height, bool progressive = false);
 

@@ -208,7 +208,7 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   };
   const auto evaluate = [&] {
     splat::DeviceViewWorkspace workspace;
-    return EvaluateOrDownload(session, targets, on_device, workspace, on_host);
+    return EvaluateOrDownload<CudaBackend<float>>(session, targets, on_device, workspace, on_host);
   };
   evaluate();
   EXPECT_EQ(downloads, 0);

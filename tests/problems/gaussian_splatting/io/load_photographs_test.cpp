@@ -1,0 +1,117 @@
+#include "problems/gaussian_splatting/io/load_photographs.h"
+
+#include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/io/load_scene.h"
+#include "tests/problems/gaussian_splatting/io/test_images.h"
+#include "tests/problems/gaussian_splatting/io/test_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr int kViews = 9;
+constexpr double kBytes = 3 * sizeof(float) * 60 * 40;  // of a photograph
+
+// Photographs that differ, of a lens that bends, one of them with a mask and one of half the size.
+class LoadPhotographsTest : public testing::Test {
+ protected:
+  LoadPhotographsTest() {
+    std::filesystem::create_directories(folder_ / "images");
+    ColmapModel model = ExampleModel();
+    model.images.clear();
+    for (std::uint32_t i = 0; i < kViews; ++i) {
+      ColmapImage image;
+      image.id = i;
+      image.camera_id = 1;
+      image.name = "view" + std::to_string(i) + ".png";
+      model.images.push_back(image);
+      Image picture(i == 5 ? 30 : 60, i == 5 ? 20 : 40);
+      for (std::size_t k = 0; k < picture.rgb.size(); ++k) {
+        picture.rgb[k] = static_cast<float>((k * (i + 3)) % 256) / 255.0f;
+      }
+      SavePng(ImagePath(i), picture);
+    }
+    std::filesystem::create_directories(folder_ / "masks");
+    Image mask(60, 40);
+    for (float& value : mask.rgb) value = 1;
+    for (int c = 0; c < 3; ++c) mask.plane(c)[700] = 0;
+    SavePng(folder_ / "masks/view2.png", mask);
+    WriteColmapModel(model, folder_ / "sparse/0", ColmapFormat::kBinary);
+    model_ = model;
+  }
+  std::string ImagePath(std::uint32_t i) const { return folder_ / ("images/view" + std::to_string(i) + ".png"); }
+  Scene Load(double photographs, int downscale = 1) const {
+    LoadSceneOptions options;
+    options.photographs_bytes = photographs * kBytes;
+    options.downscale = downscale;
+    return LoadScene(folder_.path(), options);
+  }
+  static void ExpectSamePhotographs(const Scene& a, const Scene& b) {
+    ASSERT_EQ(a.views.size(), b.views.size());
+    for (std::size_t v = 0; v < a.views.size(); ++v) {
+      EXPECT_EQ(a.views[v].Photograph()->rgb, b.views[v].Photograph()->rgb) << v;
+      EXPECT_EQ(a.views[v].Photograph()->mask, b.views[v].Photograph()->mask) << v;
+      EXPECT_EQ(a.views[v].camera.width, b.views[v].camera.width);
+      EXPECT_EQ(a.views[v].camera.lens.cx, b.views[v].camera.lens.cx);
+    }
+  }
+  void Distort() {
+    model_.cameras[0].model = ColmapCameraModel::kOpenCv;
+    model_.cameras[0].distortion = {.radial = {-0.2, 0.03}, .tangential = {0.001, 0.002}};
+    WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kBinary);
+  }
+  TempFolder folder_;
+  ColmapModel model_;
+};
+
+TEST_F(LoadPhotographsTest, AreTheSameWhereverTheyAre) {
+  for (const int downscale : {1, 3}) {
+    const Scene all = Load(100, downscale);
+    EXPECT_EQ(all.photographs, nullptr);
+    EXPECT_FALSE(all.views[4].image.empty());
+    for (const double photographs : {2.0, 4.5}) {
+      const Scene stored = Load(photographs / downscale / downscale, downscale);
+      ASSERT_NE(stored.photographs, nullptr);
+      EXPECT_TRUE(stored.views[4].image.empty());
+      for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
+      EXPECT_LE(stored.photographs->kept_bytes(), stored.photographs->budget_bytes());
+    }
+  }
+}
+
+TEST_F(LoadPhotographsTest, AreUndistortedAnewEachTime) {
+  Distort();
+  const Scene all = Load(100), stored = Load(4);
+  ASSERT_NE(stored.photographs, nullptr);
+  EXPECT_TRUE(stored.views[1].distortion.is_none());
+  for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
+}
+
+// Eight of full size, one of a quarter, one byte a pixel of a mask.
+TEST_F(LoadPhotographsTest, TheLastByteDecides) {
+  const double bytes = 8.25 * kBytes + 60 * 40;
+  EXPECT_EQ(Load(bytes / kBytes).photographs, nullptr);
+  const Scene stored = Load((bytes - 1) / kBytes);
+  ASSERT_NE(stored.photographs, nullptr);
+  EXPECT_GT(stored.photographs->kept_bytes(), 7 * kBytes) << "those that fit are not decoded a second time";
+  EXPECT_THAT(stored.notes, testing::Contains(testing::StartsWith("9 photographs take 0 MiB, of which 0 are kept")));
+}
+
+TEST_F(LoadPhotographsTest, LessThanTwoAreRefusedUnread) {
+  WriteBytes(ImagePath(4), "not an image");
+  ExpectError([&] { Load(1.9); }, "--photographs_mib: 0.1 MiB are less than two photographs take, 0.1; allow so much");
+  ExpectError([&] { Load(2); }, "view4.png: not a JPEG");
+}
+
+TEST_F(LoadPhotographsTest, OneThatIsGoneLaterIsNamed) {
+  const Scene stored = Load(2);
+  std::filesystem::remove(ImagePath(6));
+  ExpectError(
+      [&] {
+        for (const View& view : stored.views) view.Photograph();
+      },
+      "view6.png: no such file");
+  EXPECT_EQ(stored.views[7].Photograph()->width, 60) << "the others are there";
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,105 @@
+// Trainings on photographs that are decoded when their turn comes. Label threads: run under the thread sanitizer too.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kernels/core/error.h"
+#include "problems/gaussian_splatting/train/coarse_views.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+// Large enough to have views of half size.
+Scene CoarseScene() {
+  Scene scene = test::RingOfCameras(9, 160, 130, true);
+  test::RenderTruth(test::RandomModel(60, 1, 7), 0.05, &scene);
+  scene.views[2].image.mask.assign(160 * 130, 1);
+  for (std::size_t i = 0; i < 4000; ++i) scene.views[2].image.mask[i] = 0;
+  return scene;
+}
+
+double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
+
+// The scene with its photographs in a store that has room for so many.
+Scene Stored(Scene scene, double room) {
+  scene.photographs = std::make_shared<PhotographStore>(room * BytesOf(scene.views[2].image));
+  for (View& view : scene.views) {
+    const double bytes = BytesOf(view.image);
+    view.stored = std::make_shared<const StoredPhotograph>(
+        scene.photographs,
+        PhotographSource{.decode = [image = view.image] { return image; }, .bytes = bytes, .work_bytes = 1 << 20});
+    view.image = Image();
+  }
+  return scene;
+}
+
+TrainOptions Options() {
+  TrainOptions options = test::ShortTraining(24, 0);
+  options.parsimony = ParsimonyOptions();  // views judge
+  return options;
+}
+
+TEST(StoredPhotographs, TrainToTheSameBits) {
+  const Scene scene = CoarseScene();
+  const TrainResult expected = Train(scene, Options(), 0, {});
+  for (const double room : {2.0, 5.0}) {
+    const Scene stored = Stored(scene, room);
+    const TrainResult found = Train(stored, Options(), 0, {});
+    EXPECT_EQ(found.model.data, expected.model.data) << room;
+    EXPECT_EQ(found.history.back().test.psnr, expected.history.back().test.psnr);
+    EXPECT_EQ(found.history.back().cost, expected.history.back().cost);
+    EXPECT_LE(stored.photographs->kept_bytes(), stored.photographs->budget_bytes());
+  }
+}
+
+TEST(StoredPhotographs, PosesAreFoundAlongToTheSameBits) {
+  const Scene scene = CoarseScene();
+  TrainOptions options = Options();
+  options.cameras.refine = CameraChoice::kPose;
+  const TrainResult expected = Train(scene, options, 0, {}), found = Train(Stored(scene, 2), options, 0, {});
+  EXPECT_EQ(found.model.data, expected.model.data);
+  ASSERT_EQ(found.cameras.size(), expected.cameras.size());
+}
+
+TEST(StoredPhotographs, HalvesAreThoseOfTheScene) {
+  const Scene scene = CoarseScene(), stored = Stored(scene, 2);
+  std::vector<const View*> views, stored_views;
+  for (const View& view : scene.views) views.push_back(&view);
+  for (const View& view : stored.views) stored_views.push_back(&view);
+  const std::vector<View> expected = CoarseViews(views), found = CoarseViews(stored_views);
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    EXPECT_EQ(found[v].Photograph()->rgb, expected[v].image.rgb);
+    EXPECT_EQ(found[v].Photograph()->mask, expected[v].image.mask);
+  }
+}
+
+TEST(StoredPhotographs, MemoryIsForeseenWithTheStoreFull) {
+  const Scene scene = CoarseScene(), small = Stored(scene, 2), large = Stored(scene, 6);
+  const double less = Train(small, Options(), 0, {}).memory.predicted_mib;
+  const double more = Train(large, Options(), 0, {}).memory.predicted_mib;
+  EXPECT_NEAR(more - less, 4 * BytesOf(scene.views[2].image) / (1 << 20), 1e-6);
+}
+
+TEST(StoredPhotographs, WhatNeedsThemAllIsRefused) {
+  const Scene stored = Stored(CoarseScene(), 2);
+  const auto refusal = [&](const TrainOptions& options) {
+    try {
+      Train(stored, options, 0, {});
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  TrainOptions options = Options();
+  options.lm.iterations = 2;
+  EXPECT_THAT(refusal(options), testing::HasSubstr("lm.iterations=2: Levenberg-Marquardt needs all photographs"));
+  for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAuto}) {
+    options = Options();
+    options.cameras.refine = choice;
+    EXPECT_THAT(refusal(options), testing::HasSubstr("to find exposures"));
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs
