@@ -33,7 +33,7 @@ PosedModel LoadToView(const CommandLine& line) {
     gs::LoadSceneOptions options;
     options.downscale = line.flags.downscale;
     options.background = posed.model.background;
-    UseSceneFlags(line.flags, &options);
+    UseSceneFlags(line.flags, 0, &options);
     posed.scene = gs::LoadScene(line.arguments[1], options);
   } else {
     posed.scene.extent = ExtentOf(posed.model);

@@ -63,7 +63,7 @@ gs::SplatModel Cropped(const std::string& given, const gs::Box& box, gs::SplatMo
 gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model) {
   if (flags.scene.empty()) return gs::FindFloaters(model, nullptr);
   gs::LoadSceneOptions options;
-  UseSceneFlags(flags, &options);
+  UseSceneFlags(flags, 0, &options);
   const gs::Scene scene = gs::LoadScene(flags.scene, options);
   gs::SplatModel moved = model;
   gs::MoveToScene(scene, &moved);
