@@ -16,7 +16,7 @@ using Blocks = vesta::BlockDiagonal<Backend>;
 using vesta::Index;
 
 // x is the signal, then gain and offset of all instruments but the first. That one is calibrated, with gain 1 and
-// offset 0: else a s + b would explain the readings as well as s, for any a and b.
+// offset 0: else a s would explain the readings as well as s, for any a, and s + b nearly as well.
 struct Setup {
   Index instruments, length, stride;  // instrument k reads the times k stride to k stride + length
 
