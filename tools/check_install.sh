@@ -57,7 +57,7 @@ done
 grep -q "vesta has no component unheard_of; there are: core" "$work/refused/build/configure.log" ||
   { cat "$work/refused/build/configure.log"; fail "an unknown component is not named"; }
 
-for example in exponential_fit registration slow_detector from_ceres; do
+for example in exponential_fit registration slow_detector unknown_gains from_ceres; do
   say "examples/$example"
   arguments=(-DCMAKE_BUILD_TYPE=Release)
   # Who does not ask for the bridge needs no Ceres.

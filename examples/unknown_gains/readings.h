@@ -1,0 +1,140 @@
+// Instruments look at one signal s, each for a while, through a smoothing B_k of its own, with a gain and an offset
+// that nobody knows: instrument k reads g_k (B_k s)_i + o_k. Of that, the residuals and the products with J.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "solver/normal_equations/reduced_system.h"
+#include "solver/problem.h"
+
+using Backend = vesta::CpuBackend<double>;
+using View = Backend::View;
+using ConstView = Backend::ConstView;
+using Blocks = vesta::BlockDiagonal<Backend>;
+using vesta::Index;
+
+// x is the signal, then gain and offset of all instruments but the first. That one is calibrated, with gain 1 and
+// offset 0: else a s would explain the readings as well as s, for any a, and s + b nearly as well.
+struct Setup {
+  Index instruments, length, stride;  // instrument k reads the times k stride to k stride + length
+
+  Index times() const { return (instruments - 1) * stride + length; }
+  Index own() const { return 2 * (instruments - 1); }
+  Index readings() const { return instruments * length; }
+  double Gain(ConstView x, Index k) const { return k == 0 ? 1 : x[times() + 2 * k - 2]; }
+  double Offset(ConstView x, Index k) const { return k == 0 ? 0 : x[times() + 2 * k - 1]; }
+  // Of the smoothing, in [0, 1).
+  double Memory(Index k) const { return 0.3 + 0.25 * static_cast<double>(k % 3); }
+  // The readings of instrument k among all, and the part of the signal that it sees.
+  template <class V>
+  V Of(Index k, V readings) const {
+    return readings.subspan(k * length, length);
+  }
+  template <class V>
+  V Seen(Index k, V signal) const {
+    return signal.subspan(k * stride, length);
+  }
+  // out = scale B_k seen.
+  void Smooth(Index k, double scale, ConstView seen, View out) const {
+    double memory = Memory(k), value = 0;
+    for (Index i = 0; i < length; ++i) out[i] = value = memory * value + scale * (1 - memory) * seen[i];
+  }
+  // seen += scale B_k^T u.
+  void AddTransposed(Index k, double scale, ConstView u, View seen) const {
+    double memory = Memory(k), value = 0;
+    for (Index i = length - 1; i >= 0; --i) seen[i] += value = memory * value + scale * (1 - memory) * u[i];
+  }
+  // Gain and offset of an instrument, side by side from `offset` on.
+  vesta::BlockGroup OwnGroup(Index offset) const {
+    return {.size = 2, .count = instruments - 1, .offset = offset, .component_stride = 1, .block_stride = 2};
+  }
+};
+
+// J = [J_s J_o]: the columns of the signal, and of the instruments' own unknowns.
+class ReadingsLinearization final : public vesta::Linearization<Backend> {
+ public:
+  ReadingsLinearization(const Setup& setup, ConstView x, ConstView readings)
+      : setup_(setup), x_(x), smoothed_(setup.readings()), residuals_(setup.readings()) {
+    for (Index k = 0; k < setup.instruments; ++k) {
+      const View smoothed = setup.Of(k, smoothed_.view()), r = setup.Of(k, residuals_.view());
+      setup.Smooth(k, 1, setup.Seen(k, x), smoothed);
+      for (Index i = 0; i < setup.length; ++i)
+        r[i] = setup.Gain(x, k) * smoothed[i] + setup.Offset(x, k) - setup.Of(k, readings)[i];
+    }
+  }
+  const Setup& setup() const { return setup_; }
+  Index num_residuals() const override { return setup_.readings(); }
+  Index num_parameters() const override { return setup_.times() + setup_.own(); }
+  ConstView residuals() const override { return residuals_; }
+  void ApplyJ(ConstView v, View u) override {
+    ApplySignalJ(v.subspan(0, setup_.times()), u);
+    AddOwnJ(1, v.subspan(setup_.times(), setup_.own()), u);
+  }
+  void ApplyJT(ConstView u, View g) override {
+    ApplySignalJT(u, g.subspan(0, setup_.times()));
+    ApplyOwnJT(u, g.subspan(setup_.times(), setup_.own()));
+  }
+  void DiagJTJ(View d) override {
+    Blocks blocks(num_parameters(), block_groups());
+    BlockGram(blocks);
+    blocks.Diagonal(d);
+  }
+  std::vector<vesta::BlockGroup> block_groups() const override {
+    return {{.size = 1, .count = setup_.times()}, setup_.OwnGroup(setup_.times())};
+  }
+  void BlockGram(Blocks& blocks) override {
+    const View signal = blocks.values(0), own = blocks.values(1);
+    const Index count = setup_.instruments - 1;
+    for (Index k = 0; k < setup_.instruments; ++k) {
+      // Column i of B_k holds (1 - m) (1, m, m^2, ...) from row i on.
+      double memory = setup_.Memory(k), scale = setup_.Gain(x_, k) * (1 - memory), sum = 0;
+      const View seen = setup_.Seen(k, signal);
+      for (Index i = setup_.length - 1; i >= 0; --i) seen[i] += scale * scale * (sum = memory * memory * sum + 1);
+      if (k == 0) continue;
+      for (const double value : setup_.Of(k, smoothed_.view())) {
+        own[vesta::PackedLower(0, 0) * count + k - 1] += value * value;
+        own[vesta::PackedLower(1, 0) * count + k - 1] += value;
+        own[vesta::PackedLower(1, 1) * count + k - 1] += 1;
+      }
+    }
+  }
+  std::unique_ptr<vesta::ReducedSystem<Backend>> MakeReducedSystem() override;
+
+  // u = J_s v.
+  void ApplySignalJ(ConstView v, View u) const {
+    for (Index k = 0; k < setup_.instruments; ++k)
+      setup_.Smooth(k, setup_.Gain(x_, k), setup_.Seen(k, v), setup_.Of(k, u));
+  }
+  // g = J_s^T u.
+  void ApplySignalJT(ConstView u, View g) const {
+    std::fill(g.begin(), g.end(), 0.0);
+    for (Index k = 0; k < setup_.instruments; ++k)
+      setup_.AddTransposed(k, setup_.Gain(x_, k), setup_.Of(k, u), setup_.Seen(k, g));
+  }
+  // u += scale J_o w.
+  void AddOwnJ(double scale, ConstView w, View u) const {
+    for (Index k = 1; k < setup_.instruments; ++k) {
+      const ConstView smoothed = setup_.Of(k, smoothed_.view());
+      const View out = setup_.Of(k, u);
+      for (Index i = 0; i < setup_.length; ++i) out[i] += scale * (smoothed[i] * w[2 * k - 2] + w[2 * k - 1]);
+    }
+  }
+  // h = J_o^T u.
+  void ApplyOwnJT(ConstView u, View h) const {
+    std::fill(h.begin(), h.end(), 0.0);
+    for (Index k = 1; k < setup_.instruments; ++k) {
+      const ConstView smoothed = setup_.Of(k, smoothed_.view()), in = setup_.Of(k, u);
+      for (Index i = 0; i < setup_.length; ++i) {
+        h[2 * k - 2] += smoothed[i] * in[i];
+        h[2 * k - 1] += in[i];
+      }
+    }
+  }
+
+ private:
+  const Setup& setup_;
+  ConstView x_;
+  Backend::Vector smoothed_, residuals_;  // B_k s; r
+};

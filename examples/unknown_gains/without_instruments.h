@@ -1,0 +1,71 @@
+// The damped system of the readings without the instruments' own unknowns.
+#pragma once
+
+#include "readings.h"
+
+// J^T J + lambda D = [B E; E^T C], E = J_s^T J_o. C has a block of 2 x 2 for each instrument, since no reading is of
+// two.
+class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
+ public:
+  explicit WithoutInstruments(ReadingsLinearization& at)
+      : at_(at),
+        signal_(at.setup().times()),
+        own_(at.setup().own()),
+        damped_(at.num_parameters(), at.block_groups()),
+        C_(own_, {at.setup().OwnGroup(0)}),
+        w_(own_),
+        u_(at.num_residuals()) {}
+  Index size() const override { return signal_; }
+
+  void SetDamping(double lambda, ConstView metric) override {
+    lambda_ = lambda, metric_ = metric;
+    backend_.Fill(0, damped_.all_values());
+    at_.BlockGram(damped_);
+    damped_.AddToDiagonal(lambda, metric);
+    backend_.Copy(damped_.values(1), C_.values(0));
+    C_.Factorize();
+  }
+  // b_s - J_s^T J_o C^-1 b_o.
+  void ReduceRhs(ConstView rhs, View reduced) override {
+    C_.Solve(rhs.subspan(signal_, own_), w_);
+    backend_.Fill(0, u_);
+    at_.AddOwnJ(1, w_, u_);
+    at_.ApplySignalJT(u_, reduced);
+    backend_.Axpby(1, rhs.subspan(0, signal_), -1, reduced);
+  }
+  // J_s^T (I - J_o C^-1 J_o^T) J_s x + lambda D x: what gains and offsets can do is taken out of the readings.
+  void Apply(ConstView x, View y) override {
+    at_.ApplySignalJ(x, u_);
+    at_.ApplyOwnJT(u_, w_);
+    C_.Solve(w_, w_);
+    at_.AddOwnJ(-1, w_, u_);
+    at_.ApplySignalJT(u_, y);
+    backend_.AddScaled(lambda_, metric_.subspan(0, signal_), x, y);
+  }
+  // C^-1 (b_o - J_o^T J_s step_s).
+  void BackSubstitute(ConstView rhs, View step) override {
+    at_.ApplySignalJ(step.subspan(0, signal_), u_);
+    at_.ApplyOwnJT(u_, w_);
+    backend_.Axpby(1, rhs.subspan(signal_, own_), -1, w_);
+    C_.Solve(w_, step.subspan(signal_, own_));
+  }
+
+  // Those of B, hardly more than those of S: one sample of the signal changes few readings of an instrument, and of
+  // that gain and offset explain next to nothing.
+  std::vector<vesta::BlockGroup> kept_groups() const override { return {at_.block_groups().front()}; }
+  void DiagonalBlocks(Blocks& diagonal) override { backend_.Copy(damped_.values(0), diagonal.values(0)); }
+
+ private:
+  Backend backend_;
+  ReadingsLinearization& at_;
+  Index signal_, own_;  // numbers of unknowns
+  double lambda_ = 0;
+  ConstView metric_;
+  Blocks damped_;  // the blocks of the whole
+  Blocks C_;       // its last group, factorised
+  Backend::Vector w_, u_;
+};
+
+inline std::unique_ptr<vesta::ReducedSystem<Backend>> ReadingsLinearization::MakeReducedSystem() {
+  return std::make_unique<WithoutInstruments>(*this);
+}
