@@ -42,7 +42,7 @@ class ViewerTest : public testing::Test {
   gs::Image Picture(const std::string& query) const {
     const test::Reply reply = Get("/frame?width=40&height=30&" + query);
     EXPECT_EQ(reply.status, 200) << reply.body;
-    return gs::DecodeJpeg("frame", reply.body, false);
+    return ToPlanes(gs::DecodeJpeg("frame", reply.body, false), {});
   }
 
   gs::SplatModel model_ = gs::test::RandomModel(60, 1, 7);
