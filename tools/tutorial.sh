@@ -16,14 +16,14 @@ shift 2
 train_flags= find_cameras=yes
 for flag in "$@"; do
   case $flag in
-    --quick) train_flags=--iterations=500 ;;
+    --quick) train_flags=--iterations=1000 ;;
     --given_cameras) find_cameras= ;;
     *) echo "tutorial.sh: unknown flag $flag" >&2; usage ;;
   esac
 done
 
 # What the picture is like: as from a phone, small; a lens that bends by some pixels at the corners.
-frames=60 width=320 height=240 lens=-0.12,0.02,0.001,-0.001
+frames=48 width=320 height=240 lens=-0.12,0.02,0.001,-0.001
 
 for program in vesta vesta_demo_scene; do
   [ -x "$build_dir/$program" ] || fail "$build_dir/$program is missing; ./run build builds it"
