@@ -2,7 +2,7 @@
 # From a film to a splat, as docs/guide/from_a_film.md has it, with a film that the demo's ray tracer makes: some minutes.
 #   tools/tutorial.sh BUILD_DIR OUT_DIR [--quick] [--given_cameras]
 #     --quick          fewer iterations of training
-#     --given_cameras  without film and COLMAP: the ray tracer's pictures, from where it took them
+#     --given_cameras  without film and COLMAP: fewer and smaller pictures of the ray tracer, from where it took them
 # Needs colmap and, for the films, ffmpeg: Debian has packages of these names. OUT_DIR must not have another run's results.
 set -eu
 
@@ -13,17 +13,16 @@ fail() { echo "tutorial.sh: $*" >&2; exit 1; }
 build_dir=$1
 out_dir=$2
 shift 2
+# What the film is like: as from a phone, small; a lens that bends by some pixels at the corners.
+frames=48 width=320 height=240 lens=-0.12,0.02,0.001,-0.001
 train_flags= find_cameras=yes
 for flag in "$@"; do
   case $flag in
     --quick) train_flags=--iterations=1000 ;;
-    --given_cameras) find_cameras= ;;
+    --given_cameras) find_cameras= frames=24 width=160 height=120 ;;
     *) echo "tutorial.sh: unknown flag $flag" >&2; usage ;;
   esac
 done
-
-# What the picture is like: as from a phone, small; a lens that bends by some pixels at the corners.
-frames=48 width=320 height=240 lens=-0.12,0.02,0.001,-0.001
 
 for program in vesta vesta_demo_scene; do
   [ -x "$build_dir/$program" ] || fail "$build_dir/$program is missing; ./run build builds it"
