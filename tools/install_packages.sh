@@ -1,7 +1,8 @@
 #!/bin/sh
 # Installs the Debian 12 packages that vesta is built with. Only those that are missing: with nothing missing it needs
 # neither the network nor root.
-#   tools/install_packages.sh [demo] [ci]     demo: also what the demo's plot needs; ci: also what CI checks with
+#   tools/install_packages.sh [demo] [tutorial] [ci]     demo: also what the demo's plot needs; tutorial: also what
+#                                                        tools/tutorial.sh needs; ci: also what CI checks with
 set -eu
 
 packages="
@@ -14,8 +15,9 @@ packages="
 for group in "$@"; do
   case $group in
     demo) packages="$packages python3-matplotlib" ;;
+    tutorial) packages="$packages colmap ffmpeg" ;;
     ci) packages="$packages git clang clang-format clang-tidy doxygen libclang-rt-dev" ;;
-    *) echo "install_packages.sh: unknown group '$group'; the groups are demo and ci" >&2; exit 2 ;;
+    *) echo "install_packages.sh: unknown group '$group'; the groups are demo, tutorial and ci" >&2; exit 2 ;;
   esac
 done
 

@@ -12,4 +12,8 @@ namespace vesta::demo {
 // high in turn.
 std::vector<View> CameraPath(int count, int width, int height);
 
+// `count` views as of somebody who films while walking once round the scene: one after the other along a smooth path,
+// on which height, distance and where the camera looks sway.
+std::vector<View> Walk(int count, int width, int height);
+
 }  // namespace vesta::demo

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "apps/demo_scene/bent_rays.h"
 #include "apps/demo_scene/write_scene.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
@@ -15,6 +16,9 @@ DEFINE_int32(width, 200, "width of a picture in pixels");
 DEFINE_int32(height, 150, "height of a picture in pixels");
 DEFINE_int32(points, 3000, "number of points in the model");
 DEFINE_uint64(seed, 0, "other noise in pictures and points, same scene");
+DEFINE_bool(walk, false, "pictures one after the other as in a film of somebody who walks round the scene");
+DEFINE_string(lens, "", "the lens bends: k1 or k1,k2 or k1,k2,p1,p2 of COLMAP's SIMPLE_RADIAL, RADIAL, OPENCV");
+DEFINE_int32(passer_by_every, 0, "somebody is in each Nth picture, and masks/ has where; 0: nobody");
 DEFINE_int32(threads, 0, "number of threads; 0: one for each core");
 
 int main(int argc, char** argv) {
@@ -29,7 +33,10 @@ int main(int argc, char** argv) {
                                  .width = FLAGS_width,
                                  .height = FLAGS_height,
                                  .points = FLAGS_points,
-                                 .seed = FLAGS_seed},
+                                 .seed = FLAGS_seed,
+                                 .round = FLAGS_walk ? vesta::demo::Round::kWalk : vesta::demo::Round::kRings,
+                                 .lens = vesta::demo::ParseLens(FLAGS_lens),
+                                 .passer_by_every = FLAGS_passer_by_every},
                                 FLAGS_out);
     fmt::print("{}: {} pictures of {} x {}, {} points\n", FLAGS_out, FLAGS_views, FLAGS_width, FLAGS_height,
                FLAGS_points);

@@ -2,7 +2,9 @@
 
 #include <numbers>
 
+#include "apps/demo_scene/bent_rays.h"
 #include "apps/demo_scene/random.h"
+#include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 
 namespace vesta::demo {
@@ -102,8 +104,10 @@ Vec3 Pixel(const Scene& scene, const View& view, int i, int j, std::uint64_t str
 }  // namespace
 
 Vec3 RayDirection(const View& view, double u, double v) {
-  const Vec3 in_camera{(u - 0.5 * view.width) / view.focal, (v - 0.5 * view.height) / view.focal, 1};
-  return Normalized(Unrotate(view.cam_from_world, in_camera));
+  const double x = (u - 0.5 * view.width) / view.focal, y = (v - 0.5 * view.height) / view.focal;
+  const auto unbent = Undistort(view.lens, x, y);
+  if (!unbent) Fail("the lens shows nothing at pixel ({}, {})", u, v);
+  return Normalized(Unrotate(view.cam_from_world, {(*unbent)[0], (*unbent)[1], 1}));
 }
 
 gs::Image Render(const Scene& scene, const View& view, std::uint64_t seed) {

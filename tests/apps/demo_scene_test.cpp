@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <string>
 
+#include "apps/demo_scene/bent_rays.h"
 #include "apps/demo_scene/camera_path.h"
 #include "apps/demo_scene/sfm_points.h"
 #include "apps/demo_scene/write_scene.h"
@@ -88,6 +90,83 @@ TEST_F(DemoSceneTest, LoadsBackWithExactPoses) {
   }
 }
 
+TEST_F(DemoSceneTest, RaysComeFromWhereTheLensShowsThem) {
+  DemoOptions options = kSmall;
+  options.lens = ParseLens("-0.15,0.03,0.002,-0.001");
+  WriteDemoScene(options, folder_.string());
+  const gs::Scene loaded = gs::LoadScene(folder_.string());  // as a pinhole of the same focal length
+  const Scene scene = MakeScene();
+  View view = CameraPath(options.views, options.width, options.height)[3];
+  view.lens = options.lens;
+  const splat::Lens& pinhole = loaded.views[3].camera.lens;
+  for (const auto& [u, v] : {std::pair{0.5, 0.5}, {39.5, 0.5}, {20.0, 15.0}, {7.5, 29.5}}) {
+    const Hit hit = Intersect(scene, view.position, RayDirection(view, u, v));
+    const Vec3 ideal = Project(loaded.views[3], hit.point);
+    const auto [x, y] =
+        gs::Distort(options.lens, (ideal.x - pinhole.cx) / pinhole.fx, (ideal.y - pinhole.cy) / pinhole.fy);
+    EXPECT_NEAR(view.focal * x + 20, u, 1e-9);
+    EXPECT_NEAR(view.focal * y + 15, v, 1e-9);
+  }
+}
+
+TEST_F(DemoSceneTest, UndistortIsTheInverseOfDistort) {
+  const gs::Distortion lens = ParseLens("-0.1,0.02,0.001,-0.002");
+  EXPECT_EQ(lens.tangential[1], -0.002);
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.5, -0.4}, {-0.7, 0.1}, {0.3, 0.6}}) {
+    const auto [u, v] = gs::Distort(lens, x, y);
+    const auto back = Undistort(lens, u, v);
+    ASSERT_TRUE(back);
+    EXPECT_NEAR((*back)[0], x, 1e-11);
+    EXPECT_NEAR((*back)[1], y, 1e-11);
+  }
+  EXPECT_FALSE(Undistort(ParseLens("-0.5"), 0.9, 0.0));  // it folds at sqrt(2/3), which it shows at 0.54
+}
+
+TEST_F(DemoSceneTest, LensesThatAreNoneAreRefused) {
+  EXPECT_TRUE(ParseLens("").is_none());
+  for (const char* text : {"x", "0.1,", ",", "0.1,0.2,0.3", "1,2,3,4,5", "0.1 0.2", "nan", "inf"})
+    EXPECT_THROW(ParseLens(text), Error) << text;
+}
+
+TEST_F(DemoSceneTest, AWalkGoesOnceRoundInSmallSteps) {
+  const std::vector<View> views = Walk(60, 40, 30);
+  double turned = 0;
+  for (std::size_t k = 0; k < views.size(); ++k) {
+    const View &view = views[k], &next = views[(k + 1) % views.size()];
+    EXPECT_LT(Length(next.position - view.position), 0.5);
+    EXPECT_GT(Dot(view.cam_from_world.row[2], next.cam_from_world.row[2]), std::cos(0.2));
+    turned += std::atan2(view.position.x * next.position.z - view.position.z * next.position.x,
+                         view.position.x * next.position.x + view.position.z * next.position.z);
+  }
+  EXPECT_NEAR(turned, 2 * std::numbers::pi, 1e-9);
+}
+
+TEST_F(DemoSceneTest, MasksHideAllOfAPasserBy) {
+  DemoOptions options = kSmall;
+  WriteDemoScene(options, (folder_ / "empty").string());
+  options.passer_by_every = 5;
+  WriteDemoScene(options, (folder_ / "busy").string());
+  const gs::Scene empty = gs::LoadScene((folder_ / "empty").string());
+  const gs::Scene busy = gs::LoadScene((folder_ / "busy").string());
+  for (std::size_t k = 0; k < 10; ++k) {
+    const gs::Image &before = empty.views[k].image, &after = busy.views[k].image;
+    ASSERT_EQ(after.mask.empty(), k % 5 != 2);
+    if (after.mask.empty()) {
+      EXPECT_EQ(before.rgb, after.rgb);
+      continue;
+    }
+    int hidden = 0, changed = 0;
+    for (std::size_t i = 0; i < after.rgb.size(); ++i) {
+      const bool is_hidden = after.mask[i % after.num_pixels()] == 0;
+      hidden += is_hidden ? 1 : 0;
+      changed += before.rgb[i] != after.rgb[i] ? 1 : 0;
+      ASSERT_TRUE(is_hidden || before.rgb[i] == after.rgb[i]);
+    }
+    EXPECT_GT(changed, hidden / 2);
+    EXPECT_LT(hidden, static_cast<int>(after.rgb.size()) / 2);
+  }
+}
+
 // Median difference of the points' colours from those in all views that see them, the pixel shifted to the right.
 double MedianColorDifference(const Scene& scene, const gs::Scene& loaded, int shift) {
   std::vector<double> differences;
@@ -116,12 +195,14 @@ double MedianColorDifference(const Scene& scene, const gs::Scene& loaded, int sh
 }
 
 TEST_F(DemoSceneTest, PointsHaveTheColorsOfThePixelsTheyProjectTo) {
-  WriteDemoScene({.views = 4, .width = 120, .height = 90, .points = 400}, folder_.string());
-  const Scene scene = MakeScene();
-  const gs::Scene loaded = gs::LoadScene(folder_.string());
-  const double in_place = MedianColorDifference(scene, loaded, 0);
-  EXPECT_LT(in_place, 0.03);
-  EXPECT_GT(MedianColorDifference(scene, loaded, 8), 3 * in_place);
+  for (const char* lens : {"", "-0.2,0.04"}) {
+    WriteDemoScene({.views = 4, .width = 120, .height = 90, .points = 400, .lens = ParseLens(lens)}, folder_.string());
+    const Scene scene = MakeScene();
+    const gs::Scene loaded = gs::LoadScene(folder_.string());
+    const double in_place = MedianColorDifference(scene, loaded, 0);
+    EXPECT_LT(in_place, 0.03) << lens;
+    EXPECT_GT(MedianColorDifference(scene, loaded, 8), 3 * in_place) << lens;
+  }
 }
 
 TEST_F(DemoSceneTest, PointNoiseIsTheStatedShareOfTheDistance) {
@@ -170,6 +251,7 @@ TEST_F(DemoSceneTest, BadOptionsAreRefused) {
   EXPECT_THROW(WriteDemoScene({.width = 0}, folder_.string()), Error);
   EXPECT_THROW(WriteDemoScene({.points = 0}, folder_.string()), Error);
   EXPECT_THROW(WriteDemoScene(kSmall, "/proc/nowhere"), Error);
+  EXPECT_THROW(WriteDemoScene({.lens = ParseLens("-1")}, folder_.string()), Error);
   EXPECT_FALSE(std::filesystem::exists(folder_));
 }
 
