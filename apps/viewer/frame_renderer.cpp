@@ -7,6 +7,7 @@
 #include "kernels/gaussian_splatting/types.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/render/surface_colors.h"
 
 namespace vesta::app {
 
@@ -29,9 +30,18 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
     truth = gs::ResizeArea(photo.stored ? *photo.stored->Read() : photo.image, camera.width, camera.height);
   }
   if (request.kind == FrameKind::kTruth) return truth;
-  splats_.Build(gs::ToKernelModel(model), gs::ToPosedCamera(request.view, gs::NearPlane(scene_)), background_.data(),
-                workspace_);
-  if (request.kind == FrameKind::kCount) return CountImage();
+  const splat::Model<float> kernel_model = gs::ToKernelModel(model);
+  splats_.Build(kernel_model, gs::ToPosedCamera(request.view, gs::NearPlane(scene_)), background_.data(), workspace_);
+  switch (request.kind) {
+    case FrameKind::kCount:
+      return CountImage();
+    case FrameKind::kDepth:
+      return gs::DepthColors(gs::DepthOf(splats_, kernel_model, workspace_), 2 * scene_.extent);
+    case FrameKind::kNormals:
+      return gs::NormalColors(gs::NormalsOf(splats_, kernel_model, workspace_));
+    default:
+      break;
+  }
   gs::Image image(camera.width, camera.height);
   splats_.Render(image.rgb.data());
   return request.kind == FrameKind::kDifference ? ErrorMap(image, truth) : image;

@@ -13,10 +13,9 @@
 namespace vesta::app {
 namespace {
 
-constexpr schema::Choice<FrameKind> kKinds[] = {{FrameKind::kRender, "render"},
-                                                {FrameKind::kTruth, "truth"},
-                                                {FrameKind::kDifference, "difference"},
-                                                {FrameKind::kCount, "count"}};
+constexpr schema::Choice<FrameKind> kKinds[] = {{FrameKind::kRender, "render"},         {FrameKind::kTruth, "truth"},
+                                                {FrameKind::kDifference, "difference"}, {FrameKind::kDepth, "depth"},
+                                                {FrameKind::kNormals, "normals"},       {FrameKind::kCount, "count"}};
 static_assert(schema::EachOnce(kKinds));
 
 constexpr schema::Range kSide{16, 4096}, kFocal{0.05, 50}, kCoordinate{-1e12, 1e12};
@@ -40,7 +39,7 @@ FrameKind KindOf(const std::string& name) {
   for (const auto& choice : kKinds) {
     if (name == choice.name) return choice.value;
   }
-  Fail("kind: must be render, truth, difference or count");
+  Fail("kind: must be render, truth, difference, depth, normals or count");
 }
 
 gs::View FreeView(const HttpQuery& query, gs::ImageSize size) {

@@ -8,7 +8,7 @@
 
 namespace vesta::app {
 
-enum class FrameKind { kRender, kTruth, kDifference, kCount };
+enum class FrameKind { kRender, kTruth, kDifference, kDepth, kNormals, kCount };
 
 struct FrameRequest {
   FrameKind kind = FrameKind::kRender;
@@ -17,7 +17,7 @@ struct FrameRequest {
 };
 
 // From numbers as text:
-//   kind           render, truth (the photograph), difference of both, or count (of splats)
+//   kind           render, truth (the photograph), difference of both, depth, normals, or count (of splats)
 //   width, height  pixels of the picture, 16 to 4096 each
 //   photo          number of the scene's view whose camera it is, or
 //   position       x,y,z of the camera, in the scene's frame

@@ -60,6 +60,8 @@ std::string_view ViewerPage() {
     <h2>Picture</h2>
     <div class="buttons" id="kinds" role="radiogroup" aria-label="What is shown">
       <label><input type="radio" name="kind" value="render" checked>render</label>
+      <label><input type="radio" name="kind" value="depth">depth</label>
+      <label><input type="radio" name="kind" value="normals">normals</label>
       <label><input type="radio" name="kind" value="count">count</label>
       <label class="of-photo"><input type="radio" name="kind" value="truth">truth</label>
       <label class="of-photo"><input type="radio" name="kind" value="difference">difference</label>

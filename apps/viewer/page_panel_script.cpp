@@ -6,6 +6,8 @@ std::string_view ViewerPanelScript() {
   return R"js(
 const kindNotes = { render: "", truth: "The photograph.",
   difference: "Where the render differs from the photograph: black where it does not, palest from a quarter of the range of a colour.",
+  depth: "From near, yellow, to far, violet.",
+  normals: "Which way surfaces face: light blue faces the camera, red to the right, green up.",
   count: "How many Gaussians each tile of 16 by 16 pixels takes: palest from 1000 on." };
 
 // After the camera has moved, or what is shown has changed.

@@ -9,6 +9,8 @@
 
 #include "apps/viewer/training_view.h"
 #include "problems/gaussian_splatting/io/image_codecs.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/render/surface_colors.h"
 #include "tests/apps/viewer/http_get.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
@@ -90,6 +92,14 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
   const gs::Image none(40, 30);
   EXPECT_LT(MeanDifference(Picture("kind=difference&photo=1"), none), 0.02);
   EXPECT_GT(MeanDifference(Picture("kind=count&photo=1"), none), 0.02);
+  gs::SurfaceRenderer surface(gs::NearPlane(scene_));
+  EXPECT_LT(MeanDifference(Picture("kind=depth&photo=1"),
+                           gs::DepthColors(surface.Depth(model_, scene_.views[1]), 2 * scene_.extent)),
+            0.02);
+  EXPECT_LT(MeanDifference(Picture("kind=normals&photo=1"), gs::NormalColors(surface.Normals(model_, scene_.views[1]))),
+            0.05)
+      << "but for the JPEG, at edges";
+  EXPECT_GT(MeanDifference(Picture("kind=normals&photo=1"), Picture("kind=depth&photo=1")), 0.1);
 
   // The same camera by its numbers.
   const json view = json::parse(Get("/scene").body)["views"][1];
