@@ -1,7 +1,6 @@
 #include "apps/report/heat_color.h"
 
-#include <algorithm>
-#include <cstddef>
+#include "problems/gaussian_splatting/model/color_scale.h"
 
 namespace vesta::app {
 namespace {
@@ -16,13 +15,6 @@ constexpr std::array<std::array<float, 3>, 6> kColors = {{{0.000f, 0.000f, 0.016
 
 }  // namespace
 
-std::array<float, 3> HeatColor(float of) {
-  const float at = of * static_cast<float>(kColors.size() - 1);
-  const std::size_t below = std::min(static_cast<std::size_t>(at), kColors.size() - 2);
-  const float part = at - static_cast<float>(below);
-  std::array<float, 3> color;
-  for (std::size_t c = 0; c < 3; ++c) color[c] = (1 - part) * kColors[below][c] + part * kColors[below + 1][c];
-  return color;
-}
+std::array<float, 3> HeatColor(float of) { return gs::OnScale(kColors, of); }
 
 }  // namespace vesta::app

@@ -1,8 +1,8 @@
 #include "problems/gaussian_splatting/render/surface_colors.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
+
+#include "problems/gaussian_splatting/model/color_scale.h"
 
 namespace vesta::gs {
 namespace {
@@ -21,13 +21,8 @@ Image DepthColors(const DepthImage& depth, double middle) {
   for (std::size_t p = 0; p < depth.depth.size(); ++p) {
     const float z = depth.depth[p];
     if (z <= 0) continue;
-    const float at = static_cast<float>(middle / (middle + static_cast<double>(z))) * (kColors.size() - 1);
-    const std::size_t below = std::min(static_cast<std::size_t>(at), kColors.size() - 2);
-    const float part = at - static_cast<float>(below);
-    for (int c = 0; c < 3; ++c) {
-      const auto k = static_cast<std::size_t>(c);
-      image.plane(c)[p] = std::lerp(kColors[below][k], kColors[below + 1][k], part);
-    }
+    const auto color = OnScale(kColors, static_cast<float>(middle / (middle + static_cast<double>(z))));
+    for (int c = 0; c < 3; ++c) image.plane(c)[p] = color[static_cast<std::size_t>(c)];
   }
   return image;
 }

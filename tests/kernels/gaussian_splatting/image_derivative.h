@@ -1,0 +1,33 @@
+// A derivative of the image by something of the view against central differences.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/kernels/gaussian_splatting/reference.h"
+#include "tests/support/splat_scenes.h"
+
+namespace vesta::test {
+
+// changed(step): the scene with so much more of it. Compared where no decision is near.
+template <class Changed>
+void ExpectDerivativeOfImage(const Scene& scene, const Changed& changed, const std::vector<double>& d_image) {
+  const splat::reference::Image<double> decisions =
+      splat::reference::Render(scene.x, scene.count, scene.active_sh_degree, scene.view, scene.background);
+  const double step = 1e-6;
+  const std::vector<double> below = RenderedView<double>(changed(-step)).image,
+                            above = RenderedView<double>(changed(step)).image;
+  double scale = 1;
+  for (const double value : d_image) scale = std::max(scale, std::abs(value));
+  int compared = 0;
+  for (std::size_t i = 0; i < d_image.size(); ++i) {
+    if (decisions.margin[i % decisions.margin.size()] < 1e-3) continue;
+    ++compared;
+    ASSERT_NEAR((above[i] - below[i]) / (2 * step), d_image[i], 2e-5 * scale) << "entry " << i;
+  }
+  EXPECT_GT(compared, 0);
+}
+
+}  // namespace vesta::test
