@@ -14,20 +14,25 @@ namespace {
 
 constexpr double kMib = 1 << 20;
 
-// By the sizes of the cameras, before any image is decoded. Returns the bytes of the largest.
-double CheckBudget(const PhotographRule& rule, double budget, const std::vector<View>& views) {
-  double all = 0, most = 0;
-  for (const View& view : views) {
-    const double bytes = ExpectedBytes(view, rule);
-    all += bytes, most = std::max(most, bytes);
+// Two photographs have to fit: one that is looked at, and one that is decoded.
+void CheckBudget(double budget, const std::vector<View>& views) {
+  double most = 0;
+  for (const View& view : views) most = std::max(most, 3.0 * sizeof(float) * view.camera.width * view.camera.height);
+  if (2 * most <= budget) return;
+  Fail(
+      "--photographs_mib: {:.1f} MiB are less than two photographs take, {:.1f}; allow so much (a half of "
+      "--memory_budget where that is given), or use --downscale",
+      budget / kMib, std::ceil(20 * most / kMib) / 10);
+}
+
+// The photograph once more, of the size that it had.
+Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& camera) {
+  Image image = ReadPhotograph(in_file, rule).image;
+  if (image.width != camera.width || image.height != camera.height) {
+    Fail("{}: it has another size than when the scene was loaded; do not change photographs while they are in use",
+         in_file.image_path);
   }
-  if (all > budget && 2 * most > budget) {
-    Fail(
-        "--photographs_mib: {:.1f} MiB are less than two photographs take, {:.1f}; allow so much (a half of "
-        "--memory_budget where that is given), or use --downscale",
-        budget / kMib, std::ceil(20 * most / kMib) / 10);
-  }
-  return most;
+  return image;
 }
 
 double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
@@ -35,7 +40,8 @@ double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * 
 }  // namespace
 
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene) {
-  const double most = CheckBudget(rule, budget_bytes, scene->views);
+  double most = 1;  // by the sizes of the cameras, before any image is decoded
+  for (const View& view : scene->views) most = std::max(most, ExpectedBytes(view, rule));
   const auto views = static_cast<Index>(scene->views.size());
   const std::vector<View> in_files = scene->views;
   std::vector<PhotographSource> sources(scene->views.size());
@@ -46,9 +52,10 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* sce
     ViewPhotograph photograph = ReadPhotograph(in_files[v], rule);
     view.camera = photograph.camera;
     view.distortion = {};
-    sources[v] = {.decode = [view = in_files[v], rule] { return ReadPhotograph(view, rule).image; },
-                  .bytes = BytesOf(photograph.image),
-                  .work_bytes = photograph.work_bytes};
+    sources[v] = {
+        .decode = [in_file = in_files[v], rule, camera = view.camera] { return ReadAgain(in_file, rule, camera); },
+        .bytes = BytesOf(photograph.image),
+        .work_bytes = photograph.work_bytes};
     if (all_bytes.fetch_add(sources[v].bytes) + sources[v].bytes <= budget_bytes)
       view.image = std::move(photograph.image);
   };
@@ -59,6 +66,7 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* sce
     ParallelFor(std::min(at_once, views - begin), 1, [&](Index i) { load(begin + i); });
   }
   if (all_bytes <= budget_bytes) return;
+  CheckBudget(budget_bytes, scene->views);
   scene->photographs = std::make_shared<PhotographStore>(budget_bytes);
   for (std::size_t v = 0; v < sources.size(); ++v) {
     View& view = scene->views[v];

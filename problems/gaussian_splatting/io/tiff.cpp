@@ -48,9 +48,10 @@ struct Source {
 
 using Tiff = std::unique_ptr<TIFF, void (*)(TIFF*)>;
 
+// A hostile file asks for no more than this at once, in its tags or its pixels.
+constexpr tmsize_t kMostBytes = 1 << 30;
+
 Tiff Open(Source* source) {
-  // Tags of a hostile file ask for no more than this at once.
-  constexpr tmsize_t kMostBytes = 1 << 30;
   const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                              TIFFOpenOptionsFree);
   TIFFOpenOptionsSetMaxSingleMemAlloc(options.get(), kMostBytes);
@@ -167,12 +168,19 @@ InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, boo
         path);
   }
   image->size = size;
+  const auto check_bytes = [&](ImageSize part) {
+    CheckImageSize(path, bytes.size(), part);
+    const double all = static_cast<double>(part.width) * part.height * static_cast<double>(image->samples) *
+                       static_cast<double>(image->sample_bytes);
+    if (all > static_cast<double>(kMostBytes)) Fail("{}: its pixels take over 1 GiB; downscale it", path);
+  };
+  check_bytes(size);
   if (size_only) return *std::move(image);
 
   Block block{{size.width, 1}};
   if (TIFFIsTiled(tiff.get()) != 0) {
     block = {size_of(TIFFTAG_TILEWIDTH, TIFFTAG_TILELENGTH), true};
-    CheckImageSize(path, bytes.size(), block.size);
+    check_bytes(block.size);
   }
   image->Allocate();
   if (!ReadPixels(tiff.get(), block, &*image)) fail();

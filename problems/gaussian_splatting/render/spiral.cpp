@@ -40,7 +40,8 @@ std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames)
     const Point3 offset = InCamera(average, CameraCenter(view));
     for (std::size_t k = 0; k < 3; ++k) offsets[k].push_back(offset[k]);
   }
-  const Eigen::Vector3d reach(ReachOf(offsets[0]), ReachOf(offsets[1]), ReachOf(offsets[2]));
+  // Along the way that all look, no nearer to what they look at than half of the distance.
+  const Eigen::Vector3d reach(ReachOf(offsets[0]), ReachOf(offsets[1]), std::min(ReachOf(offsets[2]), scene.extent));
   const Eigen::Matrix3d axes = Eigen::Map<const Eigen::Matrix3d>(average.rotation.data());  // columns, in the world
   std::vector<View> views;
   for (int k = 0; k < frames; ++k) {

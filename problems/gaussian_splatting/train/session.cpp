@@ -55,8 +55,11 @@ void TrainingSession::Save(Stage stage, int iteration, const std::function<void(
 void TrainingSession::AttendToWatch(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host,
                                     const std::function<void(ArchiveWriter&)>& state) {
   const TrainWatch& watch = callbacks_.watch;
-  for (;;) {
-    if (watch.wants_model && watch.wants_model()) watch.show(on_host());
+  for (bool is_shown = false;;) {
+    if (!is_shown && watch.wants_model && watch.wants_model()) {
+      watch.show(on_host());
+      is_shown = true;  // in a pause it stays what it is
+    }
     bool waits = false;
     if (watch.waits) {
       const TrainingClock::Absence absence(clock_);

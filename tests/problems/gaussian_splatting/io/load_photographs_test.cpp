@@ -96,10 +96,24 @@ TEST_F(LoadPhotographsTest, TheLastByteDecides) {
   EXPECT_THAT(stored.notes, testing::Contains(testing::StartsWith("9 photographs take 0 MiB, of which 0 are kept")));
 }
 
-TEST_F(LoadPhotographsTest, LessThanTwoAreRefusedUnread) {
-  WriteBytes(ImagePath(4), "not an image");
+// By the sizes of the files, whatever those of the cameras are.
+TEST_F(LoadPhotographsTest, LessThanTwoAreRefused) {
   ExpectError([&] { Load(1.9); }, "--photographs_mib: 0.1 MiB are less than two photographs take, 0.1; allow so much");
+  model_.cameras[0].camera = ResizeCamera(model_.cameras[0].camera, 6000, 4000);
+  WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kBinary);
+  EXPECT_NE(Load(2).photographs, nullptr);
+  WriteBytes(ImagePath(4), "not an image");
   ExpectError([&] { Load(2); }, "view4.png: not a JPEG");
+}
+
+TEST_F(LoadPhotographsTest, OneOfAnotherSizeLaterIsNamed) {
+  const Scene stored = Load(2);
+  SavePng(ImagePath(6), Image(120, 80));
+  ExpectError(
+      [&] {
+        for (const View& view : stored.views) view.Photograph();
+      },
+      "view6.png: it has another size than when the scene was loaded");
 }
 
 TEST_F(LoadPhotographsTest, OneThatIsGoneLaterIsNamed) {

@@ -43,6 +43,13 @@ TEST(Spiral, StaysAmongTheCamerasAndLooksAtOnePoint) {
   EXPECT_NEAR(highest, 1, 0.02);
 }
 
+// A walk: never past what is looked at, which would turn the camera round.
+TEST(Spiral, StaysBeforeWhatItLooksAt) {
+  Scene scene = Grid();
+  for (std::size_t i = 0; i < 25; ++i) scene.views[i].translation[2] = -static_cast<double>(i);
+  for (const View& view : SpiralOf(scene, kCamera, 40)) EXPECT_GT(view.rotation[8], 0.5) << "looks along z";
+}
+
 TEST(Spiral, GoesForwardAndBackWhereCamerasDo) {
   Scene scene = Grid();
   for (std::size_t i = 0; i < 25; ++i) scene.views[i].translation[2] += i % 2 == 0 ? 0.3 : -0.3;
