@@ -24,7 +24,8 @@ struct Source {
   static Source& Of(void* handle) { return *static_cast<Source*>(handle); }
   static tmsize_t Read(thandle_t handle, void* out, tmsize_t size) {
     Source& source = Of(handle);
-    if (size < 0 || source.at > source.bytes.size()) return -1;
+    // Beyond the end there is nothing. (Not -1: libtiff 4.5 takes that for a count, and writes before its buffer.)
+    if (size < 0 || source.at > source.bytes.size()) return 0;
     const std::size_t given = std::min(static_cast<std::size_t>(size), source.bytes.size() - source.at);
     if (given > 0) std::memcpy(out, source.bytes.data() + source.at, given);
     source.at += given;
