@@ -70,7 +70,8 @@ template <class T>
 void FillBlock(const std::vector<double>& H, int n, Index block, Index blocks, HostSpan<T> values) {
   for (int row = 0; row < n; ++row) {
     for (int col = 0; col <= row; ++col) {
-      values[PackedLower(row, col) * blocks + block] = static_cast<T>(H[static_cast<std::size_t>(row * n + col)]);
+      const auto at = static_cast<std::size_t>(row) * static_cast<std::size_t>(n) + static_cast<std::size_t>(col);
+      values[PackedLower(row, col) * blocks + block] = static_cast<T>(H[at]);
     }
   }
 }

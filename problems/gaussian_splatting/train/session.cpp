@@ -22,7 +22,7 @@ std::string TrainingSession::NoteError(const char* what, const std::function<voi
     write();
   } catch (const Error& error) {
     // What has been trained so far is not lost for want of a file.
-    const std::string line = fmt::format("{}: {}", what, error.what());
+    std::string line = fmt::format("{}: {}", what, error.what());
     if (notes_.empty() || notes_.back() != line) Note(line);
     return line;
   }
