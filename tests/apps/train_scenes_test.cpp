@@ -82,8 +82,9 @@ TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
     gs::Image large(kWidth, kHeight);
     for (int row = 0; row < 3 * kHeight; ++row) {  // of the three planes
       for (int x = 0; x < kWidth; ++x) {
-        large.rgb[static_cast<std::size_t>(row * kWidth + x)] =
-            small.rgb[static_cast<std::size_t>(row / kEnlarged * kTinyWidth + x / kEnlarged)];
+        const std::ptrdiff_t to = std::ptrdiff_t{row} * kWidth + x,
+                             from = std::ptrdiff_t{row / kEnlarged} * kTinyWidth + x / kEnlarged;
+        large.rgb[static_cast<std::size_t>(to)] = small.rgb[static_cast<std::size_t>(from)];
       }
     }
     gs::SavePng(path, large);

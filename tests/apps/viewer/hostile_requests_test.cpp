@@ -112,6 +112,7 @@ TEST_F(HostileRequests, TenThousandDoNothing) {
   std::atomic<int> answered{0};
   std::atomic<bool> tells{false};
   std::vector<std::thread> threads;
+  threads.reserve(kThreads);
   for (int t = 0; t < kThreads; ++t) {
     threads.emplace_back([&, t] {
       Random random(static_cast<unsigned>(t));

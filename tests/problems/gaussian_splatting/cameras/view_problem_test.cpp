@@ -53,8 +53,8 @@ TEST(ViewProblem, HasNoFault) {
 
 TEST(ViewProblem, HasNoFaultWherePixelsDoNotCount) {
   ViewAndStart<double> setup;
-  std::vector<std::uint8_t> mask;
-  for (int i = 0; i < 40 * 30; ++i) mask.push_back(i % 40 < 25 ? 1 : 0);
+  std::vector<std::uint8_t> mask(40 * 30);
+  for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i % 40 < 25 ? 1 : 0;
   setup.target.mask = {mask.data(), static_cast<Index>(mask.size())};
   for (const FreeUnknowns& free : kKinds) {
     ViewProblem<double> problem = setup.Make(free);
