@@ -8,6 +8,7 @@
 
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/io/splat_file.h"
+#include "tests/apps/refusal.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -52,14 +53,8 @@ class ConvertFilters : public testing::Test {
     return output.out;
   }
   void ExpectRefused(std::vector<std::string> words, int status, const std::string& part) const {
-    SCOPED_TRACE(testing::PrintToString(words));
     words.insert(words.begin(), {"convert", ply_, "--out=" + out_});
-    const ProgramOutput output = RunProgram(words);
-    EXPECT_EQ(output.status, status);
-    EXPECT_EQ(CountLines(output.err), 1) << output.err;
-    EXPECT_THAT(output.err, HasSubstr(part));
-    EXPECT_EQ(output.out, "");
-    EXPECT_FALSE(fs::exists(out_));
+    ExpectRefusal(words, status, part, out_);
   }
 
   TempFolder folder_;

@@ -13,6 +13,7 @@
 
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/ply.h"
+#include "tests/apps/refusal.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -76,15 +77,8 @@ class Render : public testing::Test {
     EXPECT_EQ(output.err, "");
     EXPECT_THAT(output.out, HasSubstr(said));
   }
-  // One line, this status, and no folder made.
   void ExpectRefused(const std::vector<std::string>& flags, int status, const std::string& part) const {
-    SCOPED_TRACE(testing::PrintToString(flags));
-    const ProgramOutput output = RunProgram(Words(flags));
-    EXPECT_EQ(output.status, status);
-    EXPECT_EQ(CountLines(output.err), 1) << output.err;
-    EXPECT_THAT(output.err, HasSubstr(part));
-    EXPECT_EQ(output.out, "");
-    EXPECT_FALSE(fs::exists(out_));
+    ExpectRefusal(Words(flags), status, part, out_);
   }
 
   TempFolder folder_;
