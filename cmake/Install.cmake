@@ -3,7 +3,7 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
 
-install(TARGETS vesta_core vesta_solver vesta_toy vesta_bundle_adjustment vesta_deconvolution vesta_pose_graph
+install(TARGETS vesta_core vesta_ranks vesta_solver vesta_distributed vesta_toy vesta_bundle_adjustment vesta_deconvolution vesta_pose_graph
   EXPORT vesta)
 install(EXPORT vesta NAMESPACE vesta:: FILE vestaTargets.cmake DESTINATION ${package_dir})
 # A set of its own: who does not ask for the bridge needs no Ceres.
@@ -18,9 +18,9 @@ if(TARGET vesta)
 endif()
 
 # Public headers, by pattern; what they include goes with them.
-set(headers kernels/core/*.h kernels/math/quaternion.h solver/*.h solver/normal_equations/reduced_system.h
+set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/*.h solver/normal_equations/reduced_system.h solver/distributed/*.h
   solver/sparse_cholesky/*.h problems/toy/*.h problems/bundle_adjustment/bal_file.h
-  problems/bundle_adjustment/bundle_problem.h problems/bundle_adjustment/generate.h
+  problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h problems/bundle_adjustment/generate.h
   problems/deconvolution/photon_image.h problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h)
 if(TARGET vesta_ceres_bridge)
   list(APPEND headers solver/ceres/*.h)
