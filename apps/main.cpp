@@ -11,6 +11,7 @@
 #include "apps/help.h"
 #include "apps/print.h"
 #include "apps/process.h"
+#include "apps/ranks.h"
 #include "apps/train_settings.h"
 #include "kernels/core/process_memory.h"
 
@@ -55,7 +56,8 @@ int Run(int argc, char** argv) {
 }
 
 int Complain(const char* message, int status) {
-  PrintText(stderr, fmt::format("vesta: {}\n", OneLine(message)));
+  PrintText(stderr, fmt::format("vesta: {}{}\n", RankPrefix(), OneLine(message)));
+  EndWithOthers(OneLine(message), status);
   return status;
 }
 
@@ -70,8 +72,12 @@ int main(int argc, char** argv) {
   FLAGS_logtostderr = true;
   try {
     const int status = app::Run(argc, argv);
+    app::MeetAtEnd();
     const std::string error = app::PrintError();
     return error.empty() || status != 0 ? status : app::Complain(error.c_str(), app::kFailed);
+  } catch (const vesta::OthersGaveUp& error) {
+    app::EndWithOthers(error.what(), app::kFailed);  // they have said why
+    return app::kFailed;
   } catch (const app::UsageError& error) {
     return app::Complain(error.what(), app::kUsage);
   } catch (const std::bad_alloc&) {

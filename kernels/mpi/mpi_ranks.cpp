@@ -8,7 +8,6 @@
 #include <array>
 #include <chrono>
 #include <climits>
-#include <cstdlib>
 #include <cstring>
 #include <span>
 #include <thread>
@@ -157,7 +156,7 @@ class MpiRanks final : public Ranks {
     CheckMpi(MPI_Test(&abandoned_by_, &told, &status), "MPI_Test");
     if (told == 0) return;
     is_abandoned_ = true;
-    throw Error(fmt::format("process {} of {}: {}", status.MPI_SOURCE, size_, words_.data()));
+    throw OthersGaveUp(fmt::format("process {} of {}: {}", status.MPI_SOURCE, size_, words_.data()));
   }
 
   MpiOptions options_;
@@ -184,14 +183,6 @@ std::unique_ptr<Ranks> StartMpi(const MpiOptions& options) {
   auto ranks = std::make_unique<MpiRanks>(options);
   CheckSameInstructions(*ranks);
   return ranks;
-}
-
-bool IsStartedByMpi() {
-  // Open MPI, MPICH and whatever speaks PMI, Slurm with PMIx.
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"}) {
-    if (std::getenv(name) != nullptr) return true;
-  }
-  return false;
 }
 
 }  // namespace vesta

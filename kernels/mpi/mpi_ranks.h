@@ -15,12 +15,10 @@ struct MpiOptions {
 };
 
 // All processes of MPI_COMM_WORLD. MPI is initialised here, once a process, and ended with this object, unless a rank
-// abandoned the others: then the process must end at once (ExitAbandoned).
+// abandoned the others: then the process must end without MPI_Finalize, by _exit.
 //
 // Throws Error where MPI cannot start, and where the ranks do not run the same instruction set: their results would not
 // be the same bits (VESTA_SIMD chooses one that all have).
 std::unique_ptr<Ranks> StartMpi(const MpiOptions& options = {});
-// Whether this process was started by mpirun or alike, by the environment that those give it.
-bool IsStartedByMpi();
 
 }  // namespace vesta

@@ -1,6 +1,7 @@
 #include "kernels/ranks/ranks.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "kernels/core/check.h"
 
@@ -30,6 +31,14 @@ void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_siz
   VESTA_CHECK(send_sizes[0] == receive_sizes[0], "a rank sends itself {} bytes and receives {}", send_sizes[0],
               receive_sizes[0]);
   std::copy_n(send.begin(), send_sizes[0], receive.begin());
+}
+
+bool IsStartedInRanks() {
+  // Of Open MPI; of MPICH and whatever speaks PMI; of Slurm with PMIx.
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"}) {
+    if (std::getenv(name) != nullptr) return true;
+  }
+  return false;
 }
 
 std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {

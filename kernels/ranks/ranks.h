@@ -10,7 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "kernels/core/error.h"
+
 namespace vesta {
+
+// What calls throw where another rank gave up: its words, "process 2 of 4: no room".
+class OthersGaveUp : public Error {
+ public:
+  using Error::Error;
+};
 
 // What a rank has received from others.
 struct RankTraffic {
@@ -19,7 +27,7 @@ struct RankTraffic {
 };
 
 // All ranks call the same functions in the same order, each from one thread. Where a rank has called Abandon, or is
-// gone, the others' calls throw Error with its words.
+// gone, the others' calls throw OthersGaveUp with its words.
 class Ranks {
  public:
   using Bytes = std::span<std::byte>;
@@ -36,7 +44,7 @@ class Ranks {
   // sizes are multiples of 4 bytes.
   void AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                 std::span<const std::size_t> receive_sizes);
-  // Says why this rank goes on no more. The others' pending and later calls throw Error with these words. Never throws.
+  // Says why this rank goes on no more. The others' pending and later calls throw OthersGaveUp. Never throws.
   virtual void Abandon(const std::string& why) noexcept = 0;
 
   const RankTraffic& traffic() const { return traffic_; }
@@ -62,6 +70,9 @@ class SoloRank final : public Ranks {
   void DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                   std::span<const std::size_t> receive_sizes) override;
 };
+
+// Whether mpirun or alike started this process, by the environment that it gives its processes.
+bool IsStartedInRanks();
 
 // The k-th of `parts` pieces of [0, count), all of about the same size.
 struct Share {

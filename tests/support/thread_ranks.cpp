@@ -46,7 +46,7 @@ class Board {
 
  private:
   void ThrowIfAbandoned() const {
-    if (!why_.empty()) throw Error(why_);
+    if (!why_.empty()) throw OthersGaveUp(why_);
   }
 
   std::mutex mutex_;
