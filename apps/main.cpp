@@ -13,6 +13,7 @@
 #include "apps/process.h"
 #include "apps/ranks.h"
 #include "apps/train_settings.h"
+#include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
 
 namespace vesta::app {
@@ -20,14 +21,22 @@ namespace {
 
 constexpr int kFailed = 1, kUsage = 2;  // exit statuses
 
+// Others do all their work in each process anew, and say that they do.
+bool MayRunInRanks(Command command) {
+  return command == kTrain || command == kRefine || command == kPrune || command == kBundleAdjust;
+}
+
 int Run(int argc, char** argv) {
   const CommandLine line = ParseCommandLine({argv + 1, argv + argc});
   if (!line.command) {
     Print("{}", HelpText(line.arguments));
     return 0;
   }
-  if (line.flags.quiet) BeQuiet();
+  if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
   UseComputeFlags(line.flags);
+  if (IsStartedInRanks() && !MayRunInRanks(line.command->command)) {
+    Fail("vesta {} runs in one process; start it without mpirun", line.command->name);
+  }
   switch (line.command->command) {
     case kTrain:
       return RunTrain(line);

@@ -14,7 +14,7 @@ import tempfile
 SPLATS = "problems/gaussian_splatting/"
 SPLAT_ROOMS = {
     SPLATS + room: [SPLATS + below for below in rooms] +
-    ["solver", "kernels/math", "kernels/core", "kernels/image", "kernels/gaussian_splatting"]
+    ["solver", "kernels/math", "kernels/core", "kernels/ranks", "kernels/image", "kernels/gaussian_splatting"]
     for room, rooms in {
         "model": [],
         "io": ["model"],
