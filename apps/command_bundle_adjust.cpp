@@ -45,7 +45,7 @@ std::shared_ptr<const Loss> LossOf(const Flags& flags) {
 void SetOptions(const Flags& flags, LmOptions& options) {
   if (flags.iterations) options.max_iterations = *flags.iterations;
   if (flags.pcg_iterations) options.normal_system.pcg.max_iterations = *flags.pcg_iterations;
-  if (flags.time_limit > 0) options.max_seconds = std::max(0.0, flags.time_limit - SecondsSinceStart());
+  if (flags.time_limit > 0) options.max_seconds = std::max(1e-3, flags.time_limit - SecondsSinceStart());
 }
 
 // A GPU is for plain least squares, and for who asks for it: auto is the CPU here until somebody has timed both.

@@ -12,6 +12,11 @@ if(TARGET vesta_ceres_bridge)
   install(TARGETS vesta_ceres_bridge vesta_ceres_functors EXPORT vesta_ceres)
   install(EXPORT vesta_ceres NAMESPACE vesta:: FILE vestaCeresTargets.cmake DESTINATION ${package_dir})
 endif()
+# Likewise.
+if(TARGET vesta_mpi)
+  install(TARGETS vesta_mpi EXPORT vesta_mpi)
+  install(EXPORT vesta_mpi NAMESPACE vesta:: FILE vestaMpiTargets.cmake DESTINATION ${package_dir})
+endif()
 if(TARGET vesta)
   install(TARGETS vesta COMPONENT program)
   include(${CMAKE_CURRENT_LIST_DIR}/Manual.cmake)
@@ -22,6 +27,9 @@ set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/
   solver/sparse_cholesky/*.h problems/toy/*.h problems/bundle_adjustment/bal_file.h
   problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h problems/bundle_adjustment/generate.h
   problems/deconvolution/photon_image.h problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h)
+if(TARGET vesta_mpi)
+  list(APPEND headers kernels/mpi/*.h)
+endif()
 if(TARGET vesta_ceres_bridge)
   list(APPEND headers solver/ceres/*.h)
 endif()

@@ -79,6 +79,8 @@ class DistributedProblem final : public Problem<B> {
   ConstView Localize(ConstView x, OwnPart<B>& part);
 
  private:
+  void CheckSameProblem();
+
   Ranks& ranks_;
   ProblemParts<B>& parts_;
   std::vector<OwnPart<B>> own_;

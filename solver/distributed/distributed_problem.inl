@@ -14,6 +14,7 @@ template <Backend B>
 DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts) : ranks_(ranks), parts_(parts) {
   const int count = parts.num_parts();
   CheckTerms(count, ranks);
+  CheckSameProblem();
   std::vector<Index> units;
   std::vector<Support> supports;
   for (Index term = own_terms().begin; term < own_terms().end; ++term) {
@@ -36,6 +37,20 @@ DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts) 
   for (Index term = 0; term < count; ++term) {
     if (term >= own_terms().begin && term < own_terms().end) part(term).first_unit = num_units_;
     num_units_ += units[static_cast<std::size_t>(term)];
+  }
+}
+
+template <Backend B>
+void DistributedProblem<B>::CheckSameProblem() {
+  const std::vector<Index> sizes{parts_.num_parts(), parts_.num_parameters(), parts_.num_tangent()};
+  const std::vector<Index> all = GatherValues(ranks_, sizes);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (all[k] == all[k % sizes.size()]) continue;
+    const std::size_t rank = k / sizes.size();
+    Fail(
+        "process {} has a problem of {} parameters in {} parts, process 0 one of {} in {}: all must be given the same "
+        "problem",
+        rank, all[3 * rank + 1], all[3 * rank], all[1], all[0]);
   }
 }
 

@@ -12,19 +12,23 @@
 
 namespace vesta::gs {
 
+// Throws Error where views are in several batches, or in some that change from turn to turn.
+inline void CheckOneBatch(const ViewBatchOptions& batches) {
+  if (batches.count > 1 || batches.size > 0) {
+    Fail("LM over several processes takes all views as one batch; leave lm.batches=1 and lm.batch_size=0");
+  }
+}
+
 // Each part has all Gaussians and a run of the views. Of views that fall to others nothing is looked at.
 template <Backend B>
 class SplatParts final : public ProblemParts<B> {
  public:
   // No more parts than there are views, and as many whatever the number of processes is. whole must outlive this
-  // object. Throws Error where its views are in several batches, or in some that change from turn to turn.
+  // object. Throws Error as CheckOneBatch does.
   explicit SplatParts(SplatProblem<B>& whole)
       : whole_(whole),
         num_parts_(static_cast<int>(std::clamp<Index>(static_cast<Index>(whole.views().size()), 1, kMostParts))) {
-    const ViewBatchOptions& batches = whole.options().batches;
-    if (whole.num_batches() > 1 || batches.size > 0) {
-      Fail("LM over several processes takes all views as one batch; leave lm.batches=1 and lm.batch_size=0");
-    }
+    CheckOneBatch(whole.options().batches);
   }
 
   int num_parts() const override { return num_parts_; }

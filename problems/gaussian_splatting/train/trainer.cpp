@@ -7,6 +7,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/initialize.h"
@@ -180,6 +181,7 @@ void NoteMissedTarget(TrainingSession& session) {
 // Clocks and what is measured by one process must not decide what all do.
 void CheckRanks(const TrainOptions& options, const TrainCallbacks& callbacks, bool is_on_device) {
   if (!callbacks.ranks) return;
+  if (options.lm.iterations > 0) CheckOneBatch({options.lm.batches, options.lm.batch_size});
   if (is_on_device) Fail("several processes train on CPUs alone; use --device=cpu");
   if (options.time_limit > 0)
     Fail("--time_limit={}: several processes train by iterations; leave it", options.time_limit);
