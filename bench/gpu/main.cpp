@@ -153,7 +153,8 @@ class GpuBench {
                               .layout = workload_.model,
                               .first_diagonal = 0,
                               .attributes = workload_.model.num_attributes(),
-                              .steps = 0,
+                              .views = 1,
+                              .seen = 0,
                               .rate = {}};
     arrays.blocks.count = count;
     arrays.blocks.gradient = gradient.data();

@@ -4,8 +4,8 @@
 
 namespace vesta::gs {
 
-float AdamRule::StepFactor(double factor, int steps) {
-  return static_cast<float>(factor / (1 - std::pow(double{kAdamBeta1}, steps)));
+float AdamRule::StepFactor(double factor, int steps) const {
+  return static_cast<float>(factor * std::sqrt(views_) / (1 - std::pow(double{kAdamBeta1}, steps)));
 }
 
 float AdamRule::StepRate(int attribute, double factor, int steps) const {

@@ -48,10 +48,10 @@ constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Each basis is turned once in so many steps, some chunks of Gaussians at each step: after so many steps the chunks
-// FirstTurned(steps), that plus kTurnEvery, and so on.
+// Each basis is turned once in so many views, some chunks of Gaussians at each step: with the n-th view the chunks
+// FirstTurned(n), that plus kTurnEvery, and so on.
 inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
-VESTA_HD constexpr Index FirstTurned(int steps) { return (kTurnEvery - steps % kTurnEvery) % kTurnEvery; }
+VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
 
 // Entry (i, j) of a symmetric matrix in its packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }

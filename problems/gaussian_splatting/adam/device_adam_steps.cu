@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "kernels/core/divisor.h"
@@ -84,9 +85,12 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
     BlockAdamArrays blocks = all;
     blocks.bases = bases.data();
     device::ForEach(blocks.count, StepBlock{blocks}, "step of Adam's blocks");
-    const Index chunks = (blocks.count + kTurnChunk - 1) / kTurnChunk, first = FirstTurned(arrays.steps);
-    const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
-    device::ForEach(turned * kTurnChunk, TurnOne{blocks, first}, "turn of Adam's bases");
+    const Index chunks = (blocks.count + kTurnChunk - 1) / kTurnChunk;
+    for (Index k = 0; k < std::min<Index>(arrays.views, kTurnEvery); ++k) {
+      const Index first = FirstTurned(arrays.seen - k);
+      const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
+      device::ForEach(turned * kTurnChunk, TurnOne{blocks, first}, "turn of Adam's bases");
+    }
   }
   for (int first = arrays.first_diagonal, end = 0; first < arrays.attributes; first = end) {
     const Index rows = arrays.layout.Rows(first);

@@ -40,6 +40,19 @@ TEST(Adam, FirstStepIsTheRate) {
   }
 }
 
+// By four views twice the rate.
+TEST(Adam, ByMoreViewsStepsAreLonger) {
+  SplatModel model;
+  model.Resize(1, 1);
+  std::vector<float> gradient(model.data.size(), 3e-4f);
+  test::ModelAdam adam(LearningRates(), AdamMetric::kDiagonal, 4);
+  adam.Step(model, gradient.data(), model.num_attributes(), 1.0);
+  for (int a = 0; a < model.num_attributes(); ++a) {
+    const double step = 2 * RateOf({}, a);
+    EXPECT_NEAR(model.attribute(a)[0], -step, 1e-6 * step);
+  }
+}
+
 // Kingma and Ba's algorithm 1 in double, for one parameter; it rests where nothing pulls.
 class PlainAdam {
  public:
