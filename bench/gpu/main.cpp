@@ -162,6 +162,7 @@ class GpuBench {
     arrays.blocks.first = first.data();
     arrays.blocks.second = second.data();
     arrays.blocks.step = arrays.blocks.root_correction2 = 1;
+    arrays.blocks.beta2 = gs::kAdamBeta2;
     gs::BlockBases<Device> bases;
     // A step leaves its gradient zero, and one by zero has nothing to do: it is filled anew each time.
     const auto step = [&] {

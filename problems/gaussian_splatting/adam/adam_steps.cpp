@@ -32,6 +32,7 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
                     .second = all.second + offset,
                     .units = a < splat::kLogScale && all.units ? all.units + begin : nullptr,
                     .rate = arrays.rate[a],
+                    .beta2 = all.beta2,
                     .root_correction2 = all.root_correction2});
     }
   });

@@ -26,6 +26,7 @@ struct BlockAdamArrays {
   const float* units;                             // [count], factors on the rates of the means; null: 1
   float rates[splat::kGeometry];                  // of each attribute
   float step;                                     // factor on them, over the first moment's bias correction
+  float beta2;                                    // what C and the second moments keep of themselves
   float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
 };
 
@@ -69,7 +70,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   }
   const auto moves = pull != V(0);
   if (!L::Any(moves)) return;
-  const V beta2(kAdamBeta2), rest2(1 - kAdamBeta2), floor(kAdamFirstFloor);
+  const V beta2(a.beta2), rest2(1 - a.beta2), floor(kAdamFirstFloor);
   for (int k = 0; k < kBlockSize; ++k) {
     const Index at = k * a.count + i;
     rate[k] = V(a.rates[k]);
@@ -103,7 +104,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   for (int b = 0; b < kBlockSize; ++b) {
     float* s = a.second + b * a.count + i;
     const V old = L::Load(s);
-    second[b] = Select(moves, NextSecondMoment(old, g_turned[b]), old);
+    second[b] = Select(moves, NextSecondMoment(a.beta2, old, g_turned[b]), old);
     L::Store(s, second[b]);
     sum = sum + second[b];
   }

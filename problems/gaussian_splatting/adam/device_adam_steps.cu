@@ -22,8 +22,8 @@ struct StepOne {
     const auto [from_first, gaussian] = by_rows.Divide(parameter);
     const Index attribute = first + from_first;
     const float unit = attribute < splat::kLogScale && all.units ? all.units[gaussian] : 1.0f;
-    const float step =
-        AdamStep(all.gradient[i], unit * a.rate[attribute], all.root_correction2, all.first[i], all.second[i]);
+    const float step = AdamStep(all.gradient[i], unit * a.rate[attribute], all.beta2, all.root_correction2,
+                                all.first[i], all.second[i]);
     all.gradient[i] = 0;
     all.parameters[i] -= step;
   }

@@ -81,6 +81,7 @@ struct Blocks {
                       .units = nullptr,
                       .rates = {},
                       .step = 1,
+                      .beta2 = kAdamBeta2,
                       .root_correction2 = 1};
     for (int k = 0; k < kBlockSize; ++k) a.rates[k] = static_cast<float>(std::pow(1.5, k - 6));
     return a;
