@@ -16,6 +16,7 @@
 #include "apps/train_and_write.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
+#include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/parsimony/prune.h"
 
@@ -63,7 +64,7 @@ std::string GoalText(const Flags& flags, double keep) {
 // spare; the options then ask for no more. Returns a line on what went, if any did.
 std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedModel& posed) {
   constexpr int kFewIterations = 20;
-  const bool is_short = options.adam.iterations && *options.adam.iterations < kFewIterations;
+  const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
   if (!line.flags.max_loss && !is_short) return "";
   const Index before = posed.model.count;
   gs::PruneOptions prune{.goal = {},
