@@ -103,8 +103,9 @@ void SumOverRanks<S>::Finish(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
   const Support& root = plan_.Of({0, plan_.terms()});
   const int size = plan_.ranks().size();
   if (size == 1) {
-    Spread<S>(root, std::as_const(sum.whole()).view(), out);
-    free_.push_back(std::move(sum.whole()));
+    HostBuffer<S> whole = sum.TakeWhole();
+    Spread<S>(root, std::as_const(whole).view(), out);
+    free_.push_back(std::move(whole));
     return;
   }
   HostBuffer<S> finished = Collect(sum);
@@ -131,7 +132,7 @@ HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
   Index sent = 0, received = 0;
   for (int r = 0; r < size; ++r) {
     Index to = 0, from = 0;
-    for (const auto& [node, value] : sum.nodes()) to += plan_.SentTo(node, r).size();
+    for (const auto& [node, value] : sum.parts()) to += plan_.SentTo(node, r).size();
     for (const TreeNode& node : plan_.nodes(r)) from += plan_.OfMine(node).size();
     send_sizes[static_cast<std::size_t>(r)] = static_cast<std::size_t>(to) * sizeof(S);
     receive_sizes[static_cast<std::size_t>(r)] = static_cast<std::size_t>(from) * sizeof(S);
@@ -140,12 +141,12 @@ HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
   HostBuffer<S> outgoing = TakeBuffer(sent), incoming = TakeBuffer(received);
   S* to = outgoing.data();
   for (int r = 0; r < size; ++r) {
-    for (const auto& [node, value] : sum.nodes()) {
+    for (const auto& [node, value] : sum.parts()) {
       const Share part = plan_.SentTo(node, r);
       to = std::copy_n(value.data() + part.begin, part.size(), to);
     }
   }
-  for (auto& [node, value] : sum.nodes()) free_.push_back(std::move(value));
+  for (auto& [node, value] : sum.TakeParts()) free_.push_back(std::move(value));
   const auto bytes = [](HostBuffer<S>& buffer) {
     return std::as_writable_bytes(std::span<S>(buffer.data(), static_cast<std::size_t>(buffer.size())));
   };
@@ -162,7 +163,7 @@ HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
   }
   free_.push_back(std::move(outgoing));
   free_.push_back(std::move(incoming));
-  return std::move(finished.whole());
+  return finished.TakeWhole();
 }
 
 template class SumOverRanks<float>;

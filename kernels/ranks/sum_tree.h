@@ -5,6 +5,7 @@
 // runs adds them up to the same bits, wherever the runs begin.
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -19,43 +20,61 @@ struct TreeNode {
   friend bool operator==(const TreeNode&, const TreeNode&) = default;
 };
 
+// Whether a tree over `count` terms has this node.
+bool IsNode(const TreeNode& node, Index count);
 // Whether the two are the halves of a node of a tree over `count` terms.
 bool AreHalves(const TreeNode& left, const TreeNode& right, Index count);
 // The nodes that the terms begin .. end - 1 add up to, from the left; at most two a level.
 std::vector<TreeNode> NodesOf(Index begin, Index end, Index count);
 
-// Adds up terms or nodes that come from the left to the right, as far as the tree allows.
+// Adds up terms, and nodes that were added up elsewhere, as far as the tree allows, in whatever order they come.
 template <class T>
 class TreeSum {
  public:
-  explicit TreeSum(Index count) : count_(count) {}
+  using Part = std::pair<TreeNode, T>;
 
-  // add(node, a, node, b): a += b, of the two halves of a node. Called as often as halves meet.
+  // count: of the terms, at least one.
+  explicit TreeSum(Index count) : count_(count) { VESTA_CHECK(count > 0, "a sum of {} terms", count); }
+
+  // add(node, a, other, b): a += b, of the left and the right half of a node. Called as often as halves meet. Where
+  // terms come from the first to the last no more of them are held than the tree has levels.
   template <class Add>
   void Push(TreeNode node, T value, const Add& add) {
-    VESTA_CHECK(nodes_.empty() || nodes_.back().first.end == node.begin, "term {} after those before {}", node.begin,
-                nodes_.back().first.end);
-    nodes_.emplace_back(node, std::move(value));
-    while (nodes_.size() > 1 && AreHalves(nodes_[nodes_.size() - 2].first, nodes_.back().first, count_)) {
-      auto& [left, sum] = nodes_[nodes_.size() - 2];
-      auto& [right, other] = nodes_.back();
-      add(left, sum, right, other);
-      left.end = right.end;
-      nodes_.pop_back();
+    CheckIsNew(node);
+    for (auto half = HalfBeside(node); half != parts_.end(); half = HalfBeside(node)) {
+      auto [other, other_value] = std::move(*half);
+      parts_.erase(half);
+      if (other.begin < node.begin) std::swap(node, other), std::swap(value, other_value);
+      add(node, value, other, other_value);
+      node.end = other.end;
     }
+    const auto after = std::ranges::find_if(parts_, [&](const Part& part) { return part.first.begin > node.begin; });
+    parts_.emplace(after, node, std::move(value));
   }
   // What is there so far, from the left.
-  std::vector<std::pair<TreeNode, T>>& nodes() { return nodes_; }
-  // The one node that is left, once all terms are in.
-  T& whole() {
-    VESTA_CHECK(nodes_.size() == 1 && nodes_[0].first == (TreeNode{0, count_}), "a sum of {} terms that lacks some",
-                count_);
-    return nodes_[0].second;
+  const std::vector<Part>& parts() const { return parts_; }
+  std::vector<Part> TakeParts() { return std::exchange(parts_, {}); }
+  bool is_whole() const { return parts_.size() == 1 && parts_[0].first == (TreeNode{0, count_}); }
+  // Needs is_whole().
+  T TakeWhole() {
+    VESTA_CHECK(is_whole(), "a sum of {} terms that lacks some", count_);
+    return std::move(TakeParts()[0].second);
   }
 
  private:
+  auto HalfBeside(const TreeNode& node) {
+    return std::ranges::find_if(parts_, [&](const Part& part) {
+      return AreHalves(part.first, node, count_) || AreHalves(node, part.first, count_);
+    });
+  }
+  void CheckIsNew(const TreeNode& node) const {
+    VESTA_CHECK(IsNode(node, count_), "no part {} to {} in a sum of {} terms", node.begin, node.end, count_);
+    const auto overlaps = [&](const Part& part) { return part.first.begin < node.end && node.begin < part.first.end; };
+    VESTA_CHECK(std::ranges::none_of(parts_, overlaps), "terms {} to {} were added twice", node.begin, node.end - 1);
+  }
+
   Index count_;
-  std::vector<std::pair<TreeNode, T>> nodes_;
+  std::vector<Part> parts_;  // from the left
 };
 
 // Of numbers.

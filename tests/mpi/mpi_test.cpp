@@ -89,6 +89,42 @@ TEST_F(UnderMpi, RefinesToTheSameSplatOnAnyNumberOfProcesses) {
   }
 }
 
+TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
+  WriteTinyScene(folder_ / "scene");
+  std::string alone;
+  for (const int count : {1, 2, 3, 4}) {
+    const std::string out = folder_ / ("trained" + std::to_string(count));
+    const ProgramOutput output =
+        RunProgram(Vesta(count, {"train", folder_ / "scene", "--out=" + out, "--iterations=120", "--threads=1", "--set",
+                                 "adam.views_per_iteration=3", "--lm_iterations=1", "--noreport"}));
+    ASSERT_EQ(output.status, 0) << output.err;
+    const std::string splat = ReadFile(out + "/point_cloud.ply");
+    if (count == 1) alone = splat;
+    EXPECT_EQ(splat, alone) << count << " processes";
+  }
+  // The Adam stage is the same without mpirun.
+  const auto by_adam = [&](const std::string& name, bool is_under_mpi) {
+    const std::string out = folder_ / name;
+    std::vector<std::string> arguments{"train",
+                                       folder_ / "scene",
+                                       "--out=" + out,
+                                       "--iterations=120",
+                                       "--threads=1",
+                                       "--set",
+                                       "adam.views_per_iteration=3",
+                                       "--noreport"};
+    if (is_under_mpi) {
+      EXPECT_EQ(RunProgram(Vesta(2, arguments)).status, 0);
+    } else {
+      std::string command = "unset OMPI_COMM_WORLD_SIZE PMI_SIZE PMIX_RANK; exec " VESTA_UNDER_MPI;
+      for (const std::string& argument : arguments) command += " " + argument;
+      EXPECT_EQ(RunProgram(On(1, {"sh", "-c", command})).status, 0);
+    }
+    return ReadFile(out + "/point_cloud.ply");
+  };
+  EXPECT_EQ(by_adam("adam2", true), by_adam("adam", false));
+}
+
 TEST_F(UnderMpi, SaysWhatIsWrongForAllOnce) {
   const ProgramOutput output = RunProgram(Adjust(3, folder_ / "out.txt"));
   EXPECT_NE(output.status, 0);
@@ -153,6 +189,7 @@ TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
   const std::string scene = folder_ / "scene", out = "--out=" + (folder_ / "out");
   EXPECT_THAT(refusal(2, {"doctor", scene}), HasSubstr("vesta doctor runs in one process; start it without mpirun"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--time_limit=5"}), HasSubstr("--time_limit=5: several processes"));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--refine_cameras=pose"}), HasSubstr("cameras as given"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=2", "--lm_iterations=1", "--set", "lm.batches=2"}),
               HasSubstr("leave lm.batches=1"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/point_cloud.ply"));

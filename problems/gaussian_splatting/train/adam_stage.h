@@ -26,6 +26,7 @@
 #include "problems/gaussian_splatting/train/forecast.h"
 #include "problems/gaussian_splatting/train/kept_state.h"
 #include "problems/gaussian_splatting/train/session.h"
+#include "problems/gaussian_splatting/train/share_views.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
 #include "problems/gaussian_splatting/train/stage_parsimony.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
@@ -204,9 +205,13 @@ class AdamStage {
     const int views = options_.adam.views_per_iteration;
     passes_->views.Begin({x, splat::NumAttributes(x.active_sh_degree)}, views,
                          Observes(options_.density, span) ? &state_->model.density() : nullptr);
+    const Share own = OwnViews(session_.ranks(), views);
     for (int k = 0; k < views; ++k) {
-      targets.Expect([this, order = state_->order]() mutable { return NextView(order); });
+      if (k >= own.begin && k < own.end) {
+        targets.Expect([this, order = state_->order]() mutable { return NextView(order); });
+      }
       const std::size_t next = NextView(state_->order);
+      if (k < own.begin || k >= own.end) continue;
       const TargetView<B>& target = targets[next];
       const ImageShape shape = target.shape();
       const auto values = static_cast<double>(shape.NumValues());
@@ -217,6 +222,9 @@ class AdamStage {
           density::PullsOf(passes_->view, passes_->workspace.splat_sums.data(), share * values);
       // The loss is read last, so that on a device all of the view's work is under way.
       passes_->views.Add(k, pulls, gradient, [&] { return ViewCost{passes_->loss.Value().objective, values}; });
+    }
+    if constexpr (kOnHost) {
+      if (session_.ranks() && views > 1) ShareParts(*session_.ranks(), &passes_->views);
     }
     const ViewCost sum = passes_->views.Finish(gradient);
     pixels_ = sum.values / ImageShape::kChannels;

@@ -1,12 +1,12 @@
-// What the views of an iteration tell of a model, added up in the order of a fixed tree (term_tree.h): the same bits
-// whoever took which view. For every memory space.
+// What the views of an iteration tell of a model, added up in the order of a fixed tree (kernels/ranks/sum_tree.h): the
+// same bits whoever took which view. For every memory space.
 #pragma once
 
 #include <utility>
 #include <vector>
 
+#include "kernels/ranks/sum_tree.h"
 #include "problems/gaussian_splatting/density/density.h"
-#include "problems/gaussian_splatting/train/term_tree.h"
 #include "problems/gaussian_splatting/train/view_gradient.h"
 
 namespace vesta::gs {
@@ -15,7 +15,7 @@ template <class Space>
 class SumOfViews {
  public:
   using Term = ViewGradient<Space>;
-  using Tree = TermTree<Term>;
+  using Tree = TreeSum<Term>;
   using Part = typename Tree::Part;
 
   // An iteration on so many views of a model so laid out; what was left of another one is dropped. density: learns how
@@ -35,12 +35,13 @@ class SumOfViews {
     }
     Term term = terms_.Take(layout_, pulls, density_ != nullptr, gradient);
     term.SetCost(cost());
-    AddPart({{0, k}, std::move(term)});
+    AddPart({TreeNode{k, k + 1}, std::move(term)});
   }
   // Of several views: some of them, that were added up elsewhere.
   void AddPart(Part part) {
-    tree_.Add(part.node, std::move(part.term),
-              [&](Term& left, Term right) { terms_.Join(layout_, left, std::move(right)); });
+    tree_.Push(part.first, std::move(part.second), [&](const TreeNode&, Term& left, const TreeNode&, Term& right) {
+      terms_.Join(layout_, left, std::move(right));
+    });
   }
   // Those that were added here, as far as they can be without the others.
   std::vector<Part> TakeParts() { return tree_.TakeParts(); }
@@ -48,7 +49,7 @@ class SumOfViews {
   // Once all views were added: leaves their gradient in `gradient`, tells density control, and returns their cost.
   ViewCost Finish(float* gradient) {
     if (views_ == 1) return cost_;
-    Term sum = tree_.TakeSum();
+    Term sum = tree_.TakeWhole();
     terms_.GiveGradient(layout_, sum, gradient);
     if (density_) terms_.GivePulls(layout_, sum, density_->pull().data(), density_->seen().data());
     const ViewCost cost = sum.cost();

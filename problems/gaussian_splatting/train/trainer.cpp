@@ -181,6 +181,7 @@ void NoteMissedTarget(TrainingSession& session) {
 // Clocks and what is measured by one process must not decide what all do.
 void CheckRanks(const TrainOptions& options, const TrainCallbacks& callbacks, bool is_on_device) {
   if (!callbacks.ranks) return;
+  if (options.cameras.refines()) Fail("--refine_cameras: several processes train with cameras as given; leave it");
   if (options.lm.iterations > 0) CheckOneBatch({options.lm.batches, options.lm.batch_size});
   if (is_on_device) Fail("several processes train on CPUs alone; use --device=cpu");
   if (options.time_limit > 0)

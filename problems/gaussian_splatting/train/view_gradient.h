@@ -131,7 +131,7 @@ class ViewGradients {
     sum.SetCost({left.cost().objective + right.cost().objective, left.cost().values + right.cost().values});
     return sum;
   }
-  // The same into left, for a TermTree.
+  // The same into left, for a TreeSum.
   void Join(const term::Layout& layout, Term& left, Term right) {
     Term sum = Sum(layout, left, right);
     Recycle(std::exchange(left, std::move(sum)));

@@ -44,7 +44,7 @@ std::vector<float> Expected() {
       tree.Push({term, term + 1}, dense[static_cast<std::size_t>(term)][entry],
                 [](const TreeNode&, float& a, const TreeNode&, float b) { a += b; });
     }
-    sum.push_back(tree.whole());
+    sum.push_back(tree.TakeWhole());
   }
   return sum;
 }

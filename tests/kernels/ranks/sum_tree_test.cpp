@@ -3,8 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace vesta {
 namespace {
@@ -63,19 +68,70 @@ TEST(SumTree, AnyRunsAddUpToTheSameBits) {
         for (Index i = count * k / runs; i < count * (k + 1) / runs; ++i) {
           run.Push({i, i + 1}, terms[static_cast<std::size_t>(i)], add);
         }
-        for (const auto& [node, value] : run.nodes()) all.Push(node, value, add);
+        for (const auto& [node, value] : run.parts()) all.Push(node, value, add);
       }
-      EXPECT_EQ(all.whole(), SumByTree(terms)) << count << " terms in " << runs << " runs";
+      EXPECT_EQ(all.TakeWhole(), SumByTree(terms)) << count << " terms in " << runs << " runs";
     }
   }
 }
 
-TEST(SumTree, SaysWhatIsMissing) {
-  TreeSum<double> sum(3);
-  const auto add = [](const TreeNode&, double& a, const TreeNode&, double b) { a += b; };
-  sum.Push({0, 1}, 1, add);
-  EXPECT_THROW(sum.whole(), Error);
-  EXPECT_THROW(sum.Push({2, 3}, 1, add), Error);
+// A term that tells how it came about.
+void Join(const TreeNode&, std::string& left, const TreeNode&, const std::string& right) {
+  left = "(" + left + "+" + right + ")";
+}
+std::string WordsOf(Index terms, const std::vector<Index>& order) {
+  TreeSum<std::string> tree(terms);
+  for (const Index k : order) {
+    EXPECT_FALSE(tree.is_whole());
+    tree.Push({k, k + 1}, std::to_string(k), Join);
+  }
+  return tree.TakeWhole();
+}
+std::vector<Index> Ascending(Index terms) {
+  std::vector<Index> order(static_cast<std::size_t>(terms));
+  std::iota(order.begin(), order.end(), Index{0});
+  return order;
+}
+
+TEST(SumTree, IsTheSameForEachNumberOfTerms) {
+  const std::pair<Index, const char*> known[] = {{1, "0"},
+                                                 {2, "(0+1)"},
+                                                 {3, "((0+1)+2)"},
+                                                 {5, "(((0+1)+(2+3))+4)"},
+                                                 {6, "(((0+1)+(2+3))+(4+5))"},
+                                                 {7, "(((0+1)+(2+3))+((4+5)+6))"},
+                                                 {9, "((((0+1)+(2+3))+((4+5)+(6+7)))+8)"}};
+  for (const auto& [terms, sum] : known) EXPECT_EQ(WordsOf(terms, Ascending(terms)), sum);
+}
+
+TEST(SumTree, TermsComeInAnyOrder) {
+  for (const Index terms : {3, 4, 5, 6}) {
+    std::vector<Index> order = Ascending(terms);
+    const std::string expected = WordsOf(terms, order);
+    while (std::next_permutation(order.begin(), order.end())) ASSERT_EQ(WordsOf(terms, order), expected);
+  }
+}
+
+TEST(SumTree, HoldsFewTerms) {
+  TreeSum<int> tree(128);
+  std::size_t most = 0;
+  for (Index k = 0; k < 128; ++k) {
+    tree.Push({k, k + 1}, 1, [](const TreeNode&, int& a, const TreeNode&, int b) { a += b; });
+    most = std::max(most, tree.parts().size());
+  }
+  EXPECT_EQ(most, 7U);
+  EXPECT_EQ(tree.TakeWhole(), 128);
+}
+
+TEST(SumTree, MisuseIsNamed) {
+  EXPECT_THROW(TreeSum<std::string>(0), Error);
+  for (const TreeNode node : {TreeNode{5, 6}, {-1, 0}, {1, 3}, {0, 3}, {2, 2}, {4, 6}}) {
+    EXPECT_THROW(TreeSum<std::string>(5).Push(node, "", Join), Error) << node.begin << " " << node.end;
+  }
+  TreeSum<std::string> tree(5);
+  tree.Push({3, 4}, "", Join);
+  EXPECT_THROW(tree.Push({3, 4}, "", Join), Error);
+  EXPECT_THROW(tree.TakeWhole(), Error);
 }
 
 }  // namespace

@@ -126,9 +126,9 @@ TEST_F(ViewGradients, AreTheSameBitsInShares) {
     for (const int k : share) Add(all, k, part);
     std::vector<Sum::Part> parts = part.TakeParts();
     ASSERT_EQ(parts.size(), 1u);
-    const HostSpan<const unsigned char> bytes = parts[0].term.Bytes();
+    const HostSpan<const unsigned char> bytes = parts[0].second.Bytes();
     const std::vector<unsigned char> sent(bytes.begin(), bytes.end());
-    whole.AddPart({parts[0].node, Sum::Term::FromBytes({sent.data(), static_cast<Index>(sent.size())})});
+    whole.AddPart({parts[0].first, Sum::Term::FromBytes({sent.data(), static_cast<Index>(sent.size())})});
   }
   EXPECT_EQ(Finish(all, whole, density), InOrder(all, {0, 1, 2, 3}));
 }
