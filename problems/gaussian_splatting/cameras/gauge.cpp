@@ -74,6 +74,16 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   }
 }
 
+void RemoveCommonTurn(std::vector<ViewUnknowns>* found) {
+  if (found->empty()) return;
+  Vector3 mean = Vector3::Zero();
+  for (const ViewUnknowns& view : *found) mean += LogOf(view.motion) / static_cast<double>(found->size());
+  if (!mean.allFinite()) return;
+  splat::PoseTangent back;
+  for (int k = 0; k < 3; ++k) back.v[k] = -mean[k];
+  for (ViewUnknowns& view : *found) view.motion = splat::Compose(back, view.motion);
+}
+
 void RemoveCommonExposure(std::vector<ViewUnknowns>* found) {
   if (found->empty()) return;
   const auto views = static_cast<double>(found->size());

@@ -133,7 +133,7 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
     moved = true;
   }
   if (state->seen > 0 && state->seen % lens_of_.size() == 0) {
-    FixGauge(FreeBy(Choice(*state)));
+    FixGauge(span, FreeBy(Choice(*state)));
     moved = true;
   }
   return moved;
@@ -162,9 +162,10 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
   }
 }
 
-void StageCameras::FixGauge(const FreeUnknowns& free) {
+void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   std::vector<ViewUnknowns> found = session_.cameras().found();
   if (free.pose) RemoveCommonMotion(session_.cameras().given(), depth_, &found);
+  if (free.pose && !span.HasReached(kMeanTurnFree)) RemoveCommonTurn(&found);
   if (free.color) RemoveCommonExposure(&found);
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
 }

@@ -63,7 +63,7 @@ class StageCameras {
   bool is_deciding(const StageCamerasState& state) const;
   void Set(std::size_t view, const ViewUnknowns& found);
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
-  void FixGauge(const FreeUnknowns& free);
+  void FixGauge(const StageSpan& span, const FreeUnknowns& free);
 
   TrainingSession& session_;
   const CameraOptions& options_;

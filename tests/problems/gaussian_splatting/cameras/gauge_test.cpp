@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "kernels/math/quaternion.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 
 namespace vesta::gs {
@@ -135,6 +136,26 @@ TEST(Gauge, MeansOfExposuresAreNone) {
     EXPECT_NEAR(scale(0), scale(2), 1e-14);
     EXPECT_NEAR(shift(0), shift(2), 1e-14);
   }
+}
+
+// All tilt by the same, each in its own axes, about centres that stay.
+TEST(CommonTurn, IsTakenOut) {
+  Ring ring;
+  const splat::PoseTangent tilt{{0.02, 0, 0, 0, 0, 0}};
+  const splat::CameraMotion own = test::RandomMotion(0.1, 0, 3);
+  ring.found[4].motion = own;
+  for (ViewUnknowns& view : ring.found) view.motion = splat::Compose(tilt, view.motion);
+  RemoveCommonTurn(&ring.found);
+  // Of one view of nine a ninth of its own turn is common.
+  EXPECT_NEAR(ring.found[0].motion.Angle(), own.Angle() / 9, 1e-6);
+  EXPECT_NEAR(ring.found[4].motion.Angle(), own.Angle() * 8 / 9, 1e-5);
+  for (std::size_t v = 0; v < ring.views.size(); ++v) {
+    const std::array<double, 3> before = CameraCenter(*ring.views[v]),
+                                now = CameraCenter(MovedView(*ring.views[v], ring.found[v].motion));
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(now[k], before[k], 1e-12);
+  }
+  std::vector<ViewUnknowns> none;
+  RemoveCommonTurn(&none);
 }
 
 }  // namespace
