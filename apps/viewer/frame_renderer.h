@@ -4,6 +4,7 @@
 #include <array>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "apps/posed_model.h"
 #include "apps/viewer/frame_request.h"
@@ -23,11 +24,13 @@ class FrameRenderer {
       : scene_(scene), background_(ToDouble(background)) {}
 
   // The bytes of a JPEG. model: in the scene's frame. May be called by several threads, which wait
-  // for each other.
-  std::string Jpeg(const gs::SplatModel& model, const FrameRequest& request);
+  // for each other. places: of the kinds that show values, those of the model's Gaussians on a scale of colours.
+  std::string Jpeg(const gs::SplatModel& model, const FrameRequest& request,
+                   const std::vector<float>* places = nullptr);
 
  private:
-  gs::Image Picture(const gs::SplatModel& model, const FrameRequest& request);
+  gs::Image Picture(const gs::SplatModel& model, const FrameRequest& request, const std::vector<float>* places);
+  gs::Image ValueImage(const std::vector<float>& places);
   gs::Image CountImage() const;
 
   const gs::Scene& scene_;

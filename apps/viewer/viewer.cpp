@@ -12,6 +12,10 @@ constexpr const char* kJson = "application/json";
 
 HttpReply NoModelYet() { return {503, "text/plain", "there is no model yet\n"}; }
 
+HttpReply FrameReply(std::string jpeg, const ShownModel::Shown& of) {
+  return {200, "image/jpeg", std::move(jpeg), {{"X-Vesta-Version", std::to_string(of.version)}}};
+}
+
 }  // namespace
 
 Viewer::Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::array<float, 3>& background,
@@ -20,6 +24,7 @@ Viewer::Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::arra
       model_(model),
       training_(training),
       renderer_(scene, background),
+      values_(scene, ToDouble(background)),
       server_(place.address, place.port, Routes()) {}
 
 std::vector<HttpRoute> Viewer::Routes() {
@@ -73,8 +78,16 @@ HttpReply Viewer::Frame(const HttpQuery& query) {
   const FrameRequest request = ParseFrameRequest(query, scene_);
   const ShownModel::Shown shown = model_.Look();
   if (!shown.model) return NoModelYet();
-  return {
-      200, "image/jpeg", renderer_.Jpeg(*shown.model, request), {{"X-Vesta-Version", std::to_string(shown.version)}}};
+  if (ShowsValues(request.kind)) return FrameOfValues(request, shown);
+  return FrameReply(renderer_.Jpeg(*shown.model, request), shown);
+}
+
+HttpReply Viewer::FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown) {
+  const bool is_worth = request.kind == FrameKind::kWorth;
+  const auto values = values_.Ask(is_worth ? GaussianValue::kWorth : GaussianValue::kSupport, shown);
+  constexpr int kAccepted = 202;
+  if (!values) return {kAccepted, "text/plain", "what the Gaussians are to the training views is being measured\n"};
+  return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->places), values->of);
 }
 
 }  // namespace vesta::app

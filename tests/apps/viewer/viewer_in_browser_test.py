@@ -53,9 +53,9 @@ def look_at_splat(browser, link):
         page.wait(IS_STILL)
     first.front()
     pictures = [first.get(PICTURE)]
-    for kind in ("truth", "difference", "count", "render"):
+    for kind in ("truth", "difference", "count", "worth", "support", "render"):
         pictures.append(choose(first, kind))
-    assert pictures[0] == pictures[-1] and len(set(pictures)) == 4, "each kind has a picture of its own"
+    assert pictures[0] == pictures[-1] and len(set(pictures)) == 6, "each kind has a picture of its own"
     before = first.get("drawn.frames")
     first.drag((300, 300), (360, 320))
     first.wait(f"drawn.frames > {before} && {IS_STILL}")
@@ -69,6 +69,13 @@ def look_at_splat(browser, link):
         check_quiet(page, link)
     stranger = browser.open(link.split("?")[0] + "?token=0")
     stranger.wait("document.body.textContent.includes('the token is missing or wrong')")
+
+
+def look_without_scene(browser, link):
+    page = browser.open(link)
+    page.wait(IS_STILL)
+    assert page.get("[...document.querySelectorAll('.of-scene')].every(label => label.hidden)"), "they need views"
+    check_quiet(page, link)
 
 
 def hold_training(browser, link, process, out):
@@ -108,6 +115,8 @@ def main():
                 with serving(vesta, "view", out / splat, scene, "--downscale=2") as (link, process):
                     look_at_splat(browser, link)
                 assert process.returncode == 0, "Ctrl-C is how it ends"
+            with serving(vesta, "view", out / "point_cloud.ply") as (link, process):
+                look_without_scene(browser, link)
     print("pages load, move, and hold a training")
     return 0
 

@@ -1,6 +1,7 @@
 // A viewer as its page asks it.
 #include "apps/viewer/viewer.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,8 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/viewer/training_view.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/io/image_codecs.h"
+#include "problems/gaussian_splatting/model/color_scale.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/worth.h"
 #include "problems/gaussian_splatting/render/surface_colors.h"
 #include "tests/apps/viewer/http_get.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
@@ -112,6 +116,33 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
                            "&rotation=" + numbers(view["rotation"]) + "&focal=" + view["focal"].dump();
   EXPECT_LT(MeanDifference(Picture(free), render), 0.01);
   EXPECT_EQ(Get("/frame?kind=render&width=40&height=30").status, 400);
+}
+
+// As if these colours were the Gaussians' own. They take their time, and until then the page is told so.
+TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
+  const splat::Model<float> kernel_model = gs::ToKernelModel(model_);
+  const gs::JudgingViews judges = gs::TrainingViewsOf(scene_, {0, 0, 0});
+  const std::pair<const char*, std::vector<float>> kinds[] = {
+      {"worth", PlacesOfWorth(gs::MeasureWorth(kernel_model, judges).rise)},
+      {"support", PlacesOfSupport(gs::MeasureSupport(kernel_model, judges))}};
+  for (const auto& [kind, places] : kinds) {
+    const std::string query = fmt::format("/frame?width=40&height=30&photo=1&kind={}", kind);
+    test::Reply reply = Get(query);
+    while (reply.status == 202) {
+      EXPECT_THAT(reply.body, HasSubstr("being measured"));
+      reply = Get(query);
+    }
+    gs::SplatModel colored = model_;
+    for (Index i = 0; i < model_.count; ++i) {
+      const auto color = gs::OnScale(gs::kVioletToYellow, places[static_cast<std::size_t>(i)]);
+      for (int k = 0; k < 12; ++k) colored.attribute(splat::kSh + k)[i] = 0;
+      for (int c = 0; c < 3; ++c) {
+        colored.attribute(splat::kSh + c)[i] = (color[static_cast<std::size_t>(c)] - 0.5f) / 0.28209479f;
+      }
+    }
+    const gs::Image expected = gs::Renderer({0, 0, 0}, gs::NearPlane(scene_)).Render(colored, scene_.views[1]);
+    EXPECT_LT(MeanDifference(ToPlanes(gs::DecodeJpeg("frame", reply.body, false), {}), expected), 0.02) << kind;
+  }
 }
 
 TEST_F(ViewerTest, ShowsTheNewestModel) {
