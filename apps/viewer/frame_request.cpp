@@ -70,7 +70,7 @@ gs::View ViewOfPhoto(const gs::View& photo, gs::ImageSize size) {
 
 }  // namespace
 
-FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene) {
+FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved) {
   FrameRequest request;
   request.kind = KindOf(TextOf(query, "kind"));
   if (ShowsValues(request.kind) && scene.views.empty()) Fail("kind: worth and support are to views; there is no scene");
@@ -88,7 +88,7 @@ FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene) {
     if (photo.image.empty() && !photo.stored) Fail("photo: not in memory");
     size = {std::min(size.width, photo.camera.width), std::min(size.height, photo.camera.height)};
   }
-  request.view = ViewOfPhoto(photo, size);
+  request.view = ViewOfPhoto(moved.empty() ? photo : moved[*request.photo], size);
   return request;
 }
 

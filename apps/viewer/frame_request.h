@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "apps/viewer/http_server.h"
 #include "problems/gaussian_splatting/model/scene.h"
@@ -29,6 +30,7 @@ struct FrameRequest {
 //   focal          of the lens, in heights of the picture, 0.05 to 50
 // Throws Error, one line naming what is missing or wrong. Truth and difference need a photo, whose pixels they have at
 // most; worth and support need a scene.
-FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene);
+// moved: the scene's views where their cameras stand now; empty: where the scene has them.
+FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved = {});
 
 }  // namespace vesta::app

@@ -64,7 +64,7 @@ void GaussianValues::MeasureInto(State& state, GaussianValue value, const ShownM
 }
 
 std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel::Shown& shown) const {
-  const std::vector<gs::View> views = TrainingViews();
+  const std::vector<gs::View> views = TrainingViews(shown);
   gs::JudgingViews judges{.views = {}, .background = background_, .near = gs::NearPlane(scene_)};
   for (const gs::View& view : views) judges.views.push_back(&view);
   const splat::Model<float> model = gs::ToKernelModel(*shown.model);
@@ -72,16 +72,20 @@ std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel
   return PlacesOfWorth(gs::MeasureWorth(model, judges).rise);
 }
 
-std::vector<gs::View> GaussianValues::TrainingViews() const {
+std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& shown) const {
   // Of the scene's own store nothing is kept: its order is that of a training.
   const auto store = std::make_shared<gs::PhotographStore>(0);
   std::vector<gs::View> views;
   for (const gs::View& given : scene_.views) {
     if (!given.is_trained()) continue;
-    gs::View& view = views.emplace_back(gs::AsFound(given, {}));
-    const auto copy = [this, &given] {
+    const gs::ViewUnknowns found = shown.cameras ? (*shown.cameras)[views.size()] : gs::ViewUnknowns();
+    gs::View& view = views.emplace_back(gs::AsFound(given, found));
+    const auto copy = [this, &given, color = found.color] {
       if (ends_) Fail("{}: not read any more, as the page is over", given.image_path);
-      return given.stored ? *given.stored->Read() : given.image;
+      gs::Image image = given.stored ? *given.stored->Read() : given.image;
+      const HostSpan<float> values{image.rgb.data(), static_cast<Index>(image.rgb.size())};
+      if (!color.is_none()) color.Inverse().Apply(values);
+      return image;
     };
     const double bytes = 3.0 * sizeof(float) * view.camera.width * view.camera.height;
     view.stored = std::make_shared<gs::StoredPhotograph>(store, gs::PhotographSource{.decode = copy, .bytes = bytes});

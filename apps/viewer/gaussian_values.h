@@ -57,8 +57,8 @@ class GaussianValues {
   };
 
   std::vector<float> Measure(GaussianValue value, const ShownModel::Shown& shown) const;
-  // Without photographs in memory: they are copied one by one.
-  std::vector<gs::View> TrainingViews() const;
+  // Where their cameras stand, without photographs in memory: they are copied one by one.
+  std::vector<gs::View> TrainingViews(const ShownModel::Shown& shown) const;
   void MeasureInto(State& state, GaussianValue value, const ShownModel::Shown& shown);
 
   const gs::Scene& scene_;

@@ -58,9 +58,12 @@ function place(to) {
   if (kind() === "truth" || kind() === "difference") document.querySelector("[name=kind][value=render]").checked = true;
   moved();
 }
+function cameraOf(view) {
+  const { position, rotation, focal } = scene.views[view];
+  return { position, rotation, focal };
+}
 function jump(to) {
-  const { position, rotation, focal } = scene.views[to];
-  camera = { position, rotation, focal };
+  camera = cameraOf(to);
   photo = to;
   moved();
 }

@@ -102,7 +102,15 @@ async function follow() {
     scene = await (await ask("scene")).json();
     listPhotographs();
     start();
-  } else if (state.version !== drawn.version && still) draw();
+  } else if (state.version !== drawn.version && still) {
+    if (state.cameras_move) await followCameras();
+    draw();
+  }
+}
+// Photographs' cameras where they stand now; who looks through one goes along.
+async function followCameras() {
+  scene.views = (await (await ask("scene")).json()).views;
+  if (photo !== null) camera = cameraOf(photo);
 }
 async function followAlways() {
   try {

@@ -4,6 +4,7 @@
 
 #include "apps/viewer/page.h"
 #include "apps/viewer/scene_json.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 
 namespace vesta::app {
 namespace {
@@ -61,22 +62,27 @@ HttpRoute Viewer::Command(const char* path, void (TrainingMonitor::*command)()) 
           }};
 }
 
+std::vector<gs::View> Viewer::ViewsOf(const ShownModel::Shown& shown) const {
+  return gs::MovedViews(scene_, shown.cameras ? *shown.cameras : std::vector<gs::ViewUnknowns>());
+}
+
 HttpReply Viewer::State() {
   const ShownModel::Shown shown = model_.Look();
   const Index gaussians = training_ ? training_->gaussians() : shown.model ? shown.model->count : 0;
   return {200, kJson,
-          fmt::format(R"({{"version": {}, "gaussians": {}, "training": {}}})", shown.version, gaussians,
-                      training_ ? training_->StateJson() : "null")};
+          fmt::format(R"({{"version": {}, "gaussians": {}, "cameras_move": {}, "training": {}}})", shown.version,
+                      gaussians, shown.cameras != nullptr, training_ ? training_->StateJson() : "null")};
 }
 
 HttpReply Viewer::Scene() {
   const ShownModel::Shown shown = model_.Look();
-  return shown.model ? HttpReply{200, kJson, SceneJson(scene_, *shown.model)} : NoModelYet();
+  return shown.model ? HttpReply{200, kJson, SceneJson(scene_, ViewsOf(shown), *shown.model)} : NoModelYet();
 }
 
 HttpReply Viewer::Frame(const HttpQuery& query) {
-  const FrameRequest request = ParseFrameRequest(query, scene_);
   const ShownModel::Shown shown = model_.Look();
+  const FrameRequest request =
+      ParseFrameRequest(query, scene_, shown.cameras ? ViewsOf(shown) : std::vector<gs::View>());
   if (!shown.model) return NoModelYet();
   if (ShowsValues(request.kind)) return FrameOfValues(request, shown);
   return FrameReply(renderer_.Jpeg(*shown.model, request), shown);

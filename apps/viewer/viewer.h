@@ -33,6 +33,8 @@ class Viewer {
  private:
   std::vector<HttpRoute> Routes();
   HttpRoute Command(const char* path, void (TrainingMonitor::*command)());
+  // Those of the scene, without images, where their cameras stand with what is shown.
+  std::vector<gs::View> ViewsOf(const ShownModel::Shown& shown) const;
   HttpReply State();
   HttpReply Scene();
   HttpReply Frame(const HttpQuery& query);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/parsimony/worth.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
@@ -81,6 +82,26 @@ TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
   EXPECT_EQ(meanwhile->places.size(), static_cast<std::size_t>(meanwhile->of.model->count));
   EXPECT_GT(before[0], 0);
   EXPECT_EQ(Wait(GaussianValue::kSupport)[0], 0);
+}
+
+// With the cameras and exposures that were found: then the views are those of the scene where nothing had to be.
+TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
+  const std::vector<float> true_worth = Wait(GaussianValue::kWorth), true_support = Wait(GaussianValue::kSupport);
+  std::vector<gs::ViewUnknowns> cameras;
+  for (gs::View& view : scene_.views) {
+    if (!view.is_trained()) continue;
+    const auto off = static_cast<double>(cameras.size()) / 8;
+    gs::View elsewhere = view;
+    elsewhere.translation[0] += off;
+    cameras.emplace_back().motion = gs::MotionBetween(elsewhere, view);
+    cameras.back().color.offset = {off, 0, -off};
+    const HostSpan<float> values{view.image.rgb.data(), static_cast<Index>(view.image.rgb.size())};
+    cameras.back().color.Apply(values);
+    view.translation = elsewhere.translation;
+  }
+  shown_.Put(std::make_shared<const gs::SplatModel>(model_), cameras);
+  EXPECT_THAT(Wait(GaussianValue::kWorth), testing::Pointwise(testing::FloatNear(1e-3f), true_worth));
+  EXPECT_THAT(Wait(GaussianValue::kSupport), testing::Pointwise(testing::FloatNear(1e-4f), true_support));
 }
 
 // Whose order is that of a training.

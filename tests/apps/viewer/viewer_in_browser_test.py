@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The viewer in Chromium: the page loads, a drag changes the picture, photographs and their difference are shown, two
-pages look at once, and a training is paused, saved and stopped from its page. No page complains or asks elsewhere.
+pages look at once, and a training, whose cameras move, is paused, saved and stopped from its page. No page complains
+or asks elsewhere.
 Skipped (77) where there is no Chromium.
 
   viewer_in_browser_test.py VESTA DEMO_SCENE     the two programs
@@ -91,6 +92,8 @@ def hold_training(browser, link, process, out):
     assert (out / "checkpoint.vesta").exists()
     page.get("by('pause').click()")
     page.wait(f"training.iteration > {iteration} && training.status === 'running'")
+    stands = "scene.views[1].position.join()"
+    page.wait(f"{stands} !== '{page.get(stands)}' && photo === 0 && {IS_STILL}", 60)
     check_quiet(page, link)
     page.get("by('stop').click()")
     assert process.wait(60) == 0
@@ -107,7 +110,8 @@ def main():
         folder = pathlib.Path(name)
         scene, out = folder / "scene", folder / "out"
         subprocess.run([demo_scene, "--out", str(scene)], check=True, stdout=subprocess.DEVNULL)
-        train = (vesta, "train", scene, "--out", out, "--iterations=100000", "--downscale=2", "--set=adam.evaluations=2")
+        train = (vesta, "train", scene, "--out", out, "--iterations=20000", "--downscale=2", "--set=adam.evaluations=2",
+                 "--refine_cameras=pose")
         with Browser(browser_program, folder) as browser:
             with serving(*train, "--view") as (link, process):
                 hold_training(browser, link, process, out)

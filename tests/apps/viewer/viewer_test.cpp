@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/viewer/training_view.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/io/image_codecs.h"
 #include "problems/gaussian_splatting/model/color_scale.h"
@@ -146,11 +147,32 @@ TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
 }
 
 TEST_F(ViewerTest, ShowsTheNewestModel) {
-  EXPECT_EQ(json::parse(Get("/state").body), json::parse(R"({"version": 1, "gaussians": 60, "training": null})"));
+  EXPECT_EQ(json::parse(Get("/state").body),
+            json::parse(R"({"version": 1, "gaussians": 60, "cameras_move": false, "training": null})"));
   const gs::Image before = Picture("kind=render&photo=1");
   shown_.Put(std::make_shared<const gs::SplatModel>(gs::test::RandomModel(30, 1, 8)));
   EXPECT_EQ(json::parse(Get("/state").body)["version"], 2);
   EXPECT_GT(MeanDifference(Picture("kind=render&photo=1"), before), 0.02);
+}
+
+// Of all but the test views, in their order.
+TEST_F(ViewerTest, PhotographsAreSeenFromWhereTheirCamerasStand) {
+  const gs::Image before = Picture("kind=render&photo=2");
+  std::vector<gs::ViewUnknowns> cameras(7);
+  cameras[1].motion.translation[0] = 0.4;  // views 0 and 8 are for testing
+  for (double& log_focal : cameras[1].lens.log_focal) log_focal = 0.2;
+  shown_.Put(std::make_shared<const gs::SplatModel>(model_), cameras);
+  const gs::View moved = gs::AsFound(scene_.views[2], cameras[1]);
+  const gs::Image expected = gs::Renderer({0, 0, 0}, gs::NearPlane(scene_)).Render(model_, moved);
+  EXPECT_LT(MeanDifference(Picture("kind=render&photo=2"), expected), 0.01);
+  EXPECT_GT(MeanDifference(before, expected), 0.02);
+  EXPECT_LT(MeanDifference(Picture("kind=render&photo=1"), scene_.views[1].image), 0.02) << "it has not moved";
+  EXPECT_TRUE(json::parse(Get("/state").body)["cameras_move"].get<bool>());
+  const json views = json::parse(Get("/scene").body)["views"];
+  const auto centre = gs::CameraCenter(moved);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(views[2]["position"][k].get<double>(), centre[k], 1e-12);
+  EXPECT_EQ(views[2]["focal"].get<double>(), moved.camera.lens.fy / 30);
+  EXPECT_EQ(views[0]["role"], "test");
 }
 
 TEST_F(ViewerTest, APortIsOneProgramsAlone) {
