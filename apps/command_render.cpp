@@ -68,7 +68,7 @@ void WriteCameras(const std::string& file, const gs::Scene& scene, const Frames&
     gs::MoveToWorld(scene, &camera);
   }
   std::vector<std::pair<std::string, double>> more;
-  if (show == Show::kDepth) more.emplace_back("depth_unit", shown.depth_unit());
+  if (IsDepth(show)) more.emplace_back("depth_unit", shown.depth_unit());
   gs::WriteNerfCameras(file, cameras, more);
 }
 
@@ -78,7 +78,7 @@ int RunRender(const CommandLine& line) {
   const Flags& flags = line.flags;
   CheckPathFlags(flags);
   const std::string given = Given("out", flags.out);
-  const bool has_path = !flags.path.empty(), has_cameras = has_path || flags.show == Show::kDepth;
+  const bool has_path = !flags.path.empty(), has_cameras = has_path || IsDepth(flags.show);
   RunFiles files = FilesOf(line);
   if (flags.path.ends_with(".json")) files.Reads(flags.path);
   files.WritesInto(given, flags.out);

@@ -40,7 +40,9 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
     case FrameKind::kCount:
       return CountImage();
     case FrameKind::kDepth:
-      return gs::DepthColors(gs::DepthOf(splats_, kernel_model, workspace_), 2 * scene_.extent);
+      return DepthImage(kernel_model, gs::DepthKind::kMean);
+    case FrameKind::kMedianDepth:
+      return DepthImage(kernel_model, gs::DepthKind::kMedian);
     case FrameKind::kNormals:
       return gs::NormalColors(gs::NormalsOf(splats_, kernel_model, workspace_));
     case FrameKind::kWorth:
@@ -52,6 +54,10 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   gs::Image image(camera.width, camera.height);
   splats_.Render(image.rgb.data());
   return request.kind == FrameKind::kDifference ? ErrorMap(image, truth) : image;
+}
+
+gs::Image FrameRenderer::DepthImage(const splat::Model<float>& model, gs::DepthKind kind) {
+  return gs::DepthColors(gs::DepthOf(splats_, model, workspace_, kind), 2 * scene_.extent);
 }
 
 gs::Image FrameRenderer::ValueImage(const std::vector<float>& places) {

@@ -11,6 +11,7 @@
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/render/surface.h"
 
 namespace vesta::app {
 
@@ -30,6 +31,8 @@ class FrameRenderer {
 
  private:
   gs::Image Picture(const gs::SplatModel& model, const FrameRequest& request, const std::vector<float>* places);
+  // Of what is built.
+  gs::Image DepthImage(const splat::Model<float>& model, gs::DepthKind kind);
   gs::Image ValueImage(const std::vector<float>& places);
   gs::Image CountImage() const;
 

@@ -13,10 +13,15 @@
 namespace vesta::app {
 namespace {
 
-constexpr schema::Choice<FrameKind> kKinds[] = {
-    {FrameKind::kRender, "render"}, {FrameKind::kTruth, "truth"},     {FrameKind::kDifference, "difference"},
-    {FrameKind::kDepth, "depth"},   {FrameKind::kNormals, "normals"}, {FrameKind::kCount, "count"},
-    {FrameKind::kWorth, "worth"},   {FrameKind::kSupport, "support"}};
+constexpr schema::Choice<FrameKind> kKinds[] = {{FrameKind::kRender, "render"},
+                                                {FrameKind::kTruth, "truth"},
+                                                {FrameKind::kDifference, "difference"},
+                                                {FrameKind::kDepth, "depth"},
+                                                {FrameKind::kMedianDepth, "median_depth"},
+                                                {FrameKind::kNormals, "normals"},
+                                                {FrameKind::kCount, "count"},
+                                                {FrameKind::kWorth, "worth"},
+                                                {FrameKind::kSupport, "support"}};
 static_assert(schema::EachOnce(kKinds));
 
 constexpr schema::Range kSide{16, 4096}, kFocal{0.05, 50}, kCoordinate{-1e12, 1e12};
@@ -40,7 +45,7 @@ FrameKind KindOf(const std::string& name) {
   for (const auto& choice : kKinds) {
     if (name == choice.name) return choice.value;
   }
-  Fail("kind: must be render, truth, difference, depth, normals, count, worth or support");
+  Fail("kind: must be render, truth, difference, depth, median_depth, normals, count, worth or support");
 }
 
 gs::View FreeView(const HttpQuery& query, gs::ImageSize size) {

@@ -9,7 +9,7 @@
 
 namespace vesta::app {
 
-enum class FrameKind { kRender, kTruth, kDifference, kDepth, kNormals, kCount, kWorth, kSupport };
+enum class FrameKind { kRender, kTruth, kDifference, kDepth, kMedianDepth, kNormals, kCount, kWorth, kSupport };
 
 // Whether it shows what the Gaussians are to the training views (gaussian_values.h).
 constexpr bool ShowsValues(FrameKind kind) { return kind == FrameKind::kWorth || kind == FrameKind::kSupport; }
@@ -21,8 +21,8 @@ struct FrameRequest {
 };
 
 // From numbers as text:
-//   kind           render, truth (the photograph), difference of both, depth, normals, count (of splats), worth or
-//                  support (of Gaussians, to the training views)
+//   kind           render, truth (the photograph), difference of both, depth, median_depth, normals, count (of
+//                  splats), worth or support (of Gaussians, to the training views)
 //   width, height  pixels of the picture, 16 to 4096 each
 //   photo          number of the scene's view whose camera it is, or
 //   position       x,y,z of the camera, in the scene's frame

@@ -6,7 +6,8 @@ std::string_view ViewerPanelScript() {
   return R"js(
 const kindNotes = { render: "", truth: "The photograph.",
   difference: "Where the render differs from the photograph: black where it does not, palest from a quarter of the range of a colour.",
-  depth: "From near, yellow, to far, violet.",
+  depth: "From near, yellow, to far, violet: the mean of what a pixel shows.",
+  median_depth: "From near, yellow, to far, violet: where half of the light is gone.",
   normals: "Which way surfaces face: light blue faces the camera, red to the right, green up.",
   count: "How many Gaussians each tile of 16 by 16 pixels takes: palest from 1000 on.",
   worth: "By how much the cost of the training views rises without a Gaussian: violet, not at all; teal, as for most; yellow, far more.",

@@ -74,11 +74,17 @@ Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstan
 }  // namespace
 
 DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
-                   splat::ViewWorkspace<float>& workspace) {
+                   splat::ViewWorkspace<float>& workspace, DepthKind kind) {
   const splat::PosedCamera& camera = view.camera();
   const auto constants = splat::ConstantsOf<double>(camera);
-  const std::vector<float> planes = Blend(view, workspace, [&](Index i) { return DepthPlaneOf(model, constants, i); });
-  const std::vector<float> opacity = Blend(view, workspace, [](Index) { return Triple{1, 0, 0}; });
+  const bool is_mean = kind == DepthKind::kMean;
+  const auto of_all = [&](const auto& of) {
+    return is_mean ? Blend(view, workspace, of) : AtMedian(view, workspace, of);
+  };
+  const std::vector<float> planes = of_all([&](Index i) { return DepthPlaneOf(model, constants, i); });
+  const std::vector<float> opacity = of_all([](Index) {
+    return Triple{1, 0, 0};
+  });  // of the median: 1, where there is one
   DepthImage image{camera.width, camera.height, {}};
   const auto pixels = static_cast<std::size_t>(view.num_pixels()), width = static_cast<std::size_t>(camera.width);
   image.depth.resize(pixels);
@@ -125,8 +131,8 @@ splat::Model<float> SurfaceRenderer::Build(const SplatModel& model, const View& 
   return kernel_model;
 }
 
-DepthImage SurfaceRenderer::Depth(const SplatModel& model, const View& view) {
-  return DepthOf(splats_, Build(model, view), workspace_);
+DepthImage SurfaceRenderer::Depth(const SplatModel& model, const View& view, DepthKind kind) {
+  return DepthOf(splats_, Build(model, view), workspace_, kind);
 }
 
 NormalImage SurfaceRenderer::Normals(const SplatModel& model, const View& view) {

@@ -101,6 +101,10 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
   EXPECT_LT(MeanDifference(Picture("kind=depth&photo=1"),
                            gs::DepthColors(surface.Depth(model_, scene_.views[1]), 2 * scene_.extent)),
             0.02);
+  EXPECT_LT(MeanDifference(
+                Picture("kind=median_depth&photo=1"),
+                gs::DepthColors(surface.Depth(model_, scene_.views[1], gs::DepthKind::kMedian), 2 * scene_.extent)),
+            0.02);
   EXPECT_LT(MeanDifference(Picture("kind=normals&photo=1"), gs::NormalColors(surface.Normals(model_, scene_.views[1]))),
             0.05)
       << "but for the JPEG, at edges";
