@@ -36,11 +36,11 @@ void TakePath(const Flags& flags, const gs::Scene& scene, Frames* frames) {
   }
 }
 
-void TakeTestViews(const gs::Scene& scene, Frames* frames) {
+void TakeTestViews(const gs::Scene& scene, const ShownViews& shown, Frames* frames) {
   for (const gs::View& view : scene.views) {
     if (view.is_test()) frames->views.push_back(&view);
   }
-  frames->names = FileNames(frames->views);
+  frames->names = FileNames(frames->views, [&](const std::string& name) { return shown.FilesOf(name); });
 }
 
 // Null where none is asked for.
@@ -90,9 +90,9 @@ int RunRender(const CommandLine& line) {
   files.Check();
   const PosedModel posed = LoadPosedModel(line);
   files.ReadsScene(line.arguments[1], posed.scene);
-  Frames frames;
-  has_path ? TakePath(flags, posed.scene, &frames) : TakeTestViews(posed.scene, &frames);
   ShownViews shown(posed, flags.show);
+  Frames frames;
+  has_path ? TakePath(flags, posed.scene, &frames) : TakeTestViews(posed.scene, shown, &frames);
   // Those of a path are too many to look at one by one; each is whole or absent anyway.
   if (!has_path) {
     for (const std::string& name : frames.names) {
