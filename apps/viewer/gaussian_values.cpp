@@ -37,8 +37,8 @@ std::shared_ptr<const MeasuredValues> GaussianValues::Ask(GaussianValue value, c
   const bool is_known = state.latest && state.latest->of.version == shown.version;
   if (!is_known && state.failed_version == shown.version) Fail("{}", state.failure);
   if (!is_known && !state.is_measuring && Clock::now() >= state.rests_until) {
-    state.is_measuring = true;
     background_work_.Run([this, &state, value, shown] { MeasureInto(state, value, shown); });
+    state.is_measuring = true;
   }
   return state.latest;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,7 @@
 #include "problems/gaussian_splatting/render/surface_colors.h"
 #include "tests/apps/viewer/http_get.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/test_files.h"
 
 namespace vesta::app {
 namespace {
@@ -185,6 +187,41 @@ TEST_F(ViewerTest, APortIsOneProgramsAlone) {
   const Viewer second({}, scene_, {0, 0, 0}, shown_);
   EXPECT_NE(Link(second.link()).port, link.port);
   EXPECT_NE(Link(second.link()).token, link.token);
+}
+
+// New threads have stacks of this size as long as it lives.
+class StacksOf {
+ public:
+  explicit StacksOf(std::size_t bytes) {
+    pthread_attr_t attributes;
+    pthread_getattr_default_np(&before_);
+    pthread_getattr_default_np(&attributes);
+    pthread_attr_setstacksize(&attributes, bytes);
+    EXPECT_EQ(pthread_setattr_default_np(&attributes), 0);
+    pthread_attr_destroy(&attributes);
+  }
+  ~StacksOf() {
+    pthread_setattr_default_np(&before_);
+    pthread_attr_destroy(&before_);
+  }
+  StacksOf(const StacksOf&) = delete;
+  StacksOf& operator=(const StacksOf&) = delete;
+
+ private:
+  pthread_attr_t before_{};
+};
+
+TEST_F(ViewerTest, WhereThreadsCannotBeStartedItIsRefused) {
+  {
+    const StacksOf larger_than_memory(std::size_t{1} << 46);
+    EXPECT_THAT(ErrorOf([&] {
+                  Viewer({}, scene_, {0, 0, 0}, shown_);
+                }),
+                HasSubstr("the page needs 49 threads, and the system starts no more: "));
+  }
+  const Viewer next({}, scene_, {0, 0, 0}, shown_);
+  const Link link(next.link());
+  EXPECT_EQ(Ask(link.port, Request("GET", "/state", link.token)).status, 200);
 }
 
 // Its page steers a training.
