@@ -315,8 +315,7 @@ class AdamStage {
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
     if (!is_end && (!is_last || session_.saves())) {
       parsimony_.TakeOut(*state_, degree, [&] {
-        passes_.emplace();
-        targets_.Release(), coarse_targets_.Release();
+        passes_.emplace(), targets_.Release(), coarse_targets_.Release();
         before_growth_ = KeptState();  // of more than there are now
       });
     }
