@@ -7,6 +7,7 @@
 
 #include "apps/config_json.h"
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/adam/schedule.h"
 
 namespace vesta::app {
 namespace {
@@ -81,9 +82,9 @@ void CheckResumable(const gs::Checkpoint& checkpoint, const gs::TrainOptions& be
          checkpoint.run.stage == gs::Stage::kLm ? "in the stage of LM" : "in the middle of a training");
   }
   const int done = checkpoint.run.stage == gs::Stage::kAdam ? checkpoint.iteration() : 0;
-  if (now.adam.iterations && *now.adam.iterations < done) {
-    Fail("{}: {} iterations of Adam are done; --iterations={} cannot be fewer", checkpoint.path, done,
-         *now.adam.iterations);
+  if (now.adam.iterations && gs::NumIterations(now.adam) < done) {
+    Fail("{}: {} iterations of Adam are done; --iterations={} cannot be fewer", checkpoint.path,
+         done * now.adam.views_per_iteration, *now.adam.iterations);
   }
 }
 

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
 
 #include "apps/bundle_on_gpu.h"
 #include "apps/commands.h"
@@ -15,12 +17,15 @@
 #include "apps/outputs.h"
 #include "apps/print.h"
 #include "apps/process.h"
+#include "apps/ranks.h"
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "problems/bundle_adjustment/bal_file.h"
+#include "problems/bundle_adjustment/bundle_parts.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
+#include "solver/distributed/distributed_problem.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::app {
@@ -40,7 +45,7 @@ std::shared_ptr<const Loss> LossOf(const Flags& flags) {
 void SetOptions(const Flags& flags, LmOptions& options) {
   if (flags.iterations) options.max_iterations = *flags.iterations;
   if (flags.pcg_iterations) options.normal_system.pcg.max_iterations = *flags.pcg_iterations;
-  if (flags.time_limit > 0) options.max_seconds = std::max(0.0, flags.time_limit - SecondsSinceStart());
+  if (flags.time_limit > 0) options.max_seconds = std::max(1e-3, flags.time_limit - SecondsSinceStart());
 }
 
 // A GPU is for plain least squares, and for who asks for it: auto is the CPU here until somebody has timed both.
@@ -60,9 +65,9 @@ CallbackResult AfterIteration(const LmIteration& row, bool log) {
 }
 
 // Root mean square over the observations of the distance to what was observed, pixels.
-double RmsError(bundle::BundleProblem& problem, Cpu::ConstView x) {
-  const Index observations = problem.structure().num_observations();
-  return observations == 0 ? 0.0 : std::sqrt(problem.SquaredError(x) / static_cast<double>(observations));
+double RmsError(double squared_error, const bundle::BundleData& data) {
+  const auto observations = static_cast<double>(data.observations.size());
+  return data.observations.empty() ? 0.0 : std::sqrt(squared_error / observations);
 }
 
 nlohmann::ordered_json ToJson(const LmIteration& row) {
@@ -89,47 +94,104 @@ std::string ToJson(const LmSummary& summary, const bundle::BundleData& data, dou
   return json.dump(1) + "\n";
 }
 
+// What came of a solve; data.x is where it ended.
+struct Adjusted {
+  LmSummary summary;
+  double rms_before = 0, rms_after = 0;
+};
+
+Adjusted SolveAlone(const bundle::BundleProblemOptions& problem_options, const LmOptions& options,
+                    bundle::BundleData& data, const LmCallback& callback) {
+  bundle::BundleProblem problem(data, problem_options);
+  const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
+  const double before = RmsError(problem.SquaredError(x), data);
+  Cpu backend;
+  const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x, callback);
+  return {summary, before, RmsError(problem.SquaredError(x), data)};
+}
+
+// Each process adjusts its share of the points, and all of them the cameras. data.x is the same on all in the end.
+Adjusted SolveOverRanks(const bundle::BundleProblemOptions& problem_options, const LmOptions& options,
+                        bundle::BundleData& data, const LmCallback& callback) {
+  constexpr int kParts = 64;
+  bundle::BundleParts parts(data, kParts, problem_options);
+  DistributedProblem<Cpu> problem(WorldRanks(), parts);
+  const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
+  const auto rms_error = [&] {
+    std::vector<double> mine;
+    for (OwnPart<Cpu>& part : problem.own()) {
+      mine.push_back(static_cast<bundle::BundleProblem&>(*part.problem).SquaredError(problem.Localize(x, part)));
+    }
+    return RmsError(problem.SumNumbers(mine), data);
+  };
+  const double before = rms_error();
+  Cpu backend;
+  const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x, callback);
+  return {summary, before, rms_error()};
+}
+
+// On the GPU the host measures what the reprojection errors are.
+Adjusted SolveOnGpu(const Flags& flags, bundle::BundleData& data, const LmCallback& callback) {
+  bundle::BundleProblem problem(data);
+  const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
+  const double before = RmsError(problem.SquaredError(x), data);
+  const LmSummary summary = SolveBundleOnGpu(
+      data, [&](LmOptions& options) { SetOptions(flags, options); }, callback);
+  return {summary, before, RmsError(problem.SquaredError(x), data)};
+}
+
+// Writes what came of it; of several processes the first does.
+void WriteAdjusted(const Flags& flags, const Adjusted& adjusted, const bundle::BundleData& data, AtomicFile& out,
+                   bool on_gpu) {
+  bundle::WriteBal(out, data);
+  out.Commit();
+  if (!flags.json.empty())
+    WriteFileAtomically(
+        flags.json, ToJson(adjusted.summary, data, adjusted.rms_before, adjusted.rms_after, on_gpu ? "cuda" : "cpu"));
+  Print("{} cameras, {} points, {} observations\n{}\n", data.num_cameras, data.num_points, data.observations.size(),
+        adjusted.summary.BriefReport());
+  Print("reprojection error {:.4f} -> {:.4f} pixels (root mean square); wrote {}\n", adjusted.rms_before,
+        adjusted.rms_after, flags.out);
+}
+
 }  // namespace
 
 int RunBundleAdjust(const CommandLine& line) {
   const Flags& flags = line.flags;
   const std::string& file = line.arguments[0];
-  const bool on_gpu = SolvesOnGpu(flags);
-  RunFiles files = FilesOf(line);
-  files.Writes(Given("out", flags.out), flags.out);
-  if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
-  files.Check();
-  CheckWritable("out", flags.out);
-  if (!flags.json.empty()) CheckWritable("json", flags.json);
-  bundle::BundleData data = bundle::ReadBal(file);
-  bundle::BundleProblem problem(data, {.loss = LossOf(flags)});
-  const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
-  const double rms_before = RmsError(problem, x);
-
+  const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks();
+  if (on_gpu && over_ranks) Fail("--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
+  bundle::BundleData data = FirstRankFirst([&] {
+    if (IsFirstRank()) {
+      RunFiles files = FilesOf(line);
+      files.Writes(Given("out", flags.out), flags.out);
+      if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+      files.Check();
+      CheckWritable("out", flags.out);
+      if (!flags.json.empty()) CheckWritable("json", flags.json);
+    }
+    return bundle::ReadBal(file);
+  });
   CatchInterrupts();
-  // The result is about as long as what it comes from; its room is kept until it is there.
-  AtomicFile out(flags.out);
-  out.Reserve(static_cast<std::int64_t>(std::filesystem::file_size(file)));
-  const auto set_options = [&](LmOptions& options) { SetOptions(flags, options); };
-  const auto after_iteration = [&](const LmIteration& row) { return AfterIteration(row, flags.log_lm); };
+  std::optional<AtomicFile> out;
+  if (IsFirstRank()) {
+    // The result is about as long as what it comes from; its room is kept until it is there.
+    out.emplace(flags.out);
+    out->Reserve(static_cast<std::int64_t>(std::filesystem::file_size(file)));
+  }
+  const bool logs = flags.log_lm && IsFirstRank();
+  const auto after_iteration = [&](const LmIteration& row) { return AfterIteration(row, logs); };
   LmOptions options = bundle::BundleLmOptions();
-  set_options(options);
-  Cpu backend;
-  const LmSummary summary = on_gpu ? SolveBundleOnGpu(data, set_options, after_iteration)
-                                   : SolveLm<Cpu>(options, backend, problem, x, after_iteration);
-  if (flags.log_lm) PrintText(stderr, fmt::format("{}", summary.FullReport()));
-  if (summary.status == LmStatus::kNonFinite) {
-    Fail("{}: {}; a point may lie in the plane of a camera that sees it", file, summary.message);
+  SetOptions(flags, options);
+  const bundle::BundleProblemOptions problem_options{.loss = LossOf(flags)};
+  const Adjusted adjusted = on_gpu       ? SolveOnGpu(flags, data, after_iteration)
+                            : over_ranks ? SolveOverRanks(problem_options, options, data, after_iteration)
+                                         : SolveAlone(problem_options, options, data, after_iteration);
+  if (logs) PrintText(stderr, fmt::format("{}", adjusted.summary.FullReport()));
+  if (adjusted.summary.status == LmStatus::kNonFinite) {
+    Fail("{}: {}; a point may lie in the plane of a camera that sees it", file, adjusted.summary.message);
   }
-  bundle::WriteBal(out, data);
-  out.Commit();
-  const double rms_after = RmsError(problem, x);
-  if (!flags.json.empty()) {
-    WriteFileAtomically(flags.json, ToJson(summary, data, rms_before, rms_after, on_gpu ? "cuda" : "cpu"));
-  }
-  Print("{} cameras, {} points, {} observations\n{}\n", data.num_cameras, data.num_points, data.observations.size(),
-        summary.BriefReport());
-  Print("reprojection error {:.4f} -> {:.4f} pixels (root mean square); wrote {}\n", rms_before, rms_after, flags.out);
+  if (out) WriteAdjusted(flags, adjusted, data, *out, on_gpu);
   return Interrupted() ? kInterruptedStatus : 0;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -11,9 +12,11 @@
 #include "apps/posed_model.h"
 #include "apps/print.h"
 #include "apps/process.h"
+#include "apps/ranks.h"
 #include "apps/train_and_write.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
+#include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/parsimony/prune.h"
 
@@ -61,7 +64,7 @@ std::string GoalText(const Flags& flags, double keep) {
 // spare; the options then ask for no more. Returns a line on what went, if any did.
 std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedModel& posed) {
   constexpr int kFewIterations = 20;
-  const bool is_short = options.adam.iterations && *options.adam.iterations < kFewIterations;
+  const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
   if (!line.flags.max_loss && !is_short) return "";
   const Index before = posed.model.count;
   gs::PruneOptions prune{.goal = {},
@@ -88,13 +91,21 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   TrainSettings settings = SettingsOf(line);
   gs::TrainOptions& options = settings.options;
   CheckSceneFolder(path);
-  RunFiles files = FilesOf(line);
-  WritesResults(line.flags, line.flags.out, &files);
-  files.Check();
-  OutputFolder out(line.flags.out);
-  PosedModel posed = LoadPosedModel(ply, path, line.flags.background, SceneOptions(line.flags, options));
-  files.ReadsScene(path, posed.scene);
-  files.Check();
+  std::optional<OutputFolder> out;
+  PosedModel posed = FirstRankFirst([&] {
+    const auto load = [&] {
+      return LoadPosedModel(ply, path, line.flags.background, SceneOptions(line.flags, options));
+    };
+    if (!IsFirstRank()) return load();
+    RunFiles files = FilesOf(line);
+    WritesResults(line.flags, line.flags.out, &files);
+    files.Check();
+    out.emplace(line.flags.out);
+    PosedModel loaded = load();
+    files.ReadsScene(path, loaded.scene);
+    files.Check();
+    return loaded;
+  });
   options.background = ToDouble(posed.model.background);
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
@@ -102,7 +113,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
   const ExpectedModel expected{posed.model.count, posed.model.count, posed.model.sh_degree};
-  return TrainAndWrite(line, path, posed.scene, settings, stages, expected, load_seconds, &out,
+  return TrainAndWrite(line, path, posed.scene, settings, stages, expected, load_seconds, out ? &*out : nullptr,
                        [&](const gs::TrainCallbacks& callbacks) {
                          gs::TrainResult result =
                              gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);

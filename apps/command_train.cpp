@@ -6,6 +6,7 @@
 #include "apps/commands.h"
 #include "apps/device.h"
 #include "apps/process.h"
+#include "apps/ranks.h"
 #include "apps/scene_flags.h"
 #include "apps/train_and_write.h"
 #include "apps/viewer_flags.h"
@@ -52,27 +53,32 @@ int RunTrain(const CommandLine& given) {
   if (checkpoint) CheckResumable(*checkpoint, origin->settings.options, options);
   CheckSceneFolder(path);
   // A checkpoint is not among what is read: that it makes way for the next one is what it is for.
-  RunFiles files = FilesOf(line);
-  files.ReadsScene(path);
   const std::string folder = flags.out.empty() ? flags.resume : flags.out;
-  WritesResults(flags, folder, &files);
-  files.Check();
-  OutputFolder out(folder);
-  const gs::Scene scene = gs::LoadScene(path, SceneOptions(flags, options));
-  files.ReadsScene(path, scene);
-  files.Check();
+  std::optional<OutputFolder> out;
+  const gs::Scene scene = FirstRankFirst([&] {
+    if (!IsFirstRank()) return gs::LoadScene(path, SceneOptions(flags, options));
+    RunFiles files = FilesOf(line);
+    files.ReadsScene(path);
+    WritesResults(flags, folder, &files);
+    files.Check();
+    out.emplace(folder);
+    gs::Scene loaded = gs::LoadScene(path, SceneOptions(flags, options));
+    files.ReadsScene(path, loaded);
+    files.Check();
+    return loaded;
+  });
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
   const ExpectedModel expected = ExpectedOf(scene, options);
-  return TrainAndWrite(
-      line, path, scene, settings, stages, expected, load_seconds, &out, [&](gs::TrainCallbacks& callbacks) {
-        callbacks.checkpoint.origin =
-            OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
-        callbacks.resume = checkpoint ? &*checkpoint : nullptr;
-        return gs::Train(scene, options, load_seconds, callbacks, stages);
-      });
+  return TrainAndWrite(line, path, scene, settings, stages, expected, load_seconds, out ? &*out : nullptr,
+                       [&](gs::TrainCallbacks& callbacks) {
+                         callbacks.checkpoint.origin = OriginText(
+                             {path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
+                         callbacks.resume = checkpoint ? &*checkpoint : nullptr;
+                         return gs::Train(scene, options, load_seconds, callbacks, stages);
+                       });
 }
 
 }  // namespace vesta::app

@@ -11,7 +11,9 @@
 #include "apps/help.h"
 #include "apps/print.h"
 #include "apps/process.h"
+#include "apps/ranks.h"
 #include "apps/train_settings.h"
+#include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
 
 namespace vesta::app {
@@ -19,14 +21,22 @@ namespace {
 
 constexpr int kFailed = 1, kUsage = 2;  // exit statuses
 
+// Others do all their work in each process anew, and say that they do.
+bool MayRunInRanks(Command command) {
+  return command == kTrain || command == kRefine || command == kPrune || command == kBundleAdjust;
+}
+
 int Run(int argc, char** argv) {
   const CommandLine line = ParseCommandLine({argv + 1, argv + argc});
   if (!line.command) {
     Print("{}", HelpText(line.arguments));
     return 0;
   }
-  if (line.flags.quiet) BeQuiet();
+  if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
   UseComputeFlags(line.flags);
+  if (IsStartedInRanks() && !MayRunInRanks(line.command->command)) {
+    Fail("vesta {} runs in one process; start it without mpirun", line.command->name);
+  }
   switch (line.command->command) {
     case kTrain:
       return RunTrain(line);
@@ -55,7 +65,8 @@ int Run(int argc, char** argv) {
 }
 
 int Complain(const char* message, int status) {
-  PrintText(stderr, fmt::format("vesta: {}\n", OneLine(message)));
+  PrintText(stderr, fmt::format("vesta: {}{}\n", RankPrefix(), OneLine(message)));
+  EndWithOthers(OneLine(message), status);
   return status;
 }
 
@@ -70,8 +81,12 @@ int main(int argc, char** argv) {
   FLAGS_logtostderr = true;
   try {
     const int status = app::Run(argc, argv);
+    app::MeetAtEnd();
     const std::string error = app::PrintError();
     return error.empty() || status != 0 ? status : app::Complain(error.c_str(), app::kFailed);
+  } catch (const vesta::OthersGaveUp& error) {
+    app::EndWithOthers(error.what(), app::kFailed);  // they have said why
+    return app::kFailed;
   } catch (const app::UsageError& error) {
     return app::Complain(error.what(), app::kUsage);
   } catch (const std::bad_alloc&) {

@@ -16,6 +16,7 @@
 #include "apps/print.h"
 #include "apps/process.h"
 #include "apps/progress.h"
+#include "apps/ranks.h"
 #include "apps/report/write_report.h"
 #include "apps/scene_flags.h"
 #include "apps/training_results.h"
@@ -187,12 +188,21 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
                   const std::function<gs::TrainResult(gs::TrainCallbacks&)>& run) {
   const Flags& flags = line.flags;
   CatchInterrupts();
+  Ranks* const ranks = IsStartedInRanks() ? &WorldRanks() : nullptr;
+  if (!out) {
+    gs::TrainCallbacks with_others;
+    with_others.stop = Interrupted;
+    with_others.ranks = ranks;
+    run(with_others);
+    return Interrupted() ? kInterruptedStatus : 0;
+  }
   TrainingResults results(out);
   if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
     Print("The disk of {} has no room for {} Gaussians, which there may be in the end\n", out->path(), expected.most);
   }
   ProgressLine progress(stdout);
   gs::TrainCallbacks callbacks = Callbacks(&progress, flags.log_lm);
+  callbacks.ranks = ranks;
   SaveOnTheWay(flags, scene, *out, &callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
     // Nothing is copied where the frames are one.

@@ -26,8 +26,8 @@ struct ExpectedModel {
   int sh_degree;
 };
 
-// Trains by `run(callbacks)` and writes the results, complete or stopped. path: of the scene, as given. Returns the
-// exit status.
+// Trains by `run(callbacks)` and writes the results, complete or stopped. path: of the scene, as given. out: null for
+// all processes but the first, which writes for all. Returns the exit status.
 int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Scene& scene,
                   const TrainSettings& settings, const gs::StageRunners& stages, const ExpectedModel& expected,
                   double load_seconds, OutputFolder* out,

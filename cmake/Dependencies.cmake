@@ -7,6 +7,10 @@ if(NOT VESTA_STD_THREADS)
   find_package(TBB 2021 REQUIRED)
 endif()
 
+if(VESTA_MPI)
+  find_package(MPI 3.0 REQUIRED COMPONENTS CXX)
+endif()
+
 if(VESTA_BUILD_SPLATS)
   find_package(nlohmann_json 3.11 REQUIRED)
   find_package(nanoflann 1.4 REQUIRED)

@@ -3,7 +3,7 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/vesta)
 
-install(TARGETS vesta_core vesta_solver vesta_toy vesta_bundle_adjustment vesta_deconvolution vesta_pose_graph
+install(TARGETS vesta_core vesta_ranks vesta_solver vesta_distributed vesta_toy vesta_bundle_adjustment vesta_deconvolution vesta_pose_graph
   EXPORT vesta)
 install(EXPORT vesta NAMESPACE vesta:: FILE vestaTargets.cmake DESTINATION ${package_dir})
 # A set of its own: who does not ask for the bridge needs no Ceres.
@@ -12,16 +12,24 @@ if(TARGET vesta_ceres_bridge)
   install(TARGETS vesta_ceres_bridge vesta_ceres_functors EXPORT vesta_ceres)
   install(EXPORT vesta_ceres NAMESPACE vesta:: FILE vestaCeresTargets.cmake DESTINATION ${package_dir})
 endif()
+# Likewise.
+if(TARGET vesta_mpi)
+  install(TARGETS vesta_mpi EXPORT vesta_mpi)
+  install(EXPORT vesta_mpi NAMESPACE vesta:: FILE vestaMpiTargets.cmake DESTINATION ${package_dir})
+endif()
 if(TARGET vesta)
   install(TARGETS vesta COMPONENT program)
   include(${CMAKE_CURRENT_LIST_DIR}/Manual.cmake)
 endif()
 
 # Public headers, by pattern; what they include goes with them.
-set(headers kernels/core/*.h kernels/math/quaternion.h solver/*.h solver/normal_equations/reduced_system.h
+set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/*.h solver/normal_equations/reduced_system.h solver/distributed/*.h
   solver/sparse_cholesky/*.h problems/toy/*.h problems/bundle_adjustment/bal_file.h
-  problems/bundle_adjustment/bundle_problem.h problems/bundle_adjustment/generate.h
+  problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h problems/bundle_adjustment/generate.h
   problems/deconvolution/photon_image.h problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h)
+if(TARGET vesta_mpi)
+  list(APPEND headers kernels/mpi/*.h)
+endif()
 if(TARGET vesta_ceres_bridge)
   list(APPEND headers solver/ceres/*.h)
 endif()

@@ -103,6 +103,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
 
  private:
   friend class BlockLinearization;
+  friend class BlockParts;
   struct Term {
     std::shared_ptr<const CostFunction> cost;
     std::shared_ptr<const Loss> loss;

@@ -358,7 +358,7 @@ void LmStepper<B>::TestLimits() {
   const int iterations = summary_.num_accepted + summary_.num_rejected;
   if (iterations >= options_.max_iterations) {
     Stop(LmStatus::kMaxIterations, fmt::format("{} iterations{}", iterations, doubt_.IncreaseWords(DoubtfulGain())));
-  } else if (Seconds() >= options_.max_seconds) {
+  } else if (problem_.OnAnyProcess(Seconds() >= options_.max_seconds)) {
     Stop(LmStatus::kTimeLimit, fmt::format("{:.3f} s of {:.3f} s", Seconds(), options_.max_seconds));
   }
 }
@@ -377,7 +377,8 @@ LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typ
                   const LmCallback& callback) {
   LmStepper<B> stepper(options, backend, problem, x);
   const auto report = [&] {
-    if (callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop && !stepper.done()) {
+    const bool stops = callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop;
+    if (problem.OnAnyProcess(stops) && !stepper.done()) {
       stepper.Stop(LmStatus::kStoppedByCallback, "the callback asked to stop");
     }
   };

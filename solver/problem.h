@@ -51,6 +51,11 @@ class Linearization {
   // Asked for after the gradient. Default: -g.
   virtual bool has_own_descent() const { return false; }
   virtual void Descent(View d);
+  // Of parts of a problem with a descent of its own, which is not the sum of theirs: the squares of the gradients of
+  // the part's units, summed, and the descent of `units` units by the sums of both over all parts, where `squares`
+  // becomes the descent. They throw Error unless defined.
+  virtual void SquaredGradients(View squares);
+  virtual void DescentOf(Index units, ConstView gradient, View squares) const;
   // Wu = W u on the residual space. Default: the identity.
   virtual void ApplyW(ConstView u, View Wu);
   // Whether W is anything but the identity, or s anything but r: then only solvers that see H alone will do.
@@ -66,6 +71,8 @@ class Linearization {
   // The diagonal blocks of J^T W J, into a matrix made from block_groups() that is zero on entry. Called only when that
   // is not empty.
   virtual void BlockGram(BlockDiagonal<B>& blocks);
+  // Whether DiagJTJ is the diagonal of those blocks, and takes as long to form as they do.
+  virtual bool blocks_give_diagonal() const { return false; }
 
   // The damped system with its trailing block-diagonal group of parameters eliminated
   // (solver/normal_equations/reduced_system.h), or null where the problem has no such group. Borrows this object.
@@ -132,6 +139,10 @@ class Problem {
   // Shortens entries of a step that go further than the model is trusted. Returns whether any was: then the predicted
   // decrease is measured anew, at one product a batch.
   virtual bool LimitStep(ConstView x, View step);
+
+  // Whether `mine` is true on any of the processes that solve this problem together
+  // (solver/distributed/distributed_problem.h): they stop together. Default: there is no other.
+  virtual bool OnAnyProcess(bool mine) { return mine; }
 
   // Words for messages, asked for where a solve fails. All are one line.
   // Names of an entry of a step, and of a residual: "entry 4 of the step", "residual 4".

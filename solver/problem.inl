@@ -15,6 +15,16 @@ void Linearization<B>::Descent(View d) {
 }
 
 template <Backend B>
+void Linearization<B>::SquaredGradients(View) {
+  Fail("a linearization whose descent is its own must define SquaredGradients() to be a part of a problem");
+}
+
+template <Backend B>
+void Linearization<B>::DescentOf(Index, ConstView, View) const {
+  Fail("a linearization whose descent is its own must define DescentOf() to be a part of a problem");
+}
+
+template <Backend B>
 void Linearization<B>::ApplyW(ConstView u, View Wu) {
   B().Copy(u, Wu);
 }

@@ -57,7 +57,9 @@ done
 grep -q "vesta has no component unheard_of; there are: core" "$work/refused/build/configure.log" ||
   { cat "$work/refused/build/configure.log"; fail "an unknown component is not named"; }
 
-for example in exponential_fit registration slow_detector unknown_gains from_ceres; do
+examples=(exponential_fit registration slow_detector unknown_gains from_ceres)
+if [[ -e $work/prefix/include/vesta/kernels/mpi ]]; then examples+=(over_processes); fi
+for example in "${examples[@]}"; do
   say "examples/$example"
   arguments=(-DCMAKE_BUILD_TYPE=Release)
   # Who does not ask for the bridge needs no Ceres.

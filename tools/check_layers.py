@@ -14,7 +14,7 @@ import tempfile
 SPLATS = "problems/gaussian_splatting/"
 SPLAT_ROOMS = {
     SPLATS + room: [SPLATS + below for below in rooms] +
-    ["solver", "kernels/math", "kernels/core", "kernels/image", "kernels/gaussian_splatting"]
+    ["solver", "kernels/math", "kernels/core", "kernels/ranks", "kernels/image", "kernels/gaussian_splatting"]
     for room, rooms in {
         "model": [],
         "io": ["model"],
@@ -34,6 +34,8 @@ SPLAT_ROOMS = {
 ALLOWED = {
     "kernels/math": [],
     "kernels/core": ["kernels/math"],
+    "kernels/ranks": ["kernels/math", "kernels/core"],
+    "kernels/mpi": ["kernels/ranks", "kernels/math", "kernels/core"],
     "kernels/image": ["kernels/math", "kernels/core"],
     "kernels/image/pixel_penalty.h": ["kernels/image", "kernels/math", "kernels/core"],
     "kernels/gaussian_splatting": ["kernels/image/pixel_penalty.h", "kernels/math", "kernels/core"],
@@ -45,6 +47,7 @@ ALLOWED = {
     "solver/blocks": ["solver/linear", "solver/normal_equations", "solver/problem.h", "kernels/math", "kernels/core"],
     "solver/sparse_cholesky": ["solver/blocks", "solver/linear", "solver/normal_equations", "solver/problem.h",
                                "kernels/math", "kernels/core"],
+    "solver/distributed": ["solver", "kernels/ranks", "kernels/math", "kernels/core"],
     "solver/instantiate": ["solver", "kernels/math", "kernels/core"],
     "solver/ceres": ["solver", "kernels/math", "kernels/core"],
     "problems/toy": ["solver", "kernels/math", "kernels/core"],
@@ -65,7 +68,7 @@ EXTERNAL = {
     "glog/": ["apps", "solver/ceres"],
     "gflags/": ["apps"],
     "tbb/": ["kernels/core"],
-    "thread": ["kernels/core", "apps/viewer"],
+    "thread": ["kernels/core", "kernels/mpi", "apps/viewer"],
     "httplib.h": ["apps/viewer"],
     "future": ["kernels/core"],
     "execution": [],
@@ -75,6 +78,7 @@ EXTERNAL = {
     "tiffio.h": [SPLATS + "io"],
     "webp/": [SPLATS + "io"],
     "nanoflann": [SPLATS + "model"],
+    "mpi.h": ["kernels/mpi"],
     "zlib.h": [SPLATS + "io", SPLATS + "train"],
 }
 SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}

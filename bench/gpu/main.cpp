@@ -153,7 +153,8 @@ class GpuBench {
                               .layout = workload_.model,
                               .first_diagonal = 0,
                               .attributes = workload_.model.num_attributes(),
-                              .steps = 0,
+                              .views = 1,
+                              .seen = 0,
                               .rate = {}};
     arrays.blocks.count = count;
     arrays.blocks.gradient = gradient.data();
@@ -161,6 +162,7 @@ class GpuBench {
     arrays.blocks.first = first.data();
     arrays.blocks.second = second.data();
     arrays.blocks.step = arrays.blocks.root_correction2 = 1;
+    arrays.blocks.beta2 = gs::kAdamBeta2;
     gs::BlockBases<Device> bases;
     // A step leaves its gradient zero, and one by zero has nothing to do: it is filled anew each time.
     const auto step = [&] {

@@ -64,7 +64,8 @@ StepCost AdamIterationCost(const Workload& workload, int repeats) {
     view.Render(image.data());
     loss.Gradient(image, target.truth, shape, image_gradient);
     view.AddJT(x, image.data(), image_gradient.data(), trained.gradient(attributes), workspace);
-    trained.density().Observe(view, workspace.splat_sums.data(), static_cast<double>(shape.NumValues()));
+    trained.density().Observe(
+        gs::density::PullsOf(view, workspace.splat_sums.data(), static_cast<double>(shape.NumValues())));
     static_cast<void>(loss.Value());
     trained.Step(attributes, 1);
   };

@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "bench/training_race/changes.h"
 
 namespace vesta::bench {
@@ -16,8 +13,7 @@ gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double 
 }
 
 gs::TrainOptions LargeBatchAdam(const gs::TrainOptions& ours, int iterations, double rate_factor, int views) {
-  return Changed(AdamAlone(ours, std::max(1, iterations / views), rate_factor * std::sqrt(views)),
-                 fmt::format("adam.views_per_iteration={}", views));
+  return Changed(AdamAlone(ours, iterations, rate_factor), fmt::format("adam.views_per_iteration={}", views));
 }
 
 }  // namespace vesta::bench

@@ -9,8 +9,7 @@ namespace vesta::bench {
 // iterations at this factor on the learning rates.
 gs::TrainOptions AdamAlone(const gs::TrainOptions& ours, int iterations, double rate_factor);
 
-// The same with the mean gradient of `views` views an iteration: iterations / views iterations, so as many views in all
-// and as many densifications, at the factor times the root of views (the noise of the gradient falls by as much).
+// The same by `views` views an iteration: as many views in all and as many densifications. Rates follow (AdamRule).
 gs::TrainOptions LargeBatchAdam(const gs::TrainOptions& ours, int iterations, double rate_factor, int views);
 
 }  // namespace vesta::bench

@@ -8,6 +8,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
+#include "problems/gaussian_splatting/adam/schedule.h"
 
 namespace vesta::bench {
 namespace {
@@ -33,8 +34,8 @@ void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
   gs::TrainCallbacks callbacks;
   callbacks.evaluated = [&](const gs::HistoryRow& row, const splat::Model<float>& model) {
     // Without LM the last row counts.
-    const bool is_start =
-        has_lm ? row.stage == gs::Stage::kLm && row.iteration == 0 : row.iteration == job.options.adam.iterations;
+    const bool is_start = has_lm ? row.stage == gs::Stage::kLm && row.iteration == 0
+                                 : row.iteration == gs::NumIterations(job.options.adam);
     SendRow(row, is_start ? &model : nullptr, send);
   };
   double seconds = 0;

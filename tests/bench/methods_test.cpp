@@ -42,7 +42,7 @@ TEST(SelectMethods, NineSchedulesByDefaultAndOursBesideThem) {
 
 TEST(SelectMethods, LargeBatchesSeeAsManyViews) {
   EXPECT_THAT(Names({"--methods=adam_batch", "--lengths=400,800,1600", "--rate_factors=3", "--views_per_iteration=4"}),
-              ElementsAre("adam 200 x6 of 4 views"));
+              ElementsAre("adam 800 x3 of 4 views"));
 }
 
 TEST(SelectMethods, RefusesWhatItCannotUse) {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <set>
 #include <string>
 
@@ -64,9 +63,8 @@ TEST(Variants, AdamAloneHasTheWholeTime) {
     ++found;
     const gs::AdamOptions& adam = variant.options.adam;
     EXPECT_EQ(variant.options.lm.iterations, 0);
-    EXPECT_NEAR(*adam.iterations * adam.views_per_iteration, 1.5 * *reference.adam.iterations,
-                adam.views_per_iteration);
-    EXPECT_DOUBLE_EQ(adam.rate_factor, reference.adam.rate_factor * std::sqrt(adam.views_per_iteration));
+    EXPECT_NEAR(*adam.iterations, 1.5 * *reference.adam.iterations, 1) << "counted in views";
+    EXPECT_EQ(adam.rate_factor, reference.adam.rate_factor);
   }
   EXPECT_EQ(found, 3);
 }

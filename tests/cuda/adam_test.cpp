@@ -15,8 +15,8 @@ namespace {
 // Adam on both, by the same gradients.
 class Both {
  public:
-  Both(AdamMetric metric, Index gaussians)
-      : model_(test::RandomModel(gaussians, 1, 5)), host_({}, metric), device_({}, metric) {
+  Both(AdamMetric metric, Index gaussians, int views = 1)
+      : model_(test::RandomModel(gaussians, 1, 5)), host_({}, metric, views), device_({}, metric, views) {
     x_ = vesta::test::ToDevice(model_.data);
     SetUnits();
   }
@@ -108,6 +108,12 @@ TEST_F(CudaAdam, BlockStepsAreThoseOfTheHost) {
   both.Reset(splat::kOpacity);
   both.ExpectTheSame();
   for (int step = 0; step < 60; ++step) both.Step(23);
+  both.ExpectTheSame();
+}
+
+TEST_F(CudaAdam, StepsBySeveralViewsAreThoseOfTheHost) {
+  Both both(AdamMetric::kBlock, 2 * kTurnChunk + 70, 4);
+  for (int step = 0; step < 30; ++step) both.Step(23);
   both.ExpectTheSame();
 }
 

@@ -240,7 +240,8 @@ TEST_F(CudaDensity, ObservesWhatTheHostObserves) {
   workspace.splat_sums = vesta::test::ToDevice(host.cotangents);
   DensityControl<Device> control({}, kExtent, kSeed);
   control.Forget(60);
-  for (int k = 0; k < 2; ++k) control.Observe(view, workspace.splat_sums.data(), test::DensityScene::kLossScale);
+  for (int k = 0; k < 2; ++k)
+    control.Observe(density::PullsOf(view, workspace.splat_sums.data(), test::DensityScene::kLossScale));
   const std::vector<float> found = vesta::test::ToHost(control.pull());
   for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i] / 2, host_control.pull()[i], 1e-3 * pull[i]);
   EXPECT_EQ(vesta::test::ToHost(control.seen()), std::vector<int>(60, 2));

@@ -58,6 +58,8 @@ TEST_F(CudaTraining, RunsAreTheSameToTheBit) {
   const gs::Scene scene = gs::test::TrainingScene();
   gs::TrainOptions options = ShortDeviceTraining(30, 1);
   options.density.every = 0.3;
+  options.adam.views_per_iteration = 2;
+  options.adam.iterations = 60;
   const gs::TrainResult first = gs::Train(scene, options, 0, {}, gs::DeviceStages());
   EXPECT_GT(first.model.count, scene.points.size()) << "so that density control has a part in it";
   EXPECT_EQ(gs::Train(scene, options, 0, {}, gs::DeviceStages()).model.data, first.model.data);

@@ -18,7 +18,9 @@ class Adam {
   using Space = typename B::Space;
   using Vector = typename B::Vector;
 
-  explicit Adam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal) : rule_(rates, metric) {}
+  // views: that each step is by (AdamRule).
+  explicit Adam(const LearningRates& rates, AdamMetric metric = AdamMetric::kDiagonal, int views = 1)
+      : rule_(rates, metric, views) {}
 
   // The unit of length of each Gaussian of the model (model/length_units.h), to be set anew when those change; without
   // it 1.
@@ -36,7 +38,8 @@ class Adam {
                           .layout = layout,
                           .first_diagonal = rule_.first_diagonal(),
                           .attributes = attributes,
-                          .steps = steps_,
+                          .views = rule_.views(),
+                          .seen = Index{1} * steps_ * rule_.views(),
                           .rate = {}};
     arrays.blocks.count = count;
     arrays.blocks.gradient = gradient;

@@ -28,19 +28,19 @@ VESTA_HD inline V NextFirstMoment(const V& first, const V& gradient) {
 }
 
 template <class V>
-VESTA_HD inline V NextSecondMoment(const V& second, const V& gradient) {
-  return Max(V(kAdamBeta2) * second + V(1 - kAdamBeta2) * gradient * gradient, V(kAdamSecondFloor));
+VESTA_HD inline V NextSecondMoment(float beta2, const V& second, const V& gradient) {
+  return Max(V(beta2) * second + V(1 - beta2) * gradient * gradient, V(kAdamSecondFloor));
 }
 
 // Brings the moments up to date with the gradient g and returns the step to take off the parameter; where g is zero the
 // step is zero and the moments stay. rate: divided by the first moment's bias correction; root_correction2:
-// 1 / sqrt(1 - beta2^steps).
+// 1 / sqrt(1 - beta2^steps); beta2: AdamRule's.
 template <class V>
-VESTA_HD inline V AdamStep(const V& g, const V& rate, const V& root_correction2, V& first, V& second) {
+VESTA_HD inline V AdamStep(const V& g, const V& rate, float beta2, const V& root_correction2, V& first, V& second) {
   using std::sqrt;
   const auto moves = g != V(0);
   first = Select(moves, NextFirstMoment(first, g), first);
-  second = Select(moves, NextSecondMoment(second, g), second);
+  second = Select(moves, NextSecondMoment(beta2, second, g), second);
   return Select(moves, rate * first / (sqrt(second) * root_correction2), V(0));
 }
 

@@ -12,6 +12,7 @@ struct AdamRange {
   float *gradient, *parameters, *first, *second;  // the last two: moments; all of `size` values that do not overlap
   const float* units;                             // factors on the rate; null: 1
   float rate;                                     // divided by the first moment's bias correction
+  float beta2;                                    // what the second moment keeps of itself
   float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
 };
 

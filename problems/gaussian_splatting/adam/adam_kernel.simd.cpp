@@ -14,7 +14,7 @@ void UpdateAt(const AdamRange& range, Index i) {
   if (!L::Any(gradient != V(0))) return;
   V first = L::Load(range.first + i), second = L::Load(range.second + i);
   const V rate = range.units ? V(range.rate) * L::Load(range.units + i) : V(range.rate);
-  const V step = AdamStep(gradient, rate, V(range.root_correction2), first, second);
+  const V step = AdamStep(gradient, rate, range.beta2, V(range.root_correction2), first, second);
   L::Store(range.gradient + i, V(0));
   L::Store(range.first + i, first);
   L::Store(range.second + i, second);

@@ -17,7 +17,8 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
       piece.bases = bases.piece(chunk);
       piece.bases_begin = begin;
       kernels.step_blocks(piece, begin, end);
-      if (chunk % kTurnEvery == FirstTurned(arrays.steps)) kernels.turn_bases(piece, begin, end);
+      // FirstTurned of one of the step's views.
+      if ((chunk + arrays.seen) % kTurnEvery < arrays.views) kernels.turn_bases(piece, begin, end);
     }
     Index first = arrays.layout.Offset(arrays.first_diagonal);  // number of the attribute
     for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {
@@ -31,6 +32,7 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
                     .second = all.second + offset,
                     .units = a < splat::kLogScale && all.units ? all.units + begin : nullptr,
                     .rate = arrays.rate[a],
+                    .beta2 = all.beta2,
                     .root_correction2 = all.root_correction2});
     }
   });

@@ -12,7 +12,8 @@ struct AdamStepArrays {
   splat::ModelLayout layout;
   int first_diagonal;  // attributes below it are stepped in blocks, of those from it on each parameter alone
   int attributes;      // in use
-  int steps;           // with this one
+  int views;           // that this step is by
+  Index seen;          // views of all steps, with this one
   float rate[splat::kMaxAttributes];  // of each attribute, AdamRule::StepRate
 };
 

@@ -26,6 +26,7 @@ struct BlockAdamArrays {
   const float* units;                             // [count], factors on the rates of the means; null: 1
   float rates[splat::kGeometry];                  // of each attribute
   float step;                                     // factor on them, over the first moment's bias correction
+  float beta2;                                    // what C and the second moments keep of themselves
   float root_correction2;                         // 1 / sqrt(1 - beta2^steps)
 };
 
@@ -48,10 +49,10 @@ constexpr Index BlockArraySize(Index count) {
   return (count + kBlockLanes - 1) / kBlockLanes * kBlockNumbers * kBlockLanes;
 }
 
-// Each basis is turned once in so many steps, some chunks of Gaussians at each step: after so many steps the chunks
-// FirstTurned(steps), that plus kTurnEvery, and so on.
+// Each basis is turned once in so many views, some chunks of Gaussians at each step: with the n-th view the chunks
+// FirstTurned(n), that plus kTurnEvery, and so on.
 inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
-VESTA_HD constexpr Index FirstTurned(int steps) { return (kTurnEvery - steps % kTurnEvery) % kTurnEvery; }
+VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
 
 // Entry (i, j) of a symmetric matrix in its packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
@@ -69,7 +70,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   }
   const auto moves = pull != V(0);
   if (!L::Any(moves)) return;
-  const V beta2(kAdamBeta2), rest2(1 - kAdamBeta2), floor(kAdamFirstFloor);
+  const V beta2(a.beta2), rest2(1 - a.beta2), floor(kAdamFirstFloor);
   for (int k = 0; k < kBlockSize; ++k) {
     const Index at = k * a.count + i;
     rate[k] = V(a.rates[k]);
@@ -103,7 +104,7 @@ VESTA_HD inline void BlockAdamStep(const BlockAdamArrays& a, Index i) {
   for (int b = 0; b < kBlockSize; ++b) {
     float* s = a.second + b * a.count + i;
     const V old = L::Load(s);
-    second[b] = Select(moves, NextSecondMoment(old, g_turned[b]), old);
+    second[b] = Select(moves, NextSecondMoment(a.beta2, old, g_turned[b]), old);
     L::Store(s, second[b]);
     sum = sum + second[b];
   }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include "kernels/core/divisor.h"
@@ -21,8 +22,8 @@ struct StepOne {
     const auto [from_first, gaussian] = by_rows.Divide(parameter);
     const Index attribute = first + from_first;
     const float unit = attribute < splat::kLogScale && all.units ? all.units[gaussian] : 1.0f;
-    const float step =
-        AdamStep(all.gradient[i], unit * a.rate[attribute], all.root_correction2, all.first[i], all.second[i]);
+    const float step = AdamStep(all.gradient[i], unit * a.rate[attribute], all.beta2, all.root_correction2,
+                                all.first[i], all.second[i]);
     all.gradient[i] = 0;
     all.parameters[i] -= step;
   }
@@ -84,9 +85,12 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
     BlockAdamArrays blocks = all;
     blocks.bases = bases.data();
     device::ForEach(blocks.count, StepBlock{blocks}, "step of Adam's blocks");
-    const Index chunks = (blocks.count + kTurnChunk - 1) / kTurnChunk, first = FirstTurned(arrays.steps);
-    const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
-    device::ForEach(turned * kTurnChunk, TurnOne{blocks, first}, "turn of Adam's bases");
+    const Index chunks = (blocks.count + kTurnChunk - 1) / kTurnChunk;
+    for (Index k = 0; k < std::min<Index>(arrays.views, kTurnEvery); ++k) {
+      const Index first = FirstTurned(arrays.seen - k);
+      const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
+      device::ForEach(turned * kTurnChunk, TurnOne{blocks, first}, "turn of Adam's bases");
+    }
   }
   for (int first = arrays.first_diagonal, end = 0; first < arrays.attributes; first = end) {
     const Index rows = arrays.layout.Rows(first);

@@ -15,9 +15,11 @@ enum class AdamMetric {
 };
 
 struct AdamOptions {
-  std::optional<int> iterations = {};  // none: what the scene requires (FitToScene), times length
+  // The length of the stage in iterations of one view each (NumIterations, schedule.h). None: what the scene requires
+  // (FitToScene), times `length`.
+  std::optional<int> iterations = {};
   double length = 1;
-  // The gradient of an iteration is the mean over the next so many training views, in the order of the epochs.
+  // The gradient of an iteration is the sum over the next so many training views, in the order of the epochs.
   int views_per_iteration = 1;
   // What scales the gradient of a Gaussian's geometry: of each parameter its own second moment, or of all eleven
   // together their eigenbasis (block_adam_formula.h).

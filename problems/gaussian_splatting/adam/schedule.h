@@ -47,6 +47,13 @@ class ViewOrder {
   std::uint64_t seed_, drawn_ = 0, epoch_ = kNone;  // epoch_: that of order_
 };
 
+// How many iterations the stage has: its length is given in views, and each iteration takes so many of them, the last
+// one too.
+inline int NumIterations(const AdamOptions& adam) {
+  const int views = adam.views_per_iteration, all = adam.iterations.value_or(0);
+  return all / views + (all % views > 0 ? 1 : 0);
+}
+
 // Whether it sees the views at half their size.
 inline bool IsCoarse(const AdamOptions& adam, const StageSpan& span) { return span.IsWithin(adam.coarse_part); }
 
@@ -57,9 +64,11 @@ inline double RateFactor(const AdamOptions& adam, const StageSpan& span) {
   return adam.rate_factor * std::pow(adam.rate_decay, span.before) * cooldown;
 }
 
-// Whether the parameters after iteration `it` count in their mean. Neighbours are alike: every fifth, and the last.
+// Whether the parameters after iteration `it` count in their mean. Neighbours are alike: those after every fifth view
+// do, and the last.
 inline bool Averages(const AdamOptions& adam, const StageSpan& span, int it) {
-  return !span.IsWithin(1 - adam.average_part) && (it % 5 == 0 || span.is_last());
+  const int every = std::max(1, 5 / adam.views_per_iteration);
+  return !span.IsWithin(1 - adam.average_part) && (it % every == 0 || span.is_last());
 }
 
 inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, const StageSpan& span) {

@@ -43,18 +43,9 @@ class DensityControl {
     seen_ = GatherNumbers(seen_, source);
   }
 
-  // After the gradient of one view: splat_cotangents by rank (the workspace's splat_sums), of the loss times
-  // loss_scale. On a device it does not wait.
-  template <class View>
-  void Observe(const View& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale) {
-    ForEach<Space>(pull_.size(), 4096,
-                   density::Observe{.rank_of = view.rank_of().data(),
-                                    .splats = view.splats().data(),
-                                    .cotangents = splat_cotangents,
-                                    .half_width = static_cast<float>(0.5 * view.camera().width / loss_scale),
-                                    .half_height = static_cast<float>(0.5 * view.camera().height / loss_scale),
-                                    .pull = pull_.data(),
-                                    .seen = seen_.data()});
+  // After the gradient of one view, by density::PullsOf it. On a device it does not wait.
+  void Observe(const density::ScreenPulls& pulls) {
+    ForEach<Space>(pull_.size(), 4096, density::Observe{pulls, pull_.data(), seen_.data()});
   }
 
   // What was observed, by Gaussian: the sum of |d loss / d mean| in normalised device coordinates over the

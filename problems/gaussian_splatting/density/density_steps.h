@@ -20,19 +20,39 @@ struct Observed {
   VESTA_HD float StrengthOf(Index i) const { return Strength(pull[i], seen[i]); }
 };
 
-// Where Gaussian i is seen: pull += ScreenPull, seen += 1.
-struct Observe {
+// How strongly one view pulls at the Gaussians that it sees.
+struct ScreenPulls {
   const std::int32_t* rank_of;
   const splat::Splat<float>* splats;
   const splat::SplatTangent<float>* cotangents;  // by rank
   float half_width, half_height;
+
+  // Of a Gaussian that is seen.
+  VESTA_HD float Of(Index i) const {
+    const std::int32_t rank = rank_of[i];
+    return ScreenPull(splats[rank], cotangents[rank].w, half_width, half_height);
+  }
+};
+
+// splat_cotangents by rank (the workspace's splat_sums), of the loss times loss_scale.
+template <class View>
+ScreenPulls PullsOf(const View& view, const splat::SplatTangent<float>* splat_cotangents, double loss_scale) {
+  return {.rank_of = view.rank_of().data(),
+          .splats = view.splats().data(),
+          .cotangents = splat_cotangents,
+          .half_width = static_cast<float>(0.5 * view.camera().width / loss_scale),
+          .half_height = static_cast<float>(0.5 * view.camera().height / loss_scale)};
+}
+
+// Where Gaussian i is seen: pull += ScreenPull, seen += 1.
+struct Observe {
+  ScreenPulls pulls;
   float* pull;
   int* seen;
 
   VESTA_HD void operator()(Index i) const {
-    const std::int32_t rank = rank_of[i];
-    if (rank < 0) return;
-    pull[i] += ScreenPull(splats[rank], cotangents[rank].w, half_width, half_height);
+    if (pulls.rank_of[i] < 0) return;
+    pull[i] += pulls.Of(i);
     ++seen[i];
   }
 };

@@ -39,10 +39,13 @@ class SplatLinearization final : public Linearization<B> {
   // The gradient, shrunk where the views disagree (lm/view_agreement.h).
   bool has_own_descent() const override { return options_.view_agreement > 0; }
   void Descent(View d) override;
+  void SquaredGradients(View squares) override;
+  void DescentOf(Index units, ConstView gradient, View squares) const override;
   // Exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(View d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
+  bool blocks_give_diagonal() const override { return !options_.sh_blocks; }
 
  private:
   using Vector = typename B::Vector;
@@ -53,8 +56,8 @@ class SplatLinearization final : public Linearization<B> {
     Vector image;
     typename Loss::Linearization loss;
   };
-  // Builds all views, and sums their gradients, of which comes the descent; then caches the Jacobian, as the options
-  // have it.
+  // Builds all views, and sums their gradients, of which comes the descent (of a part their squares); then caches the
+  // Jacobian, as the options have it.
   void MakeUnits();
   // Projects, renders and linearises a view of the batch; image_gradient: of the loss.
   void Build(const TargetView<B>& target, Unit& unit, View image_gradient) const;
@@ -68,6 +71,8 @@ class SplatLinearization final : public Linearization<B> {
   void AddJTW(const Unit& unit, View d_image, View weighted, View Hv);
   // blocks, sh_diagonal and, with options.sh_blocks, sh_blocks += those of all views.
   void AddGram(S* blocks, S* sh_diagonal, S* sh_blocks);
+  static constexpr Index kGrain = 16384;
+
   // v *= scale_.
   void Scale(View v) const;
 
@@ -79,7 +84,7 @@ class SplatLinearization final : public Linearization<B> {
   Index num_residuals_ = 0;
   std::shared_ptr<Loss> loss_;
   std::shared_ptr<Workspace> workspace_;
-  Vector gradient_, descent_;  // until someone asks for them; the second, where it is its own
+  Vector gradient_, descent_;  // until someone asks for them; the second, where it is its own (of a part: squares)
   SplatGrams<B> grams_;        // made with the diagonal, and kept for the preconditioner
   mutable Vector residuals_, image_work_, weighted_work_;
 };

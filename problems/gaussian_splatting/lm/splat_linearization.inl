@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"
@@ -31,12 +32,12 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
   }
   image_work_.ResizeForOverwrite(largest);
   weighted_work_.ResizeForOverwrite(largest);
-  MakeUnits();
+  // A part that holds no views is one of many: its gradient is made when it is asked for.
+  if (!options.is_part || options.jacobian != JacobianKind::kRebuild) MakeUnits();
 }
 
 template <Backend B>
 void SplatLinearization<B>::MakeUnits() {
-  constexpr Index kGrain = 16384;
   using Space = typename B::Space;
   gradient_.Resize(num_parameters());
   const bool steers = has_own_descent();
@@ -57,11 +58,7 @@ void SplatLinearization<B>::MakeUnits() {
       unit.view.CacheJacobian(unit.image.data(), CacheFormatOf(options_.jacobian), *workspace_);
     }
   }
-  if (steers) {
-    ForEach<Space>(num_parameters(), kGrain,
-                   AgreedDescent<S>{static_cast<S>(options_.view_agreement), static_cast<S>(views_.size()),
-                                    gradient_.data(), descent_.data()});
-  }
+  if (steers && !options_.is_part) DescentOf(static_cast<Index>(views_.size()), gradient_, descent_);
 }
 
 template <Backend B>
@@ -203,6 +200,21 @@ void SplatLinearization<B>::Descent(View d) {
   if (descent_.empty()) MakeUnits();
   B().Copy(descent_, d);
   descent_ = {};
+}
+
+template <Backend B>
+void SplatLinearization<B>::SquaredGradients(View squares) {
+  VESTA_CHECK(options_.is_part, "the squares of a problem that is no part");
+  if (descent_.empty()) MakeUnits();
+  B().Copy(descent_, squares);
+  descent_ = {};
+}
+
+template <Backend B>
+void SplatLinearization<B>::DescentOf(Index units, ConstView gradient, View squares) const {
+  ForEach<typename B::Space>(num_parameters(), kGrain,
+                             AgreedDescent<S>{static_cast<S>(options_.view_agreement), static_cast<S>(units),
+                                              gradient.data(), squares.data()});
 }
 
 template <Backend B>

@@ -35,6 +35,8 @@ struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   LearningRates rates;
   // Of length, for each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;
+  // Of a problem that is spread over processes: its linearization leaves the descent to who knows all parts.
+  bool is_part = false;
 };
 
 // For any memory space: SplatBackend<B> says what of it differs.
@@ -58,10 +60,17 @@ class SplatProblem : public Problem<B> {
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
   void BeginTurn(int turn) override { batches_.BeginTurn(turn); }
 
+  const SplatProblemOptions& options() const { return options_; }
+  std::span<const TargetView<B>> views() const { return views_; }
+  // The same problem on some of its views, which works in the same memory: one call at a time of all of them.
+  std::unique_ptr<SplatProblem> MakePart(std::span<const TargetView<B>> views) const;
+
   // What the passes work in, free for others between calls.
   typename SplatBackend<B>::Workspace& workspace() { return *workspace_; }
 
  private:
+  SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views);
+
   SplatProblemOptions options_;
   std::span<const TargetView<B>> views_;
   ViewBatches batches_;

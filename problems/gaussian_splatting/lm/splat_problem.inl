@@ -34,6 +34,23 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
   }
 }
 
+// Of the damping metric's units a part has no need.
+template <Backend B>
+SplatProblem<B>::SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views)
+    : options_(whole.options_),
+      views_(views),
+      batches_({}, static_cast<Index>(views.size())),
+      loss_(whole.loss_),
+      workspace_(whole.workspace_) {
+  options_.batches = {};
+  options_.is_part = true;
+}
+
+template <Backend B>
+std::unique_ptr<SplatProblem<B>> SplatProblem<B>::MakePart(std::span<const TargetView<B>> views) const {
+  return std::unique_ptr<SplatProblem>(new SplatProblem(*this, views));
+}
+
 template <Backend B>
 Index SplatProblem<B>::num_parameters() const {
   return options_.Size();

@@ -1,6 +1,7 @@
 #include "problems/gaussian_splatting/memory/stage_bytes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 #include "problems/gaussian_splatting/lm/view_batches.h"
@@ -69,6 +70,15 @@ class Parts {
   double gaussians_;
 };
 
+// Terms of an iteration on several views, while they are added up (train/sum_of_views.h): two at the last sum, what
+// that leaves, and one for each level below it. Each view may see nearly all.
+double TermBytes(const MemoryScene& scene, int views) {
+  if (views == 1) return 0;
+  constexpr double kPullsAndViews = 2;
+  const double held = 2 + std::ceil(std::log2(views));
+  return held * (VectorBytes(scene) + kPullsAndViews * PerGaussianBytes(scene));
+}
+
 template <class B>
 double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const Parts<B> parts(scene);
@@ -77,9 +87,9 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const double held = parts.Truths() + 3 * vector + bases +
                       (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
   // The gradient; the image and its gradient; in the end the mean of the parameters.
-  const double step = vector + parts.View() + parts.Passes() + 2 * parts.Image() +
-                      Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
-                      parts.Evaluation();
+  const double step =
+      vector + TermBytes(scene, options.adam.views_per_iteration) + parts.View() + parts.Passes() + 2 * parts.Image() +
+      Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) + parts.Evaluation();
   const double average = options.adam.average_part > 0 ? vector : 0;
   // While views judge, what the passes of an iteration work in is free.
   const bool is_host = std::is_same_v<typename B::Space, Host>;

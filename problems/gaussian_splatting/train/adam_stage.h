@@ -26,6 +26,7 @@
 #include "problems/gaussian_splatting/train/forecast.h"
 #include "problems/gaussian_splatting/train/kept_state.h"
 #include "problems/gaussian_splatting/train/session.h"
+#include "problems/gaussian_splatting/train/share_views.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
 #include "problems/gaussian_splatting/train/stage_parsimony.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
@@ -84,7 +85,7 @@ class AdamStage {
     // Rates stay those of the cameras as they were given.
     const std::vector<const View*>& views = session.cameras().given();
     const Scene& scene = session.scene();
-    return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric),
+    return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric, options.adam.views_per_iteration),
                             DensityControl<typename B::Space>(options.density, scene.extent, options.seed),
                             UnitViews(views, NearPlane(scene)), scene.extent),
             ViewOrder(views.size(), options.seed)};
@@ -110,7 +111,7 @@ class AdamStage {
 
   // The iteration to come.
   StageSpan NextSpan() const {
-    const int n = *options_.adam.iterations, done = state_->iteration;
+    const int n = NumIterations(options_.adam), done = state_->iteration;
     const double before = state_->span.after, planned = 1.0 * done / n;
     const double left = n - done, in_time = IterationsInTime();
     // A limit that never binds changes no bit.
@@ -200,28 +201,35 @@ class AdamStage {
     while (cameras_.HoldsBack(next, state_->cameras)) next = order.Next();
     return next;
   }
-  // The mean cost of some views a value; their gradients are added up.
+  // The mean cost of the iteration's views a value; their gradients are added up.
   double AddGradients(const splat::Model<float>& x, StageTargets<B>& targets, float* gradient, const StageSpan& span) {
-    const bool observes = Observes(options_.density, span);
-    double cost = 0, values = 0;
-    for (int k = 0; k < options_.adam.views_per_iteration; ++k) {
-      targets.Expect([this, order = state_->order]() mutable { return NextView(order); });
+    const int views = options_.adam.views_per_iteration;
+    passes_->views.Begin({x, splat::NumAttributes(x.active_sh_degree)}, views,
+                         Observes(options_.density, span) ? &state_->model.density() : nullptr);
+    const Share own = OwnViews(session_.ranks(), views);
+    for (int k = 0; k < views; ++k) {
+      if (k >= own.begin && k < own.end) {
+        targets.Expect([this, order = state_->order]() mutable { return NextView(order); });
+      }
       const std::size_t next = NextView(state_->order);
+      if (k < own.begin || k >= own.end) continue;
       const TargetView<B>& target = targets[next];
       const ImageShape shape = target.shape();
+      const auto values = static_cast<double>(shape.NumValues());
       AddGradient(x, target, gradient);
       if (cameras_.moves(span, state_->cameras)) MoveCamera(span, next, x, targets);
-      if (observes) {
-        const double share = PullShare(shape.width, targets_.camera(next).width);
-        state_->model.density().Observe(passes_->view, passes_->workspace.splat_sums.data(),
-                                        share * static_cast<double>(shape.NumValues()));
-      }
-      // Read last, so that on a device all of the iteration's work is under way.
-      cost += passes_->loss.Value().objective;
-      values += static_cast<double>(shape.NumValues());
+      const double share = PullShare(shape.width, targets_.camera(next).width);
+      const density::ScreenPulls pulls =
+          density::PullsOf(passes_->view, passes_->workspace.splat_sums.data(), share * values);
+      // The loss is read last, so that on a device all of the view's work is under way.
+      passes_->views.Add(k, pulls, gradient, [&] { return ViewCost{passes_->loss.Value().objective, values}; });
     }
-    pixels_ = values / ImageShape::kChannels;
-    return cost / values;
+    if constexpr (kOnHost) {
+      if (session_.ranks() && views > 1) ShareParts(*session_.ranks(), &passes_->views);
+    }
+    const ViewCost sum = passes_->views.Finish(gradient);
+    pixels_ = sum.values / ImageShape::kChannels;
+    return sum.objective / sum.values;
   }
   // By the latest iteration; the first takes longer than any other and does not count.
   void MeasurePace(double seconds) {
@@ -245,7 +253,7 @@ class AdamStage {
     const double row = session_.EvaluationAhead(SecondsPerPixel()) * ahead.full_seconds /
                        pace_.Seconds(false, static_cast<double>(state_->model.count()));
     const double left =
-        (*options_.adam.iterations - state_->iteration) * ahead.seconds + ahead.change_seconds + rows * row;
+        (NumIterations(options_.adam) - state_->iteration) * ahead.seconds + ahead.change_seconds + rows * row;
     const double total = session_.TotalSeconds();
     const double seconds = options_.time_limit > 0 ? std::min(options_.time_limit, total + left) : total + left;
     session_.Predict({is_first_guess, total, seconds, PredictMib(degree, ahead.most_gaussians), ahead.gaussians});
@@ -334,7 +342,7 @@ class AdamStage {
   int ExpectedIterations() const {
     const double left = state_->span.is_last()
                             ? 0
-                            : std::min<double>(*options_.adam.iterations - state_->iteration, IterationsInTime());
+                            : std::min<double>(NumIterations(options_.adam) - state_->iteration, IterationsInTime());
     return state_->iteration + static_cast<int>(std::ceil(left));
   }
 

@@ -38,7 +38,7 @@ double CountedMegapixels(const std::vector<const View*>& views, const TrainOptio
     last = std::max(last, row.iteration);
   }
   double seen = 0;
-  const double all = options.time_limit > 0 ? adam : *options.adam.iterations;
+  const double all = options.time_limit > 0 ? adam : NumIterations(options.adam);
   for (int it = 1; it <= adam; ++it) {
     seen += options.adam.views_per_iteration * (IsCoarse(options.adam, {(it - 1) / all, it / all}) ? coarse : full);
   }

@@ -13,7 +13,8 @@ double IterationsFor(Index training_views);
 Index NumTrainingViews(const Scene& scene);
 
 // The options with every std::optional filled in: iterations and degree of the harmonics. Under a time limit time alone
-// ends the Adam stage, unless iterations are given. Throws Error where the options are not valid.
+// ends the Adam stage, unless iterations are given. Throws Error where the options are not valid, or an iteration is to
+// take more views than there are.
 TrainOptions FitToScene(TrainOptions options, Index training_views);
 
 }  // namespace vesta::gs

@@ -3,15 +3,18 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
+#include "solver/distributed/distributed_problem.h"
 
 namespace vesta::gs {
 
@@ -27,6 +30,32 @@ class CountDone {
  private:
   const LmStepper<B>& stepper_;
   int& total_;
+};
+
+// The problem as the engine is to see it: spread over processes, where there are others.
+template <class B>
+class ProblemOverRanks {
+ public:
+  ProblemOverRanks(Ranks* ranks, SplatProblem<B>& problem) : problem_(problem) {
+    if constexpr (std::is_same_v<typename B::Space, Host>) {
+      if (!ranks) return;
+      parts_.emplace(problem);
+      distributed_.emplace(*ranks, *parts_);
+    }
+  }
+  Problem<B>& operator*() {
+    if constexpr (std::is_same_v<typename B::Space, Host>) {
+      if (distributed_) return *distributed_;
+    }
+    return problem_;
+  }
+
+ private:
+  struct Nothing {};
+  static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+  SplatProblem<B>& problem_;
+  std::conditional_t<kOnHost, std::optional<SplatParts<B>>, Nothing> parts_;
+  std::conditional_t<kOnHost, std::optional<DistributedProblem<B>>, Nothing> distributed_;
 };
 
 // Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
@@ -54,12 +83,13 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       if (targets.empty()) targets = MakeTargets<B>(session.training_views(), NearPlane(session.scene()));
       B backend;
       SplatProblem<B> problem = make_problem();
+      ProblemOverRanks<B> solved(session.ranks(), problem);
       typename B::Vector x;
       x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
       engine.max_iterations = iterations - done;
-      LmStepper<B> stepper = std::exchange(resumes, false) ? LmStepper<B>(engine, backend, problem, start.solve())
-                                                           : LmStepper<B>(engine, backend, problem, std::move(x));
+      LmStepper<B> stepper = std::exchange(resumes, false) ? LmStepper<B>(engine, backend, *solved, start.solve())
+                                                           : LmStepper<B>(engine, backend, *solved, std::move(x));
       const CountDone<B> count(stepper, done);
       const auto best = [&] { return BestOf(stepper, model); };
       const auto download = [&] {

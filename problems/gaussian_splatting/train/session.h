@@ -97,13 +97,14 @@ class TrainingSession {
   // Evaluates, with the clock stopped, and adds a row to the history.
   void Record(Stage stage, int iteration, const ModelToRecord& model) {
     HistoryRow row;
+    row.stage = stage, row.iteration = iteration, row.gaussians = model.gaussians;
+    if (ranks() && ranks()->rank() > 0) return history_.push_back(row);  // the first measures
     row.seconds = clock_.Seconds();
     const double begin = clock_.Total();
     const TrainingClock::Pause pause(clock_);
     const Evaluation evaluation = model.evaluate();
-    row.stage = stage, row.iteration = iteration, row.cost = evaluation.cost;
+    row.cost = evaluation.cost;
     row.train = evaluation.train, row.held_out = evaluation.held_out, row.test = evaluation.test;
-    row.gaussians = model.gaussians;
     history_.push_back(row);
     if (callbacks_.evaluated) callbacks_.evaluated(row, model.on_host());
     latest_evaluation_ = clock_.Total() - begin;
@@ -129,6 +130,8 @@ class TrainingSession {
                      const std::function<void(ArchiveWriter&)>& state);
   // Hands out the model on the way, where that is due. on_host: gives it.
   void SnapshotWhereDue(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host);
+  // Processes that train together; null: this one alone.
+  Ranks* ranks() const { return callbacks_.ranks; }
   // The stage that a resumed training was in; Adam's where nothing is resumed.
   Stage first_stage() const { return callbacks_.resume ? callbacks_.resume->run.stage : Stage::kAdam; }
   const std::optional<std::string>& saved_stage() const { return saved_stage_; }
@@ -168,6 +171,7 @@ class TrainingSession {
   bool ShouldStop(double ahead = 0) {
     if (options_.time_limit > 0 && clock_.Total() + ahead >= options_.time_limit) stopped_ = true;
     if (callbacks_.stop && callbacks_.stop()) stopped_ = true;
+    if (ranks()) stopped_ = OnAnyRank(*ranks(), stopped_);
     return stopped_;
   }
   bool stopped() const { return stopped_; }

@@ -7,6 +7,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/initialize.h"
@@ -177,10 +178,24 @@ void NoteMissedTarget(TrainingSession& session) {
                   session.held_out_psnr(), session.options().target_psnr));
 }
 
+// Clocks and what is measured by one process must not decide what all do.
+void CheckRanks(const TrainOptions& options, const TrainCallbacks& callbacks, bool is_on_device) {
+  if (!callbacks.ranks) return;
+  if (options.cameras.refines()) Fail("--refine_cameras: several processes train with cameras as given; leave it");
+  if (options.lm.iterations > 0) CheckOneBatch({options.lm.batches, options.lm.batch_size});
+  if (is_on_device) Fail("several processes train on CPUs alone; use --device=cpu");
+  if (options.time_limit > 0)
+    Fail("--time_limit={}: several processes train by iterations; leave it", options.time_limit);
+  if (options.target_psnr > 0) {
+    Fail("--target_psnr={}: several processes train by iterations; leave it", options.target_psnr);
+  }
+}
+
 TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options, bool is_given, double seconds_before,
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
   CheckTarget(scene, options);
+  CheckRanks(options, callbacks, stages.device_memory != nullptr);
   CheckStored(scene, options, stages.device_memory != nullptr);
   TrainingSession session(scene, options, seconds_before, callbacks);
   options.memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);

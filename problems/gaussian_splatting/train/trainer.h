@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/cameras/camera_changes.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
@@ -79,6 +80,10 @@ struct TrainCallbacks {
   std::function<void(const SplatModel&)> before_lm;
   // To go on from; null: from the start. Must outlive the training.
   const Checkpoint* resume = nullptr;
+  // Processes that train together, all by the same call; null: this one alone. LM's views are theirs in shares. They
+  // end with the same model; of the other callbacks only those of the first write and show. What goes by the clock or
+  // by views held out is refused: --time_limit, --target_psnr.
+  Ranks* ranks = nullptr;
 };
 
 class TrainingSession;

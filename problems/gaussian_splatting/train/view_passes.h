@@ -2,6 +2,7 @@
 #pragma once
 
 #include "problems/gaussian_splatting/model/masked_loss.h"
+#include "problems/gaussian_splatting/train/sum_of_views.h"
 
 namespace vesta::gs {
 
@@ -13,6 +14,7 @@ struct ViewPasses {
   typename SplatBackend<B>::SplatView view;
   typename SplatBackend<B>::Workspace workspace;
   typename B::Vector image, image_gradient;
+  SumOfViews<typename B::Space> views;  // of an iteration
 
   // Adds the gradient of the cost, which loss.Value() has.
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, const double* background,

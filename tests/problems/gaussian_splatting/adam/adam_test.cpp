@@ -40,6 +40,38 @@ TEST(Adam, FirstStepIsTheRate) {
   }
 }
 
+// By four views twice the rate.
+TEST(Adam, ByMoreViewsStepsAreLonger) {
+  SplatModel model;
+  model.Resize(1, 1);
+  std::vector<float> gradient(model.data.size(), 3e-4f);
+  test::ModelAdam adam(LearningRates(), AdamMetric::kDiagonal, 4);
+  adam.Step(model, gradient.data(), model.num_attributes(), 1.0);
+  for (int a = 0; a < model.num_attributes(); ++a) {
+    const double step = 2 * RateOf({}, a);
+    EXPECT_NEAR(model.attribute(a)[0], -step, 1e-6 * step);
+  }
+}
+
+// By four views they forget as by four steps of one view, and are corrected for that.
+TEST(Adam, SecondMomentsCountViews) {
+  SplatModel model;
+  model.Resize(0, 1);
+  test::ModelAdam adam(LearningRates(), AdamMetric::kDiagonal, 4);
+  const auto step = [&](float pull) {
+    const float before = model.data[0];
+    std::vector<float> gradient(model.data.size(), pull);
+    adam.Step(model, gradient.data(), model.num_attributes(), 1.0);
+    return double{before - model.data[0]};
+  };
+  const double beta2 = std::pow(0.999, 4);
+  step(3);
+  EXPECT_NEAR(adam.adam().second()[0], 9 * (1 - beta2), 1e-6);
+  const double second = step(1), root = std::sqrt((9 * beta2 + 1) * (1 - beta2) / (1 - beta2 * beta2));
+  const double first = (0.7 * 0.3 * 3 + 0.3) / (1 - 0.7 * 0.7);
+  EXPECT_NEAR(second, 2 * LearningRates().position * first / root, 1e-4 * second);
+}
+
 // Kingma and Ba's algorithm 1 in double, for one parameter; it rests where nothing pulls.
 class PlainAdam {
  public:

@@ -81,6 +81,7 @@ struct Blocks {
                       .units = nullptr,
                       .rates = {},
                       .step = 1,
+                      .beta2 = kAdamBeta2,
                       .root_correction2 = 1};
     for (int k = 0; k < kBlockSize; ++k) a.rates[k] = static_cast<float>(std::pow(1.5, k - 6));
     return a;
@@ -232,6 +233,32 @@ TEST(BlockAdamSteps, TurnWithTheGradients) {
   EXPECT_LT((WayUnder(AdamMetric::kBlock, turn) - way).norm(), 0.02 * way.norm());
   const Vector diagonal = WayUnder(AdamMetric::kDiagonal, Identity());
   EXPECT_GT((WayUnder(AdamMetric::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
+}
+
+// Each basis is turned once in kTurnEvery views, however many a step is by.
+TEST(BlockAdamSteps, BasesAreTurnedAsViewsAreSeen) {
+  constexpr Index kChunks = kTurnEvery + 3;
+  const auto turned_after = [](int views, int steps) {
+    SplatModel model;
+    model.Resize(0, kChunks * kTurnChunk);
+    test::ModelAdam adam({}, AdamMetric::kBlock, views);
+    vesta::test::Random random(9);
+    for (int step = 0; step < steps; ++step) {
+      std::vector<float> gradient = random.NormalVector<float>(model.data.size());
+      adam.Step(model, gradient.data(), model.num_attributes(), 1e-3);
+    }
+    std::vector<Index> turned;
+    for (Index chunk = 0; chunk < kChunks; ++chunk) {
+      if (adam.adam().bases().At(1, chunk * kTurnChunk) != 0) turned.push_back(chunk);
+    }
+    return turned;
+  };
+  EXPECT_EQ(turned_after(1, 1), (std::vector<Index>{24}));
+  EXPECT_EQ(turned_after(2, 1), (std::vector<Index>{23, 24}));
+  EXPECT_EQ(turned_after(2, 2), turned_after(1, 4));
+  EXPECT_EQ(turned_after(4, 3), turned_after(1, 12));
+  EXPECT_EQ(turned_after(25, 1).size(), static_cast<std::size_t>(kChunks));
+  EXPECT_EQ(turned_after(60, 1).size(), static_cast<std::size_t>(kChunks));
 }
 
 TEST(BlockAdamSteps, NewGaussiansKeepTheDirectionsOfTheirOrigin) {

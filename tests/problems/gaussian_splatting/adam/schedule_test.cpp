@@ -30,6 +30,12 @@ TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
   EXPECT_TRUE(Averages(adam, Span(75), 75));
   EXPECT_FALSE(Averages(adam, Span(76), 76));
   EXPECT_TRUE(Averages(adam, {0.98, 1}, 88)) << "the last always";
+  AdamOptions of_several = adam;
+  of_several.views_per_iteration = 2;
+  EXPECT_TRUE(Averages(of_several, Span(76), 76)) << "of four views";
+  EXPECT_FALSE(Averages(of_several, Span(75), 75));
+  of_several.views_per_iteration = 8;
+  EXPECT_TRUE(Averages(of_several, Span(77), 77));
   EXPECT_FALSE(Averages({.average_part = 0}, Span(100), 100));
 }
 

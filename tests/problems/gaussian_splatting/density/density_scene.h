@@ -37,7 +37,7 @@ struct DensityScene {
       w[splat::kXi] = -by_u / (static_cast<float>(splat::kTwoLn2) * splat.r);
       w[splat::kZeta] = splat.beta * by_u / (static_cast<float>(splat::kTwoLn2) * splat.s);
     }
-    control.Observe(view, cotangents.data(), kLossScale);
+    control.Observe(density::PullsOf(view, cotangents.data(), kLossScale));
   }
 };
 

@@ -99,7 +99,7 @@ TEST(Density, PullIsTheGradientByTheScreenMean) {
     options.gradient_threshold = factor * pull;
     DensityControl<Host> control(options, 1, kSeed);
     control.Forget(1);
-    control.Observe(scene.view, scene.workspace.splat_sums.data(), 5);
+    control.Observe(density::PullsOf(scene.view, scene.workspace.splat_sums.data(), 5));
     SplatModel changed = model;
     test::ModelAdam adam{LearningRates()};
     test::Densify(control, changed, adam, 1);

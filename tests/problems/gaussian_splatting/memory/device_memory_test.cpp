@@ -20,6 +20,8 @@ constexpr double kMib = 1 << 20, kGib = 1 << 30;
 const test::MemoryCase kCases[] = {
     {"adam", 1500, 32, 24, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
     {"adam_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.adam.iterations = 6, o.lm.iterations = 0; }},
+    {"adam_on_views_together", 1500, 32, 24,
+     [](TrainOptions& o) { o.adam.iterations = 18, o.adam.views_per_iteration = 3, o.lm.iterations = 0; }},
     {"adam_by_parameters", 1500, 32, 24,
      [](TrainOptions& o) {
        o.adam.iterations = 6, o.adam.metric = AdamMetric::kDiagonal, o.lm.iterations = 0;

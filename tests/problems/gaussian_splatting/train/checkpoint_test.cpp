@@ -25,9 +25,10 @@ constexpr int kAdam = 60, kLm = 4;
 
 TrainOptions Options() {
   TrainOptions options = test::ShortTraining(kAdam, kLm);
+  options.adam.views_per_iteration = 3;
+  options.adam.iterations = 3 * kAdam;
   options.lm.min_gain = 0;
   options.density.opacity_reset_every = 0.4;
-  options.adam.views_per_iteration = 2;
   return options;
 }
 

@@ -31,6 +31,7 @@ TEST_F(CountedWork, SumsThePixelsThatAdamVisits) {
   EXPECT_NEAR(Megapixels({At(Stage::kAdam, 50), At(Stage::kAdam, 100)}), 25 * 0.009 + 75 * 0.024, 1e-12);
   EXPECT_NEAR(Megapixels({At(Stage::kAdam, 10)}), 10 * 0.009, 1e-12) << "of a training that was stopped";
   options_.adam.views_per_iteration = 3;
+  options_.adam.iterations = 300;
   EXPECT_NEAR(Megapixels({At(Stage::kAdam, 100)}), 3 * (25 * 0.009 + 75 * 0.024), 1e-12);
 }
 

@@ -8,6 +8,7 @@
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "solver/derivative_check.inl"
 #include "tests/problems/gaussian_splatting/density/density_scene.h"
+#include "tests/problems/gaussian_splatting/train/terms_of_views.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 
 namespace vesta::gs {
@@ -109,6 +110,38 @@ TEST(GsThreads, TrainingOfCamerasToo) {
       found.insert(found.end(), view.lens.log_focal, view.lens.log_focal + 2);
     }
     return std::pair(result.model.data, found);
+  });
+}
+
+// Terms of many tasks.
+TEST(GsThreads, SumsOfViews) {
+  const test::MadeUpViews all(3, splat::NumAttributes(3), 20000);
+  ExpectSameForAnyNumber([&] {
+    SumOfViews<Host> sum;
+    DensityControl<Host> density({}, 1, 0);
+    density.Forget(all.gaussians());
+    sum.Begin(all.layout, 3, &density);
+    std::vector<float> gradient;
+    for (Index k = 0; k < 3; ++k) {
+      const test::MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
+      gradient = view.gradient;
+      sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
+    }
+    sum.Finish(gradient.data());
+    gradient.insert(gradient.end(), density.pull().begin(), density.pull().end());
+    return gradient;
+  });
+}
+
+TEST(GsThreads, TrainingBySeveralViews) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = test::ShortTraining(50, 0);
+  options.adam.views_per_iteration = 3;
+  options.adam.iterations = 150;
+  ExpectSameForAnyNumber([&] {
+    const TrainResult result = Train(scene, options, 0, {});
+    EXPECT_GT(result.model.count, 60) << "densification is part of it";
+    return result.model.data;
   });
 }
 

@@ -1,0 +1,34 @@
+// The processes that a program runs in together: `mpirun -n P vesta ...`. ranks_mpi.cpp or ranks_none.cpp, as the build
+// has MPI or not.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "kernels/ranks/ranks.h"
+
+namespace vesta::app {
+
+// All processes, where mpirun or alike started several; else this one alone. The first call begins MPI. Throws Error
+// where processes were started together by a program that was built without MPI.
+Ranks& WorldRanks();
+// Where others wait for this process, tells them why it ends, and ends it with this status without another word of
+// MPI's; else returns.
+void EndWithOthers(const std::string& why, int status);
+// At the end of the program: waits for the others, so that none ends well where another does not.
+void MeetAtEnd();
+// Its name among several, "process 2 of 4: "; alone nothing.
+std::string RankPrefix();
+
+// The first of the processes prints and writes files.
+inline bool IsFirstRank() { return WorldRanks().rank() == 0; }
+// What body gives, of the first process before the others begin: what is wrong for all is said once.
+template <class Body>
+auto FirstRankFirst(const Body& body) {
+  if (!IsFirstRank()) OnAnyRank(WorldRanks(), false);
+  auto result = body();
+  if (IsFirstRank()) OnAnyRank(WorldRanks(), false);
+  return result;
+}
+
+}  // namespace vesta::app

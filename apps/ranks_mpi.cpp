@@ -1,0 +1,44 @@
+// By MPI.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "apps/print.h"
+#include "apps/ranks.h"
+#include "kernels/mpi/mpi_ranks.h"
+
+namespace vesta::app {
+namespace {
+
+std::unique_ptr<Ranks> world;
+
+void Warn(const std::string& line) { PrintText(stderr, "vesta: " + line + "\n"); }
+
+}  // namespace
+
+Ranks& WorldRanks() {
+  if (!world) {
+    if (IsStartedInRanks()) {
+      world = StartMpi({.warn = Warn});
+    } else {
+      world = std::make_unique<SoloRank>();
+    }
+  }
+  return *world;
+}
+
+void EndWithOthers(const std::string& why, int status) {
+  if (!world || world->size() == 1) return;
+  world->Abandon(why);
+  // MPI_Finalize would wait for calls that nobody answers any more.
+  _exit(status);
+}
+
+void MeetAtEnd() {
+  if (world) OnAnyRank(*world, false);
+}
+
+std::string RankPrefix() {
+  return world && world->size() > 1 ? fmt::format("process {} of {}: ", world->rank(), world->size()) : "";
+}
+
+}  // namespace vesta::app

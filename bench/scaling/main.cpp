@@ -1,0 +1,185 @@
+// What one process of several takes for the products and steps of a distributed problem, and what it hears from others.
+//
+//   mpirun -n P scaling bal [--cameras 200] [--points 100000] [--track 8] [--threads 1] [--repeats 5] [--parts 64]
+//                           [--plain yes] [--latency_ms 0] [--gbit 0] [--json FILE]
+//   mpirun -n P scaling splats SCENE SPLAT.ply [--downscale 1] [--threads 1] ...
+//
+// bal: a generated bundle adjustment. splats: LM's problem of a scene's training views at a splat.
+// --plain: the problem as one process solves it, without parts. --latency_ms, --gbit: each exchange takes so much
+// longer as it would over such a network, by waiting (slowed_ranks.h). One row, by the first process: milliseconds,
+// medians; exchanges and MiB that it receives in one product, counted and foreseen. bench/scaling.py runs it for
+// several P.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/report.h"
+#include "bench/scaling/slowed_ranks.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
+#include "kernels/mpi/mpi_ranks.h"
+#include "problems/bundle_adjustment/bundle_parts.h"
+#include "problems/bundle_adjustment/generate.h"
+#include "problems/gaussian_splatting/io/load_scene.h"
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/lm/engine_options.h"
+#include "problems/gaussian_splatting/lm/splat_parts.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "solver/distributed/distributed_problem.h"
+#include "solver/levenberg_marquardt.h"
+#include "solver/normal_equations/reduced_system.h"
+
+namespace vesta::bench {
+namespace {
+
+constexpr double kMib = 1 << 20;
+
+// What a process receives in a call of body.
+struct Heard {
+  double exchanges = 0, mib = 0;
+};
+template <class Body>
+Heard HeardIn(const Ranks& ranks, const Body& body) {
+  const RankTraffic before = ranks.traffic();
+  body();
+  return {static_cast<double>(ranks.traffic().exchanges - before.exchanges),
+          static_cast<double>(ranks.traffic().bytes - before.bytes) / kMib};
+}
+
+// Of one problem at x. distributed: null for one that has no parts.
+template <Backend B>
+Row Measure(Ranks& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstView x,
+            const LmOptions& lm, int repeats) {
+  B backend;
+  const Index n = problem.num_tangent();
+  std::unique_ptr<Linearization<B>> linearization;
+  typename B::Vector g(n), v(n), Hv(n), d(n);
+  const double linearize = MedianMilliseconds(repeats, [&] {
+    linearization = problem.Linearize(x, 0);
+    linearization->Gradient(g);
+  });
+  linearization = problem.Linearize(x, 0);
+  linearization->Gradient(g);
+  backend.Copy(g, v);
+  const double product = MedianMilliseconds(repeats, [&] { linearization->ApplyH(v, Hv); });
+  const Heard heard = HeardIn(ranks, [&] { linearization->ApplyH(v, Hv); });
+  double reduced_product = 0;
+  Heard reduced_heard;
+  if (const auto reduced = linearization->MakeReducedSystem()) {
+    linearization->DiagJTJ(d);
+    reduced->SetDamping(1e-4, d);
+    typename B::Vector y(reduced->size());
+    const auto kept = g.view().subspan(0, reduced->size());
+    reduced_product = MedianMilliseconds(repeats, [&] { reduced->Apply(kept, y); });
+    reduced_heard = HeardIn(ranks, [&] { reduced->Apply(kept, y); });
+  }
+  linearization.reset();
+  const double cost = MedianMilliseconds(repeats, [&] { problem.Cost(x); });
+  typename B::Vector start;
+  const double step = MedianMilliseconds(std::min(repeats, 3), [&] {
+    start.CopyFrom(x);
+    LmOptions one = lm;
+    one.max_iterations = 1;
+    SolveLm<B>(one, backend, problem, start.view());
+  });
+  const double foreseen = distributed
+                              ? static_cast<double>(distributed->tangent_sum().plan().ReceivedValues(ranks.rank()) *
+                                                    static_cast<Index>(sizeof(typename B::Scalar))) /
+                                    kMib
+                              : 0;
+  return {{"processes", static_cast<double>(ranks.size())},
+          {"threads", static_cast<double>(NumThreads())},
+          {"parts", distributed ? static_cast<double>(distributed->parts().num_parts()) : 0.0},
+          {"parameters", static_cast<double>(n)},
+          {"scalar_bytes", static_cast<double>(sizeof(typename B::Scalar))},
+          {"linearize_ms", linearize},
+          {"product_ms", product},
+          {"reduced_product_ms", reduced_product},
+          {"cost_ms", cost},
+          {"step_ms", step},
+          {"product_exchanges", heard.exchanges},
+          {"product_mib", heard.mib},
+          {"product_mib_foreseen", foreseen},
+          {"reduced_exchanges", reduced_heard.exchanges},
+          {"reduced_mib", reduced_heard.mib},
+          {"peak_mib", PeakMemoryMib()}};
+}
+
+int Whole(const Arguments& arguments, const char* flag, const char* fallback) {
+  return std::stoi(arguments.Flag(flag, fallback));
+}
+
+Row MeasureBundle(Ranks& ranks, const Arguments& arguments) {
+  bundle::BundleData data = bundle::Generate({.num_cameras = Whole(arguments, "cameras", "200"),
+                                              .num_points = Whole(arguments, "points", "100000"),
+                                              .mean_track = std::stod(arguments.Flag("track", "8"))});
+  const HostSpan<const double> x(data.x.data(), static_cast<Index>(data.x.size()));
+  const int repeats = Whole(arguments, "repeats", "5");
+  using Cpu = CpuBackend<double>;
+  if (arguments.Flag("plain", "") == "yes") {
+    bundle::BundleProblem problem(data);
+    return Measure<Cpu>(ranks, problem, nullptr, x, bundle::BundleLmOptions(), repeats);
+  }
+  bundle::BundleParts parts(data, Whole(arguments, "parts", "64"));
+  DistributedProblem<Cpu> problem(ranks, parts);
+  return Measure<Cpu>(ranks, problem, &problem, x, bundle::BundleLmOptions(), repeats);
+}
+
+Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
+  if (arguments.positional.size() != 3) Fail("the form is `scaling splats SCENE SPLAT.ply`");
+  gs::LoadSceneOptions loading;
+  loading.downscale = Whole(arguments, "downscale", "1");
+  const gs::Scene scene = gs::LoadScene(arguments.positional[1], loading);
+  const gs::SplatModel model = gs::ReadSplatPly(arguments.positional[2]);
+  using Cpu = CpuBackend<float>;
+  std::vector<const gs::View*> views;
+  for (const gs::View& view : scene.views) {
+    if (view.is_trained()) views.push_back(&view);
+  }
+  const std::vector<gs::TargetView<Cpu>> targets = gs::MakeTargets<Cpu>(views, gs::NearPlane(scene));
+  gs::LmStageOptions lm;
+  gs::SplatProblemOptions options = gs::SplatProblemOptionsOf(lm, model);
+  gs::SplatProblem<Cpu> whole(options, targets);
+  const HostSpan<const float> x(model.data.data(), static_cast<Index>(model.data.size()));
+  const int repeats = Whole(arguments, "repeats", "5");
+  if (arguments.Flag("plain", "") == "yes") {
+    return Measure<Cpu>(ranks, whole, nullptr, x, gs::LmEngineOptions(lm), repeats);
+  }
+  gs::SplatParts<Cpu> parts(whole);
+  DistributedProblem<Cpu> problem(ranks, parts);
+  return Measure<Cpu>(ranks, problem, &problem, x, gs::LmEngineOptions(lm), repeats);
+}
+
+int Main(int argc, char** argv) {
+  const Arguments arguments(argc, argv,
+                            {"cameras", "points", "track", "threads", "repeats", "parts", "plain", "latency_ms", "gbit",
+                             "downscale", "json"});
+  SetNumThreads(Whole(arguments, "threads", "1"));
+  std::unique_ptr<Ranks> world = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
+  const double gbit = std::stod(arguments.Flag("gbit", "0"));
+  SlowedRanks slowed(*world, {1e-3 * std::stod(arguments.Flag("latency_ms", "0")), gbit * 1e9 / 8});
+  const bool is_slowed = gbit > 0 || arguments.Flag("latency_ms", "0") != "0";
+  Ranks& ranks = is_slowed ? slowed : *world;
+  const std::string what = arguments.positional.empty() ? "" : arguments.positional[0];
+  if (what != "bal" && what != "splats") Fail("`scaling bal` or `scaling splats SCENE SPLAT.ply`");
+  try {
+    Report report("scaling");
+    report.Add(what == "bal" ? MeasureBundle(ranks, arguments) : MeasureSplats(ranks, arguments));
+    if (ranks.rank() == 0) report.Finish(arguments.Flag("json", ""));
+  } catch (const std::exception& error) {
+    world->Abandon(error.what());
+    throw;
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace vesta::bench
+
+int main(int argc, char** argv) { return vesta::bench::ReportErrors("scaling", vesta::bench::Main, argc, argv); }

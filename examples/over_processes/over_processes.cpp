@@ -1,0 +1,80 @@
+// A levelling network over several processes: mpirun -n 3 over_processes
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "kernels/mpi/mpi_ranks.h"
+#include "solver/distributed/block_parts.h"
+#include "solver/distributed/distributed_problem.h"
+#include "solver/levenberg_marquardt.h"
+
+namespace {
+
+constexpr int kMarks = 5000;  // whose heights are unknown; that of the first is known
+
+double TrueHeight(int mark) { return 100 + 20 * std::sin(0.01 * mark) + 0.1 * (mark % 7); }
+
+// One mark is so much higher than the other, as it was levelled.
+class Levelled final : public vesta::CostFunction {
+ public:
+  explicit Levelled(double difference) : CostFunction(1, std::vector<int>{1, 1}), difference_(difference) {}
+  bool Evaluate(const double* const* heights, double* residual, double** jacobians) const override {
+    residual[0] = heights[1][0] - heights[0][0] - difference_;
+    if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][0] = -1;
+    if (jacobians != nullptr && jacobians[1] != nullptr) jacobians[1][0] = 1;
+    return true;
+  }
+
+ private:
+  double difference_;
+};
+
+// The same on each process. Of the cost functions a process evaluates those of its share.
+void AddNetwork(vesta::BlockProblem& problem) {
+  for (int mark = 0; mark < kMarks; ++mark) problem.AddParameterBlock(1);
+  problem.SetConstant(0);
+  for (int from = 0; from < kMarks; ++from) {
+    for (const int way : {1, 10, 300}) {
+      if (from + way >= kMarks) continue;
+      const double error = 1e-3 * ((from * 31 + way) % 5 - 2);  // millimetres
+      problem.AddResidualBlock(
+          std::make_shared<Levelled>(TrueHeight(from + way) - TrueHeight(from) + error), nullptr, {from, from + way});
+    }
+  }
+}
+
+int Solve(vesta::Ranks& ranks) {
+  vesta::BlockProblem network;
+  AddNetwork(network);
+  std::vector<double> heights(kMarks, TrueHeight(0));
+
+  vesta::BlockParts parts(network, 64);
+  vesta::DistributedProblem<vesta::CpuBackend<double>> problem(ranks, parts);
+  vesta::CpuBackend<double> backend;
+  vesta::LmOptions options;
+  options.normal_system.pcg.model_tolerance = 1e-6;
+  options.normal_system.pcg.max_iterations = 2000;
+  const vesta::LmSummary summary = vesta::SolveLm(options, backend, problem, {heights.data(), kMarks});
+
+  double worst = 0;
+  for (int mark = 0; mark < kMarks; ++mark) worst = std::fmax(worst, std::fabs(heights[mark] - TrueHeight(mark)));
+  if (ranks.rank() == 0) {
+    std::printf("%d processes: %s\n", ranks.size(), summary.BriefReport().c_str());
+    std::printf("heights to %.4f m\n", worst);
+  }
+  return vesta::IsConverged(summary.status) && worst < 0.01 ? 0 : 1;
+}
+
+}  // namespace
+
+int main() {
+  const std::unique_ptr<vesta::Ranks> ranks = vesta::StartMpi();
+  try {
+    return Solve(*ranks);
+  } catch (const vesta::Error& error) {
+    std::fprintf(stderr, "over_processes: %s\n", error.what());
+    ranks->Abandon(error.what());  // else the others would wait
+    return 1;
+  }
+}

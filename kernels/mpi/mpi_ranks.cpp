@@ -1,0 +1,188 @@
+#include "kernels/mpi/mpi_ranks.h"
+
+#include <fmt/format.h>
+#include <mpi.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <climits>
+#include <cstring>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/cpu_dispatch.h"
+
+namespace vesta {
+namespace {
+
+// Why a rank goes on no more, as it is sent.
+constexpr int kAbandonTag = 1;
+constexpr std::size_t kMostWords = 2000;
+using Words = std::array<char, kMostWords>;
+
+void CheckMpi(int code, const char* what) {
+  if (code == MPI_SUCCESS) return;
+  std::array<char, MPI_MAX_ERROR_STRING> words{};
+  int length = 0;
+  MPI_Error_string(code, words.data(), &length);
+  Fail("MPI failed in {}: {}", what, std::string(words.data(), static_cast<std::size_t>(length)));
+}
+
+// MPI counts in int: in units of the largest power of two that divides all sizes.
+struct Units {
+  MPI_Datatype type = MPI_BYTE;
+  std::size_t bytes = 1;
+};
+Units UnitsOf(std::span<const std::size_t> sizes) {
+  const bool in_words = std::all_of(sizes.begin(), sizes.end(), [](std::size_t size) { return size % 4 == 0; });
+  return in_words ? Units{MPI_UINT32_T, 4} : Units{};
+}
+
+// Counts and displacements of pieces that lie one after another.
+struct Pieces {
+  Pieces(std::span<const std::size_t> sizes, const Units& units) {
+    std::size_t at = 0;
+    for (const std::size_t size : sizes) {
+      counts.push_back(Count(size / units.bytes));
+      offsets.push_back(Count(at / units.bytes));
+      at += size;
+    }
+  }
+  static int Count(std::size_t count) {
+    if (count > INT_MAX) Fail("a message of {} values between processes; MPI takes {}: use more parts", count, INT_MAX);
+    return static_cast<int>(count);
+  }
+  std::vector<int> counts, offsets;
+};
+
+class MpiRanks final : public Ranks {
+ public:
+  explicit MpiRanks(const MpiOptions& options) : options_(options) {
+    int provided = 0;
+    CheckMpi(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
+    if (provided < MPI_THREAD_FUNNELED) Fail("this MPI allows no threads beside the one that calls it; use another");
+    MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+    // News of abandonment on a communicator of their own, so that they never meet other messages.
+    CheckMpi(MPI_Comm_dup(MPI_COMM_WORLD, &news_), "MPI_Comm_dup");
+    MPI_Comm_set_errhandler(news_, MPI_ERRORS_RETURN);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+    MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    CheckMpi(MPI_Irecv(words_.data(), kMostWords, MPI_CHAR, MPI_ANY_SOURCE, kAbandonTag, news_, &abandoned_by_),
+             "MPI_Irecv");
+  }
+  ~MpiRanks() override {
+    if (is_abandoned_) return;  // with calls of others pending MPI_Finalize would wait for ever
+    MPI_Cancel(&abandoned_by_);
+    MPI_Request_free(&abandoned_by_);
+    MPI_Comm_free(&news_);
+    MPI_Finalize();
+  }
+  MpiRanks(const MpiRanks&) = delete;
+  MpiRanks& operator=(const MpiRanks&) = delete;
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+
+  void Abandon(const std::string& why) noexcept override {
+    if (is_abandoned_) return;
+    is_abandoned_ = true;
+    Words words{};
+    const std::size_t length = std::min(why.size(), kMostWords - 1);
+    std::memcpy(words.data(), why.data(), length);
+    std::vector<MPI_Request> sends(static_cast<std::size_t>(size_), MPI_REQUEST_NULL);
+    for (int r = 0; r < size_; ++r) {
+      if (r == rank_) continue;
+      MPI_Isend(words.data(), kMostWords, MPI_CHAR, r, kAbandonTag, news_, &sends[static_cast<std::size_t>(r)]);
+    }
+    // Those that are gone will not take it.
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+    for (int done = 0; done == 0 && std::chrono::steady_clock::now() < patience;) {
+      if (MPI_Testall(size_, sends.data(), &done, MPI_STATUSES_IGNORE) != MPI_SUCCESS) break;
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+  }
+
+ private:
+  void DoAllGather(Bytes all, std::span<const std::size_t> sizes) override {
+    const Units units = UnitsOf(sizes);
+    const Pieces pieces(sizes, units);
+    MPI_Request request = MPI_REQUEST_NULL;
+    CheckMpi(MPI_Iallgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all.data(), pieces.counts.data(),
+                             pieces.offsets.data(), units.type, MPI_COMM_WORLD, &request),
+             "MPI_Iallgatherv");
+    Wait(request);
+  }
+  void DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
+                  std::span<const std::size_t> receive_sizes) override {
+    const Units units{MPI_UINT32_T, 4};
+    const Pieces to(send_sizes, units), from(receive_sizes, units);
+    MPI_Request request = MPI_REQUEST_NULL;
+    CheckMpi(MPI_Ialltoallv(send.data(), to.counts.data(), to.offsets.data(), units.type, receive.data(),
+                            from.counts.data(), from.offsets.data(), units.type, MPI_COMM_WORLD, &request),
+             "MPI_Ialltoallv");
+    Wait(request);
+  }
+
+  // Until it is done, or some rank has abandoned the others. Does not take the processor from ranks that work.
+  void Wait(MPI_Request request) {
+    using Clock = std::chrono::steady_clock;
+    constexpr int kBusyPolls = 2000;
+    const auto start = Clock::now();
+    bool is_warned = false;
+    for (int polls = 0;; ++polls) {
+      int done = 0;
+      CheckMpi(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test");
+      if (done != 0) return;
+      ThrowIfAbandoned();
+      if (polls < kBusyPolls) {
+        std::this_thread::yield();
+        continue;
+      }
+      std::this_thread::sleep_for(std::chrono::microseconds(20));
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      if (!is_warned && options_.warn != nullptr && seconds > options_.warn_after) {
+        is_warned = true;
+        options_.warn(fmt::format("rank {} of {} has waited {:.0f} s for the others", rank_, size_, seconds));
+      }
+    }
+  }
+  void ThrowIfAbandoned() {
+    int told = 0;
+    MPI_Status status;
+    CheckMpi(MPI_Test(&abandoned_by_, &told, &status), "MPI_Test");
+    if (told == 0) return;
+    is_abandoned_ = true;
+    throw OthersGaveUp(fmt::format("process {} of {}: {}", status.MPI_SOURCE, size_, words_.data()));
+  }
+
+  MpiOptions options_;
+  int rank_ = 0, size_ = 1;
+  MPI_Comm news_ = MPI_COMM_NULL;
+  MPI_Request abandoned_by_ = MPI_REQUEST_NULL;
+  Words words_{};
+  bool is_abandoned_ = false;
+};
+
+void CheckSameInstructions(Ranks& ranks) {
+  const std::vector<std::string> names = GatherWords(ranks, IsaName(ActiveIsa()));
+  for (std::size_t r = 1; r < names.size(); ++r) {
+    if (names[r] != names[0]) {
+      Fail("process 0 runs {} and process {} {}: their results would differ; set VESTA_SIMD to what all have", names[0],
+           r, names[r]);
+    }
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Ranks> StartMpi(const MpiOptions& options) {
+  auto ranks = std::make_unique<MpiRanks>(options);
+  CheckSameInstructions(*ranks);
+  return ranks;
+}
+
+}  // namespace vesta

@@ -1,0 +1,62 @@
+#include "kernels/ranks/ranks.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+
+void Ranks::Count(std::span<const std::size_t> sizes) {
+  VESTA_CHECK(static_cast<int>(sizes.size()) == size(), "{} pieces for {} ranks", sizes.size(), size());
+  ++traffic_.exchanges;
+  for (std::size_t r = 0; r < sizes.size(); ++r) {
+    if (static_cast<int>(r) != rank()) traffic_.bytes += static_cast<std::int64_t>(sizes[r]);
+  }
+}
+
+void Ranks::AllGather(Bytes all, std::span<const std::size_t> sizes) {
+  Count(sizes);
+  DoAllGather(all, sizes);
+}
+
+void Ranks::AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
+                     std::span<const std::size_t> receive_sizes) {
+  Count(receive_sizes);
+  DoAllToAll(send, send_sizes, receive, receive_sizes);
+}
+
+void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
+                          std::span<const std::size_t> receive_sizes) {
+  VESTA_CHECK(send_sizes[0] == receive_sizes[0], "a rank sends itself {} bytes and receives {}", send_sizes[0],
+              receive_sizes[0]);
+  std::copy_n(send.begin(), send_sizes[0], receive.begin());
+}
+
+bool IsStartedInRanks() {
+  // Of Open MPI; of MPICH and whatever speaks PMI; of Slurm with PMIx.
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"}) {
+    if (std::getenv(name) != nullptr) return true;
+  }
+  return false;
+}
+
+std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {
+  const std::vector<std::size_t> lengths = GatherValues(ranks, std::vector<std::size_t>{mine.size()});
+  const std::vector<char> letters = GatherValues(ranks, std::vector<char>(mine.begin(), mine.end()));
+  std::vector<std::string> words;
+  std::size_t at = 0;
+  for (const std::size_t length : lengths) {
+    words.emplace_back(letters.data() + at, length);
+    at += length;
+  }
+  return words;
+}
+
+bool OnAnyRank(Ranks& ranks, bool mine) {
+  if (ranks.size() == 1) return mine;
+  const std::vector<char> all = GatherValues(ranks, std::vector<char>{static_cast<char>(mine)});
+  return std::any_of(all.begin(), all.end(), [](char any) { return any != 0; });
+}
+
+}  // namespace vesta

@@ -1,0 +1,172 @@
+#include "kernels/ranks/sum_over_ranks.h"
+
+#include <algorithm>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+namespace {
+
+// The supports of all terms, which their ranks know.
+std::vector<Support> GatherSupports(Ranks& ranks, Index terms, const std::vector<Support>& mine) {
+  std::vector<Index> counts;
+  std::vector<EntryRange> ranges;
+  for (const Support& support : mine) {
+    counts.push_back(static_cast<Index>(support.ranges().size()));
+    ranges.insert(ranges.end(), support.ranges().begin(), support.ranges().end());
+  }
+  counts = GatherValues(ranks, counts);
+  ranges = GatherValues(ranks, ranges);
+  VESTA_CHECK(static_cast<Index>(counts.size()) == terms, "supports of {} terms of {}", counts.size(), terms);
+  std::vector<Support> all;
+  auto at = ranges.begin();
+  for (const Index count : counts) {
+    all.emplace_back(std::vector<EntryRange>(at, at + count));
+    at += count;
+  }
+  return all;
+}
+
+}  // namespace
+
+void CheckTerms(Index terms, const Ranks& ranks) {
+  if (ranks.size() > terms) {
+    Fail("{} processes for a problem of {} parts; start at most {}", ranks.size(), terms, terms);
+  }
+}
+
+SumPlan::SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine)
+    : ranks_(ranks), terms_(terms), size_(size) {
+  CheckTerms(terms, ranks);
+  const std::vector<Support> all = GatherSupports(ranks, terms, mine);
+  for (Index term = 0; term < terms; ++term) supports_[{term, term + 1}] = all[static_cast<std::size_t>(term)];
+  for (Index width = 2; width < 2 * terms; width *= 2) {
+    for (Index begin = 0; begin < terms; begin += width) {
+      const Index middle = std::min(begin + width / 2, terms), end = std::min(begin + width, terms);
+      if (middle < end) supports_[{begin, end}] = Union(supports_.at({begin, middle}), supports_.at({middle, end}));
+    }
+  }
+  const Share finished = FinishedBy(ranks.rank());
+  for (const auto& [node, support] : supports_) finished_[node] = support.Within(finished.begin, finished.end);
+  for (int r = 0; r < ranks.size(); ++r) {
+    const TreeNode run = TermsOf(terms, ranks, r);
+    nodes_.push_back(NodesOf(run.begin, run.end, terms));
+  }
+}
+
+Share SumPlan::SentTo(const TreeNode& node, int rank) const {
+  const Share finished = FinishedBy(rank);
+  return {Of(node).CountBefore(finished.begin), Of(node).CountBefore(finished.end)};
+}
+
+Index SumPlan::ReceivedValues(int rank) const {
+  const Share finished = FinishedBy(rank);
+  const Support& root = Of({0, terms_});
+  Index values = root.size() - root.Within(finished.begin, finished.end).size();
+  for (int r = 0; r < ranks_.size(); ++r) {
+    if (r == rank) continue;
+    for (const TreeNode& node : nodes(r)) values += SentTo(node, rank).size();
+  }
+  return values;
+}
+
+template <class S>
+HostBuffer<S> SumOverRanks<S>::TakeBuffer(Index size) {
+  HostBuffer<S> buffer;
+  if (!free_.empty()) {
+    buffer = std::move(free_.back());
+    free_.pop_back();
+  }
+  buffer.ResizeForOverwrite(size);
+  return buffer;
+}
+
+template <class S>
+template <class SupportOf>
+void SumOverRanks<S>::Push(TreeSum<HostBuffer<S>>& sum, const TreeNode& node, HostBuffer<S>&& value,
+                           const SupportOf& support_of) {
+  sum.Push(node, std::move(value),
+           [&](const TreeNode& left, HostBuffer<S>& a, const TreeNode& right, HostBuffer<S>& b) {
+             AddCompact(support_of(left), a, support_of(right), b, support_of({left.begin, right.end}));
+             free_.push_back(std::move(b));
+           });
+}
+
+template <class S>
+void SumOverRanks<S>::PushTerm(TreeSum<HostBuffer<S>>& sum, Index term, HostBuffer<S>&& value) {
+  Push(sum, {term, term + 1}, std::move(value), [&](const TreeNode& n) -> const Support& { return plan_.Of(n); });
+}
+
+template <class S>
+void SumOverRanks<S>::Finish(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
+  VESTA_CHECK(out.size() == plan_.size(), "a sum of {} entries into {}", plan_.size(), out.size());
+  const Support& root = plan_.Of({0, plan_.terms()});
+  const int size = plan_.ranks().size();
+  if (size == 1) {
+    HostBuffer<S> whole = sum.TakeWhole();
+    Spread<S>(root, std::as_const(whole).view(), out);
+    free_.push_back(std::move(whole));
+    return;
+  }
+  HostBuffer<S> finished = Collect(sum);
+  // What each finished, one after another, is the compact vector of the sum.
+  std::vector<std::size_t> counts;
+  for (int r = 0; r < size; ++r) counts.push_back(static_cast<std::size_t>(plan_.SentTo({0, plan_.terms()}, r).size()));
+  const bool is_all = root.IsAll(out.size());
+  HostBuffer<S> compact = is_all ? HostBuffer<S>() : TakeBuffer(root.size());
+  const HostSpan<S> all = is_all ? out : compact.view();
+  std::copy(finished.begin(), finished.end(),
+            all.data() + plan_.SentTo({0, plan_.terms()}, plan_.ranks().rank()).begin);
+  GatherInto(plan_.ranks(), std::span<S>(all.data(), static_cast<std::size_t>(all.size())), counts);
+  if (!is_all) Spread<S>(root, std::as_const(compact).view(), out);
+  free_.push_back(std::move(finished));
+  if (!is_all) free_.push_back(std::move(compact));
+}
+
+// The sum of all terms at the entries that this rank finishes, compact.
+template <class S>
+HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
+  Ranks& ranks = plan_.ranks();
+  const int size = ranks.size();
+  std::vector<std::size_t> send_sizes(static_cast<std::size_t>(size)), receive_sizes(send_sizes);
+  Index sent = 0, received = 0;
+  for (int r = 0; r < size; ++r) {
+    Index to = 0, from = 0;
+    for (const auto& [node, value] : sum.parts()) to += plan_.SentTo(node, r).size();
+    for (const TreeNode& node : plan_.nodes(r)) from += plan_.OfMine(node).size();
+    send_sizes[static_cast<std::size_t>(r)] = static_cast<std::size_t>(to) * sizeof(S);
+    receive_sizes[static_cast<std::size_t>(r)] = static_cast<std::size_t>(from) * sizeof(S);
+    sent += to, received += from;
+  }
+  HostBuffer<S> outgoing = TakeBuffer(sent), incoming = TakeBuffer(received);
+  S* to = outgoing.data();
+  for (int r = 0; r < size; ++r) {
+    for (const auto& [node, value] : sum.parts()) {
+      const Share part = plan_.SentTo(node, r);
+      to = std::copy_n(value.data() + part.begin, part.size(), to);
+    }
+  }
+  for (auto& [node, value] : sum.TakeParts()) free_.push_back(std::move(value));
+  const auto bytes = [](HostBuffer<S>& buffer) {
+    return std::as_writable_bytes(std::span<S>(buffer.data(), static_cast<std::size_t>(buffer.size())));
+  };
+  ranks.AllToAll(bytes(outgoing), send_sizes, bytes(incoming), receive_sizes);
+  TreeSum<HostBuffer<S>> finished(plan_.terms());
+  const S* from = incoming.data();
+  for (int r = 0; r < size; ++r) {
+    for (const TreeNode& node : plan_.nodes(r)) {
+      HostBuffer<S> value = TakeBuffer(plan_.OfMine(node).size());
+      std::copy_n(from, value.size(), value.data());
+      from += value.size();
+      Push(finished, node, std::move(value), [&](const TreeNode& n) -> const Support& { return plan_.OfMine(n); });
+    }
+  }
+  free_.push_back(std::move(outgoing));
+  free_.push_back(std::move(incoming));
+  return finished.TakeWhole();
+}
+
+template class SumOverRanks<float>;
+template class SumOverRanks<double>;
+
+}  // namespace vesta

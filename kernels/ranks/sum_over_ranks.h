@@ -1,0 +1,89 @@
+// The sum of vectors that are spread over ranks, in the order of the tree of sum_tree.h: the same bits for any number
+// of ranks.
+#pragma once
+
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/buffer.h"
+#include "kernels/ranks/ranks.h"
+#include "kernels/ranks/sum_tree.h"
+#include "kernels/ranks/support.h"
+
+namespace vesta {
+
+// The terms that a rank forms.
+inline TreeNode TermsOf(Index terms, const Ranks& ranks, int rank) {
+  const Share share = ShareOf(terms, ranks.size(), rank);
+  return {share.begin, share.end};
+}
+// Throws Error where there are more ranks than terms.
+void CheckTerms(Index terms, const Ranks& ranks);
+
+// What of a sum's exchange is known beforehand: who sends whom which entries. Each rank first adds up what the tree
+// lets it (at most two vectors a level are left), then collects one share of all entries from the others and finishes
+// those, and in the end all hand round what they finished: the bytes of an all-reduce.
+class SumPlan {
+ public:
+  // Sums of `terms` vectors of `size` entries; mine: where those of this rank (TermsOf) may differ from zero.
+  SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine);
+
+  Index terms() const { return terms_; }
+  Index size() const { return size_; }
+  Ranks& ranks() const { return ranks_; }
+  // Of a node that arises on the way: all of it, and within the entries that this rank finishes.
+  const Support& Of(const TreeNode& node) const { return supports_.at({node.begin, node.end}); }
+  const Support& OfMine(const TreeNode& node) const { return finished_.at({node.begin, node.end}); }
+  // What the rank has once it has added up its own terms.
+  const std::vector<TreeNode>& nodes(int rank) const { return nodes_[static_cast<std::size_t>(rank)]; }
+  // The entries that a rank finishes, as a share of [0, size).
+  Share FinishedBy(int rank) const { return ShareOf(size_, ranks_.size(), rank); }
+  // Where in the compact vector of a node the entries lie that a rank finishes.
+  Share SentTo(const TreeNode& node, int rank) const;
+  // The values that a rank receives and hands on in one sum.
+  Index ReceivedValues(int rank) const;
+
+ private:
+  Ranks& ranks_;
+  Index terms_, size_;
+  std::map<std::pair<Index, Index>, Support> supports_, finished_;
+  std::vector<std::vector<TreeNode>> nodes_;
+};
+
+// S: float or double, in host memory.
+template <class S>
+class SumOverRanks {
+ public:
+  SumOverRanks(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine)
+      : plan_(ranks, terms, size, mine) {}
+
+  const SumPlan& plan() const { return plan_; }
+  // out = the sum of all terms. make(term, to) writes all of the term's compact vector, for each term of this rank.
+  template <class Make>
+  void Sum(const Make& make, HostSpan<S> out) {
+    TreeSum<HostBuffer<S>> sum(plan_.terms());
+    const TreeNode mine = TermsOf(plan_.terms(), plan_.ranks(), plan_.ranks().rank());
+    for (Index term = mine.begin; term < mine.end; ++term) {
+      HostBuffer<S> value = TakeBuffer(plan_.Of({term, term + 1}).size());
+      make(term, value.view());
+      PushTerm(sum, term, std::move(value));
+    }
+    Finish(sum, out);
+  }
+
+ private:
+  HostBuffer<S> TakeBuffer(Index size);
+  void PushTerm(TreeSum<HostBuffer<S>>& sum, Index term, HostBuffer<S>&& value);
+  template <class SupportOf>
+  void Push(TreeSum<HostBuffer<S>>& sum, const TreeNode& node, HostBuffer<S>&& value, const SupportOf& support_of);
+  // Through the others, unless there are none.
+  void Finish(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out);
+  HostBuffer<S> Collect(TreeSum<HostBuffer<S>>& sum);
+
+  SumPlan plan_;
+  std::vector<HostBuffer<S>> free_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,99 @@
+#include "kernels/ranks/support.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "kernels/core/vector_backend.h"
+
+namespace vesta {
+
+Support::Support(std::vector<EntryRange> ranges) {
+  std::sort(ranges.begin(), ranges.end(), [](const EntryRange& a, const EntryRange& b) { return a.begin < b.begin; });
+  for (const EntryRange& range : ranges) {
+    if (range.size() <= 0) continue;
+    if (!ranges_.empty() && range.begin <= ranges_.back().end) {
+      ranges_.back().end = std::max(ranges_.back().end, range.end);
+    } else {
+      ranges_.push_back(range);
+    }
+  }
+  for (const EntryRange& range : ranges_) size_ += range.size();
+}
+
+Index Support::CountBefore(Index entry) const {
+  Index count = 0;
+  for (const EntryRange& range : ranges_) {
+    if (range.begin >= entry) break;
+    count += std::min(range.end, entry) - range.begin;
+  }
+  return count;
+}
+
+Support Support::Within(Index begin, Index end) const {
+  std::vector<EntryRange> inside;
+  for (const EntryRange& range : ranges_) {
+    if (range.end > begin && range.begin < end) {
+      inside.push_back({std::max(range.begin, begin), std::min(range.end, end)});
+    }
+  }
+  return Support(std::move(inside));
+}
+
+Support Union(const Support& a, const Support& b) {
+  std::vector<EntryRange> ranges = a.ranges();
+  ranges.insert(ranges.end(), b.ranges().begin(), b.ranges().end());
+  return Support(std::move(ranges));
+}
+
+namespace {
+
+// to, a compact vector over `both`, at the entries of `part`: body(entries of `to`, of `from`), run by run.
+template <class S, class Body>
+void ForRuns(const Support& part, HostSpan<const S> from, const Support& both, HostSpan<S> to, const Body& body) {
+  Index from_at = 0, to_before = 0;
+  std::size_t k = 0;
+  for (const EntryRange& range : part.ranges()) {
+    while (both.ranges()[k].end < range.end) to_before += both.ranges()[k++].size();
+    const Index to_at = to_before + range.begin - both.ranges()[k].begin;
+    body(to.subspan(to_at, range.size()), from.subspan(from_at, range.size()));
+    from_at += range.size();
+  }
+}
+
+}  // namespace
+
+template <class Vector>
+void AddCompact(const Support& a, Vector& left, const Support& b, const Vector& right, const Support& both) {
+  using S = std::remove_cvref_t<decltype(left[0])>;
+  CpuBackend<S> backend;
+  VESTA_CHECK(left.size() == a.size() && right.size() == b.size(), "vectors of {} and {} over {} and {} entries",
+              left.size(), right.size(), a.size(), b.size());
+  if (both.size() != a.size()) {
+    Vector sum(both.size());
+    ForRuns<S>(a, std::as_const(left).view(), both, sum.view(),
+               [&](HostSpan<S> to, HostSpan<const S> from) { backend.Copy(from, to); });
+    left = std::move(sum);
+  }
+  ForRuns<S>(b, right.view(), both, left.view(),
+             [&](HostSpan<S> to, HostSpan<const S> from) { backend.Axpby(1.0, from, 1.0, to); });
+}
+
+template <class S>
+void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole) {
+  CpuBackend<S> backend;
+  if (!support.IsAll(whole.size())) backend.Fill(0, whole);
+  Index at = 0;
+  for (const EntryRange& range : support.ranges()) {
+    backend.Copy(compact.subspan(at, range.size()), whole.subspan(range.begin, range.size()));
+    at += range.size();
+  }
+}
+
+template void AddCompact(const Support&, HostBuffer<float>&, const Support&, const HostBuffer<float>&, const Support&);
+template void AddCompact(const Support&, HostBuffer<double>&, const Support&, const HostBuffer<double>&,
+                         const Support&);
+template void Spread(const Support&, HostSpan<const float>, HostSpan<float>);
+template void Spread(const Support&, HostSpan<const double>, HostSpan<double>);
+
+}  // namespace vesta

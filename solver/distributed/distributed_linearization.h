@@ -1,0 +1,66 @@
+// A distributed problem at one x: the linearizations of this process's parts, and their sums over all processes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "solver/distributed/distributed_problem.h"
+
+namespace vesta {
+
+template <Backend B>
+class DistributedLinearization final : public Linearization<B> {
+ public:
+  using Base = Linearization<B>;
+  using typename Base::ConstView;
+  using typename Base::View;
+  using S = typename B::Scalar;
+
+  DistributedLinearization(DistributedProblem<B>& problem, ConstView x);
+
+  // Of all parts, wherever they are.
+  Index num_residuals() const override { return num_residuals_; }
+  Index num_parameters() const override { return problem_.num_tangent(); }
+  // No process has all residuals: these throw Error.
+  ConstView residuals() const override;
+  void ApplyJ(ConstView v, View u) override;
+  void ApplyJT(ConstView u, View g) override;
+  // So that no solver asks for them.
+  bool weighted() const override { return true; }
+
+  void Gradient(View g) override;
+  bool has_own_descent() const override { return has_own_descent_; }
+  void Descent(View d) override;
+  void DiagJTJ(View d) override;
+  void ApplyH(ConstView v, View Hv) override;
+  double Curvature(ConstView v) override;
+  std::vector<BlockGroup> block_groups() const override { return problem_.parts().block_groups(); }
+  void BlockGram(BlockDiagonal<B>& blocks) override;
+  std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
+
+  DistributedProblem<B>& problem() { return problem_; }
+  Linearization<B>& of(Index term) {
+    return *linearizations_[static_cast<std::size_t>(term - problem_.own_terms().begin)];
+  }
+  // The part's entries of v; valid until the next call.
+  ConstView Localize(ConstView v, const PartMap& map, typename B::Vector& local) const;
+
+ private:
+  // out = the sum over all parts of what give(linearization, part, to) writes, all of the part's own entries.
+  template <class Give>
+  void SumParts(const Give& give, View out);
+  void SumGradients();
+  void SumBlocks(BlockDiagonal<B>& blocks);
+
+  DistributedProblem<B>& problem_;
+  std::vector<typename B::Vector> x_;  // of parts that do not see all of x
+  std::vector<std::unique_ptr<Linearization<B>>> linearizations_;
+  Index num_residuals_ = 0;
+  bool has_own_descent_ = false;
+  typename B::Vector gradient_, squares_;   // until someone asks for them; the second: of the units' gradients
+  std::optional<BlockDiagonal<B>> blocks_;  // between the diagonal and the blocks, where they come from one pass
+  typename B::Vector local_in_, local_out_;
+};
+
+}  // namespace vesta

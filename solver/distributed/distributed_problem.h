@@ -1,0 +1,91 @@
+// A problem spread over processes: each has its share of the parts, their data, Jacobians and work; x and the vectors
+// of a solve are on all of them.
+//
+// All processes run the same solve: SolveLm with the same options from the same x. What the engine asks for is formed
+// by the processes together (gradient, products with H, its diagonal and blocks, costs), summed by a fixed tree over
+// the parts (kernels/ranks/sum_over_ranks.h). So the numbers are the same bits on each process, for any number of them
+// and of threads, and so is every decision. Time limits and callbacks that stop do so on all (Problem::OnAnyProcess).
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernels/ranks/sum_over_ranks.h"
+#include "solver/distributed/part_map.h"
+#include "solver/distributed/problem_parts.h"
+#include "solver/problem.h"
+
+namespace vesta {
+
+// A part that falls to this process.
+template <Backend B>
+struct OwnPart {
+  std::unique_ptr<Problem<B>> problem;
+  PartMap parameters, tangent;
+  std::vector<PartSegment> tangent_segments;
+  Index first_unit = 0;
+  typename B::Vector x;  // its parameters, to evaluate at
+};
+
+// For host memory. Linear solvers that see H alone will do: PCG, and PCG with a group eliminated where the parts allow
+// it (ProblemParts::eliminates); block Jacobi and Schur-Jacobi.
+template <Backend B>
+class DistributedProblem final : public Problem<B> {
+ public:
+  using Base = Problem<B>;
+  using typename Base::ConstView;
+  using typename Base::View;
+  using S = typename B::Scalar;
+
+  // Makes the parts of this process; called by all. ranks and parts must outlive it. Throws Error where there are more
+  // processes than parts, and where parts do not fit the whole.
+  DistributedProblem(Ranks& ranks, ProblemParts<B>& parts);
+
+  Index num_parameters() const override { return parts_.num_parameters(); }
+  Index num_tangent() const override { return parts_.num_tangent(); }
+  // Those of the parts, one part after another.
+  Index num_units() const override { return num_units_; }
+  double Cost(ConstView x) override;
+  double Cost(ConstView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  void BeginTurn(int turn) override;
+  bool OnAnyProcess(bool mine) override { return OnAnyRank(ranks_, mine); }
+
+  bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
+  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  bool has_bounds() const override;
+  bool IsFeasible(ConstView x) override;
+  void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
+  void ClipStep(ConstView x, View step) override;
+  bool LimitStep(ConstView x, View step) override;
+  std::string NameTangent(Index k) override;
+  std::string NameResidual(int batch, Index row) override;
+  // Of the first part that has something to say.
+  std::string DescribeNonFinite(ConstView x, bool jacobians) override;
+  std::string DescribeDegenerate(ConstView x) override;
+
+  Ranks& ranks() { return ranks_; }
+  ProblemParts<B>& parts() { return parts_; }
+  std::span<OwnPart<B>> own() { return own_; }
+  TreeNode own_terms() const { return TermsOf(parts_.num_parts(), ranks_, ranks_.rank()); }
+  OwnPart<B>& part(Index term) { return own_[static_cast<std::size_t>(term - own_terms().begin)]; }
+  // Of vectors as long as a step.
+  SumOverRanks<S>& tangent_sum() { return *tangent_sum_; }
+  // Of as many numbers as there are parts; `mine` are those of this process.
+  double SumNumbers(const std::vector<double>& mine);
+  // x as the part sees it, valid until the next call for this part.
+  ConstView Localize(ConstView x, OwnPart<B>& part);
+
+ private:
+  void CheckSameProblem();
+
+  Ranks& ranks_;
+  ProblemParts<B>& parts_;
+  std::vector<OwnPart<B>> own_;
+  std::unique_ptr<SumOverRanks<S>> tangent_sum_;
+  Index num_units_ = 0;
+};
+
+}  // namespace vesta

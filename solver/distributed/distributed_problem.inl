@@ -1,0 +1,183 @@
+// Bodies of solver/distributed/distributed_problem.h.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "solver/distributed/distributed_linearization.h"
+#include "solver/distributed/distributed_problem.h"
+
+namespace vesta {
+
+template <Backend B>
+DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts) : ranks_(ranks), parts_(parts) {
+  const int count = parts.num_parts();
+  CheckTerms(count, ranks);
+  CheckSameProblem();
+  std::vector<Index> units;
+  std::vector<Support> supports;
+  for (Index term = own_terms().begin; term < own_terms().end; ++term) {
+    ProblemPart<B> made = parts.Make(static_cast<int>(term));
+    if (!made.problem) Fail("part {} of {} has no problem", term, count);
+    if (made.problem->num_batches() != 1) {
+      Fail("part {} has {} batches; give a part one, and make more parts", term, made.problem->num_batches());
+    }
+    OwnPart<B> part;
+    part.parameters = PartMap(made.parameters, made.problem->num_parameters(), parts.num_parameters(), "parameters");
+    part.tangent = PartMap(made.tangent, made.problem->num_tangent(), parts.num_tangent(), "entries of a step");
+    part.tangent_segments = std::move(made.tangent);
+    part.problem = std::move(made.problem);
+    units.push_back(part.problem->num_units());
+    supports.push_back(part.tangent.support());
+    own_.push_back(std::move(part));
+  }
+  tangent_sum_ = std::make_unique<SumOverRanks<S>>(ranks, count, parts.num_tangent(), supports);
+  units = GatherValues(ranks, units);
+  for (Index term = 0; term < count; ++term) {
+    if (term >= own_terms().begin && term < own_terms().end) part(term).first_unit = num_units_;
+    num_units_ += units[static_cast<std::size_t>(term)];
+  }
+}
+
+template <Backend B>
+void DistributedProblem<B>::CheckSameProblem() {
+  const std::vector<Index> sizes{parts_.num_parts(), parts_.num_parameters(), parts_.num_tangent()};
+  const std::vector<Index> all = GatherValues(ranks_, sizes);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (all[k] == all[k % sizes.size()]) continue;
+    const std::size_t rank = k / sizes.size();
+    Fail(
+        "process {} has a problem of {} parameters in {} parts, process 0 one of {} in {}: all must be given the same "
+        "problem",
+        rank, all[3 * rank + 1], all[3 * rank], all[1], all[0]);
+  }
+}
+
+template <Backend B>
+double DistributedProblem<B>::SumNumbers(const std::vector<double>& mine) {
+  std::vector<double> all(static_cast<std::size_t>(parts_.num_parts()));
+  std::vector<std::size_t> counts;
+  for (int r = 0; r < ranks_.size(); ++r) {
+    const TreeNode terms = TermsOf(parts_.num_parts(), ranks_, r);
+    counts.push_back(static_cast<std::size_t>(terms.end - terms.begin));
+  }
+  std::copy(mine.begin(), mine.end(), all.begin() + own_terms().begin);
+  GatherInto(ranks_, std::span(all), counts);
+  return SumByTree(all);
+}
+
+template <Backend B>
+auto DistributedProblem<B>::Localize(ConstView x, OwnPart<B>& part) -> ConstView {
+  if (part.parameters.is_identity()) return x;
+  part.x.ResizeForOverwrite(part.parameters.local_size());
+  part.parameters.template Take<S>(x, part.x.view());
+  return part.x.view();
+}
+
+template <Backend B>
+double DistributedProblem<B>::Cost(ConstView x) {
+  this->CheckSize(x);
+  std::vector<double> costs;
+  for (OwnPart<B>& part : own_) costs.push_back(part.problem->Cost(Localize(x, part)));
+  return SumNumbers(costs);
+}
+
+template <Backend B>
+double DistributedProblem<B>::Cost(ConstView x, std::span<const Index> units) {
+  this->CheckSize(x);
+  this->CheckUnits(units);
+  std::vector<double> costs;
+  for (OwnPart<B>& part : own_) {
+    const auto from = std::lower_bound(units.begin(), units.end(), part.first_unit);
+    const auto to = std::lower_bound(from, units.end(), part.first_unit + part.problem->num_units());
+    std::vector<Index> of_part(from, to);
+    for (Index& unit : of_part) unit -= part.first_unit;
+    costs.push_back(of_part.empty() ? 0 : part.problem->Cost(Localize(x, part), of_part));
+  }
+  return SumNumbers(costs);
+}
+
+template <Backend B>
+std::unique_ptr<Linearization<B>> DistributedProblem<B>::Linearize(ConstView x, int batch) {
+  this->CheckSize(x);
+  this->CheckBatch(batch);
+  return std::make_unique<DistributedLinearization<B>>(*this, x);
+}
+
+template <Backend B>
+void DistributedProblem<B>::BeginTurn(int turn) {
+  for (OwnPart<B>& part : own_) part.problem->BeginTurn(turn);
+}
+
+template <Backend B>
+bool DistributedProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
+  Problem<B>* const geometry = parts_.geometry();
+  return geometry ? geometry->DampingMetric(x, diag_h, D) : Base::DampingMetric(x, diag_h, D);
+}
+
+template <Backend B>
+void DistributedProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+  Problem<B>* const geometry = parts_.geometry();
+  geometry ? geometry->Plus(backend, x, delta, out) : Base::Plus(backend, x, delta, out);
+}
+
+template <Backend B>
+bool DistributedProblem<B>::has_bounds() const {
+  Problem<B>* const geometry = parts_.geometry();
+  return geometry && geometry->has_bounds();
+}
+
+template <Backend B>
+bool DistributedProblem<B>::IsFeasible(ConstView x) {
+  Problem<B>* const geometry = parts_.geometry();
+  return !geometry || geometry->IsFeasible(x);
+}
+
+template <Backend B>
+void DistributedProblem<B>::MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) {
+  if (Problem<B>* const geometry = parts_.geometry()) geometry->MaskActiveBounds(x, negative_gradient, mask);
+}
+
+template <Backend B>
+void DistributedProblem<B>::ClipStep(ConstView x, View step) {
+  if (Problem<B>* const geometry = parts_.geometry()) geometry->ClipStep(x, step);
+}
+
+template <Backend B>
+bool DistributedProblem<B>::LimitStep(ConstView x, View step) {
+  Problem<B>* const geometry = parts_.geometry();
+  return geometry && geometry->LimitStep(x, step);
+}
+
+template <Backend B>
+std::string DistributedProblem<B>::NameTangent(Index k) {
+  Problem<B>* const geometry = parts_.geometry();
+  return geometry ? geometry->NameTangent(k) : Base::NameTangent(k);
+}
+
+template <Backend B>
+std::string DistributedProblem<B>::NameResidual(int batch, Index row) {
+  return Base::NameResidual(batch, row);
+}
+
+template <Backend B>
+std::string DistributedProblem<B>::DescribeNonFinite(ConstView x, bool jacobians) {
+  std::string mine;
+  for (Index term = own_terms().begin; term < own_terms().end && mine.empty(); ++term) {
+    mine = part(term).problem->DescribeNonFinite(Localize(x, part(term)), jacobians);
+    if (!mine.empty()) mine = fmt::format("part {}: {}", term, mine);
+  }
+  for (const std::string& words : GatherWords(ranks_, mine)) {
+    if (!words.empty()) return words;
+  }
+  return "";
+}
+
+template <Backend B>
+std::string DistributedProblem<B>::DescribeDegenerate(ConstView x) {
+  Problem<B>* const geometry = parts_.geometry();
+  return geometry ? geometry->DescribeDegenerate(x) : Base::DescribeDegenerate(x);
+}
+
+}  // namespace vesta

@@ -1,0 +1,143 @@
+#include "solver/distributed/part_map.h"
+
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+
+namespace {
+
+// Segments, sorted, of which one goes on where another ends become one.
+void JoinNeighbours(std::vector<PartSegment>& segments) {
+  std::vector<PartSegment> joined;
+  for (const PartSegment& s : segments) {
+    if (s.size == 0) continue;
+    PartSegment* const last = joined.empty() ? nullptr : &joined.back();
+    if (last && last->whole + last->size == s.whole && last->local + last->size == s.local) {
+      last->size += s.size;
+    } else {
+      joined.push_back(s);
+    }
+  }
+  segments = std::move(joined);
+}
+
+}  // namespace
+
+PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Index whole_size, const char* what)
+    : segments_(segments), local_size_(local_size) {
+  if (segments_.empty() && local_size > 0) {
+    if (local_size != whole_size) {
+      Fail("a part of {} {} of {} does not say where they lie; give its segments", local_size, what, whole_size);
+    }
+    segments_.push_back({0, 0, whole_size});
+  }
+  std::sort(segments_.begin(), segments_.end(),
+            [](const PartSegment& a, const PartSegment& b) { return a.whole < b.whole; });
+  std::vector<EntryRange> ranges, locals;
+  Index entries = 0;
+  JoinNeighbours(segments_);
+  for (const PartSegment& s : segments_) {
+    const bool is_inside =
+        s.size > 0 && s.whole >= 0 && s.local >= 0 && s.whole + s.size <= whole_size && s.local + s.size <= local_size;
+    if (!is_inside) Fail("a part has {} {} to {} of {}", what, s.whole, s.whole + s.size - 1, whole_size);
+    is_compact_ = is_compact_ && s.local == entries;
+    ranges.push_back({s.whole, s.whole + s.size});
+    locals.push_back({s.local, s.local + s.size});
+    entries += s.size;
+  }
+  support_ = Support(std::move(ranges));
+  const bool covers =
+      entries == local_size && support_.size() == local_size && Support(std::move(locals)).size() == local_size;
+  if (!covers) Fail("a part's segments are {} {}, of {} it has; give each once", entries, what, local_size);
+  is_identity_ = is_compact_ && local_size == whole_size;
+}
+
+template <class S>
+void PartMap::Take(HostSpan<const S> whole, HostSpan<S> local) const {
+  CpuBackend<S> backend;
+  for (const PartSegment& s : segments_) backend.Copy(whole.subspan(s.whole, s.size), local.subspan(s.local, s.size));
+}
+
+template <class S>
+void PartMap::MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const {
+  CpuBackend<S> backend;
+  Index at = 0;
+  for (const PartSegment& s : segments_) {
+    backend.Copy(local.subspan(s.local, s.size), compact.subspan(at, s.size));
+    at += s.size;
+  }
+}
+
+namespace {
+
+struct BlockPlace {
+  std::size_t group = 0;
+  Index block = 0;
+};
+
+// Of each group's values among all.
+std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
+  std::vector<Index> first;
+  Index at = 0;
+  for (const BlockGroup& group : groups) {
+    first.push_back(at);
+    at += group.NumValues();
+  }
+  return first;
+}
+
+}  // namespace
+
+std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
+                                       const std::vector<PartSegment>& tangent) {
+  if (tangent.empty()) return {};
+  std::unordered_map<Index, BlockPlace> block_at;  // by the first parameter
+  for (std::size_t g = 0; g < whole.size(); ++g) {
+    for (Index i = 0; i < whole[g].count; ++i) block_at[whole[g].Parameter(i, 0)] = {g, i};
+  }
+  std::vector<PartSegment> by_local = tangent;
+  std::sort(by_local.begin(), by_local.end(),
+            [](const PartSegment& a, const PartSegment& b) { return a.local < b.local; });
+  const auto whole_entry = [&](Index local) {
+    const auto after = std::upper_bound(by_local.begin(), by_local.end(), local,
+                                        [](Index at, const PartSegment& s) { return at < s.local; });
+    const PartSegment& s = *(after - 1);
+    return s.whole + local - s.local;
+  };
+  const std::vector<Index> part_first = FirstValues(part), whole_first = FirstValues(whole);
+  std::vector<PartSegment> segments;
+  for (std::size_t g = 0; g < part.size(); ++g) {
+    const BlockGroup& group = part[g];
+    for (Index i = 0; i < group.count;) {
+      const auto place_of = [&](Index block) {
+        const auto found = block_at.find(whole_entry(group.Parameter(block, 0)));
+        const bool is_block = found != block_at.end() && whole[found->second.group].size == group.size;
+        if (!is_block) Fail("block {} of a part's group {} is no block of the whole", block, g);
+        return found->second;
+      };
+      const BlockPlace first = place_of(i);
+      Index run = 1;
+      for (; i + run < group.count; ++run) {
+        const BlockPlace next = place_of(i + run);
+        if (next.group != first.group || next.block != first.block + run) break;
+      }
+      for (int value = 0; value < group.size * (group.size + 1) / 2; ++value) {
+        segments.push_back({part_first[g] + value * group.count + i,
+                            whole_first[first.group] + value * whole[first.group].count + first.block, run});
+      }
+      i += run;
+    }
+  }
+  return segments;
+}
+
+template void PartMap::Take(HostSpan<const float>, HostSpan<float>) const;
+template void PartMap::Take(HostSpan<const double>, HostSpan<double>) const;
+template void PartMap::MakeCompact(HostSpan<const float>, HostSpan<float>) const;
+template void PartMap::MakeCompact(HostSpan<const double>, HostSpan<double>) const;
+
+}  // namespace vesta

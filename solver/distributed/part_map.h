@@ -1,0 +1,46 @@
+// Where the entries of a part's vectors lie in those of the whole.
+#pragma once
+
+#include <vector>
+
+#include "kernels/core/block_diagonal.h"
+#include "kernels/core/vector_backend.h"
+#include "kernels/ranks/support.h"
+#include "solver/distributed/problem_parts.h"
+
+namespace vesta {
+
+// A compact vector of the part is in the order of the whole (kernels/ranks/support.h); the part's own order may be
+// another.
+class PartMap {
+ public:
+  PartMap() = default;
+  // No segments: the part has all entries. Throws Error, naming `what`, where they are not local_size entries of
+  // whole_size, each once.
+  PartMap(const std::vector<PartSegment>& segments, Index local_size, Index whole_size, const char* what);
+
+  const Support& support() const { return support_; }
+  Index local_size() const { return local_size_; }
+  bool is_identity() const { return is_identity_; }
+  // Whether the part's own order is that of the whole.
+  bool is_compact() const { return is_compact_; }
+
+  // local = the part's entries of whole.
+  template <class S>
+  void Take(HostSpan<const S> whole, HostSpan<S> local) const;
+  template <class S>
+  void MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const;
+
+ private:
+  std::vector<PartSegment> segments_;  // by their place in the whole
+  Support support_;
+  Index local_size_ = 0;
+  bool is_identity_ = true, is_compact_ = true;
+};
+
+// Where the values of a part's block-diagonal matrix lie in the whole's (BlockDiagonal::all_values). Throws Error where
+// a block of the part is none of the whole.
+std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
+                                       const std::vector<PartSegment>& tangent);
+
+}  // namespace vesta

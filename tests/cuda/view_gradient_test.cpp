@@ -1,0 +1,73 @@
+// Terms of a gradient on the GPU against those of the host, to the bit.
+#include "problems/gaussian_splatting/train/view_gradient.h"
+
+#include <vector>
+
+#include "kernels/core/device_buffer.h"
+#include "kernels/core/device_sort.h"
+#include "tests/cuda/on_device.h"
+#include "tests/problems/gaussian_splatting/train/terms_of_views.h"
+
+namespace vesta::gs {
+namespace {
+
+template <class T, class Space>
+Buffer<T, Space> CopyOf(const std::vector<T>& values) {
+  Buffer<T, Space> buffer;
+  buffer.CopyFrom(HostSpan<const T>(values.data(), static_cast<Index>(values.size())));
+  return buffer;
+}
+template <class T>
+std::vector<T> OnHost(const HostBuffer<T>& buffer) {
+  return {buffer.begin(), buffer.end()};
+}
+template <class T>
+std::vector<T> OnHost(const DeviceBuffer<T>& buffer) {
+  return vesta::test::ToHost(buffer);
+}
+
+struct Learned {
+  std::vector<float> gradient, pull;
+  std::vector<int> seen;
+  double objective = 0;
+};
+
+template <class Space>
+Learned Learn(const test::MadeUpViews& all) {
+  SumOfViews<Space> sum;
+  DensityControl<Space> density({}, 1, 0);
+  density.Forget(all.gaussians());
+  sum.Begin(all.layout, static_cast<Index>(all.views.size()), &density);
+  Buffer<float, Space> gradient;
+  for (std::size_t k = 0; k < all.views.size(); ++k) {
+    const test::MadeUpViews::View& view = all.views[k];
+    gradient = CopyOf<float, Space>(view.gradient);
+    const auto rank_of = CopyOf<std::int32_t, Space>(view.rank_of);
+    const auto splats = CopyOf<splat::Splat<float>, Space>(view.splats);
+    const auto cotangents = CopyOf<splat::SplatTangent<float>, Space>(view.cotangents);
+    density::ScreenPulls pulls = view.pulls();
+    pulls.rank_of = rank_of.data(), pulls.splats = splats.data(), pulls.cotangents = cotangents.data();
+    sum.Add(static_cast<Index>(k), pulls, gradient.data(), [&] { return view.cost; });
+  }
+  Learned learned;
+  learned.objective = sum.Finish(gradient.data()).objective;
+  learned.gradient = OnHost(gradient), learned.pull = OnHost(density.pull()), learned.seen = OnHost(density.seen());
+  return learned;
+}
+
+class CudaViewGradients : public vesta::test::OnDevice {};
+
+TEST_F(CudaViewGradients, AddUpAsOnTheHost) {
+  for (const int views : {2, 5, 8}) {
+    const test::MadeUpViews all(views);
+    const Learned host = Learn<Host>(all), device = Learn<Device>(all);
+    EXPECT_EQ(device.gradient, host.gradient) << views;
+    EXPECT_EQ(device.seen, host.seen) << views;
+    EXPECT_EQ(device.objective, host.objective) << views;
+    // The device's hypot rounds otherwise.
+    for (std::size_t i = 0; i < host.pull.size(); ++i) EXPECT_NEAR(device.pull[i], host.pull[i], 1e-5 * host.pull[i]);
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs

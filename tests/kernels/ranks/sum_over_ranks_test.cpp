@@ -1,0 +1,133 @@
+#include "kernels/ranks/sum_over_ranks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <mutex>
+#include <random>
+
+#include "kernels/core/check.h"
+#include "tests/support/thread_ranks.h"
+
+namespace vesta {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr Index kTerms = 23, kSize = 101;
+
+// A term is not zero at some entries shared by all and at some of its own.
+Support SupportOf(Index term) { return Support({{3, 11}, {20 + 3 * term, 22 + 3 * term}, {40, 40 + term}}); }
+
+std::vector<float> Term(Index term) {
+  std::mt19937 random(static_cast<unsigned>(term));
+  std::uniform_real_distribution<float> entry(-1, 1);
+  std::vector<float> values(static_cast<std::size_t>(SupportOf(term).size()));
+  for (float& value : values) value = entry(random) * static_cast<float>(1 << (term % 12));
+  return values;
+}
+
+// By the definition, entry by entry.
+std::vector<float> Expected() {
+  std::vector<std::vector<float>> dense;
+  for (Index term = 0; term < kTerms; ++term) {
+    std::vector<float> whole(kSize);
+    const std::vector<float> compact = Term(term);
+    Spread<float>(SupportOf(term), {compact.data(), static_cast<Index>(compact.size())}, {whole.data(), kSize});
+    dense.push_back(whole);
+  }
+  std::vector<float> sum;
+  for (std::size_t entry = 0; entry < kSize; ++entry) {
+    TreeSum<float> tree(kTerms);
+    for (Index term = 0; term < kTerms; ++term) {
+      tree.Push({term, term + 1}, dense[static_cast<std::size_t>(term)][entry],
+                [](const TreeNode&, float& a, const TreeNode&, float b) { a += b; });
+    }
+    sum.push_back(tree.TakeWhole());
+  }
+  return sum;
+}
+
+std::vector<Support> SupportsOf(const TreeNode& terms) {
+  std::vector<Support> supports;
+  for (Index term = terms.begin; term < terms.end; ++term) supports.push_back(SupportOf(term));
+  return supports;
+}
+
+void MakeTerm(Index term, HostSpan<float> to) {
+  const std::vector<float> values = Term(term);
+  std::copy(values.begin(), values.end(), to.begin());
+}
+
+TEST(SumOverRanks, IsTheSameBitsForAnyNumberOfRanks) {
+  const std::vector<float> expected = Expected();
+  for (const int count : {1, 2, 3, 4, 8, 23}) {
+    test::OnThreadRanks(count, [&](Ranks& ranks) {
+      SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));
+      for (int again = 0; again < 2; ++again) {
+        std::vector<float> out(kSize, -1.0F);
+        sum.Sum(MakeTerm, {out.data(), kSize});
+        EXPECT_EQ(out, expected) << count << " ranks";
+      }
+    });
+  }
+}
+
+TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
+  test::OnThreadRanks(3, [&](Ranks& ranks) {
+    SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));
+    const std::int64_t before = ranks.traffic().bytes;
+    std::vector<float> out(kSize);
+    sum.Sum(MakeTerm, {out.data(), kSize});
+    EXPECT_EQ(ranks.traffic().bytes - before, 4 * sum.plan().ReceivedValues(ranks.rank()));
+  });
+}
+
+TEST(SumOverRanks, OfDenseTermsOnPowersOfTwoMovesTheBytesOfAnAllReduce) {
+  constexpr Index kDense = 1 << 12;
+  test::OnThreadRanks(4, [&](Ranks& ranks) {
+    SumOverRanks<float> sum(ranks, 64, kDense, std::vector<Support>(16, Support::All(kDense)));
+    EXPECT_EQ(sum.plan().ReceivedValues(ranks.rank()), 2 * kDense * 3 / 4);
+  });
+}
+
+TEST(SumOverRanks, RefusesMoreRanksThanTerms) {
+  const auto sum = [] {
+    test::OnThreadRanks(3, [](Ranks& ranks) { SumOverRanks<float> refused(ranks, 2, kSize, {}); });
+  };
+  EXPECT_THAT(sum, ThrowsMessage<Error>(HasSubstr("3 processes for a problem of 2 parts; start at most 2")));
+}
+
+TEST(Ranks, AreToldWhyOneGaveUp) {
+  std::mutex mutex;
+  std::vector<std::string> words;
+  const auto run = [&] {
+    test::OnThreadRanks(3, [&](Ranks& ranks) {
+      try {
+        if (ranks.rank() == 1) Fail("no room");
+        OnAnyRank(ranks, false);
+      } catch (const Error& error) {
+        const std::lock_guard lock(mutex);
+        words.emplace_back(error.what());
+        throw;
+      }
+    });
+  };
+  EXPECT_THROW(run(), Error);
+  EXPECT_THAT(words, testing::UnorderedElementsAre("no room", "process 1 of 3: no room", "process 1 of 3: no room"));
+}
+
+TEST(Ranks, GatherValuesOfAnyNumber) {
+  test::OnThreadRanks(4, [](Ranks& ranks) {
+    const std::vector<int> mine(static_cast<std::size_t>(ranks.rank()), ranks.rank());
+    EXPECT_THAT(GatherValues(ranks, mine), testing::ElementsAre(1, 2, 2, 3, 3, 3));
+    EXPECT_THAT(GatherWords(ranks, std::string(static_cast<std::size_t>(ranks.rank()), 'a')),
+                testing::ElementsAre("", "a", "aa", "aaa"));
+    EXPECT_TRUE(OnAnyRank(ranks, ranks.rank() == 2));
+    EXPECT_FALSE(OnAnyRank(ranks, false));
+  });
+}
+
+}  // namespace
+}  // namespace vesta

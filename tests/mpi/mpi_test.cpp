@@ -1,0 +1,199 @@
+// The program in several processes, as a user starts it by mpirun.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "problems/bundle_adjustment/bal_file.h"
+#include "problems/bundle_adjustment/generate.h"
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// Arguments of mpirun: so many processes of the command.
+std::vector<std::string> On(int count, std::vector<std::string> command) {
+  std::vector<std::string> arguments{"-n", std::to_string(count)};
+  arguments.insert(arguments.end(), command.begin(), command.end());
+  return arguments;
+}
+std::vector<std::string> Vesta(int count, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), VESTA_UNDER_MPI);
+  return On(count, arguments);
+}
+// The lines that vesta itself complains by.
+int Complaints(const std::string& err) {
+  int count = 0;
+  for (std::size_t at = err.find("vesta: "); at != std::string::npos; at = err.find("vesta: ", at + 1)) ++count;
+  return count;
+}
+
+class UnderMpi : public testing::Test {
+ protected:
+  void SetUp() override {
+    // More processes than cores, and root in a container: Open MPI wants to be told, others do not read it.
+    setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+    setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+    setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+  }
+  void WriteProblem(Index points = 200) {
+    bundle::WriteBal(in_, bundle::Generate({.num_cameras = 12, .num_points = points, .mean_track = 4}));
+  }
+  std::vector<std::string> Adjust(int count, const std::string& out) {
+    return Vesta(count, {"bundle_adjust", in_, "--out=" + out, "--threads=1"});
+  }
+
+  TempFolder folder_;
+  std::string in_ = folder_ / "in.txt";
+};
+
+TEST_F(UnderMpi, AdjustsToTheSameFileOnAnyNumberOfProcesses) {
+  WriteProblem();
+  const std::string alone = folder_ / "1.txt";
+  ASSERT_EQ(RunProgram(Adjust(1, alone)).status, 0);
+  for (const int count : {2, 3, 4}) {
+    const std::string out = folder_ / (std::to_string(count) + ".txt");
+    const ProgramOutput output = RunProgram(Adjust(count, out));
+    EXPECT_EQ(output.status, 0) << output.err;
+    EXPECT_EQ(ReadFile(out), ReadFile(alone)) << count << " processes";
+    // One of them prints.
+    EXPECT_EQ(output.out.find("reprojection error"), output.out.rfind("reprojection error"));
+  }
+}
+
+TEST_F(UnderMpi, RefinesToTheSameSplatOnAnyNumberOfProcesses) {
+  WriteTinyScene(folder_ / "scene");
+  const std::string start = folder_ / "start";
+  ASSERT_EQ(
+      RunProgram(Vesta(1, {"train", folder_ / "scene", "--out=" + start, "--iterations=30", "--noreport"})).status, 0);
+  std::string alone;
+  for (const int count : {1, 2, 3}) {
+    const std::string out = folder_ / ("refined" + std::to_string(count));
+    const ProgramOutput output =
+        RunProgram(Vesta(count, {"refine", start + "/point_cloud.ply", folder_ / "scene", "--out=" + out,
+                                 "--iterations=0", "--lm_iterations=2", "--threads=1", "--noreport"}));
+    ASSERT_EQ(output.status, 0) << output.err;
+    const std::string splat = ReadFile(out + "/point_cloud.ply");
+    if (count == 1) alone = splat;
+    EXPECT_EQ(splat, alone) << count << " processes";
+    EXPECT_NE(splat, ReadFile(start + "/point_cloud.ply"));
+  }
+}
+
+TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
+  WriteTinyScene(folder_ / "scene");
+  std::string alone;
+  for (const int count : {1, 2, 3, 4}) {
+    const std::string out = folder_ / ("trained" + std::to_string(count));
+    const ProgramOutput output =
+        RunProgram(Vesta(count, {"train", folder_ / "scene", "--out=" + out, "--iterations=120", "--threads=1", "--set",
+                                 "adam.views_per_iteration=3", "--lm_iterations=1", "--noreport"}));
+    ASSERT_EQ(output.status, 0) << output.err;
+    const std::string splat = ReadFile(out + "/point_cloud.ply");
+    if (count == 1) alone = splat;
+    EXPECT_EQ(splat, alone) << count << " processes";
+  }
+  // The Adam stage is the same without mpirun.
+  const auto by_adam = [&](const std::string& name, bool is_under_mpi) {
+    const std::string out = folder_ / name;
+    std::vector<std::string> arguments{"train",
+                                       folder_ / "scene",
+                                       "--out=" + out,
+                                       "--iterations=120",
+                                       "--threads=1",
+                                       "--set",
+                                       "adam.views_per_iteration=3",
+                                       "--noreport"};
+    if (is_under_mpi) {
+      EXPECT_EQ(RunProgram(Vesta(2, arguments)).status, 0);
+    } else {
+      std::string command = "unset OMPI_COMM_WORLD_SIZE PMI_SIZE PMIX_RANK; exec " VESTA_UNDER_MPI;
+      for (const std::string& argument : arguments) command += " " + argument;
+      EXPECT_EQ(RunProgram(On(1, {"sh", "-c", command})).status, 0);
+    }
+    return ReadFile(out + "/point_cloud.ply");
+  };
+  EXPECT_EQ(by_adam("adam2", true), by_adam("adam", false));
+}
+
+TEST_F(UnderMpi, SaysWhatIsWrongForAllOnce) {
+  const ProgramOutput output = RunProgram(Adjust(3, folder_ / "out.txt"));
+  EXPECT_NE(output.status, 0);
+  EXPECT_EQ(Complaints(output.err), 1) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("vesta: process 0 of 3: "));
+  EXPECT_THAT(output.err, HasSubstr("in.txt"));
+}
+
+TEST_F(UnderMpi, EndsAllWhereOneFails) {
+  WriteProblem();
+  std::filesystem::copy_file(in_, folder_ / "in0.txt");
+  // The second process alone finds no file.
+  const std::string command = "exec " VESTA_UNDER_MPI " bundle_adjust " + (folder_ / "in") +
+                              "${OMPI_COMM_WORLD_RANK:-$PMI_RANK}.txt --out=" + (folder_ / "out.txt");
+  const ProgramOutput output = RunProgram(On(2, {"sh", "-c", command}));
+  EXPECT_NE(output.status, 0);
+  EXPECT_EQ(Complaints(output.err), 1) << output.err;
+  EXPECT_THAT(output.err, HasSubstr("vesta: process 1 of 2: "));
+  EXPECT_THAT(output.err, HasSubstr("in1.txt"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out.txt"));
+}
+
+TEST_F(UnderMpi, RefusesProblemsThatDiffer) {
+  WriteProblem();
+  std::filesystem::copy_file(in_, folder_ / "in0.txt");
+  WriteProblem(201);
+  std::filesystem::copy_file(in_, folder_ / "in1.txt");
+  const std::string command = "exec " VESTA_UNDER_MPI " bundle_adjust " + (folder_ / "in") +
+                              "${OMPI_COMM_WORLD_RANK:-$PMI_RANK}.txt --out=" + (folder_ / "out.txt");
+  const ProgramOutput output = RunProgram(On(2, {"sh", "-c", command}));
+  EXPECT_NE(output.status, 0);
+  EXPECT_THAT(output.err, HasSubstr("all must be given the same problem"));
+}
+
+TEST_F(UnderMpi, LeavesNothingHalfDoneWhereOneIsKilled) {
+  WriteProblem(20000);
+  const std::string command = "if [ ${OMPI_COMM_WORLD_RANK:-$PMI_RANK} = 1 ]; then (sleep 1; kill -9 $$) & fi; exec " +
+                              std::string(VESTA_UNDER_MPI) + " bundle_adjust " + in_ +
+                              " --out=" + (folder_ / "out.txt") + " --iterations=100000 --threads=1";
+  std::ofstream(folder_ / "out.txt") << "as it was";
+  const ProgramOutput output = RunProgram(On(2, {"sh", "-c", command}));
+  EXPECT_NE(output.status, 0);
+  EXPECT_EQ(ReadFile(folder_ / "out.txt"), "as it was");
+}
+
+TEST_F(UnderMpi, EndsTogetherAtATimeLimit) {
+  WriteProblem(5000);
+  std::vector<std::string> arguments = Adjust(2, folder_ / "out.txt");
+  arguments.emplace_back("--time_limit=2");
+  const ProgramOutput output = RunProgram(arguments);
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("wrote"));
+}
+
+TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
+  WriteTinyScene(folder_ / "scene");
+  const auto refusal = [&](int count, const std::vector<std::string>& arguments) {
+    const ProgramOutput output = RunProgram(Vesta(count, arguments));
+    EXPECT_NE(output.status, 0);
+    return output.err;
+  };
+  const std::string scene = folder_ / "scene", out = "--out=" + (folder_ / "out");
+  EXPECT_THAT(refusal(2, {"doctor", scene}), HasSubstr("vesta doctor runs in one process; start it without mpirun"));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--time_limit=5"}), HasSubstr("--time_limit=5: several processes"));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--refine_cameras=pose"}), HasSubstr("cameras as given"));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=2", "--lm_iterations=1", "--set", "lm.batches=2"}),
+              HasSubstr("leave lm.batches=1"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/point_cloud.ply"));
+}
+
+}  // namespace
+}  // namespace vesta::test

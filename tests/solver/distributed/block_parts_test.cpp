@@ -1,0 +1,202 @@
+#include "solver/distributed/block_parts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <mutex>
+
+#include "kernels/core/check.h"
+#include "solver/distributed/distributed_problem.h"
+#include "solver/levenberg_marquardt.h"
+#include "solver/residual_blocks.h"
+#include "tests/support/thread_ranks.h"
+
+namespace vesta {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+using Cpu = CpuBackend<double>;
+
+// Two points are a measured way apart, in a curved sense.
+class Way final : public CostFunction {
+ public:
+  explicit Way(double measured) : CostFunction(2, std::vector<int>{2, 2}), measured_(measured) {}
+  bool Evaluate(const double* const* p, double* r, double** jacobians) const override {
+    const double dx = p[1][0] - p[0][0], dy = p[1][1] - p[0][1];
+    r[0] = dx * dx + dy - measured_;
+    r[1] = dy - 0.3 * dx * dy;
+    if (jacobians == nullptr) return true;
+    const double rows[4] = {2 * dx, 1, -0.3 * dy, 1 - 0.3 * dx};
+    for (int side = 0; side < 2; ++side) {
+      if (jacobians[side] == nullptr) continue;
+      for (int k = 0; k < 4; ++k) jacobians[side][k] = side == 0 ? -rows[k] : rows[k];
+    }
+    return true;
+  }
+
+ private:
+  double measured_;
+};
+
+// A chain with loops; the first point is held, one entry of another is bounded if asked for.
+struct Chain {
+  static constexpr int kPoints = 40;
+  explicit Chain(bool bounded = false) {
+    for (int i = 0; i < kPoints; ++i) problem.AddParameterBlock(2);
+    problem.SetConstant(0);
+    if (bounded) problem.SetBounds(5, 0, -1, 4.6);
+    for (int i = 0; i < kPoints; ++i) {
+      for (const int step : {1, 7}) {
+        if (i + step >= kPoints) continue;
+        problem.AddResidualBlock(std::make_shared<Way>(step + 0.1 * ((7 * i) % 5)), std::make_shared<HuberLoss>(0.5),
+                                 {i, i + step});
+      }
+      x.push_back(0.9 * i);
+      x.push_back(0.05 * ((3 * i) % 7));
+    }
+  }
+  BlockProblem problem;
+  std::vector<double> x;
+};
+
+HostSpan<double> ViewOf(std::vector<double>& x) { return {x.data(), static_cast<Index>(x.size())}; }
+
+LmOptions PcgOptionsOf() {
+  LmOptions options;
+  options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
+  options.normal_system.pcg.model_tolerance = 1e-6;
+  options.max_iterations = 60;
+  return options;
+}
+
+struct Solved {
+  std::vector<double> x;
+  LmSummary summary;
+};
+
+// By the rank 0 of so many; all ranks end at the same.
+Solved SolveOn(int count, bool bounded) {
+  Solved solved;
+  std::mutex mutex;
+  std::vector<std::vector<double>> all;
+  test::OnThreadRanks(count, [&](Ranks& ranks) {
+    Chain chain(bounded);
+    BlockParts parts(chain.problem, 16);
+    DistributedProblem<Cpu> problem(ranks, parts);
+    Cpu backend;
+    const LmSummary summary = SolveLm<Cpu>(PcgOptionsOf(), backend, problem, ViewOf(chain.x));
+    const std::lock_guard lock(mutex);
+    all.push_back(chain.x);
+    if (ranks.rank() == 0) solved.summary = summary;
+  });
+  for (const auto& x : all) EXPECT_EQ(x, all.front());
+  solved.x = all.front();
+  return solved;
+}
+
+TEST(BlockParts, SolveToTheMinimumOfTheWhole) {
+  for (const bool bounded : {false, true}) {
+    Chain chain(bounded);
+    Cpu backend;
+    const LmSummary whole = SolveLm<Cpu>(PcgOptionsOf(), backend, chain.problem, ViewOf(chain.x));
+    const Solved solved = SolveOn(3, bounded);
+    EXPECT_NEAR(solved.summary.final_cost, whole.final_cost, 1e-7 * whole.final_cost);
+    EXPECT_LT(solved.summary.final_cost, 0.5 * solved.summary.initial_cost);
+    EXPECT_EQ(solved.summary.num_residuals, whole.num_residuals);
+    if (bounded) {
+      EXPECT_LE(solved.x[10], 4.6);
+    }
+  }
+}
+
+TEST(BlockParts, GiveTheSameBitsOnAnyNumberOfRanks) {
+  const std::vector<double> alone = SolveOn(1, false).x;
+  for (const int count : {2, 3, 4, 8}) EXPECT_EQ(SolveOn(count, false).x, alone) << count << " ranks";
+}
+
+TEST(BlockParts, AddUpToTheWhole) {
+  test::OnThreadRanks(3, [](Ranks& ranks) {
+    Chain chain;
+    BlockParts parts(chain.problem, 11);
+    DistributedProblem<Cpu> problem(ranks, parts);
+    const Index n = problem.num_tangent();
+    auto whole = chain.problem.Linearize(ViewOf(chain.x), 0);
+    auto distributed = problem.Linearize(ViewOf(chain.x), 0);
+    EXPECT_EQ(distributed->num_residuals(), whole->num_residuals());
+    EXPECT_NEAR(problem.Cost(ViewOf(chain.x)), chain.problem.Cost(ViewOf(chain.x)), 1e-12);
+    const std::vector<Index> some{0, 3, 4, 30, 61};
+    EXPECT_NEAR(problem.Cost(ViewOf(chain.x), some), chain.problem.Cost(ViewOf(chain.x), some), 1e-12);
+    Cpu::Vector v(n), a(n), b(n);
+    for (Index k = 0; k < n; ++k) v[k] = 0.01 * static_cast<double>((5 * k) % 13) - 0.05;
+    const auto expect_equal = [&](const char* what) {
+      for (Index k = 0; k < n; ++k) EXPECT_NEAR(a[k], b[k], 1e-11) << what << " " << k;
+    };
+    whole->ApplyH(v, a), distributed->ApplyH(v, b);
+    expect_equal("H v");
+    EXPECT_NEAR(distributed->Curvature(v), whole->Curvature(v), 1e-11);
+    whole->Gradient(a), distributed->Gradient(b);
+    expect_equal("gradient");
+    whole->DiagJTJ(a), distributed->DiagJTJ(b);
+    expect_equal("diagonal");
+    BlockDiagonal<Cpu> blocks(n, whole->block_groups()), sum(n, distributed->block_groups());
+    whole->BlockGram(blocks), distributed->BlockGram(sum);
+    blocks.Apply(v, a), sum.Apply(v, b);
+    expect_equal("blocks");
+  });
+}
+
+TEST(BlockParts, AreRefusedWithAWord) {
+  Chain chain;
+  EXPECT_THAT([&] { BlockParts(chain.problem, 0); }, ThrowsMessage<Error>(HasSubstr("choose at least 1")));
+  chain.problem.set_evaluation_callback([](auto, bool) {});
+  EXPECT_THAT([&] { BlockParts(chain.problem, 4); }, ThrowsMessage<Error>(HasSubstr("evaluation callback")));
+}
+
+TEST(DistributedProblem, StopsOnAllRanksWhereOneSaysSo) {
+  test::OnThreadRanks(2, [](Ranks& ranks) {
+    Chain chain;
+    BlockParts parts(chain.problem, 8);
+    DistributedProblem<Cpu> problem(ranks, parts);
+    Cpu backend;
+    const LmSummary summary =
+        SolveLm<Cpu>(PcgOptionsOf(), backend, problem, ViewOf(chain.x), [&](const LmIteration& row) {
+          return ranks.rank() == 1 && row.iteration == 2 ? CallbackResult::kStop : CallbackResult::kContinue;
+        });
+    EXPECT_EQ(summary.status, LmStatus::kStoppedByCallback);
+    EXPECT_EQ(summary.iterations.back().iteration, 2);
+  });
+}
+
+TEST(DistributedProblem, NamesThePartThatIsNotFinite) {
+  test::OnThreadRanks(2, [](Ranks& ranks) {
+    Chain chain;
+    BlockParts parts(chain.problem, 8);
+    DistributedProblem<Cpu> problem(ranks, parts);
+    chain.x[2 * 35] = std::numeric_limits<double>::quiet_NaN();
+    Cpu backend;
+    const LmSummary summary = SolveLm<Cpu>(PcgOptionsOf(), backend, problem, ViewOf(chain.x));
+    EXPECT_EQ(summary.status, LmStatus::kNonFinite);
+    EXPECT_THAT(summary.message, HasSubstr("part "));
+  });
+}
+
+TEST(DistributedProblem, RefusesSolversThatNeedAllResiduals) {
+  const auto solve = [](LinearSolverKind kind) {
+    test::OnThreadRanks(2, [kind](Ranks& ranks) {
+      Chain chain;
+      BlockParts parts(chain.problem, 8);
+      DistributedProblem<Cpu> problem(ranks, parts);
+      Cpu backend;
+      LmOptions options;
+      options.normal_system.linear_solver = kind;
+      SolveLm<Cpu>(options, backend, problem, ViewOf(chain.x));
+    });
+  };
+  EXPECT_THAT([&] { solve(LinearSolverKind::kDenseQr); }, ThrowsMessage<Error>(HasSubstr("choose PCG")));
+  EXPECT_NO_THROW(solve(LinearSolverKind::kAuto));
+}
+
+}  // namespace
+}  // namespace vesta

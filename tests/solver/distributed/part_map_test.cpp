@@ -1,0 +1,71 @@
+#include "solver/distributed/part_map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+std::vector<double> Iota(Index n) {
+  std::vector<double> values;
+  for (Index i = 0; i < n; ++i) values.push_back(static_cast<double>(i));
+  return values;
+}
+
+TEST(PartMap, WithoutSegmentsIsTheWhole) {
+  const PartMap map({}, 5, 5, "parameters");
+  EXPECT_TRUE(map.is_identity());
+  EXPECT_TRUE(map.support().IsAll(5));
+}
+
+TEST(PartMap, TakesAndOrders) {
+  // The part's first two entries are the whole's 6 and 7, its last one the whole's 2.
+  const PartMap map({{0, 6, 2}, {2, 2, 1}}, 3, 9, "parameters");
+  EXPECT_FALSE(map.is_compact());
+  EXPECT_EQ(map.support(), Support({{2, 3}, {6, 8}}));
+  const std::vector<double> whole = Iota(9);
+  std::vector<double> local(3), compact(3);
+  map.Take<double>({whole.data(), 9}, {local.data(), 3});
+  EXPECT_THAT(local, ElementsAre(6, 7, 2));
+  map.MakeCompact<double>({local.data(), 3}, {compact.data(), 3});
+  EXPECT_THAT(compact, ElementsAre(2, 6, 7));
+  EXPECT_TRUE(PartMap({{0, 1, 2}, {2, 5, 1}}, 3, 9, "parameters").is_compact());
+}
+
+TEST(PartMap, RefusesSegmentsThatDoNotFit) {
+  const auto make = [](std::vector<PartSegment> segments) {
+    return [segments] { PartMap(segments, 3, 9, "parameters"); };
+  };
+  EXPECT_THAT(make({}), ThrowsMessage<Error>(HasSubstr("does not say where they lie")));
+  EXPECT_THAT(make({{0, 7, 3}}), ThrowsMessage<Error>(HasSubstr("parameters 7 to 9 of 9")));
+  EXPECT_THAT(make({{0, 0, 2}}), ThrowsMessage<Error>(HasSubstr("2 parameters, of 3 it has")));
+  EXPECT_THAT(make({{0, 0, 2}, {1, 5, 1}}), ThrowsMessage<Error>(HasSubstr("give each once")));
+  EXPECT_THAT(make({{0, 0, 2}, {2, 1, 1}}), ThrowsMessage<Error>(HasSubstr("give each once")));
+}
+
+TEST(PartMap, BlocksOfThePartAreBlocksOfTheWhole) {
+  // The whole: two blocks of 2 that lie one after another, then three of 1. The part: the second, and the last two.
+  const std::vector<BlockGroup> whole{{2, 2, 0, 1, 2}, {1, 3, 4}}, part{{2, 1, 0, 1, 2}, {1, 2, 2}};
+  const std::vector<PartSegment> tangent{{0, 2, 2}, {2, 5, 2}};
+  const PartMap map(BlockSegments(part, whole, tangent), 5, 9, "values");
+  const std::vector<double> values = Iota(9);
+  std::vector<double> local(5);
+  map.Take<double>({values.data(), 9}, {local.data(), 5});
+  // Packed triangles, blocks run fastest: (0,0) (1,0) (1,1) of block 1 are 1, 3, 5; the blocks of 1 begin at 6.
+  EXPECT_THAT(local, ElementsAre(1, 3, 5, 7, 8));
+  const std::vector<BlockGroup> shifted{{2, 1, 1, 1, 2}, {1, 1, 0}, {1, 1, 3}};
+  EXPECT_THAT(
+      [&] {
+        BlockSegments({{2, 1, 0, 1, 2}}, whole, {{0, 1, 2}});
+      },
+      ThrowsMessage<Error>(HasSubstr("no block of the whole")));
+}
+
+}  // namespace
+}  // namespace vesta
