@@ -36,11 +36,11 @@ void TakePath(const Flags& flags, const gs::Scene& scene, Frames* frames) {
   }
 }
 
-void TakeTestViews(const gs::Scene& scene, Frames* frames) {
+void TakeTestViews(const gs::Scene& scene, const ShownViews& shown, Frames* frames) {
   for (const gs::View& view : scene.views) {
     if (view.is_test()) frames->views.push_back(&view);
   }
-  frames->names = FileNames(frames->views);
+  frames->names = FileNames(frames->views, [&](const std::string& name) { return shown.FilesOf(name); });
 }
 
 // Null where none is asked for.
@@ -68,7 +68,7 @@ void WriteCameras(const std::string& file, const gs::Scene& scene, const Frames&
     gs::MoveToWorld(scene, &camera);
   }
   std::vector<std::pair<std::string, double>> more;
-  if (show == Show::kDepth) more.emplace_back("depth_unit", shown.depth_unit());
+  if (IsDepth(show)) more.emplace_back("depth_unit", shown.depth_unit());
   gs::WriteNerfCameras(file, cameras, more);
 }
 
@@ -78,7 +78,7 @@ int RunRender(const CommandLine& line) {
   const Flags& flags = line.flags;
   CheckPathFlags(flags);
   const std::string given = Given("out", flags.out);
-  const bool has_path = !flags.path.empty(), has_cameras = has_path || flags.show == Show::kDepth;
+  const bool has_path = !flags.path.empty(), has_cameras = has_path || IsDepth(flags.show);
   RunFiles files = FilesOf(line);
   if (flags.path.ends_with(".json")) files.Reads(flags.path);
   files.WritesInto(given, flags.out);
@@ -90,9 +90,9 @@ int RunRender(const CommandLine& line) {
   files.Check();
   const PosedModel posed = LoadPosedModel(line);
   files.ReadsScene(line.arguments[1], posed.scene);
-  Frames frames;
-  has_path ? TakePath(flags, posed.scene, &frames) : TakeTestViews(posed.scene, &frames);
   ShownViews shown(posed, flags.show);
+  Frames frames;
+  has_path ? TakePath(flags, posed.scene, &frames) : TakeTestViews(posed.scene, shown, &frames);
   // Those of a path are too many to look at one by one; each is whole or absent anyway.
   if (!has_path) {
     for (const std::string& name : frames.names) {

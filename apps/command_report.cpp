@@ -10,6 +10,7 @@
 #include "apps/outputs.h"
 #include "apps/print.h"
 #include "apps/report/write_report.h"
+#include "apps/scene_flags.h"
 #include "apps/train_settings.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/splat_file.h"
@@ -48,10 +49,19 @@ class FinishedRuns {
     if (run.scene.empty()) Fail("metrics.json does not name the scene; give --scene=SCENE");
     model_ = gs::ReadSplat(SplatFile(run.folder));
     gs::TrainOptions options = gs::PresetOptions(kDefaultPreset);
-    ConfigFile(run.folder + "/metrics.json", run.metrics).Apply(options);
-    gs::LoadSceneOptions how = SceneOptions(Flags(), options);
+    const ConfigFile metrics(run.folder + "/metrics.json", run.metrics);
+    metrics.Apply(options);
+    Flags flags;
+    std::string flag_texts;
+    for (const auto& [name, value] : metrics.Texts("scene_flags")) {
+      if (!RestoreSceneFlag(name, value, &flags))
+        Fail("--{}={} of its training is no flag of this program", name, value);
+      flag_texts += fmt::format(" --{}={}", name, value);
+    }
+    gs::LoadSceneOptions how = SceneOptions(flags, options);
     how.background = model_.background;
-    const std::string key = fmt::format("{} {}", sources_[number].scene, fmt::join(how.background, ","));
+    const std::string key =
+        fmt::format("{} {}{} {}", sources_[number].scene, fmt::join(how.background, ","), flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {
       scene_.reset();  // before the next one takes its room
       scene_ = gs::LoadScene(run.scene, how);

@@ -1,7 +1,9 @@
 // view: a splat, or the state of a training, in the browser.
 #include <poll.h>
 
+#include <algorithm>
 #include <memory>
+#include <vector>
 
 #include "apps/checkpointing.h"
 #include "apps/commands.h"
@@ -18,37 +20,58 @@
 namespace vesta::app {
 namespace {
 
-gs::SplatModel CheckpointedModel(const std::string& path) {
-  const gs::Checkpoint checkpoint = gs::ReadCheckpoint(path);
-  return gs::ModelOfCheckpoint(checkpoint, ReadOrigin(checkpoint).settings.options);
+struct ToView {
+  PosedModel posed;
+  std::vector<gs::ViewUnknowns> cameras;  // of the training views, where they were found along; else empty
+};
+
+void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
+  const gs::Checkpoint checkpoint = gs::ReadCheckpoint(line.arguments[0]);
+  const Origin origin = ReadOrigin(checkpoint);
+  PosedModel& posed = to_view->posed;
+  posed.model = gs::ModelOfCheckpoint(checkpoint, origin.settings.options);
+  if (line.flags.background) posed.model.background = ToFloat(*line.flags.background);
+  if (line.arguments.size() < 2) return;
+  // The scene as the training read it, in whose frame the checkpoint is, but in the size asked for.
+  Flags flags = line.flags;
+  for (const auto& [name, value] : origin.scene_flags) RestoreSceneFlag(name, value, &flags);
+  gs::LoadSceneOptions options = SceneOptions(flags, origin.settings.options);
+  options.downscale = flags.downscale;
+  options.background = posed.model.background;
+  posed.scene = gs::LoadScene(line.arguments[1], options);
+  const auto trained = std::ranges::count_if(posed.scene.views, [](const gs::View& view) { return view.is_trained(); });
+  if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {
+    to_view->cameras = checkpoint.run.cameras;
+  } else {
+    Print("{}: found the cameras of {} training views, but the scene has {}; they are shown where the scene has them\n",
+          line.arguments[0], checkpoint.run.cameras.size(), trained);
+  }
 }
 
-PosedModel LoadToView(const CommandLine& line) {
-  const std::string& path = line.arguments[0];
-  const bool is_checkpoint = gs::IsCheckpoint(path), has_scene = line.arguments.size() > 1;
-  if (has_scene && !is_checkpoint) return LoadPosedModel(line);
-  PosedModel posed{.model = is_checkpoint ? CheckpointedModel(path) : gs::ReadSplat(path), .scene = {}};
-  if (line.flags.background) posed.model.background = ToFloat(*line.flags.background);
-  if (has_scene) {  // in whose frame the checkpoint is
-    gs::LoadSceneOptions options;
-    options.downscale = line.flags.downscale;
-    options.background = posed.model.background;
-    UseSceneFlags(line.flags, 0, &options);
-    posed.scene = gs::LoadScene(line.arguments[1], options);
+ToView LoadToView(const CommandLine& line) {
+  ToView to_view;
+  const bool has_scene = line.arguments.size() > 1;
+  if (gs::IsCheckpoint(line.arguments[0])) {
+    LoadCheckpoint(line, &to_view);
+  } else if (has_scene) {
+    to_view.posed = LoadPosedModel(line);
   } else {
-    posed.scene.extent = ExtentOf(posed.model);
+    to_view.posed.model = gs::ReadSplat(line.arguments[0]);
+    if (line.flags.background) to_view.posed.model.background = ToFloat(*line.flags.background);
   }
-  return posed;
+  if (!has_scene) to_view.posed.scene.extent = ExtentOf(to_view.posed.model);
+  return to_view;
 }
 
 }  // namespace
 
 int RunView(const CommandLine& line) {
   const Flags& flags = line.flags;
-  PosedModel posed = LoadToView(line);
+  ToView to_view = LoadToView(line);
+  PosedModel& posed = to_view.posed;
   const std::array<float, 3> background = posed.model.background;
   ShownModel shown;
-  shown.Put(std::make_shared<const gs::SplatModel>(std::move(posed.model)));
+  shown.Put(std::make_shared<const gs::SplatModel>(std::move(posed.model)), to_view.cameras);
   const Viewer viewer(PlaceOfViewer(flags), posed.scene, background, shown);
   CatchInterrupts("\n");
   Print("{}\nCtrl-C ends it\n", viewer.link());

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
@@ -12,17 +14,24 @@
 namespace vesta::app {
 namespace {
 
+constexpr const char* kShells[] = {"bash", "fish", "zsh"};
+
 // What can be written for a value: words, files, folders, or whatever.
 struct Values {
   std::vector<std::string> words;
   bool is_file = false, is_folder = false;
 };
 
+// Placeholders are words as they are written, in small letters, and stand-ins in capitals, between bars.
 Values ValuesOf(const schema::FieldInfo& field) {
   Values values;
-  const std::string_view placeholder = field.placeholder;
-  values.is_folder = placeholder == "DIR" || placeholder == "SCENE";
-  values.is_file = placeholder == "FILE" || placeholder == "SPLAT";
+  std::stringstream parts(field.placeholder);
+  for (std::string part; std::getline(parts, part, '|');) {
+    values.is_folder = values.is_folder || part == "DIR" || part == "SCENE";
+    values.is_file = values.is_file || part.starts_with("FILE") || part == "SPLAT";
+    const bool is_word = std::ranges::all_of(part, [](char c) { return c >= 'a' && c <= 'z'; });
+    if (is_word) values.words.push_back(part);
+  }
   for (const char* choice : field.choices) values.words.emplace_back(choice);
   if (field.kind == schema::Kind::kSwitch) values.words = {"true", "false"};
   if (field.may_be_auto) values.words.emplace_back("auto");
@@ -55,12 +64,13 @@ std::string Quoted(std::string_view text) {
 std::string BashCase(const CommandInfo& command) {
   std::string flags, values;
   for (const ListedFlag& flag : FlagsOf(command)) {
+    if (flag.may_be_bare) flags += " " + flag.Written();
     flags += fmt::format(" {}{}", flag.Written(), flag.is_switch() ? "" : "=");
     const Values of = ValuesOf(*flag.field);
     if (flag.is_switch()) continue;
     if (of.is_folder || of.is_file) {
-      values += fmt::format("        --{}) COMPREPLY=($(compgen -{} -- \"$cur\")); return ;;\n", flag.name,
-                            of.is_folder ? 'd' : 'f');
+      values += fmt::format("        --{}) COMPREPLY=($(compgen -{} -W '{}' -- \"$cur\")); return ;;\n", flag.name,
+                            of.is_folder ? 'd' : 'f', fmt::join(of.words, " "));
     } else if (flag.name == "set") {
       values += fmt::format("        --set) words='{}' ;;\n", Keys(command));
     } else if (!of.words.empty()) {
@@ -106,9 +116,14 @@ _vesta() {{
     return
   fi
   case ${{COMP_WORDS[1]}} in
-    help) words='{} --all --man --completion=' ;;
+    help)
+      case $flag in
+        --completion) words='{}' ;;
+        '') words='{} --all --man --completion=' ;;
+      esac ;;
 )bash",
-                                   fmt::join(CommandNames(), " "), BashKeyCases(), fmt::join(CommandNames(), " "));
+                                   fmt::join(CommandNames(), " "), BashKeyCases(), fmt::join(kShells, " "),
+                                   fmt::join(CommandNames(), " "));
   for (const CommandInfo& command : Commands()) script += BashCase(command);
   script += R"bash(  esac
   if [[ -n $flag || $cur == -* || ${COMP_WORDS[1]} == help ]]; then
@@ -137,6 +152,7 @@ std::string ZshText(std::string_view text) {
 std::string ZshAction(const ListedFlag& flag, const CommandInfo& command) {
   const Values of = ValuesOf(*flag.field);
   if (of.is_folder) return "_files -/";
+  if (of.is_file && !of.words.empty()) return fmt::format("{{compadd {}; _files}}", fmt::join(of.words, " "));
   if (of.is_file) return "_files";
   if (flag.name == "set") return fmt::format("compadd -S \"\" -- {}", Keys(command));
   return of.words.empty() ? " " : fmt::format("({})", fmt::join(of.words, " "));
@@ -150,22 +166,30 @@ std::string Zsh() {
   script +=
       "    'help:the flags of a command'\n  )\n  if (( CURRENT == 2 )); then\n    _describe command commands\n    "
       "return\n  "
-      "fi\n  local command=$words[2]\n  shift words\n  (( CURRENT-- ))\n  case $command in\n    help) _describe "
-      "command "
-      "commands ;;\n";
+      "fi\n  local command=$words[2]\n  shift words\n  (( CURRENT-- ))\n  case $command in\n    help)\n      "
+      "_arguments";
+  script += fmt::format(
+      " '--all[all flags and options]' '--man[the manual]' '--completion=[a script for a shell]:SHELL:({})' "
+      "'1:COMMAND:({})' ;;\n",
+      fmt::join(kShells, " "), fmt::join(CommandNames(), " "));
   for (const CommandInfo& command : Commands()) {
     script += fmt::format("    {})\n      _arguments", command.name);
     for (const ListedFlag& flag : FlagsOf(command)) {
       const char* repeats = flag.name == "set" ? "*" : "";
       script += flag.is_switch()
                     ? fmt::format(" \\\n        '{}[{}]'", flag.Written(), ZshText(flag.field->help))
-                    : fmt::format(" \\\n        '{}{}=[{}]:{}:{}'", repeats, flag.Written(), ZshText(flag.field->help),
+                    : fmt::format(" \\\n        '{}{}={}[{}]:{}{}:{}'", repeats, flag.Written(),
+                                  flag.may_be_bare ? "-" : "", ZshText(flag.field->help), flag.may_be_bare ? ":" : "",
                                   ZshText(flag.field->Placeholder()), ZshAction(flag, command));
     }
     for (std::size_t i = 0; i < command.arguments.size(); ++i) {
       const bool repeats = command.repeats && i + 1 == command.arguments.size();
       script += fmt::format(" \\\n        '{}:{}:_files{}'", repeats ? "*" : std::to_string(i + 1),
                             command.arguments[i], IsFolder(command.arguments[i]) ? " -/" : "");
+    }
+    if (command.optional) {
+      script += fmt::format(" \\\n        '{}::{}:_files{}'", command.arguments.size() + 1, command.optional,
+                            IsFolder(command.optional) ? " -/" : "");
     }
     script += " ;;\n";
   }
@@ -191,12 +215,17 @@ std::string Fish() {
   script += "complete -c vesta -n __fish_use_subcommand -f -a help -d 'the flags of a command'\n";
   script += fmt::format("complete -c vesta -n '__fish_seen_subcommand_from help' -f -a '{}'\n",
                         fmt::join(CommandNames(), " "));
+  const char* const of_help = "complete -c vesta -n '__fish_seen_subcommand_from help' -l";
+  script += fmt::format("{} all -f -d 'all flags and options'\n{} man -f -d 'the manual'\n", of_help, of_help);
+  script += fmt::format("{} completion -x -a '{}' -d 'a script for a shell'\n", of_help, fmt::join(kShells, " "));
   for (const CommandInfo& command : Commands()) {
     for (const ListedFlag& flag : FlagsOf(command)) {
       const Values of = ValuesOf(*flag.field);
       std::string value = "-x";
-      if (flag.is_switch()) {
+      if (flag.is_switch() || flag.may_be_bare) {
         value = "-f";
+      } else if (of.is_file && !of.words.empty()) {
+        value = fmt::format("-r -a '{}'", fmt::join(of.words, " "));
       } else if (of.is_file || of.is_folder) {
         value = of.is_folder ? "-x -a '(__fish_complete_directories)'" : "-r";
       } else if (flag.name == "set") {

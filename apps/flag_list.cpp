@@ -10,7 +10,8 @@ std::vector<ListedFlag> FlagsOf(const CommandInfo& command) {
     for (const FlagRow& row : rows) {
       if (!(row.commands & command.command)) continue;
       const std::string value = row.field.name == "preset" ? kDefaultPreset : row.field.Text(Flags());
-      flags.push_back({row.field.name, &row.field, value, (row.rare_for & command.command) != 0});
+      flags.push_back(
+          {row.field.name, &row.field, value, (row.rare_for & command.command) != 0, row.if_bare != nullptr});
     }
   };
   add_own(ProgramFlags().before_options);

@@ -14,6 +14,7 @@ struct ListedFlag {
   const schema::FieldInfo* field;  // its help is there
   std::string value;               // what it is without being given, of the default preset; empty: nothing
   bool only_in_all = false;
+  bool may_be_bare = false;  // it can be written without a value too
 
   // A switch, which takes no value.
   bool is_switch() const { return field->kind == schema::Kind::kSwitch; }

@@ -14,8 +14,10 @@ constexpr schema::Choice<gs::RefineMethod> kMethods[] = {
     {gs::RefineMethod::kViews, "views"}, {gs::RefineMethod::kLm, "lm"}, {gs::RefineMethod::kBoth, "both"}};
 constexpr schema::Choice<Align> kAligns[] = {
     {Align::kNone, "none"}, {Align::kPose, "pose"}, {Align::kPoseAndColor, "pose+colour"}};
-constexpr schema::Choice<Show> kShows[] = {
-    {Show::kColor, "colour"}, {Show::kDepth, "depth"}, {Show::kNormals, "normals"}};
+constexpr schema::Choice<Show> kShows[] = {{Show::kColor, "colour"},
+                                           {Show::kDepth, "depth"},
+                                           {Show::kMedianDepth, "median_depth"},
+                                           {Show::kNormals, "normals"}};
 static_assert(schema::EachOnce(kShows) && schema::EachOnce(kAligns) && schema::EachOnce(kDevices) &&
               schema::EachOnce(kMethods));
 
@@ -93,8 +95,9 @@ const FlagTable& ProgramFlags() {
           {kRender, {"fps", &O::fps, {0.1, 1000}, "frames a second of the film; auto: 30"}},
           {kRender,
            {"show", &O::show, kShows,
-            "depth: images of 16 bits, previews in colours, and what a level is in cameras.json; normals: x right, y "
-            "up, z towards the camera as colours"}},
+            "depth: images of 16 bits, previews in colours, and what a level is in cameras.json; median_depth: the "
+            "same "
+            "of where half of the light is gone; normals: x right, y up, z towards the camera as colours"}},
           {kConvert,
            {"box", &O::box, schema::Words{"X0,Y0,Z0,X1,Y1,Z1"},
             "keep the Gaussians whose centres lie within, in the world of SPLAT"}},

@@ -52,7 +52,8 @@ std::string UsageForm(const CommandInfo& command);
 enum class Align { kNone, kPose, kPoseAndColor };
 
 // What render shows of a view.
-enum class Show { kColor, kDepth, kNormals };
+enum class Show { kColor, kDepth, kMedianDepth, kNormals };
+constexpr bool IsDepth(Show show) { return show == Show::kDepth || show == Show::kMedianDepth; }
 
 enum class Device { kAuto, kCpu, kCuda };
 

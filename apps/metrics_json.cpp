@@ -123,6 +123,7 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   json["version"] = Version();
   json["command"] = facts.command;
   json["scene"] = facts.scene;
+  for (const auto& [name, value] : facts.scene_flags) json["scene_flags"][name] = value;
   json["device"] = facts.device;
   json["threads"] = facts.threads;
   json["seed"] = settings.options.seed;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/train_settings.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
@@ -11,10 +13,11 @@ namespace vesta::app {
 
 // What a run did apart from training. Seconds count from the start of the process.
 struct RunFacts {
-  const char* command = "";  // train, refine, prune
-  std::string scene = {};    // its folder
-  double load_seconds = 0;   // when the scene was loaded
-  double total_seconds = 0;  // now, evaluation included
+  const char* command = "";                                           // train, refine, prune
+  std::string scene = {};                                             // its folder
+  std::vector<std::pair<std::string, std::string>> scene_flags = {};  // how it was read: SceneFlagTexts
+  double load_seconds = 0;                                            // when the scene was loaded
+  double total_seconds = 0;                                           // now, evaluation included
   double peak_memory_mib = 0;
   const char* device = "cpu";
   int threads = 0;
@@ -22,11 +25,12 @@ struct RunFacts {
 
 // {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
 // "eval", "total"}, "work_megapixels", "peak_memory_mib", "memory": {"predicted_mib", "peak_mib", "budget_mib",
-// "jacobian", "batches", "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "version", "command", "scene", "device",
-// "threads", "seed", "preset", "options": {...}, "notes": [...], "history": [...]}. test and train are those of the
-// last row of the history. adam and lm: when each stage ended, evaluation left out, as in the rows; eval: spent in
-// evaluation. gpu: where the stages ran on one, free_mib before them; options: as --config reads them; notes: where
-// something was done otherwise than asked for. A figure that is not finite is null.
+// "jacobian", "batches", "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "version", "command", "scene",
+// "scene_flags": {...}, "device", "threads", "seed", "preset", "options": {...}, "notes": [...], "history": [...]}.
+// test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
+// in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; scene_flags: those
+// given of how the scene was read; options: as --config reads them; notes: where something was done otherwise than
+// asked for. A figure that is not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
 // {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above. aligned (null: none): besides

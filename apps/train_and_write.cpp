@@ -18,6 +18,7 @@
 #include "apps/progress.h"
 #include "apps/ranks.h"
 #include "apps/report/write_report.h"
+#include "apps/scene_flags.h"
 #include "apps/training_results.h"
 #include "apps/viewer/training_view.h"
 #include "apps/viewer_flags.h"
@@ -231,6 +232,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
   results.Save(result.model, MetricsJson(result,
                                          {.command = line.command->name,
                                           .scene = std::filesystem::absolute(path).lexically_normal().string(),
+                                          .scene_flags = SceneFlagTexts(flags),
                                           .load_seconds = load_seconds,
                                           .total_seconds = SecondsSinceStart(),
                                           .peak_memory_mib = PeakMemoryMib(),

@@ -57,15 +57,16 @@ ShownViews::ShownViews(const PosedModel& posed, Show show)
 double ShownViews::depth_unit() const { return posed_.scene.extent / 2048; }
 
 std::vector<std::string> ShownViews::FilesOf(const std::string& name) const {
-  if (show_ == Show::kDepth) return {name, PreviewOf(name)};
+  if (IsDepth(show_)) return {name, PreviewOf(name)};
   return {name};
 }
 
 gs::Image ShownViews::Draw(const gs::View& view, const std::string& folder, const std::string& name, bool with_truth) {
   const std::filesystem::path into(folder);
   gs::Image shown;
-  if (show_ == Show::kDepth) {
-    const gs::DepthImage depth = surface_.Depth(posed_.model, view);
+  if (IsDepth(show_)) {
+    const gs::DepthKind kind = show_ == Show::kDepth ? gs::DepthKind::kMean : gs::DepthKind::kMedian;
+    const gs::DepthImage depth = surface_.Depth(posed_.model, view, kind);
     SaveDepth((into / name).string(), depth, depth_unit());
     shown = gs::DepthColors(depth, 2 * posed_.scene.extent);
   } else if (show_ == Show::kNormals) {

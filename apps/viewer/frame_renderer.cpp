@@ -6,22 +6,26 @@
 #include "apps/report/heat_color.h"
 #include "kernels/gaussian_splatting/types.h"
 #include "problems/gaussian_splatting/io/image.h"
+#include "problems/gaussian_splatting/model/color_scale.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/render/blend.h"
 #include "problems/gaussian_splatting/render/surface_colors.h"
 
 namespace vesta::app {
 
-std::string FrameRenderer::Jpeg(const gs::SplatModel& model, const FrameRequest& request) {
+std::string FrameRenderer::Jpeg(const gs::SplatModel& model, const FrameRequest& request,
+                                const std::vector<float>* places) {
   constexpr int kQuality = 85;
   gs::Image picture;
   {
     const std::lock_guard lock(mutex_);
-    picture = Picture(model, request);
+    picture = Picture(model, request, places);
   }
   return gs::EncodeJpeg(picture, kQuality);
 }
 
-gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest& request) {
+gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest& request,
+                                 const std::vector<float>* places) {
   const gs::Camera& camera = request.view.camera;
   gs::Image truth;
   if (request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference) {
@@ -36,15 +40,31 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
     case FrameKind::kCount:
       return CountImage();
     case FrameKind::kDepth:
-      return gs::DepthColors(gs::DepthOf(splats_, kernel_model, workspace_), 2 * scene_.extent);
+      return DepthImage(kernel_model, gs::DepthKind::kMean);
+    case FrameKind::kMedianDepth:
+      return DepthImage(kernel_model, gs::DepthKind::kMedian);
     case FrameKind::kNormals:
       return gs::NormalColors(gs::NormalsOf(splats_, kernel_model, workspace_));
+    case FrameKind::kWorth:
+    case FrameKind::kSupport:
+      return ValueImage(*places);
     default:
       break;
   }
   gs::Image image(camera.width, camera.height);
   splats_.Render(image.rgb.data());
   return request.kind == FrameKind::kDifference ? ErrorMap(image, truth) : image;
+}
+
+gs::Image FrameRenderer::DepthImage(const splat::Model<float>& model, gs::DepthKind kind) {
+  return gs::DepthColors(gs::DepthOf(splats_, model, workspace_, kind), 2 * scene_.extent);
+}
+
+gs::Image FrameRenderer::ValueImage(const std::vector<float>& places) {
+  gs::Image image(splats_.camera().width, splats_.camera().height);
+  image.rgb = gs::Blend(splats_, workspace_,
+                        [&](Index i) { return gs::OnScale(gs::kVioletToYellow, places[static_cast<std::size_t>(i)]); });
+  return image;
 }
 
 gs::Image FrameRenderer::CountImage() const {

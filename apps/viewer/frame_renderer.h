@@ -4,12 +4,14 @@
 #include <array>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "apps/posed_model.h"
 #include "apps/viewer/frame_request.h"
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/render/surface.h"
 
 namespace vesta::app {
 
@@ -23,11 +25,15 @@ class FrameRenderer {
       : scene_(scene), background_(ToDouble(background)) {}
 
   // The bytes of a JPEG. model: in the scene's frame. May be called by several threads, which wait
-  // for each other.
-  std::string Jpeg(const gs::SplatModel& model, const FrameRequest& request);
+  // for each other. places: of the kinds that show values, those of the model's Gaussians on a scale of colours.
+  std::string Jpeg(const gs::SplatModel& model, const FrameRequest& request,
+                   const std::vector<float>* places = nullptr);
 
  private:
-  gs::Image Picture(const gs::SplatModel& model, const FrameRequest& request);
+  gs::Image Picture(const gs::SplatModel& model, const FrameRequest& request, const std::vector<float>* places);
+  // Of what is built.
+  gs::Image DepthImage(const splat::Model<float>& model, gs::DepthKind kind);
+  gs::Image ValueImage(const std::vector<float>& places);
   gs::Image CountImage() const;
 
   const gs::Scene& scene_;

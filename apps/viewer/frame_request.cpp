@@ -13,9 +13,15 @@
 namespace vesta::app {
 namespace {
 
-constexpr schema::Choice<FrameKind> kKinds[] = {{FrameKind::kRender, "render"},         {FrameKind::kTruth, "truth"},
-                                                {FrameKind::kDifference, "difference"}, {FrameKind::kDepth, "depth"},
-                                                {FrameKind::kNormals, "normals"},       {FrameKind::kCount, "count"}};
+constexpr schema::Choice<FrameKind> kKinds[] = {{FrameKind::kRender, "render"},
+                                                {FrameKind::kTruth, "truth"},
+                                                {FrameKind::kDifference, "difference"},
+                                                {FrameKind::kDepth, "depth"},
+                                                {FrameKind::kMedianDepth, "median_depth"},
+                                                {FrameKind::kNormals, "normals"},
+                                                {FrameKind::kCount, "count"},
+                                                {FrameKind::kWorth, "worth"},
+                                                {FrameKind::kSupport, "support"}};
 static_assert(schema::EachOnce(kKinds));
 
 constexpr schema::Range kSide{16, 4096}, kFocal{0.05, 50}, kCoordinate{-1e12, 1e12};
@@ -39,7 +45,7 @@ FrameKind KindOf(const std::string& name) {
   for (const auto& choice : kKinds) {
     if (name == choice.name) return choice.value;
   }
-  Fail("kind: must be render, truth, difference, depth, normals or count");
+  Fail("kind: must be render, truth, difference, depth, median_depth, normals, count, worth or support");
 }
 
 gs::View FreeView(const HttpQuery& query, gs::ImageSize size) {
@@ -69,9 +75,10 @@ gs::View ViewOfPhoto(const gs::View& photo, gs::ImageSize size) {
 
 }  // namespace
 
-FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene) {
+FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved) {
   FrameRequest request;
   request.kind = KindOf(TextOf(query, "kind"));
+  if (ShowsValues(request.kind) && scene.views.empty()) Fail("kind: worth and support are to views; there is no scene");
   const bool shows_photo = request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference;
   gs::ImageSize size{ValueOf<int>(query, "width", kSide), ValueOf<int>(query, "height", kSide)};
   if (!query.contains("photo")) {
@@ -86,7 +93,7 @@ FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene) {
     if (photo.image.empty() && !photo.stored) Fail("photo: not in memory");
     size = {std::min(size.width, photo.camera.width), std::min(size.height, photo.camera.height)};
   }
-  request.view = ViewOfPhoto(photo, size);
+  request.view = ViewOfPhoto(moved.empty() ? photo : moved[*request.photo], size);
   return request;
 }
 

@@ -6,8 +6,12 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
+#include <deque>
 #include <memory>
+#include <mutex>
+#include <system_error>
 #include <thread>
 
 #include "apps/viewer/access.h"
@@ -33,30 +37,71 @@ class KeepSigpipe {
   struct sigaction before_ = {};
 };
 
+[[noreturn]] void FailWithoutThreads(const std::system_error& error) {
+  Fail("the page needs {} threads, and the system starts no more: {}; end other programs, or allow more (ulimit -u)",
+       kMostConnections + 1, error.code().message());
+}
+
 // Whether this thread, which accepts connections, is to close the one at hand.
 thread_local bool t_refuses = false;
 
-// Connections for which there is no thread are closed at once.
+// A thread for each connection; those beyond are closed at once.
 class Workers : public httplib::TaskQueue {
  public:
-  void enqueue(std::function<void()> connection) override {
-    if (open_ >= kMostConnections) {
-      t_refuses = true;
-      connection();
-      t_refuses = false;
-      return;
+  // Throws Error where the system starts no more threads. (httplib's own would end the program.)
+  Workers() {
+    threads_.reserve(kMostConnections);
+    try {
+      for (int k = 0; k < kMostConnections; ++k) threads_.emplace_back([this] { Work(); });
+    } catch (const std::system_error& error) {
+      shutdown();
+      FailWithoutThreads(error);
     }
-    ++open_;
-    pool_.enqueue([this, connection = std::move(connection)] {
-      connection();
-      --open_;
-    });
   }
-  void shutdown() override { pool_.shutdown(); }
+  ~Workers() override { shutdown(); }
+
+  void enqueue(std::function<void()> connection) override {
+    {
+      const std::lock_guard lock(mutex_);
+      t_refuses = open_ >= kMostConnections;
+      if (!t_refuses) ++open_, waiting_.push_back(std::move(connection));
+    }
+    if (t_refuses) connection();
+    t_refuses = false;
+    changed_.notify_one();
+  }
+  void shutdown() override {
+    {
+      const std::lock_guard lock(mutex_);
+      ends_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
 
  private:
-  httplib::ThreadPool pool_{kMostConnections};
-  std::atomic<int> open_{0};
+  // Until the end, and what waits then.
+  void Work() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [&] { return ends_ || !waiting_.empty(); });
+      if (waiting_.empty()) return;
+      const std::function<void()> connection = std::move(waiting_.front());
+      waiting_.pop_front();
+      lock.unlock();
+      connection();
+      lock.lock();
+      --open_;
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> waiting_;
+  int open_ = 0;  // those that wait and those at work
+  bool ends_ = false;
+  std::vector<std::thread> threads_;
 };
 
 // httplib's server on bounded streams.
@@ -116,7 +161,7 @@ class HttpServer::Impl {
       : address_(address), token_(MakeToken()), routes_(std::move(routes)) {
     const KeepSigpipe keep;
     server_ = std::make_unique<BoundedServer>();
-    server_->new_task_queue = [] { return new Workers; };
+    server_->new_task_queue = [this] { return workers_.release(); };
     server_->set_tcp_nodelay(true);
     server_->set_keep_alive_max_count(kMostOnConnection);  // which the replies tell
     server_->set_keep_alive_timeout(BoundedStream::kMostIdle.count());
@@ -134,7 +179,11 @@ class HttpServer::Impl {
       return httplib::Server::HandlerResponse::Handled;
     });
     Bind(port);
-    thread_ = std::thread([this] { server_->listen_after_bind(); });
+    try {
+      thread_ = std::thread([this] { server_->listen_after_bind(); });
+    } catch (const std::system_error& error) {
+      FailWithoutThreads(error);
+    }
     while (!server_->is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   ~Impl() {
@@ -208,6 +257,7 @@ class HttpServer::Impl {
   std::string address_, token_;
   std::vector<HttpRoute> routes_;
   int port_ = 0;
+  std::unique_ptr<Workers> workers_ = std::make_unique<Workers>();  // until the server has them
   std::unique_ptr<BoundedServer> server_;
   std::thread thread_;
 };

@@ -61,8 +61,11 @@ std::string_view ViewerPage() {
     <div class="buttons" id="kinds" role="radiogroup" aria-label="What is shown">
       <label><input type="radio" name="kind" value="render" checked>render</label>
       <label><input type="radio" name="kind" value="depth">depth</label>
+      <label><input type="radio" name="kind" value="median_depth">median depth</label>
       <label><input type="radio" name="kind" value="normals">normals</label>
       <label><input type="radio" name="kind" value="count">count</label>
+      <label class="of-scene"><input type="radio" name="kind" value="worth">worth</label>
+      <label class="of-scene"><input type="radio" name="kind" value="support">support</label>
       <label class="of-photo"><input type="radio" name="kind" value="truth">truth</label>
       <label class="of-photo"><input type="radio" name="kind" value="difference">difference</label>
     </div>

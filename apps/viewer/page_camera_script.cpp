@@ -7,10 +7,10 @@ std::string_view ViewerCameraScript() {
 const by = id => document.getElementById(id);
 const token = new URLSearchParams(location.search).get("token");
 
-// An answer of the server's; throws where it is none of success.
+// An answer of the server's; throws where that is none, or not there yet (202).
 async function ask(path, method = "GET") {
   const response = await fetch(path, { method, headers: { "X-Vesta-Token": token }, cache: "no-store" });
-  if (!response.ok) throw new Error((await response.text()).trim());
+  if (response.status !== 200) throw new Error((await response.text()).trim());
   return response;
 }
 function tell(trouble) {
@@ -58,9 +58,12 @@ function place(to) {
   if (kind() === "truth" || kind() === "difference") document.querySelector("[name=kind][value=render]").checked = true;
   moved();
 }
+function cameraOf(view) {
+  const { position, rotation, focal } = scene.views[view];
+  return { position, rotation, focal };
+}
 function jump(to) {
-  const { position, rotation, focal } = scene.views[to];
-  camera = { position, rotation, focal };
+  camera = cameraOf(to);
   photo = to;
   moved();
 }
@@ -112,6 +115,7 @@ async function draw() {
       tell("");
     } catch (error) {
       tell(error.message);
+      drawn.version = -1;  // is asked for again
     }
     const took = performance.now() - begin;  // 40 ms are fast enough
     if (isLow) share = Math.max(0.02, Math.min(1, share * Math.max(0.5, Math.min(1.3, 40 / took))));

@@ -6,9 +6,12 @@ std::string_view ViewerPanelScript() {
   return R"js(
 const kindNotes = { render: "", truth: "The photograph.",
   difference: "Where the render differs from the photograph: black where it does not, palest from a quarter of the range of a colour.",
-  depth: "From near, yellow, to far, violet.",
+  depth: "From near, yellow, to far, violet: the mean of what a pixel shows.",
+  median_depth: "From near, yellow, to far, violet: where half of the light is gone.",
   normals: "Which way surfaces face: light blue faces the camera, red to the right, green up.",
-  count: "How many Gaussians each tile of 16 by 16 pixels takes: palest from 1000 on." };
+  count: "How many Gaussians each tile of 16 by 16 pixels takes: palest from 1000 on.",
+  worth: "By how much the cost of the training views rises without a Gaussian: violet, not at all; teal, as for most; yellow, far more.",
+  support: "How much of a Gaussian the training views show, together: violet, hardly any of it; teal, as much as all of it once; yellow, many times that." };
 
 // After the camera has moved, or what is shown has changed.
 function panelFollows() {
@@ -21,6 +24,7 @@ function panelFollows() {
 }
 function listPhotographs() {
   by("photographs").hidden = scene.views.length === 0;
+  for (const label of document.querySelectorAll(".of-scene")) label.hidden = scene.views.length === 0;
   by("photo").append(new Option("", ""));
   scene.views.forEach((view, i) => by("photo").append(new Option(view.name + (view.role === "train" ? "" : " (" + view.role.replace("_", " ") + ")"), i)));
   by("photo").firstChild.hidden = true;
@@ -99,7 +103,15 @@ async function follow() {
     scene = await (await ask("scene")).json();
     listPhotographs();
     start();
-  } else if (state.version !== drawn.version && still) draw();
+  } else if (state.version !== drawn.version && still) {
+    if (state.cameras_move) await followCameras();
+    draw();
+  }
+}
+// Photographs' cameras where they stand now; who looks through one goes along.
+async function followCameras() {
+  scene.views = (await (await ask("scene")).json()).views;
+  if (photo !== null) camera = cameraOf(photo);
 }
 async function followAlways() {
   try {

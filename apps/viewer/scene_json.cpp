@@ -99,11 +99,11 @@ Json ViewJson(const gs::View& view) {
 
 double ExtentOf(const gs::SplatModel& model) { return PlaceOf(model).radius; }
 
-std::string SceneJson(const gs::Scene& scene, const gs::SplatModel& model) {
+std::string SceneJson(const gs::Scene& scene, const std::vector<gs::View>& views, const gs::SplatModel& model) {
   const Place place = scene.points.size() > 0 ? PlaceOf(scene.points) : PlaceOf(model);
-  Json views = Json::array();
-  for (const gs::View& view : scene.views) views.push_back(ViewJson(view));
-  const Json json = {{"pivot", place.middle}, {"radius", place.radius}, {"up", UpOf(scene)}, {"views", views}};
+  Json cameras = Json::array();
+  for (const gs::View& view : views) cameras.push_back(ViewJson(view));
+  const Json json = {{"pivot", place.middle}, {"radius", place.radius}, {"up", UpOf(scene)}, {"views", cameras}};
   // A view's name need not be UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

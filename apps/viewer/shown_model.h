@@ -1,4 +1,4 @@
-// The model that pages see, handed from the thread that has it to those that draw it.
+// The model that pages see, and the cameras it was made with, handed from the thread that has them to those that draw.
 #pragma once
 
 #include <atomic>
@@ -6,7 +6,9 @@
 #include <memory>
 #include <mutex>
 #include <utility>
+#include <vector>
 
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::app {
@@ -15,12 +17,17 @@ class ShownModel {
  public:
   struct Shown {
     std::shared_ptr<const gs::SplatModel> model;  // null: none yet
-    int version = 0;                              // counts those that were put
+    // Of the training views, from where the scene has them; null: there.
+    std::shared_ptr<const std::vector<gs::ViewUnknowns>> cameras;
+    int version = 0;  // counts those that were put
   };
 
-  void Put(std::shared_ptr<const gs::SplatModel> model) {
+  // cameras: of each training view, or none: they are where the scene has them.
+  void Put(std::shared_ptr<const gs::SplatModel> model, const std::vector<gs::ViewUnknowns>& cameras = {}) {
+    auto moved = cameras.empty() ? nullptr : std::make_shared<const std::vector<gs::ViewUnknowns>>(cameras);
     const std::lock_guard lock(mutex_);
-    shown_.model.swap(model);  // the old one is freed without the lock
+    shown_.model.swap(model);  // the old ones are freed without the lock
+    shown_.cameras.swap(moved);
     ++shown_.version;
   }
   // For who looks at it, which is noted.

@@ -44,8 +44,8 @@ void TrainingMonitor::Follow(gs::TrainCallbacks* callbacks) {
     return is_stopped_;
   };
   callbacks->watch.wants_model = [this] { return WantsModel(); };
-  callbacks->watch.show = [this](const splat::Model<float>& model) {
-    model_.Put(std::make_shared<const gs::SplatModel>(gs::CopyOf(model)));
+  callbacks->watch.show = [this](const splat::Model<float>& model, const std::vector<gs::ViewUnknowns>& cameras) {
+    model_.Put(std::make_shared<const gs::SplatModel>(gs::CopyOf(model)), cameras);
   };
   callbacks->watch.wants_checkpoint = [this] {
     const std::lock_guard lock(mutex_);

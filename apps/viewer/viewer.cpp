@@ -4,6 +4,7 @@
 
 #include "apps/viewer/page.h"
 #include "apps/viewer/scene_json.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 
 namespace vesta::app {
 namespace {
@@ -11,6 +12,10 @@ namespace {
 constexpr const char* kJson = "application/json";
 
 HttpReply NoModelYet() { return {503, "text/plain", "there is no model yet\n"}; }
+
+HttpReply FrameReply(std::string jpeg, const ShownModel::Shown& of) {
+  return {200, "image/jpeg", std::move(jpeg), {{"X-Vesta-Version", std::to_string(of.version)}}};
+}
 
 }  // namespace
 
@@ -20,6 +25,7 @@ Viewer::Viewer(const ViewerPlace& place, const gs::Scene& scene, const std::arra
       model_(model),
       training_(training),
       renderer_(scene, background),
+      values_(scene, ToDouble(background)),
       server_(place.address, place.port, Routes()) {}
 
 std::vector<HttpRoute> Viewer::Routes() {
@@ -56,25 +62,38 @@ HttpRoute Viewer::Command(const char* path, void (TrainingMonitor::*command)()) 
           }};
 }
 
+std::vector<gs::View> Viewer::ViewsOf(const ShownModel::Shown& shown) const {
+  return gs::MovedViews(scene_, shown.cameras ? *shown.cameras : std::vector<gs::ViewUnknowns>());
+}
+
 HttpReply Viewer::State() {
   const ShownModel::Shown shown = model_.Look();
   const Index gaussians = training_ ? training_->gaussians() : shown.model ? shown.model->count : 0;
   return {200, kJson,
-          fmt::format(R"({{"version": {}, "gaussians": {}, "training": {}}})", shown.version, gaussians,
-                      training_ ? training_->StateJson() : "null")};
+          fmt::format(R"({{"version": {}, "gaussians": {}, "cameras_move": {}, "training": {}}})", shown.version,
+                      gaussians, shown.cameras != nullptr, training_ ? training_->StateJson() : "null")};
 }
 
 HttpReply Viewer::Scene() {
   const ShownModel::Shown shown = model_.Look();
-  return shown.model ? HttpReply{200, kJson, SceneJson(scene_, *shown.model)} : NoModelYet();
+  return shown.model ? HttpReply{200, kJson, SceneJson(scene_, ViewsOf(shown), *shown.model)} : NoModelYet();
 }
 
 HttpReply Viewer::Frame(const HttpQuery& query) {
-  const FrameRequest request = ParseFrameRequest(query, scene_);
   const ShownModel::Shown shown = model_.Look();
+  const FrameRequest request =
+      ParseFrameRequest(query, scene_, shown.cameras ? ViewsOf(shown) : std::vector<gs::View>());
   if (!shown.model) return NoModelYet();
-  return {
-      200, "image/jpeg", renderer_.Jpeg(*shown.model, request), {{"X-Vesta-Version", std::to_string(shown.version)}}};
+  if (ShowsValues(request.kind)) return FrameOfValues(request, shown);
+  return FrameReply(renderer_.Jpeg(*shown.model, request), shown);
+}
+
+HttpReply Viewer::FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown) {
+  const bool is_worth = request.kind == FrameKind::kWorth;
+  const auto values = values_.Ask(is_worth ? GaussianValue::kWorth : GaussianValue::kSupport, shown);
+  constexpr int kAccepted = 202;
+  if (!values) return {kAccepted, "text/plain", "what the Gaussians are to the training views is being measured\n"};
+  return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->places), values->of);
 }
 
 }  // namespace vesta::app

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/viewer/frame_renderer.h"
+#include "apps/viewer/gaussian_values.h"
 #include "apps/viewer/http_server.h"
 #include "apps/viewer/shown_model.h"
 #include "apps/viewer/training_monitor.h"
@@ -32,14 +33,19 @@ class Viewer {
  private:
   std::vector<HttpRoute> Routes();
   HttpRoute Command(const char* path, void (TrainingMonitor::*command)());
+  // Those of the scene, without images, where their cameras stand with what is shown.
+  std::vector<gs::View> ViewsOf(const ShownModel::Shown& shown) const;
   HttpReply State();
   HttpReply Scene();
   HttpReply Frame(const HttpQuery& query);
+  // Of the values' own model, which may be an earlier one.
+  HttpReply FrameOfValues(const FrameRequest& request, const ShownModel::Shown& shown);
 
   const gs::Scene& scene_;
   ShownModel& model_;
   TrainingMonitor* training_;
   FrameRenderer renderer_;
+  GaussianValues values_;
   HttpServer server_;  // last: it answers from the first moment to its end
 };
 

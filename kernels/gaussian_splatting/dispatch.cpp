@@ -3,6 +3,7 @@
 #include "kernels/gaussian_splatting/cache_passes.h"
 #include "kernels/gaussian_splatting/camera_block.h"
 #include "kernels/gaussian_splatting/isa_kernels.h"
+#include "kernels/gaussian_splatting/median_pass.h"
 #include "kernels/gaussian_splatting/project_block.h"
 #include "kernels/gaussian_splatting/raster_tile.h"
 
@@ -11,7 +12,8 @@ namespace vesta::splat {
 VESTA_DECLARE_PER_ISA(const RasterKernels<float>& CompiledRasterKernels();
                       const ProjectKernels<float>& CompiledProjectKernels(int degree);
                       const CameraKernels<float>& CompiledCameraKernels(int degree);
-                      const CacheKernels<float>& CompiledCacheKernels(CacheFormat format);)
+                      const CacheKernels<float>& CompiledCacheKernels(CacheFormat format);
+                      MedianKernel<float> CompiledMedianKernel();)
 
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledRasterKernels)(); }
 
@@ -22,6 +24,8 @@ const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree) {
 const CameraKernels<float>& FloatCameraKernelsFor(Isa isa, int degree) {
   return VESTA_OF_ISA(isa, CompiledCameraKernels)(degree);
 }
+
+MedianKernel<float> FloatMedianKernelFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledMedianKernel)(); }
 
 template <>
 const CacheKernels<float>& CacheKernelsFor<float>(Isa isa, CacheFormat format) {
@@ -48,6 +52,16 @@ const ProjectKernels<float>& GetProjectKernels<float>(int degree) {
 template <>
 const CameraKernels<float>& GetCameraKernels<float>(int degree) {
   return FloatCameraKernelsFor(ActiveIsa(), degree);
+}
+
+template <>
+MedianKernel<float> GetMedianKernel<float>() {
+  return FloatMedianKernelFor(ActiveIsa());
+}
+
+template <>
+MedianKernel<double> GetMedianKernel<double>() {
+  return &MedianTile<double, double>;
 }
 
 template <>

@@ -4,6 +4,7 @@
 
 #include "kernels/core/cpu_dispatch.h"
 #include "kernels/gaussian_splatting/camera_kernels.h"
+#include "kernels/gaussian_splatting/median_kernels.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/raster_kernels.h"
 
@@ -13,5 +14,6 @@ namespace vesta::splat {
 const RasterKernels<float>& FloatRasterKernelsFor(Isa isa);
 const ProjectKernels<float>& FloatProjectKernelsFor(Isa isa, int degree);
 const CameraKernels<float>& FloatCameraKernelsFor(Isa isa, int degree);
+MedianKernel<float> FloatMedianKernelFor(Isa isa);
 
 }  // namespace vesta::splat

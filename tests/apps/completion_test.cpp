@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <regex>
 
 #include "apps/flags.h"
 #include "problems/gaussian_splatting/train/options.h"
@@ -61,11 +62,25 @@ TEST_F(Completion, OfBash) {
   EXPECT_EQ(InBash("vesta train --set = lm.jacobian = rec"), "recompute\n");
   EXPECT_EQ(InBash("vesta eval a b --align = pose+"), "pose+colour\n");
   EXPECT_EQ(InBash("vesta refine a b --sh_deg"), "\n") << "of other commands alone";
+  EXPECT_EQ(InBash("vesta train --vie"), "--view --view=\n") << "without a port too";
+  EXPECT_EQ(InBash("vesta help --completion = z"), "zsh\n");
+  const std::string begun = file_.substr(0, file_.size() - 2);
+  EXPECT_EQ(InBash("vesta render a b --path = orb"), "orbit\n") << "one of the words";
+  for (const char* flag : {"render a b --path", "render a b --film", "train --config"}) {
+    EXPECT_EQ(InBash(fmt::format("vesta {} = {}", flag, begun)), file_ + "\n") << flag << ": or a file";
+  }
 }
 
 TEST_F(Completion, OfZsh) {
   if (!Has("zsh")) GTEST_SKIP() << "no zsh";
   EXPECT_THAT(Shell("zsh -n " + Write("--completion=zsh")), IsEmpty());
+}
+
+TEST_F(Completion, OfZshHasArgumentsThatNeedNotBe) {
+  const std::string script = ReadFile(Write("--completion=zsh"));
+  EXPECT_THAT(script, HasSubstr("'2::SCENE:_files -/' ;;")) << "of view";
+  EXPECT_THAT(script, HasSubstr("{compadd orbit spiral photographs; _files}"));
+  EXPECT_THAT(script, HasSubstr("'--view=-["));
 }
 
 TEST_F(Completion, OfFish) {
@@ -76,11 +91,25 @@ TEST_F(Completion, OfFish) {
 }
 
 TEST_F(Completion, NamesEveryFlagInEveryShell) {
+  // As the help has them, a line each.
+  const std::regex flag_of_help("\n  --([a-z_]+)"), command_of_help("\n  vesta ([a-z_]+)");
+  const auto all_of = [](const std::string& text, const std::regex& what) {
+    std::vector<std::string> found;
+    for (std::sregex_iterator i(text.begin(), text.end(), what), end; i != end; ++i) found.push_back((*i)[1]);
+    return found;
+  };
+  std::vector<std::string> flags;
+  for (const std::string& command : all_of(RunProgram({"help"}).out, command_of_help)) {
+    if (command == "help") continue;
+    const std::string help = RunProgram({"help", command, "--all"}).out;
+    for (const std::string& flag : all_of(help, flag_of_help)) flags.push_back(flag);
+  }
+  EXPECT_GT(flags.size(), 100U);
   for (const char* shell : {"bash", "zsh", "fish"}) {
     const std::string script = ReadFile(Write(fmt::format("--completion={}", shell)));
-    for (const char* flag : {"out", "preset", "threads", "noreport", "max_loss", "align", "loss_scale", "log_lm"}) {
-      EXPECT_THAT(script, HasSubstr(flag)) << shell;
-    }
+    const char* before = shell == std::string("fish") ? "-l " : "--";
+    for (const std::string& flag : flags) EXPECT_THAT(script, HasSubstr(before + flag)) << shell;
+    for (const char* flag : {"all", "man", "completion"}) EXPECT_THAT(script, HasSubstr(before + std::string(flag)));
     for (const auto& field : gs::TrainFields()) EXPECT_THAT(script, HasSubstr(field.name + "=")) << shell;
   }
   EXPECT_EQ(RunProgram({"help", "--completion=tcsh"}).status, 2);

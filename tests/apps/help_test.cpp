@@ -90,7 +90,7 @@ TEST(Help, CommandListsItsFlagsAlone) {
   }
   const std::string render = Help({"help", "render"});
   for (const char* flag :
-       {"--truth", "--path=orbit|spiral|photographs|FILE.json", "--film=FILE.mp4", "--show=colour|depth|normals"}) {
+       {"--truth", "--path=orbit|spiral|photographs|FILE.json", "--film=FILE.mp4", "--show=colour|depth|median_depth|normals"}) {
     EXPECT_THAT(render, HasSubstr(flag));
   }
   const std::string eval = Help({"help", "eval"});

@@ -193,6 +193,18 @@ TEST_F(Outputs, TwoViewsAreTwoFiles) {
   write("transforms_test.json", {"a/b.png", "a_b.png", "a_b.jpg", "a/c.png"});
   ASSERT_EQ(RunProgram({"render", ply_, nerf, "--out=" + out_}).status, 0);
   EXPECT_THAT(NamesIn(out_), UnorderedElementsAre("a_b.png.png", "a_b.png_2.png", "a_b.jpg.png", "a_c.png.png"));
+  // A photograph that is called as another one's preview is.
+  write("transforms_test.json", {"c.png", "c_preview.png"});
+  const std::string depths = folder_ / "depths";
+  ASSERT_EQ(RunProgram({"render", ply_, nerf, "--out=" + depths, "--show=depth"}).status, 0);
+  EXPECT_THAT(NamesIn(depths), UnorderedElementsAre("c.png.png", "c.png_preview.png", "c_preview.png.png",
+                                                    "c_preview.png_preview.png", "cameras.json"));
+  write("transforms_test.json", {"a/d.png", "a_d.png", "a_d.png_preview.png"});
+  const std::string numbered = folder_ / "numbered";
+  ASSERT_EQ(RunProgram({"render", ply_, nerf, "--out=" + numbered, "--show=depth"}).status, 0);
+  EXPECT_THAT(NamesIn(numbered),
+              UnorderedElementsAre("a_d.png.png", "a_d.png_preview.png", "a_d.png_2.png", "a_d.png_2_preview.png",
+                                   "a_d.png_preview.png.png", "a_d.png_preview.png_preview.png", "cameras.json"));
 }
 
 TEST_F(Outputs, OfTwoRunsInOneFolderTheSecondIsRefused) {

@@ -220,7 +220,7 @@ TEST_F(Render, FlagsThatMakeNoPathAreRefused) {
   ExpectRefused({"--path=orbit", "--film=a.mp4", "--fps=nan"}, kUsage, "--fps=nan: it must be from 0.1");
   ExpectRefused({"--path=orbit", "--truth"}, kUsage, "--truth: photographs are of the test views alone");
   ExpectRefused({"--show=depth", "--truth"}, kUsage, "--truth");
-  ExpectRefused({"--show=depths"}, kUsage, "--show=depths: it must be colour, depth or normals");
+  ExpectRefused({"--show=depths"}, kUsage, "--show=depths: it must be colour, depth, median_depth or normals");
   ExpectRefused({"--path=orbit", "--film=" + (folder_ / "a.avi")}, kFailed, "a.avi: films are .mp4");
   ExpectRefused({"--path=" + (folder_ / "none.json")}, kFailed, "none.json: no such file");
 }

@@ -64,6 +64,37 @@ TEST_F(TinyReport, IsMadeAgainFromFiles) {
   EXPECT_TRUE(Page(out_) == before);
 }
 
+// With the photographs that the training looked at, and its test views.
+TEST_F(TinyReport, ReadsTheSceneAsTheTrainingDid) {
+  WriteTinyScene(scene_);
+  fs::rename(scene_ + "/images", scene_ + "/pictures");
+  fs::remove(scene_ + "/pictures/003.png");
+  Train(out_, {"--images=pictures", "--test_every=4", "--allow_missing"});
+  const std::string before = Page(out_);
+  EXPECT_THAT(before, HasSubstr("<h3><bdi>004.png</bdi></h3>"));
+  fs::remove(out_ + "/report.html");
+  const ProgramOutput output = RunProgram({"report", out_});
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, Not(HasSubstr("does not show")));
+  EXPECT_TRUE(Page(out_) == before);
+  const auto metrics = nlohmann::json::parse(ReadFile(out_ + "/metrics.json"));
+  EXPECT_EQ(metrics["scene_flags"],
+            nlohmann::json::parse(R"({"images": "pictures", "allow_missing": "true", "test_every": "4"})"));
+}
+
+// Of two runs with other test views the scene is read twice.
+TEST_F(TinyReport, RunsWithOtherTestViewsShowTheirOwn) {
+  WriteTinyScene(scene_);
+  const std::string other = folder_ / "other", page = folder_ / "both.html";
+  Train(out_, {"--noreport"}), Train(other, {"--noreport", "--test_every=5"});
+  const ProgramOutput output = RunProgram({"report", out_, other, "--out=" + page});
+  EXPECT_EQ(output.status, 0) << output.err;
+  const std::string text = ReadFile(page);
+  for (const char* name : {"000.png", "008.png", "005.png"}) {
+    EXPECT_THAT(text, HasSubstr(fmt::format("<h3><bdi>{}</bdi></h3>", name)));
+  }
+}
+
 TEST_F(TinyReport, IsMadeWithoutTheScene) {
   WriteTinyScene(scene_);
   Train(out_, {"--noreport"});

@@ -39,8 +39,10 @@ InterleavedImage Decode(const std::string& path, bool size_only) {
 
 }  // namespace
 
-Image LoadImage(const std::string& path, const std::array<float, 3>& background) {
-  return ToPlanes(Decode(path, false), background);
+Image LoadImage(const std::string& path, const std::array<float, 3>& background, double* work_bytes) {
+  const InterleavedImage samples = Decode(path, false);
+  if (work_bytes) *work_bytes = static_cast<double>(samples.bytes.size());
+  return ToPlanes(samples, background);
 }
 
 ImageSize ReadImageSize(const std::string& path) { return Decode(path, true).size; }

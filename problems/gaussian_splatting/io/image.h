@@ -13,8 +13,9 @@ namespace vesta::gs {
 // page) or a WebP, told apart by their first bytes, not by the name. 16 bits stay 16. Alpha is composited over
 // `background`, and the mask has the pixels that are opaque. Orientation (exif.h) and embedded profiles are ignored, as
 // COLMAP does. Throws Error naming the file when it is missing, none of these, a CMYK JPEG, a TIFF of other samples, an
-// animation, cut short or damaged.
-Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0});
+// animation, cut short or damaged. work_bytes: unless null, gets what was held beside the result.
+Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
+                double* work_bytes = nullptr);
 
 // Size of an image file, from its header.
 ImageSize ReadImageSize(const std::string& path);

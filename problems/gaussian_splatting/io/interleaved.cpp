@@ -41,7 +41,7 @@ Image PlanesOf(const InterleavedImage& source, const std::array<float, 3>& backg
   for (std::size_t i = 0; i < pixels; ++i) {
     image.mask[i] = Value<Sample>(bytes, i * samples + colors) == 1 ? 1 : 0;
   }
-  if (std::ranges::find(image.mask, std::uint8_t{0}) == image.mask.end()) image.mask.clear();
+  if (std::ranges::find(image.mask, std::uint8_t{0}) == image.mask.end()) image.mask = std::vector<std::uint8_t>();
   return image;
 }
 

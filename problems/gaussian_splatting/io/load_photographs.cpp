@@ -35,8 +35,6 @@ Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& c
   return image;
 }
 
-double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
-
 }  // namespace
 
 void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene) {

@@ -39,8 +39,9 @@ void FindMasks(const std::string& scene_folder, Scene* scene) {
   }
 }
 
-void ApplyMask(const std::string& mask_path, Image* photograph) {
-  const Image mask = LoadImage(mask_path);
+double ApplyMask(const std::string& mask_path, Image* photograph) {
+  double samples = 0;
+  const Image mask = LoadImage(mask_path, {0, 0, 0}, &samples);
   const double across = static_cast<double>(mask.width) / photograph->width;
   const double down = static_cast<double>(mask.height) / photograph->height;
   if (std::abs(across * photograph->height - mask.height) > 1 && std::abs(mask.width - down * photograph->width) > 1) {
@@ -68,6 +69,7 @@ void ApplyMask(const std::string& mask_path, Image* photograph) {
         "white",
         mask_path);
   }
+  return samples + static_cast<double>(sizeof(float) * mask.rgb.size() + mask.mask.size());
 }
 
 }  // namespace vesta::gs

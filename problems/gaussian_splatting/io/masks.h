@@ -14,7 +14,7 @@ void FindMasks(const std::string& scene_folder, Scene* scene);
 
 // Takes the pixels out of the photograph that are black in the mask, as COLMAP does; a mask of another size is taken at
 // the nearest pixel. Throws Error, one line that names the mask, where it cannot be read, has another aspect ratio, or
-// leaves nothing of the photograph.
-void ApplyMask(const std::string& mask_path, Image* photograph);
+// leaves nothing of the photograph. Returns the bytes that it held meanwhile.
+double ApplyMask(const std::string& mask_path, Image* photograph);
 
 }  // namespace vesta::gs

@@ -1,7 +1,10 @@
 #include "problems/gaussian_splatting/io/view_photograph.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
@@ -32,12 +35,17 @@ bool HasShapeOf(const Camera& camera, ImageSize size) {
 
 // As the camera has it. Most programs find cameras of images as they are stored; those that turn them upright first, as
 // their EXIF says, leave a camera of swapped sides.
-Image LoadTurned(const View& view, const std::array<float, 3>& background) {
+// most_bytes: gets the most that was held.
+Image LoadTurned(const View& view, const std::array<float, 3>& background, double* most_bytes) {
   const Camera& camera = view.camera;
-  Image image = LoadImage(view.image_path, background);
+  double samples = 0;
+  Image image = LoadImage(view.image_path, background, &samples);
+  *most_bytes = BytesOf(image) + samples;
   if (HasShapeOf(camera, {image.width, image.height})) return image;
   if (HasShapeOf(camera, {image.height, image.width})) {
-    image = TurnedUpright(image, ExifOrientation(ReadFile(view.image_path)));
+    *most_bytes = std::max(*most_bytes, 2 * BytesOf(image));
+    const int orientation = ExifOrientation(ReadFile(view.image_path));
+    image = TurnedUpright(image, orientation);
     if (HasShapeOf(camera, {image.width, image.height})) return image;
   }
   Fail(
@@ -54,25 +62,31 @@ void CheckSomethingCounts(const View& view, const Image& image) {
 
 }  // namespace
 
+double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
+
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule) {
-  Image image = LoadTurned(view, rule.background);
-  const auto pixels = static_cast<double>(image.num_pixels());
-  // The decoder's samples; where planes are made of planes, these.
-  constexpr double kSampleBytes = 4, kPlaneBytes = 3 * sizeof(float);
-  const bool is_distorted = !view.distortion.is_none();
-  ViewPhotograph result;
-  result.work_bytes = pixels * (is_distorted || rule.downscale > 1 ? 2 * kPlaneBytes : kSampleBytes);
-  if (!rule.alpha_is_mask) image.mask.clear();
-  if (!view.mask_path.empty()) ApplyMask(view.mask_path, &image);
+  double most_bytes = 0;
+  Image image = LoadTurned(view, rule.background, &most_bytes);
+  const auto replace_by = [&](Image made) {
+    most_bytes = std::max(most_bytes, BytesOf(image) + BytesOf(made));
+    image = std::move(made);
+  };
+  if (!rule.alpha_is_mask) image.mask = std::vector<std::uint8_t>();
+  if (!view.mask_path.empty()) {
+    const double bytes = ApplyMask(view.mask_path, &image);
+    most_bytes = std::max(most_bytes, bytes + BytesOf(image));
+  }
   Camera camera = ResizeCamera(view.camera, image.width, image.height);
-  if (is_distorted) {
+  if (!view.distortion.is_none()) {
     const Camera pinhole = UndistortedCamera(view, camera);
-    image = UndistortImage(image, camera, view.distortion, pinhole);
+    replace_by(UndistortImage(image, camera, view.distortion, pinhole));
     camera = pinhole;
   }
   const ImageSize size = DownscaledSize({image.width, image.height}, rule.downscale);
-  if (rule.downscale > 1) image = ResizeArea(image, size.width, size.height);
+  if (rule.downscale > 1) replace_by(ResizeArea(image, size.width, size.height));
   CheckSomethingCounts(view, image);
+  ViewPhotograph result;
+  result.work_bytes = most_bytes - BytesOf(image);
   result.camera = ResizeCamera(camera, size.width, size.height);
   result.image = std::move(image);
   return result;

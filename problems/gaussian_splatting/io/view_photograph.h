@@ -23,6 +23,8 @@ struct ViewPhotograph {
 // without image. Throws Error, one line that names the file, for whatever cannot be used.
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule);
 
+double BytesOf(const Image& image);
+
 // Bytes of its image by the size of its camera, without a look at the file. Throws Error for a distortion of which a
 // pinhole would see hardly anything.
 double ExpectedBytes(const View& view, const PhotographRule& rule);

@@ -20,4 +20,11 @@ std::array<float, 3> OnScale(const std::array<std::array<float, 3>, N>& colors, 
   return color;
 }
 
+// From violet by teal, in the middle, to yellow: lighter at each step.
+inline constexpr std::array<std::array<float, 3>, 5> kVioletToYellow = {{{0.20f, 0.05f, 0.30f},
+                                                                         {0.22f, 0.25f, 0.58f},
+                                                                         {0.10f, 0.52f, 0.58f},
+                                                                         {0.40f, 0.76f, 0.38f},
+                                                                         {0.99f, 0.92f, 0.30f}}};
+
 }  // namespace vesta::gs

@@ -6,39 +6,17 @@
 #include <tuple>
 #include <type_traits>
 
-#include "kernels/core/check.h"
-#include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/project.h"
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/render/blend.h"
 
 namespace vesta::gs {
 namespace {
 
-constexpr Index kGrain = 1024;
 constexpr float kLeastOpacity = 0.5f;
 
 using Triple = std::array<float, 3>;
-
-// Three planes of the sum over the splats of weight times of(i), i the Gaussian: an image is linear in the colours of
-// its splats, so that is the image's derivative along colours alone.
-template <class Of>
-std::vector<float> Blend(const splat::SplatView<float>& view, splat::ViewWorkspace<float>& workspace, const Of& of) {
-  VESTA_CHECK(view.cache().empty(), "what is blended is not of the cached Jacobian");
-  auto& tangents = workspace.splat_sums;
-  if (tangents.size() < view.num_splats()) tangents.ResizeForOverwrite(view.num_splats());
-  ParallelFor(view.rank_of().size(), kGrain, [&](Index i) {
-    const std::int32_t rank = view.rank_of()[i];
-    if (rank < 0) return;
-    splat::SplatTangent<float> tangent{};
-    const Triple value = of(i);
-    std::copy_n(value.data(), 3, tangent.w + splat::kColor);
-    tangents[rank] = tangent;
-  });
-  std::vector<float> planes(static_cast<std::size_t>(3 * view.num_pixels()));
-  view.ApplyRasterJ(tangents.data(), planes.data());
-  return planes;
-}
 
 // Attributes of one Gaussian, from the first one named on.
 template <std::size_t N>
@@ -96,11 +74,17 @@ Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstan
 }  // namespace
 
 DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
-                   splat::ViewWorkspace<float>& workspace) {
+                   splat::ViewWorkspace<float>& workspace, DepthKind kind) {
   const splat::PosedCamera& camera = view.camera();
   const auto constants = splat::ConstantsOf<double>(camera);
-  const std::vector<float> planes = Blend(view, workspace, [&](Index i) { return DepthPlaneOf(model, constants, i); });
-  const std::vector<float> opacity = Blend(view, workspace, [](Index) { return Triple{1, 0, 0}; });
+  const bool is_mean = kind == DepthKind::kMean;
+  const auto of_all = [&](const auto& of) {
+    return is_mean ? Blend(view, workspace, of) : AtMedian(view, workspace, of);
+  };
+  const std::vector<float> planes = of_all([&](Index i) { return DepthPlaneOf(model, constants, i); });
+  const std::vector<float> opacity = of_all([](Index) {
+    return Triple{1, 0, 0};
+  });  // of the median: 1, where there is one
   DepthImage image{camera.width, camera.height, {}};
   const auto pixels = static_cast<std::size_t>(view.num_pixels()), width = static_cast<std::size_t>(camera.width);
   image.depth.resize(pixels);
@@ -147,8 +131,8 @@ splat::Model<float> SurfaceRenderer::Build(const SplatModel& model, const View& 
   return kernel_model;
 }
 
-DepthImage SurfaceRenderer::Depth(const SplatModel& model, const View& view) {
-  return DepthOf(splats_, Build(model, view), workspace_);
+DepthImage SurfaceRenderer::Depth(const SplatModel& model, const View& view, DepthKind kind) {
+  return DepthOf(splats_, Build(model, view), workspace_, kind);
 }
 
 NormalImage SurfaceRenderer::Normals(const SplatModel& model, const View& view) {

@@ -10,6 +10,10 @@
 
 namespace vesta::gs {
 
+// kMedian: the depth of the Gaussian at which the transmittance falls below one half. It is always that of something,
+// but jumps where the mean slides.
+enum class DepthKind { kMean, kMedian };
+
 // Expected depth along the optical axis, world units: the mean, by weight, of where the ray of the pixel passes the
 // middle of each Gaussian. Where something is half transparent, and at silhouettes, it lies between what is in front
 // and what is behind. (The depths of the Gaussians' centres would make surfaces that are seen obliquely too near, by
@@ -28,7 +32,7 @@ struct NormalImage {
 // Of a view that Build has made of the model, whatever else is rendered of it; no Jacobian may be cached. Each takes
 // about twice as long as Render.
 DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
-                   splat::ViewWorkspace<float>& workspace);
+                   splat::ViewWorkspace<float>& workspace, DepthKind kind = DepthKind::kMean);
 // A Gaussian's normal is its shortest axis, turned to the camera. It counts by 1 - shortest / middle deviation: discs
 // have normals, balls and needles have none.
 NormalImage NormalsOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
@@ -40,7 +44,7 @@ class SurfaceRenderer {
   // Distance of the near plane, world units.
   explicit SurfaceRenderer(double near) : near_(near) {}
 
-  DepthImage Depth(const SplatModel& model, const View& view);
+  DepthImage Depth(const SplatModel& model, const View& view, DepthKind kind = DepthKind::kMean);
   NormalImage Normals(const SplatModel& model, const View& view);
 
  private:

@@ -1,27 +1,15 @@
 #include "problems/gaussian_splatting/render/surface_colors.h"
 
-#include <array>
-
 #include "problems/gaussian_splatting/model/color_scale.h"
 
 namespace vesta::gs {
-namespace {
-
-// From far to near, lighter at each step.
-constexpr std::array<std::array<float, 3>, 5> kColors = {{{0.20f, 0.05f, 0.30f},
-                                                          {0.22f, 0.25f, 0.58f},
-                                                          {0.10f, 0.52f, 0.58f},
-                                                          {0.40f, 0.76f, 0.38f},
-                                                          {0.99f, 0.92f, 0.30f}}};
-
-}  // namespace
 
 Image DepthColors(const DepthImage& depth, double middle) {
   Image image(depth.width, depth.height);
   for (std::size_t p = 0; p < depth.depth.size(); ++p) {
     const float z = depth.depth[p];
     if (z <= 0) continue;
-    const auto color = OnScale(kColors, static_cast<float>(middle / (middle + static_cast<double>(z))));
+    const auto color = OnScale(kVioletToYellow, static_cast<float>(middle / (middle + static_cast<double>(z))));
     for (int c = 0; c < 3; ++c) image.plane(c)[p] = color[static_cast<std::size_t>(c)];
   }
   return image;

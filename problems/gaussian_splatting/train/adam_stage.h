@@ -137,6 +137,7 @@ class AdamStage {
     const int degree = ActiveDegree(state_->span);
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
+    targets_.Release(), coarse_targets_.Release();
     const auto evaluate = [&] {
       return EvaluateOrDownload(session_, targets_.copies(), result, passes_->workspace, on_host);
     };
@@ -322,7 +323,7 @@ class AdamStage {
     if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
     if (!is_end && (!is_last || session_.saves())) {
       parsimony_.TakeOut(*state_, degree, [&] {
-        passes_.emplace();
+        passes_.emplace(), targets_.Release(), coarse_targets_.Release();
         before_growth_ = KeptState();  // of more than there are now
       });
     }

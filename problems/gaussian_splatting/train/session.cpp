@@ -34,16 +34,17 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
   const CheckpointOptions& options = callbacks_.checkpoint;
   const bool is_due = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
   const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
-  if (is_due || is_asked || (stopped_ && !options.every.never())) Save(stage, iteration, state);
+  if (is_due || is_asked || (stopped_ && !options.every.never())) Save(stage, iteration, clock_.Seconds(), state);
 }
 
-void TrainingSession::Save(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state) {
+void TrainingSession::Save(Stage stage, int iteration, double seconds,
+                           const std::function<void(ArchiveWriter&)>& state) {
   const CheckpointOptions& options = callbacks_.checkpoint;
   RunState run{.origin = options.origin,
                .stage = stage,
                .iteration = iteration,
                .scene = fingerprint_,
-               .seconds = clock_.Seconds(),
+               .seconds = seconds,
                .eval_seconds = clock_.Paused(),
                .history = history_,
                .notes = notes_,
@@ -55,18 +56,20 @@ void TrainingSession::Save(Stage stage, int iteration, const std::function<void(
 void TrainingSession::AttendToWatch(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host,
                                     const std::function<void(ArchiveWriter&)>& state) {
   const TrainWatch& watch = callbacks_.watch;
-  for (bool is_shown = false;;) {
-    if (!is_shown && watch.wants_model && watch.wants_model()) {
-      watch.show(on_host());
-      is_shown = true;  // in a pause it stays what it is
-    }
-    bool waits = false;
-    if (watch.waits) {
-      const TrainingClock::Absence absence(clock_);
-      waits = watch.waits();
-    }
-    if (!waits) return;
-    if (saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, state);
+  bool is_shown = false;  // in a pause the model stays what it is
+  const auto show_where_wanted = [&] {
+    if (is_shown || !watch.wants_model || !watch.wants_model()) return;
+    watch.show(on_host(), cameras_.found());
+    is_shown = true;
+  };
+  show_where_wanted();
+  if (!watch.waits) return;
+  // What is done in a pause takes no time of the training either.
+  const double seconds = clock_.Seconds();
+  const TrainingClock::Absence absence(clock_);
+  while (watch.waits()) {
+    if (saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
+    show_where_wanted();
   }
 }
 

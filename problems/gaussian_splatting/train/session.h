@@ -196,7 +196,8 @@ class TrainingSession {
    private:
     double last_seconds_ = 0;
   };
-  void Save(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state);
+  // seconds: of the run.
+  void Save(Stage stage, int iteration, double seconds, const std::function<void(ArchiveWriter&)>& state);
   // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
   std::string NoteError(const char* what, const std::function<void()>& write);
   // Throws Error where the checkpoint is of another scene.

@@ -75,6 +75,12 @@ class StageTargets {
     SetTruth(i, image);
   }
   void Clear() { *this = StageTargets(); }
+  // Lets go of the photograph that was asked for last, before others are asked for elsewhere: the store's budget has no
+  // room for both.
+  void Release() {
+    photograph_.reset();
+    shown_ = kNone;
+  }
 
  private:
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
@@ -85,8 +91,7 @@ class StageTargets {
     targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(image));
   }
   void Look(std::size_t i) {
-    photograph_.reset();  // before the next one takes its room
-    shown_ = kNone;
+    Release();  // before the next one takes its room
     photograph_ = stored_[i]->Get();
     SetTruth(i, *photograph_);
     shown_ = i;

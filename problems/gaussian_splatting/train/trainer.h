@@ -51,9 +51,10 @@ struct Prediction {
 // Who watches a training and holds it. All are called at the end of iterations that others follow, by the thread that
 // trains; each may be empty.
 struct TrainWatch {
-  // Whether to be shown the model now, which on a GPU is downloaded for it.
+  // Whether to be shown the model now, which on a GPU is downloaded for it; and the cameras of the training views as
+  // they are with it, as TrainResult::cameras has them.
   std::function<bool()> wants_model;
-  std::function<void(const splat::Model<float>&)> show;
+  std::function<void(const splat::Model<float>&, const std::vector<ViewUnknowns>& cameras)> show;
   // Whether the state is to be saved now, to CheckpointOptions::path, and what became of it: why not, else empty.
   std::function<bool()> wants_checkpoint;
   std::function<void(int iteration, const std::string& error)> saved;

@@ -95,7 +95,11 @@ TEST_F(FrameRequests, RefusesWhatIsNoNumberOrTooMuch) {
   }
   scene_.views[2].image = {};
   EXPECT_THAT(ErrorWith(OfPhoto("truth"), "kind", "truth"), HasSubstr("not in memory"));
+  EXPECT_EQ(ErrorOf([&] { ParseFrameRequest(OfPhoto("worth"), scene_); }), "");
   scene_.views.clear();
+  for (const char* kind : {"worth", "support"}) {
+    EXPECT_THAT(ErrorWith(Free(), "kind", kind), HasSubstr("there is no scene")) << kind;
+  }
   EXPECT_THAT(ErrorWith(OfPhoto("render"), "kind", "render"), HasSubstr("there is no scene"));
 }
 

@@ -1,10 +1,12 @@
-// Pictures of a training are drawn by other threads while it goes on, and change nothing of it.
+// Pictures of a training are drawn by other threads while it goes on, and its Gaussians measured, and change nothing of
+// it.
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <thread>
 
 #include "apps/viewer/frame_renderer.h"
+#include "apps/viewer/gaussian_values.h"
 #include "apps/viewer/training_monitor.h"
 #include "kernels/core/parallel.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
@@ -25,6 +27,7 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
   ShownModel shown;
   TrainingMonitor monitor(shown);
   FrameRenderer renderer(scene, {0, 0, 0});
+  GaussianValues values(scene, {0, 0, 0});
   std::atomic<bool> is_over{false};
   std::atomic<int> drawn{0};
   const auto look = [&] {
@@ -32,6 +35,7 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
         ParseFrameRequest({{"kind", "difference"}, {"photo", "1"}, {"width", "40"}, {"height", "30"}}, scene);
     while (!is_over) {
       const ShownModel::Shown now = shown.Look();
+      if (now.model) values.Ask(GaussianValue::kWorth, now);
       if (now.model && !renderer.Jpeg(*now.model, request).empty()) ++drawn;
       EXPECT_FALSE(monitor.StateJson().empty());
     }

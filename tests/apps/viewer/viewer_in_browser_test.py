@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The viewer in Chromium: the page loads, a drag changes the picture, photographs and their difference are shown, two
-pages look at once, and a training is paused, saved and stopped from its page. No page complains or asks elsewhere.
+pages look at once, and a training, whose cameras move, is paused, saved and stopped from its page. No page complains
+or asks elsewhere.
 Skipped (77) where there is no Chromium.
 
   viewer_in_browser_test.py VESTA DEMO_SCENE     the two programs
@@ -53,9 +54,9 @@ def look_at_splat(browser, link):
         page.wait(IS_STILL)
     first.front()
     pictures = [first.get(PICTURE)]
-    for kind in ("truth", "difference", "count", "render"):
+    for kind in ("truth", "difference", "count", "worth", "support", "render"):
         pictures.append(choose(first, kind))
-    assert pictures[0] == pictures[-1] and len(set(pictures)) == 4, "each kind has a picture of its own"
+    assert pictures[0] == pictures[-1] and len(set(pictures)) == 6, "each kind has a picture of its own"
     before = first.get("drawn.frames")
     first.drag((300, 300), (360, 320))
     first.wait(f"drawn.frames > {before} && {IS_STILL}")
@@ -71,6 +72,13 @@ def look_at_splat(browser, link):
     stranger.wait("document.body.textContent.includes('the token is missing or wrong')")
 
 
+def look_without_scene(browser, link):
+    page = browser.open(link)
+    page.wait(IS_STILL)
+    assert page.get("[...document.querySelectorAll('.of-scene')].every(label => label.hidden)"), "they need views"
+    check_quiet(page, link)
+
+
 def hold_training(browser, link, process, out):
     page = browser.open(link)
     page.wait(f"training.iteration > 20 && {IS_STILL}")
@@ -84,6 +92,8 @@ def hold_training(browser, link, process, out):
     assert (out / "checkpoint.vesta").exists()
     page.get("by('pause').click()")
     page.wait(f"training.iteration > {iteration} && training.status === 'running'")
+    stands = "scene.views[1].position.join()"
+    page.wait(f"{stands} !== '{page.get(stands)}' && photo === 0 && {IS_STILL}", 60)
     check_quiet(page, link)
     page.get("by('stop').click()")
     assert process.wait(60) == 0
@@ -100,7 +110,8 @@ def main():
         folder = pathlib.Path(name)
         scene, out = folder / "scene", folder / "out"
         subprocess.run([demo_scene, "--out", str(scene)], check=True, stdout=subprocess.DEVNULL)
-        train = (vesta, "train", scene, "--out", out, "--iterations=100000", "--downscale=2", "--set=adam.evaluations=2")
+        train = (vesta, "train", scene, "--out", out, "--iterations=20000", "--downscale=2", "--set=adam.evaluations=2",
+                 "--refine_cameras=pose")
         with Browser(browser_program, folder) as browser:
             with serving(*train, "--view") as (link, process):
                 hold_training(browser, link, process, out)
@@ -108,6 +119,8 @@ def main():
                 with serving(vesta, "view", out / splat, scene, "--downscale=2") as (link, process):
                     look_at_splat(browser, link)
                 assert process.returncode == 0, "Ctrl-C is how it ends"
+            with serving(vesta, "view", out / "point_cloud.ply") as (link, process):
+                look_without_scene(browser, link)
     print("pages load, move, and hold a training")
     return 0
 

@@ -1,18 +1,25 @@
 // A viewer as its page asks it.
 #include "apps/viewer/viewer.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/viewer/training_view.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/io/image_codecs.h"
+#include "problems/gaussian_splatting/model/color_scale.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/worth.h"
 #include "problems/gaussian_splatting/render/surface_colors.h"
 #include "tests/apps/viewer/http_get.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/test_files.h"
 
 namespace vesta::app {
 namespace {
@@ -96,6 +103,10 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
   EXPECT_LT(MeanDifference(Picture("kind=depth&photo=1"),
                            gs::DepthColors(surface.Depth(model_, scene_.views[1]), 2 * scene_.extent)),
             0.02);
+  EXPECT_LT(MeanDifference(
+                Picture("kind=median_depth&photo=1"),
+                gs::DepthColors(surface.Depth(model_, scene_.views[1], gs::DepthKind::kMedian), 2 * scene_.extent)),
+            0.02);
   EXPECT_LT(MeanDifference(Picture("kind=normals&photo=1"), gs::NormalColors(surface.Normals(model_, scene_.views[1]))),
             0.05)
       << "but for the JPEG, at edges";
@@ -114,12 +125,60 @@ TEST_F(ViewerTest, PicturesAreThoseOfTheRasterizer) {
   EXPECT_EQ(Get("/frame?kind=render&width=40&height=30").status, 400);
 }
 
+// As if these colours were the Gaussians' own. They take their time, and until then the page is told so.
+TEST_F(ViewerTest, ValuesAreColoursOfTheGaussians) {
+  const splat::Model<float> kernel_model = gs::ToKernelModel(model_);
+  const gs::JudgingViews judges = gs::TrainingViewsOf(scene_, {0, 0, 0});
+  const std::pair<const char*, std::vector<float>> kinds[] = {
+      {"worth", PlacesOfWorth(gs::MeasureWorth(kernel_model, judges).rise)},
+      {"support", PlacesOfSupport(gs::MeasureSupport(kernel_model, judges))}};
+  for (const auto& [kind, places] : kinds) {
+    const std::string query = fmt::format("/frame?width=40&height=30&photo=1&kind={}", kind);
+    test::Reply reply = Get(query);
+    while (reply.status == 202) {
+      EXPECT_THAT(reply.body, HasSubstr("being measured"));
+      reply = Get(query);
+    }
+    gs::SplatModel colored = model_;
+    for (Index i = 0; i < model_.count; ++i) {
+      const auto color = gs::OnScale(gs::kVioletToYellow, places[static_cast<std::size_t>(i)]);
+      for (int k = 0; k < 12; ++k) colored.attribute(splat::kSh + k)[i] = 0;
+      for (int c = 0; c < 3; ++c) {
+        colored.attribute(splat::kSh + c)[i] = (color[static_cast<std::size_t>(c)] - 0.5f) / 0.28209479f;
+      }
+    }
+    const gs::Image expected = gs::Renderer({0, 0, 0}, gs::NearPlane(scene_)).Render(colored, scene_.views[1]);
+    EXPECT_LT(MeanDifference(ToPlanes(gs::DecodeJpeg("frame", reply.body, false), {}), expected), 0.02) << kind;
+  }
+}
+
 TEST_F(ViewerTest, ShowsTheNewestModel) {
-  EXPECT_EQ(json::parse(Get("/state").body), json::parse(R"({"version": 1, "gaussians": 60, "training": null})"));
+  EXPECT_EQ(json::parse(Get("/state").body),
+            json::parse(R"({"version": 1, "gaussians": 60, "cameras_move": false, "training": null})"));
   const gs::Image before = Picture("kind=render&photo=1");
   shown_.Put(std::make_shared<const gs::SplatModel>(gs::test::RandomModel(30, 1, 8)));
   EXPECT_EQ(json::parse(Get("/state").body)["version"], 2);
   EXPECT_GT(MeanDifference(Picture("kind=render&photo=1"), before), 0.02);
+}
+
+// Of all but the test views, in their order.
+TEST_F(ViewerTest, PhotographsAreSeenFromWhereTheirCamerasStand) {
+  const gs::Image before = Picture("kind=render&photo=2");
+  std::vector<gs::ViewUnknowns> cameras(7);
+  cameras[1].motion.translation[0] = 0.4;  // views 0 and 8 are for testing
+  for (double& log_focal : cameras[1].lens.log_focal) log_focal = 0.2;
+  shown_.Put(std::make_shared<const gs::SplatModel>(model_), cameras);
+  const gs::View moved = gs::AsFound(scene_.views[2], cameras[1]);
+  const gs::Image expected = gs::Renderer({0, 0, 0}, gs::NearPlane(scene_)).Render(model_, moved);
+  EXPECT_LT(MeanDifference(Picture("kind=render&photo=2"), expected), 0.01);
+  EXPECT_GT(MeanDifference(before, expected), 0.02);
+  EXPECT_LT(MeanDifference(Picture("kind=render&photo=1"), scene_.views[1].image), 0.02) << "it has not moved";
+  EXPECT_TRUE(json::parse(Get("/state").body)["cameras_move"].get<bool>());
+  const json views = json::parse(Get("/scene").body)["views"];
+  const auto centre = gs::CameraCenter(moved);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(views[2]["position"][k].get<double>(), centre[k], 1e-12);
+  EXPECT_EQ(views[2]["focal"].get<double>(), moved.camera.lens.fy / 30);
+  EXPECT_EQ(views[0]["role"], "test");
 }
 
 TEST_F(ViewerTest, APortIsOneProgramsAlone) {
@@ -128,6 +187,41 @@ TEST_F(ViewerTest, APortIsOneProgramsAlone) {
   const Viewer second({}, scene_, {0, 0, 0}, shown_);
   EXPECT_NE(Link(second.link()).port, link.port);
   EXPECT_NE(Link(second.link()).token, link.token);
+}
+
+// New threads have stacks of this size as long as it lives.
+class StacksOf {
+ public:
+  explicit StacksOf(std::size_t bytes) {
+    pthread_attr_t attributes;
+    pthread_getattr_default_np(&before_);
+    pthread_getattr_default_np(&attributes);
+    pthread_attr_setstacksize(&attributes, bytes);
+    EXPECT_EQ(pthread_setattr_default_np(&attributes), 0);
+    pthread_attr_destroy(&attributes);
+  }
+  ~StacksOf() {
+    pthread_setattr_default_np(&before_);
+    pthread_attr_destroy(&before_);
+  }
+  StacksOf(const StacksOf&) = delete;
+  StacksOf& operator=(const StacksOf&) = delete;
+
+ private:
+  pthread_attr_t before_{};
+};
+
+TEST_F(ViewerTest, WhereThreadsCannotBeStartedItIsRefused) {
+  {
+    const StacksOf larger_than_memory(std::size_t{1} << 46);
+    EXPECT_THAT(ErrorOf([&] {
+                  Viewer({}, scene_, {0, 0, 0}, shown_);
+                }),
+                HasSubstr("the page needs 49 threads, and the system starts no more: "));
+  }
+  const Viewer next({}, scene_, {0, 0, 0}, shown_);
+  const Link link(next.link());
+  EXPECT_EQ(Ask(link.port, Request("GET", "/state", link.token)).status, 200);
 }
 
 // Its page steers a training.

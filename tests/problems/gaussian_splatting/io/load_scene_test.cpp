@@ -9,35 +9,17 @@
 #include "problems/gaussian_splatting/io/exif.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/model/undistort.h"
-#include "tests/problems/gaussian_splatting/io/test_images.h"
-#include "tests/problems/gaussian_splatting/io/test_scene.h"
-#include "tests/support/test_files.h"
+#include "tests/problems/gaussian_splatting/io/nine_views.h"
 
 namespace vesta::gs {
 namespace {
 
-// 9 views of 60 x 40.
-class LoadSceneTest : public testing::Test {
+class LoadSceneTest : public NineViews {
  protected:
-  LoadSceneTest() {
-    model_ = ExampleModel();
-    const ColmapImage image = model_.images[0];
-    model_.images.clear();
-    for (std::uint32_t i = 0; i < 9; ++i) {
-      model_.images.push_back(image);
-      model_.images.back().id = i;
-      model_.images.back().name = "view" + std::to_string(i) + ".png";
-      WriteBytes(ImagePath(i), ExampleJpeg(60, 40));
-    }
-    WriteModel();
-  }
-  void WriteModel() { WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kBinary); }
-  std::string ImagePath(std::uint32_t i) const { return folder_ / ("images/view" + std::to_string(i) + ".png"); }
+  LoadSceneTest() : NineViews("view", ".png") {}
   void ExpectRefused(const std::string& part, const LoadSceneOptions& options = {}) {
     ExpectError([&] { LoadScene(folder_.path(), options); }, part);
   }
-  TempFolder folder_;
-  ColmapModel model_;
 };
 
 TEST_F(LoadSceneTest, LoadsAllPixels) {

@@ -2,9 +2,7 @@
 
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
-#include "tests/problems/gaussian_splatting/io/test_images.h"
-#include "tests/problems/gaussian_splatting/io/test_scene.h"
-#include "tests/support/test_files.h"
+#include "tests/problems/gaussian_splatting/io/nine_views.h"
 
 namespace vesta::gs {
 namespace {
@@ -18,29 +16,15 @@ std::string MaskPng(int width, int height, int white_from) {
   return EncodePng(source);
 }
 
-// A COLMAP scene of 9 views of 60 x 40, in folders.
-class MaskScene : public testing::Test {
+// With photographs in folders.
+class MaskScene : public NineViews {
  protected:
-  MaskScene() {
-    model_ = ExampleModel();
-    const ColmapImage image = model_.images[0];
-    model_.images.clear();
-    for (std::uint32_t i = 0; i < 9; ++i) {
-      model_.images.push_back(image);
-      model_.images.back().id = i;
-      model_.images.back().name = "a/view" + std::to_string(i) + ".jpg";
-      WriteBytes(folder_ / ("images/" + model_.images.back().name), ExampleJpeg(60, 40));
-    }
-    WriteModel();
-  }
-  void WriteModel() { WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kBinary); }
+  MaskScene() : NineViews("a/view", ".jpg") {}
   std::vector<View> Load(int downscale = 1) const {
     LoadSceneOptions options;
     options.downscale = downscale;
     return LoadScene(folder_.path(), options).views;
   }
-  TempFolder folder_;
-  ColmapModel model_;
 };
 
 TEST_F(MaskScene, MasksAreFoundByName) {

@@ -113,6 +113,32 @@ TEST(Surface, DepthIsTheMeanByWeight) {
   EXPECT_NEAR(static_cast<double>(image.depth[kMiddle]), (0.6 * 2 + 0.4 * 0.5 * 4) / (0.6 + 0.4 * 0.5), 1e-4);
 }
 
+// Of the first one that leaves less than half of the light, also where two together do.
+TEST(Surface, MedianDepthIsThatOfOneGaussian) {
+  const std::array<double, 3> wide{2, 2, 0.01};
+  SurfaceRenderer renderer(0.01);
+  const auto depth = [&](double first, double second) {
+    const SplatModel model = ModelOf({{{0, 0, 2}, wide, {1, 0, 0, 0}, first},
+                                      {{0, 0, 4}, wide, {1, 0, 0, 0}, second},
+                                      {{0, 0, 5}, wide, {1, 0, 0, 0}, 0.4}});
+    return renderer.Depth(model, ViewAlongZ(), DepthKind::kMedian).depth[kMiddle];
+  };
+  EXPECT_NEAR(depth(0.6, 0.5), 2, 1e-5);
+  EXPECT_NEAR(depth(0.4, 0.5), 4, 1e-5);
+  EXPECT_NEAR(depth(0.2, 0.3), 5, 1e-5) << "0.8 times 0.7 times 0.6 are less than a half, without the last more";
+  EXPECT_EQ(depth(0.05, 0.05), 0) << "more than half is background";
+}
+
+TEST(Surface, MedianDepthOfAPlaneIsKnown) {
+  for (const double tilt : {0.0, 0.5}) {
+    const DepthImage image = SurfaceRenderer(0.01).Depth(Plane(tilt), ViewAlongZ(), DepthKind::kMedian);
+    for (std::size_t p = 0; p < image.depth.size(); ++p) {
+      const double expected = DepthOfPlane(tilt, p);
+      EXPECT_NEAR(static_cast<double>(image.depth[p]), expected, (tilt == 0 ? 1e-5 : 0.01) * expected) << p;
+    }
+  }
+}
+
 TEST(Surface, IsNoneWhereHalfIsBackground) {
   const std::array<double, 3> wide{2, 2, 0.01};
   SurfaceRenderer renderer(0.01);

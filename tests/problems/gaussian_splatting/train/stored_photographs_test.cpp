@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+
 #include "kernels/core/error.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
@@ -50,6 +53,28 @@ TEST(StoredPhotographs, TrainToTheSameBits) {
     EXPECT_EQ(found.history.back().cost, expected.history.back().cost);
     EXPECT_LE(stored.photographs->kept_bytes(), stored.photographs->budget_bytes());
   }
+}
+
+// Whoever looks at them, the stage, an evaluation or a judge: where there is room for one, there is one.
+TEST(StoredPhotographs, AreHeldOneAtATime) {
+  Scene scene = CoarseScene();
+  const double one = BytesOf(scene.views[2].image);
+  scene.photographs = std::make_shared<PhotographStore>(one);
+  std::atomic<double> most = 0;
+  for (View& view : scene.views) {
+    const auto decode = [&most, store = scene.photographs.get(), image = view.image] {
+      most = std::max(most.load(), store->kept_bytes());
+      return image;
+    };
+    view.stored = std::make_shared<const StoredPhotograph>(
+        scene.photographs, PhotographSource{.decode = decode, .bytes = BytesOf(view.image)});
+    view.image = Image();
+  }
+  TrainOptions options = Options();
+  options.adam.evaluations = 4;
+  EXPECT_EQ(Train(scene, options, 0, {}).history.size(), 4U);
+  EXPECT_GT(most, 0);
+  EXPECT_LE(most, one);
 }
 
 TEST(StoredPhotographs, PosesAreFoundAlongToTheSameBits) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,7 +35,9 @@ class Watch : public testing::Test {
       if (is_there_) wanted_ = true, waits_ = 3;
     };
     callbacks.watch.wants_model = [this] { return is_there_; };
-    callbacks.watch.show = [this](const splat::Model<float>& model) { shown_.push_back(CopyOf(model)); };
+    callbacks.watch.show = [this](const splat::Model<float>& model, const std::vector<ViewUnknowns>& cameras) {
+      shown_.push_back(CopyOf(model)), cameras_ = cameras;
+    };
     callbacks.watch.wants_checkpoint = [this] { return std::exchange(wanted_, false); };
     callbacks.watch.saved = [this](int at, const std::string& error) { saved_.emplace_back(at, error); };
     callbacks.watch.waits = [this] { return is_there_ && waits_-- > 0; };
@@ -47,6 +50,7 @@ class Watch : public testing::Test {
   bool is_there_ = false, wanted_ = false;
   int waits_ = 0;
   std::vector<SplatModel> shown_;
+  std::vector<ViewUnknowns> cameras_;
   std::vector<std::pair<int, std::string>> saved_;
 };
 
@@ -121,6 +125,39 @@ TEST_F(Watch, PauseIsNoTimeOfTheTraining) {
   EXPECT_EQ(waits, 0);
   EXPECT_LT(session.TotalSeconds() - before, 0.4);
   EXPECT_EQ(session.EvalSeconds(), 0);
+}
+
+// Nor is what is done in it. The state says as much.
+TEST_F(Watch, WhatIsDoneInAPauseIsNoTimeOfTheTraining) {
+  TrainCallbacks callbacks;
+  callbacks.checkpoint.path = path_;
+  int waits = 4;
+  callbacks.watch.waits = [&] { return --waits > 0; };
+  callbacks.watch.wants_checkpoint = [&] { return true; };
+  TrainingSession session(scene_, TrainOptions(), 5, callbacks);
+  const auto slow = [](ArchiveWriter&) { ::usleep(100000); };
+  session.AttendToWatch(Stage::kAdam, 1, {}, slow);
+  EXPECT_LT(session.TotalSeconds(), 5.1);
+  EXPECT_LT(ReadCheckpoint(path_).run.seconds, 5.1);
+}
+
+// As the trainer gives them back, in the middle of the stage.
+TEST_F(Watch, IsShownTheCamerasToo) {
+  TrainOptions options = Options();
+  options.lm.iterations = 0;
+  Train(scene_, options, 0, AsksAt(Stage::kAdam, 40));
+  EXPECT_TRUE(cameras_.empty()) << "they stay where they are";
+  options.cameras.refine = CameraChoice::kPose;
+  const TrainResult result = Train(scene_, options, 0, AsksAt(Stage::kAdam, 40));
+  ASSERT_EQ(cameras_.size(), result.cameras.size());
+  const std::vector<ViewUnknowns> saved = ReadCheckpoint(path_).run.cameras;
+  ASSERT_EQ(saved.size(), cameras_.size());
+  bool has_moved = false;
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    EXPECT_TRUE(std::ranges::equal(cameras_[i].motion.translation, saved[i].motion.translation));
+    has_moved = has_moved || cameras_[i].motion.translation[0] != 0;
+  }
+  EXPECT_TRUE(has_moved);
 }
 
 // Of another training than the options say, and damaged.

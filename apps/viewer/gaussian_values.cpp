@@ -1,0 +1,96 @@
+#include "apps/viewer/gaussian_values.h"
+
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/model/median.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/worth.h"
+
+namespace vesta::app {
+
+std::vector<float> PlacesOfWorth(const std::vector<double>& rise) {
+  std::vector<double> positive;
+  for (const double r : rise) {
+    if (r > 0) positive.push_back(r);
+  }
+  const double middle = positive.empty() ? 1 : gs::Median(std::move(positive));
+  std::vector<float> places;
+  places.reserve(rise.size());
+  for (const double r : rise) places.push_back(r > 0 ? static_cast<float>(r / (r + middle)) : 0.0f);
+  return places;
+}
+
+std::vector<float> PlacesOfSupport(const std::vector<gs::Support>& support) {
+  std::vector<float> places;
+  places.reserve(support.size());
+  for (const gs::Support& s : support) {
+    places.push_back(s.shown > 0 ? static_cast<float>(s.shown / (s.shown + s.body)) : 0.0f);
+  }
+  return places;
+}
+
+std::shared_ptr<const MeasuredValues> GaussianValues::Ask(GaussianValue value, const ShownModel::Shown& shown) {
+  const std::lock_guard lock(mutex_);
+  State& state = states_[value];
+  const bool is_known = state.latest && state.latest->of.version == shown.version;
+  if (!is_known && state.failed_version == shown.version) Fail("{}", state.failure);
+  if (!is_known && !state.is_measuring && Clock::now() >= state.rests_until) {
+    background_work_.Run([this, &state, value, shown] { MeasureInto(state, value, shown); });
+    state.is_measuring = true;
+  }
+  return state.latest;
+}
+
+void GaussianValues::MeasureInto(State& state, GaussianValue value, const ShownModel::Shown& shown) {
+  const Clock::time_point begin = Clock::now();
+  std::shared_ptr<const MeasuredValues> measured;
+  std::string failure;
+  try {
+    measured = std::make_shared<const MeasuredValues>(MeasuredValues{shown, Measure(value, shown)});
+  } catch (const std::exception& error) {  // a photograph that is gone, or no memory
+    failure = error.what();
+  }
+  const std::lock_guard lock(mutex_);
+  state.is_measuring = false;
+  const Clock::time_point end = Clock::now();
+  state.rests_until = end + (end - begin);
+  if (measured) {
+    state.latest = std::move(measured);
+  } else {
+    state.failure = std::move(failure), state.failed_version = shown.version;
+  }
+}
+
+std::vector<float> GaussianValues::Measure(GaussianValue value, const ShownModel::Shown& shown) const {
+  const std::vector<gs::View> views = TrainingViews(shown);
+  gs::JudgingViews judges{.views = {}, .background = background_, .near = gs::NearPlane(scene_)};
+  for (const gs::View& view : views) judges.views.push_back(&view);
+  const splat::Model<float> model = gs::ToKernelModel(*shown.model);
+  if (value == GaussianValue::kSupport) return PlacesOfSupport(gs::MeasureSupport(model, judges));
+  return PlacesOfWorth(gs::MeasureWorth(model, judges).rise);
+}
+
+std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& shown) const {
+  // Of the scene's own store nothing is kept: its order is that of a training.
+  const auto store = std::make_shared<gs::PhotographStore>(0);
+  std::vector<gs::View> views;
+  for (const gs::View& given : scene_.views) {
+    if (!given.is_trained()) continue;
+    const gs::ViewUnknowns found = shown.cameras ? (*shown.cameras)[views.size()] : gs::ViewUnknowns();
+    gs::View& view = views.emplace_back(gs::AsFound(given, found));
+    const auto copy = [this, &given, color = found.color] {
+      if (ends_) Fail("{}: not read any more, as the page is over", given.image_path);
+      gs::Image image = given.stored ? *given.stored->Read() : given.image;
+      const HostSpan<float> values{image.rgb.data(), static_cast<Index>(image.rgb.size())};
+      if (!color.is_none()) color.Inverse().Apply(values);
+      return image;
+    };
+    const double bytes = 3.0 * sizeof(float) * view.camera.width * view.camera.height;
+    view.stored = std::make_shared<gs::StoredPhotograph>(store, gs::PhotographSource{.decode = copy, .bytes = bytes});
+  }
+  return views;
+}
+
+}  // namespace vesta::app

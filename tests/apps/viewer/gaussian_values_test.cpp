@@ -1,0 +1,149 @@
+#include "apps/viewer/gaussian_values.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <optional>
+#include <thread>
+
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/parsimony/worth.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::app {
+namespace {
+
+using testing::ElementsAre;
+using testing::FloatEq;
+
+TEST(GaussianValuePlaces, AreRelativeToTheMiddle) {
+  EXPECT_THAT(PlacesOfWorth({-1, 2, 0, 4, 12}), ElementsAre(0, FloatEq(1.0f / 3), 0, 0.5f, 0.75f));
+  EXPECT_THAT(PlacesOfWorth({-1, 0}), ElementsAre(0, 0));
+  EXPECT_THAT(PlacesOfWorth({}), ElementsAre());
+  EXPECT_THAT(PlacesOfSupport({{0, 0.1}, {0.1, 0.1}, {0.3, 0.1}, {0, 0}}), ElementsAre(0, 0.5f, 0.75f, 0));
+}
+
+class GaussianValuesTest : public testing::Test {
+ protected:
+  // Nine cameras, of which two test; the last Gaussian is where none looks.
+  GaussianValuesTest() {
+    gs::test::RenderTruth(model_, 0, &scene_);
+    model_.attribute(splat::kMean + 1)[model_.count - 1] = 50;
+    Put();
+  }
+  void Put() { shown_.Put(std::make_shared<const gs::SplatModel>(model_)); }
+  // Asks until the values are of the model that is shown.
+  std::vector<float> Wait(GaussianValue value) {
+    for (;;) {
+      const auto measured = values_->Ask(value, shown_.Look());
+      if (measured && measured->of.version == shown_.Look().version) return measured->places;
+      std::this_thread::yield();
+    }
+  }
+  gs::JudgingViews Judges() const { return gs::TrainingViewsOf(scene_, {0, 0, 0}); }
+  // In place of the photographs a store, whose work is done by `decode`.
+  void Store(const std::function<gs::Image(const gs::Image&)>& decode) {
+    for (gs::View& view : scene_.views) {
+      const auto image = std::make_shared<gs::Image>(std::move(view.image));
+      view.image = gs::Image();
+      view.stored = std::make_shared<gs::StoredPhotograph>(
+          store_, gs::PhotographSource{.decode = [=] { return decode(*image); }, .bytes = 1e6});
+    }
+  }
+
+  gs::SplatModel model_ = gs::test::RandomModel(40, 1, 7);
+  gs::Scene scene_ = gs::test::RingOfCameras(9, 40, 30, true);
+  std::shared_ptr<gs::PhotographStore> store_ = std::make_shared<gs::PhotographStore>(1e9);
+  ShownModel shown_;
+  std::optional<GaussianValues> values_{std::in_place, scene_, std::array<double, 3>{0, 0, 0}};
+};
+
+TEST_F(GaussianValuesTest, AreThoseOfTheTrainingViews) {
+  EXPECT_EQ(values_->Ask(GaussianValue::kWorth, shown_.Look()), nullptr);
+  const std::vector<float> worth = Wait(GaussianValue::kWorth), support = Wait(GaussianValue::kSupport);
+  const splat::Model<float> model = gs::ToKernelModel(model_);
+  EXPECT_EQ(worth, PlacesOfWorth(gs::MeasureWorth(model, Judges()).rise));
+  EXPECT_EQ(support, PlacesOfSupport(gs::MeasureSupport(model, Judges())));
+  EXPECT_EQ(worth.back(), 0);
+  EXPECT_EQ(support.back(), 0);
+  EXPECT_GT(worth[0], 0);
+  EXPECT_GT(support[0], 0.5f) << "all views show it";
+}
+
+TEST_F(GaussianValuesTest, OfANewerModelAreMeasuredAnew) {
+  const std::vector<float> before = Wait(GaussianValue::kSupport);
+  model_.attribute(splat::kMean + 1)[0] = 50;
+  Put();
+  const auto meanwhile = values_->Ask(GaussianValue::kSupport, shown_.Look());
+  ASSERT_NE(meanwhile, nullptr) << "the earlier ones";
+  EXPECT_EQ(meanwhile->places.size(), static_cast<std::size_t>(meanwhile->of.model->count));
+  EXPECT_GT(before[0], 0);
+  EXPECT_EQ(Wait(GaussianValue::kSupport)[0], 0);
+}
+
+// With the cameras and exposures that were found: then the views are those of the scene where nothing had to be.
+TEST_F(GaussianValuesTest, AreMeasuredByWhereCamerasStand) {
+  const std::vector<float> true_worth = Wait(GaussianValue::kWorth), true_support = Wait(GaussianValue::kSupport);
+  std::vector<gs::ViewUnknowns> cameras;
+  for (gs::View& view : scene_.views) {
+    if (!view.is_trained()) continue;
+    const auto off = static_cast<double>(cameras.size()) / 8;
+    gs::View elsewhere = view;
+    elsewhere.translation[0] += off;
+    cameras.emplace_back().motion = gs::MotionBetween(elsewhere, view);
+    cameras.back().color.offset = {off, 0, -off};
+    const HostSpan<float> values{view.image.rgb.data(), static_cast<Index>(view.image.rgb.size())};
+    cameras.back().color.Apply(values);
+    view.translation = elsewhere.translation;
+  }
+  shown_.Put(std::make_shared<const gs::SplatModel>(model_), cameras);
+  EXPECT_THAT(Wait(GaussianValue::kWorth), testing::Pointwise(testing::FloatNear(1e-3f), true_worth));
+  EXPECT_THAT(Wait(GaussianValue::kSupport), testing::Pointwise(testing::FloatNear(1e-4f), true_support));
+}
+
+// Whose order is that of a training.
+TEST_F(GaussianValuesTest, KeepNothingInTheStoreOfTheScene) {
+  const std::vector<float> in_memory = Wait(GaussianValue::kWorth);
+  Store([](const gs::Image& image) { return image; });
+  Put();
+  EXPECT_EQ(Wait(GaussianValue::kWorth), in_memory);
+  EXPECT_EQ(store_->kept_bytes(), 0);
+  EXPECT_EQ(store_->decodings(), 0);
+}
+
+TEST_F(GaussianValuesTest, TellOfAPhotographThatIsGone) {
+  std::atomic<bool> is_gone{true};
+  Store([&](const gs::Image& image) {
+    if (is_gone) Fail("view.jpg: no such image");
+    return image;
+  });
+  EXPECT_EQ(ErrorOf([&] { Wait(GaussianValue::kWorth); }), "view.jpg: no such image");
+  is_gone = false;
+  EXPECT_THROW(Wait(GaussianValue::kWorth), Error) << "of this model it has been tried";
+  Put();
+  EXPECT_EQ(Wait(GaussianValue::kWorth).back(), 0);
+}
+
+// Or who closes a page of a large scene would have to wait.
+TEST_F(GaussianValuesTest, AreBrokenOff) {
+  scene_ = gs::test::RingOfCameras(200, 16, 12, false);
+  gs::test::RenderTruth(model_, 0, &scene_);
+  std::atomic<int> read{0};
+  std::atomic<bool> is_over{false};
+  Store([&](const gs::Image& image) {
+    ++read;
+    while (!is_over) std::this_thread::yield();
+    return image;
+  });
+  values_->Ask(GaussianValue::kWorth, shown_.Look());
+  while (read == 0) std::this_thread::yield();
+  is_over = true;
+  values_.reset();
+  EXPECT_LT(read, 200);
+}
+
+}  // namespace
+}  // namespace vesta::app
