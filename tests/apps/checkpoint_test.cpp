@@ -93,6 +93,8 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
   ExpectOneLine({"train", "--resume=" + out_, "--set=adam.metric=diagonal"},
                 AllOf(HasSubstr("adam.metric=block"), HasSubstr("cannot become diagonal")));
   ExpectOneLine({"train", "--resume=" + out_, "--seed=5"}, HasSubstr("train.seed=0, which cannot become 5"));
+  ExpectOneLine({"train", "--resume=" + out_, "--set=adam.views_per_iteration=2"},
+                HasSubstr("adam.views_per_iteration=1, which cannot become 2"));
   ExpectOneLine({"train", "--resume=" + out_, "--iterations=200"}, HasSubstr("iterations of Adam are done"));
   ExpectOneLine({"train", "--resume=" + (folder_ / "none")}, HasSubstr("none/checkpoint.vesta"));
   ExpectOneLine(Train(whole_, {"--checkpoint_every=often"}),
