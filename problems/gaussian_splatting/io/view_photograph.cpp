@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/byte_reader.h"
@@ -30,20 +31,50 @@ bool HasShapeOf(const Camera& camera, ImageSize size) {
   return std::abs(height_at_width - size.height) <= 1 || std::abs(width_at_height - size.width) <= 1;
 }
 
-// As the camera has it. Most programs find cameras of images as they are stored; those that turn them upright first, as
-// their EXIF says, leave a camera of swapped sides.
-Image LoadTurned(const View& view, const std::array<float, 3>& background) {
+// How an image of that size has to be turned to be the camera's: 1 where it is as the camera has it, else what its EXIF
+// says. Most programs find cameras of images as they are stored; those that turn them upright first leave a camera of
+// swapped sides.
+int OrientationFor(const View& view, ImageSize size) {
+  constexpr int kFirstThatSwapsSides = 5;
   const Camera& camera = view.camera;
-  Image image = LoadImage(view.image_path, background);
-  if (HasShapeOf(camera, {image.width, image.height})) return image;
-  if (HasShapeOf(camera, {image.height, image.width})) {
-    image = TurnedUpright(image, ExifOrientation(ReadFile(view.image_path)));
-    if (HasShapeOf(camera, {image.width, image.height})) return image;
+  if (HasShapeOf(camera, size)) return 1;
+  if (HasShapeOf(camera, {size.height, size.width})) {
+    const int orientation = ExifOrientation(ReadFile(view.image_path));
+    if (orientation >= kFirstThatSwapsSides) return orientation;
   }
   Fail(
       "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
       "from",
-      view.image_path, image.width, image.height, camera.width, camera.height);
+      view.image_path, size.width, size.height, camera.width, camera.height);
+}
+
+Image LoadTurned(const View& view, const std::array<float, 3>& background) {
+  Image image = LoadImage(view.image_path, background);
+  const int orientation = OrientationFor(view, {image.width, image.height});
+  return orientation == 1 ? std::move(image) : TurnedUpright(image, orientation);
+}
+
+// From the photograph in its file, turned, to the one that is trained on.
+struct CameraSteps {
+  Camera in_file, undistorted, downscaled;
+};
+
+CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& rule) {
+  CameraSteps steps;
+  steps.in_file = ResizeCamera(view.camera, turned.width, turned.height);
+  steps.undistorted = view.distortion.is_none() ? steps.in_file : UndistortedCamera(view, steps.in_file);
+  const ImageSize size = DownscaledSize({steps.undistorted.width, steps.undistorted.height}, rule.downscale);
+  steps.downscaled = ResizeCamera(steps.undistorted, size.width, size.height);
+  return steps;
+}
+
+constexpr double kPlaneBytes = 3 * sizeof(float);  // a pixel
+
+// What making it takes beside the result: the decoder's samples; where planes are made of planes, these.
+double WorkBytes(const View& view, ImageSize in_file, const PhotographRule& rule) {
+  constexpr double kSampleBytes = 4;
+  const bool remakes = !view.distortion.is_none() || rule.downscale > 1;
+  return (remakes ? 2 * kPlaneBytes : kSampleBytes) * in_file.width * in_file.height;
 }
 
 void CheckSomethingCounts(const View& view, const Image& image) {
@@ -56,32 +87,30 @@ void CheckSomethingCounts(const View& view, const Image& image) {
 
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule) {
   Image image = LoadTurned(view, rule.background);
-  const auto pixels = static_cast<double>(image.num_pixels());
-  // The decoder's samples; where planes are made of planes, these.
-  constexpr double kSampleBytes = 4, kPlaneBytes = 3 * sizeof(float);
-  const bool is_distorted = !view.distortion.is_none();
-  ViewPhotograph result;
-  result.work_bytes = pixels * (is_distorted || rule.downscale > 1 ? 2 * kPlaneBytes : kSampleBytes);
+  const ImageSize turned{image.width, image.height};
+  const CameraSteps steps = StepsFrom(view, turned, rule);
   if (!rule.alpha_is_mask) image.mask.clear();
   if (!view.mask_path.empty()) ApplyMask(view.mask_path, &image);
-  Camera camera = ResizeCamera(view.camera, image.width, image.height);
-  if (is_distorted) {
-    const Camera pinhole = UndistortedCamera(view, camera);
-    image = UndistortImage(image, camera, view.distortion, pinhole);
-    camera = pinhole;
-  }
-  const ImageSize size = DownscaledSize({image.width, image.height}, rule.downscale);
-  if (rule.downscale > 1) image = ResizeArea(image, size.width, size.height);
+  if (!view.distortion.is_none()) image = UndistortImage(image, steps.in_file, view.distortion, steps.undistorted);
+  if (rule.downscale > 1) image = ResizeArea(image, steps.downscaled.width, steps.downscaled.height);
   CheckSomethingCounts(view, image);
-  result.camera = ResizeCamera(camera, size.width, size.height);
-  result.image = std::move(image);
-  return result;
+  return {.image = std::move(image), .camera = steps.downscaled, .work_bytes = WorkBytes(view, turned, rule)};
+}
+
+ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rule) {
+  ImageSize size = ReadImageSize(view.image_path);
+  if (OrientationFor(view, size) != 1) std::swap(size.width, size.height);
+  const Camera camera = StepsFrom(view, size, rule).downscaled;
+  const bool may_have_mask = rule.alpha_is_mask || !view.mask_path.empty();
+  return {.camera = camera,
+          .bytes = (kPlaneBytes + (may_have_mask ? 1 : 0)) * camera.width * camera.height,
+          .work_bytes = WorkBytes(view, size, rule)};
 }
 
 double ExpectedBytes(const View& view, const PhotographRule& rule) {
   const Camera camera = UndistortedCamera(view, view.camera);
   const ImageSize size = DownscaledSize({camera.width, camera.height}, rule.downscale);
-  return 3.0 * sizeof(float) * size.width * size.height;
+  return kPlaneBytes * size.width * size.height;
 }
 
 }  // namespace vesta::gs
