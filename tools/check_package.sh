@@ -11,6 +11,7 @@ root=$work/root
 say() { printf -- '-- %s\n' "$*"; }
 
 say "package"
+cmake --build "$build_dir" --target vesta vesta_manual vesta_demo_scene >"$work/build.log" || { cat "$work/build.log"; exit 1; }
 (cd "$build_dir" && cpack -G DEB >"$work/cpack.log") || { cat "$work/cpack.log"; exit 1; }
 package=$(find "$build_dir" -maxdepth 1 -name 'vesta_*.deb' -printf '%f\n')
 dpkg-deb -f "$build_dir/$package" Depends

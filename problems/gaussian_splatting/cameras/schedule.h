@@ -12,7 +12,7 @@ namespace vesta::gs {
 // CameraChoice::kAuto is decided, by the views that are held back until then.
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
 // Until when their mean turn is held (RemoveCommonTurn).
-inline constexpr double kMeanTurnFree = 0.5;
+inline constexpr double kMeanTurnFree = 0.65;
 
 // Every eighth training view from the fourth on is held back, but at most eight.
 inline bool IsHeldBack(std::size_t view, std::size_t views) {

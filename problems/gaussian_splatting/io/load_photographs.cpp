@@ -47,14 +47,22 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* sce
   const auto load = [&](Index i) {
     const auto v = static_cast<std::size_t>(i);
     View& view = scene->views[v];
-    ViewPhotograph photograph = ReadPhotograph(in_files[v], rule);
-    view.camera = photograph.camera;
+    const bool is_full = all_bytes > budget_bytes;
+    ViewPhotograph photograph;
+    ForeseenPhotograph foreseen;
+    if (is_full) {
+      foreseen = ForeseePhotograph(in_files[v], rule);
+    } else {
+      photograph = ReadPhotograph(in_files[v], rule);
+      foreseen = {photograph.camera, BytesOf(photograph.image), photograph.work_bytes};
+    }
+    view.camera = foreseen.camera;
     view.distortion = {};
     sources[v] = {
         .decode = [in_file = in_files[v], rule, camera = view.camera] { return ReadAgain(in_file, rule, camera); },
-        .bytes = BytesOf(photograph.image),
-        .work_bytes = photograph.work_bytes};
-    if (all_bytes.fetch_add(sources[v].bytes) + sources[v].bytes <= budget_bytes)
+        .bytes = foreseen.bytes,
+        .work_bytes = foreseen.work_bytes};
+    if (all_bytes.fetch_add(foreseen.bytes) + foreseen.bytes <= budget_bytes && !is_full)
       view.image = std::move(photograph.image);
   };
   // As many at a time as the budget has room for.

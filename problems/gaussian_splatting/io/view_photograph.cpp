@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/check.h"
@@ -33,25 +34,64 @@ bool HasShapeOf(const Camera& camera, ImageSize size) {
   return std::abs(height_at_width - size.height) <= 1 || std::abs(width_at_height - size.width) <= 1;
 }
 
-// As the camera has it. Most programs find cameras of images as they are stored; those that turn them upright first, as
-// their EXIF says, leave a camera of swapped sides.
-// most_bytes: gets the most that was held.
-Image LoadTurned(const View& view, const std::array<float, 3>& background, double* most_bytes) {
+// How an image of that size has to be turned to be the camera's: 1 where it is as the camera has it, else what its EXIF
+// says. Most programs find cameras of images as they are stored; those that turn them upright first leave a camera of
+// swapped sides.
+int OrientationFor(const View& view, ImageSize size) {
+  constexpr int kFirstThatSwapsSides = 5;
   const Camera& camera = view.camera;
-  double samples = 0;
-  Image image = LoadImage(view.image_path, background, &samples);
-  *most_bytes = BytesOf(image) + samples;
-  if (HasShapeOf(camera, {image.width, image.height})) return image;
-  if (HasShapeOf(camera, {image.height, image.width})) {
-    *most_bytes = std::max(*most_bytes, 2 * BytesOf(image));
+  if (HasShapeOf(camera, size)) return 1;
+  if (HasShapeOf(camera, {size.height, size.width})) {
     const int orientation = ExifOrientation(ReadFile(view.image_path));
-    image = TurnedUpright(image, orientation);
-    if (HasShapeOf(camera, {image.width, image.height})) return image;
+    if (orientation >= kFirstThatSwapsSides) return orientation;
   }
   Fail(
       "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
       "from",
-      view.image_path, image.width, image.height, camera.width, camera.height);
+      view.image_path, size.width, size.height, camera.width, camera.height);
+}
+
+// most_bytes: gets the most that was held.
+Image LoadTurned(const View& view, const std::array<float, 3>& background, double* most_bytes) {
+  double samples = 0;
+  Image image = LoadImage(view.image_path, background, &samples);
+  *most_bytes = BytesOf(image) + samples;
+  const int orientation = OrientationFor(view, {image.width, image.height});
+  if (orientation == 1) return image;
+  *most_bytes = std::max(*most_bytes, 2 * BytesOf(image));
+  return TurnedUpright(image, orientation);
+}
+
+// From the photograph in its file, turned, to the one that is trained on.
+struct CameraSteps {
+  Camera in_file, undistorted, downscaled;
+};
+
+CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& rule) {
+  CameraSteps steps;
+  steps.in_file = ResizeCamera(view.camera, turned.width, turned.height);
+  steps.undistorted = view.distortion.is_none() ? steps.in_file : UndistortedCamera(view, steps.in_file);
+  const ImageSize size = DownscaledSize({steps.undistorted.width, steps.undistorted.height}, rule.downscale);
+  steps.downscaled = ResizeCamera(steps.undistorted, size.width, size.height);
+  return steps;
+}
+
+constexpr double kPlaneBytes = 3 * sizeof(float);  // a pixel
+
+double Pixels(const Camera& camera) { return static_cast<double>(camera.width) * camera.height; }
+
+// What making it will take at most beside the result: the decoder's samples, four of two bytes, and the planes made of
+// them; where planes are made of planes or turned, or have a mask, these.
+double MostWorkBytes(const View& view, const CameraSteps& steps, const PhotographRule& rule) {
+  constexpr double kMostSampleBytes = 8, kMaskedPlaneBytes = kPlaneBytes + 1;
+  const double in_file = Pixels(steps.in_file), undistorted = Pixels(steps.undistorted),
+               result = Pixels(steps.downscaled);
+  double most = (kMaskedPlaneBytes + kMostSampleBytes) * in_file;
+  most = std::max(most, 2 * kMaskedPlaneBytes * in_file);
+  if (!view.mask_path.empty()) most = std::max(most, (2 * kMaskedPlaneBytes + kMostSampleBytes) * in_file);
+  if (!view.distortion.is_none()) most = std::max(most, kMaskedPlaneBytes * (in_file + undistorted));
+  if (rule.downscale > 1) most = std::max(most, kMaskedPlaneBytes * (undistorted + result));
+  return most - kPlaneBytes * result;
 }
 
 void CheckSomethingCounts(const View& view, const Image& image) {
@@ -71,31 +111,39 @@ ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule) {
     most_bytes = std::max(most_bytes, BytesOf(image) + BytesOf(made));
     image = std::move(made);
   };
+  const CameraSteps steps = StepsFrom(view, {image.width, image.height}, rule);
   if (!rule.alpha_is_mask) image.mask = std::vector<std::uint8_t>();
   if (!view.mask_path.empty()) {
     const double bytes = ApplyMask(view.mask_path, &image);
     most_bytes = std::max(most_bytes, bytes + BytesOf(image));
   }
-  Camera camera = ResizeCamera(view.camera, image.width, image.height);
   if (!view.distortion.is_none()) {
-    const Camera pinhole = UndistortedCamera(view, camera);
-    replace_by(UndistortImage(image, camera, view.distortion, pinhole));
-    camera = pinhole;
+    replace_by(UndistortImage(image, steps.in_file, view.distortion, steps.undistorted));
   }
-  const ImageSize size = DownscaledSize({image.width, image.height}, rule.downscale);
-  if (rule.downscale > 1) replace_by(ResizeArea(image, size.width, size.height));
+  if (rule.downscale > 1) replace_by(ResizeArea(image, steps.downscaled.width, steps.downscaled.height));
   CheckSomethingCounts(view, image);
   ViewPhotograph result;
   result.work_bytes = most_bytes - BytesOf(image);
-  result.camera = ResizeCamera(camera, size.width, size.height);
+  result.camera = steps.downscaled;
   result.image = std::move(image);
   return result;
+}
+
+ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rule) {
+  ImageSize size = ReadImageSize(view.image_path);
+  if (OrientationFor(view, size) != 1) std::swap(size.width, size.height);
+  const CameraSteps steps = StepsFrom(view, size, rule);
+  const Camera& camera = steps.downscaled;
+  const bool may_have_mask = rule.alpha_is_mask || !view.mask_path.empty();
+  return {.camera = camera,
+          .bytes = (kPlaneBytes + (may_have_mask ? 1 : 0)) * camera.width * camera.height,
+          .work_bytes = MostWorkBytes(view, steps, rule)};
 }
 
 double ExpectedBytes(const View& view, const PhotographRule& rule) {
   const Camera camera = UndistortedCamera(view, view.camera);
   const ImageSize size = DownscaledSize({camera.width, camera.height}, rule.downscale);
-  return 3.0 * sizeof(float) * size.width * size.height;
+  return kPlaneBytes * size.width * size.height;
 }
 
 }  // namespace vesta::gs

@@ -25,6 +25,16 @@ ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule);
 
 double BytesOf(const Image& image);
 
+// What ReadPhotograph will make of it, by the header of its file.
+struct ForeseenPhotograph {
+  Camera camera;                     // as ViewPhotograph has it
+  double bytes = 0, work_bytes = 0;  // of the image, with a mask where it may have one, and beside it: at most
+};
+
+// Takes no longer for a large image than for a small one. Throws Error for what the header tells: no image, another
+// aspect ratio than the camera's; not for a damaged rest, nor for its mask.
+ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rule);
+
 // Bytes of its image by the size of its camera, without a look at the file. Throws Error for a distortion of which a
 // pinhole would see hardly anything.
 double ExpectedBytes(const View& view, const PhotographRule& rule);

@@ -1,5 +1,6 @@
 #include "problems/gaussian_splatting/io/load_photographs.h"
 
+#include "problems/gaussian_splatting/io/byte_reader.h"
 #include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
 #include "tests/problems/gaussian_splatting/io/test_images.h"
@@ -104,6 +105,42 @@ TEST_F(LoadPhotographsTest, LessThanTwoAreRefused) {
   EXPECT_NE(Load(2).photographs, nullptr);
   WriteBytes(ImagePath(4), "not an image");
   ExpectError([&] { Load(2); }, "view4.png: not a JPEG");
+}
+
+// Of thousands of photographs only as many are decoded at the start as are kept.
+TEST_F(LoadPhotographsTest, BeyondTheBudgetHeadersAreRead) {
+  const std::string damaged = ImagePath(8), whole = ReadFile(damaged);
+  WriteBytes(damaged, whole.substr(0, whole.size() / 2));
+  ExpectError([&] { Load(100); }, "view8.png: cut short or damaged");
+  const Scene stored = Load(2);
+  EXPECT_EQ(stored.views[8].camera.width, 60);
+  ExpectError([&] { stored.views[8].Photograph(); }, "view8.png: cut short or damaged");
+  WriteBytes(damaged, whole);
+  SavePng(damaged, Image(60, 60));
+  ExpectError([&] { Load(2); }, "view8.png: 60 x 60 pixels, but its camera has");
+}
+
+TEST_F(LoadPhotographsTest, HeadersForetellWhatIsRead) {
+  for (const bool is_distorted : {false, true}) {
+    if (is_distorted) Distort();
+    for (const int downscale : {1, 3}) {
+      View view;
+      view.camera = model_.cameras[0].camera;
+      view.distortion = model_.cameras[0].distortion;
+      const PhotographRule rule{.downscale = downscale};
+      for (const std::uint32_t i : {1u, 2u, 5u}) {
+        view.image_path = ImagePath(i);
+        view.mask_path = i == 2 ? (folder_ / "masks/view2.png") : "";
+        const ForeseenPhotograph foreseen = ForeseePhotograph(view, rule);
+        const ViewPhotograph read = ReadPhotograph(view, rule);
+        EXPECT_EQ(foreseen.camera.width, read.image.width);
+        EXPECT_EQ(foreseen.camera.height, read.image.height);
+        EXPECT_EQ(foreseen.camera.lens.cx, read.camera.lens.cx);
+        EXPECT_EQ(foreseen.bytes, static_cast<double>(sizeof(float) * read.image.rgb.size() + read.image.mask.size()));
+        EXPECT_GE(foreseen.work_bytes, read.work_bytes);
+      }
+    }
+  }
 }
 
 TEST_F(LoadPhotographsTest, OneOfAnotherSizeLaterIsNamed) {
