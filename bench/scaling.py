@@ -2,7 +2,7 @@
 """How a problem scales over processes, and what a model foresees for more of them.
 
   bench/scaling.py SCALING OUT.json [--processes 1,2,4] [--threads 1] [--rounds 3] [--networks 1:10,10:0.1,100:0.02]
-                   [--mpirun "mpirun --oversubscribe"] -- bal --cameras 200 --points 100000
+                   [--mpirun "mpirun --oversubscribe --bind-to none"] -- bal --cameras 200 --points 100000
   bench/scaling.py SCALING OUT.json ... -- splats SCENE SPLAT.ply
 
 SCALING: build/release/bench/scaling of a build with VESTA_MPI. Runs it for each number of processes, and once in one process without
@@ -10,8 +10,8 @@ parts, in turn, --rounds times; medians. Then, for each network (Gbit/s : millis
 exchanges wait as long as such a network would take, beside what the model says.
 
 The model: T(P) = W / P + V + exchanges * (latency + bytes(P) / bandwidth), where W is the work on parts and V what
-each process does for itself, both from the runs with one process (with and without parts); bytes(P) = 2 n (P - 1) / P values of the
-vector that is summed. It tells for each network at how many processes a step stops getting faster by a tenth from doubling them.
+each process does for itself, both from the runs with one process (with and without parts); bytes(P) in proportion to (P - 1) / P, those of a
+dense vector of n values, 2 n (P - 1) / P, or fewer, by what 2 processes received. It tells for each network at how many processes a step stops getting faster by a tenth from doubling them.
 """
 import argparse
 import json
@@ -40,25 +40,24 @@ def medians(rows):
             for name, value in rows[0].items()}
 
 
-def product_seconds(one, plain, processes, network):
+def product_seconds(one, plain, received_by_two, processes, network):
     """(work of parts, own work, exchange) of a product of H on `processes`; network: (bytes a second, seconds a message)."""
     parts, alone = one["product_ms"] / 1e3, plain["product_ms"] / 1e3
     own = max(parts - alone, 0)
     bytes_a_second, latency = network
-    scalar = one["scalar_bytes"]
-    received = 2 * one["parameters"] * scalar * (processes - 1) / processes
+    received = 2 * received_by_two * (processes - 1) / processes
     exchange = 0 if processes == 1 else 2 * latency + received / bytes_a_second
     return alone / processes, own / processes, exchange
 
 
-def foresee(one, plain, networks):
+def foresee(one, plain, received_by_two, networks):
     print(f"\n{'Gbit/s':>7} {'ms':>6} | seconds of a product on 1, 2, 4, ... 256 processes; * where doubling gains under a tenth")
     rows = []
     for gbit, milliseconds in networks:
         network = (gbit * 1e9 / 8, milliseconds * 1e-3)
         times = {}
         for power in range(9):
-            times[2**power] = sum(product_seconds(one, plain, 2**power, network))
+            times[2**power] = sum(product_seconds(one, plain, received_by_two, 2**power, network))
         best = next((p for p in times if 2 * p in times and times[2 * p] > 0.9 * times[p]), None)
         print(f"{gbit:7g} {milliseconds:6g} | " +
               " ".join(f"{seconds:.4g}{'*' if p == best else ''}" for p, seconds in times.items()))
@@ -75,7 +74,7 @@ def main():
     parser.add_argument("--threads", default="1")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--networks", default="1:10,10:0.1,100:0.02")
-    parser.add_argument("--mpirun", default="mpirun --oversubscribe")
+    parser.add_argument("--mpirun", default="mpirun --oversubscribe --bind-to none")
     args = parser.parse_args(own)
     if not command:
         parser.error("what to measure stands after --: bal or splats")
@@ -106,15 +105,17 @@ def main():
     one, plain = by_kind["1 processes"], by_kind["plain"]
     print("\n2 processes that wait as over a network, a product: measured, and that of the model with 2 processes as measured here")
     slowed = []
-    here = by_kind.get("2 processes", one)["product_ms"] / 1e3
+    two = by_kind.get("2 processes")
+    here = (two or one)["product_ms"] / 1e3
+    received_by_two = two["product_mib"] * MIB if two else one["parameters"] * one["scalar_bytes"]
     for gbit, milliseconds in networks:
         measured = statistics.median(on(2, f"--gbit={gbit}", f"--latency_ms={milliseconds}")["product_ms"] / 1e3
                                      for _ in range(args.rounds))
-        exchange = product_seconds(one, plain, 2, (gbit * 1e9 / 8, milliseconds * 1e-3))[2]
+        exchange = product_seconds(one, plain, received_by_two, 2, (gbit * 1e9 / 8, milliseconds * 1e-3))[2]
         print(f"{gbit:7g} Gbit/s {milliseconds:6g} ms: {measured:.4g} s, foreseen {here + exchange:.4g} s")
         slowed.append({"gbit": gbit, "milliseconds": milliseconds, "measured": measured, "foreseen": here + exchange})
     rows += [{"kind": "slowed", **row} for row in slowed]
-    rows += [{"kind": "foreseen", **row} for row in foresee(one, plain, networks)]
+    rows += [{"kind": "foreseen", **row} for row in foresee(one, plain, received_by_two, networks)]
     report.write_json(args.out, "scaling", rows, [])
 
 
