@@ -159,8 +159,8 @@ void WriteAdjusted(const Flags& flags, const Adjusted& adjusted, const bundle::B
 int RunBundleAdjust(const CommandLine& line) {
   const Flags& flags = line.flags;
   const std::string& file = line.arguments[0];
-  const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks();
-  if (on_gpu && over_ranks) Fail("--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
+  const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks() && !on_gpu;
+  if (on_gpu && NumStartedRanks() > 1) Fail("--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
   bundle::BundleData data = FirstRankFirst([&] {
     if (IsFirstRank()) {
       RunFiles files = FilesOf(line);

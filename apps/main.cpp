@@ -34,7 +34,7 @@ int Run(int argc, char** argv) {
   }
   if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
   UseComputeFlags(line.flags);
-  if (IsStartedInRanks() && !MayRunInRanks(line.command->command)) {
+  if (NumStartedRanks() > 1 && !MayRunInRanks(line.command->command)) {
     Fail("vesta {} runs in one process; start it without mpirun", line.command->name);
   }
   switch (line.command->command) {
@@ -65,8 +65,9 @@ int Run(int argc, char** argv) {
 }
 
 int Complain(const char* message, int status) {
-  PrintText(stderr, fmt::format("vesta: {}{}\n", RankPrefix(), OneLine(message)));
-  EndWithOthers(OneLine(message), status);
+  const std::string line = OneLine(message);
+  if (!IsKnownToOthers(line)) PrintText(stderr, fmt::format("vesta: {}{}\n", RankPrefix(), line));
+  EndWithOthers(line, status);
   return status;
 }
 

@@ -12,8 +12,10 @@ namespace vesta::app {
 // All processes, where mpirun or alike started several; else this one alone. The first call begins MPI. Throws Error
 // where processes were started together by a program that was built without MPI.
 Ranks& WorldRanks();
-// Where others wait for this process, tells them why it ends, and ends it with this status without another word of
-// MPI's; else returns.
+// Whether another process has said the same, so that it need not be said again.
+bool IsKnownToOthers(const std::string& why);
+// Where there are others, tells them why this process ends, unless they know, and ends it at once, since MPI would wait
+// for ever. Alone it returns.
 void EndWithOthers(const std::string& why, int status);
 // At the end of the program: waits for the others, so that none ends well where another does not.
 void MeetAtEnd();

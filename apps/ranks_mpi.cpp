@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cstdio>
+
 #include "apps/print.h"
 #include "apps/ranks.h"
 #include "kernels/mpi/mpi_ranks.h"
@@ -26,9 +28,18 @@ Ranks& WorldRanks() {
   return *world;
 }
 
+bool IsKnownToOthers(const std::string& why) {
+  try {
+    return WorldRanks().IsKnown(why);
+  } catch (const Error&) {
+    return false;  // without MPI each says its own
+  }
+}
+
 void EndWithOthers(const std::string& why, int status) {
   if (!world || world->size() == 1) return;
   world->Abandon(why);
+  std::fflush(stdout);
   // MPI_Finalize would wait for calls that nobody answers any more.
   _exit(status);
 }

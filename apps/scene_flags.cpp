@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "kernels/core/process_memory.h"
+#include "kernels/ranks/ranks.h"
 
 namespace vesta::app {
 namespace {
@@ -25,7 +26,7 @@ bool IsGiven(const schema::Field<Flags>& flag, const Flags& flags) { return flag
 double PhotographsBytes(const Flags& flags, double memory_budget_gib) {
   constexpr double kMib = 1 << 20, kMibInGib = 1024, kPart = 0.5;
   if (flags.photographs_mib) return *flags.photographs_mib * kMib;
-  const double available = AvailableMemoryMib(), budget = memory_budget_gib * kMibInGib;
+  const double available = AvailableMemoryMib() / NumRanksOnThisMachine(), budget = memory_budget_gib * kMibInGib;
   return kPart * kMib * (budget > 0 ? std::min(available, budget) : available);
 }
 

@@ -9,8 +9,8 @@ SCALING: build/release/bench/scaling of a build with VESTA_MPI. Runs it for each
 parts, in turn, --rounds times; medians. Then, for each network (Gbit/s : milliseconds a message), a run with 2 processes whose
 exchanges wait as long as such a network would take, beside what the model says.
 
-The model: T(P) = W / P + V + exchanges * (latency + bytes(P) / bandwidth), where W is the work on parts and V what
-each process does for itself, both from the runs with one process (with and without parts); bytes(P) in proportion to (P - 1) / P, those of a
+The model, of a product of H: T(P) = (W + V) / P + 2 latency + bytes(P) / bandwidth, where W is the work of the problem and V what
+cutting it into parts adds, both from the runs with one process (with and without parts); bytes(P) in proportion to (P - 1) / P, those of a
 dense vector of n values, 2 n (P - 1) / P, or fewer, by what 2 processes received. It tells for each network at how many processes a step stops getting faster by a tenth from doubling them.
 """
 import argparse
@@ -41,7 +41,7 @@ def medians(rows):
 
 
 def product_seconds(one, plain, received_by_two, processes, network):
-    """(work of parts, own work, exchange) of a product of H on `processes`; network: (bytes a second, seconds a message)."""
+    """(work of the problem, that of cutting it, exchange) of a product of H on `processes`; network: (bytes a second, seconds a message)."""
     parts, alone = one["product_ms"] / 1e3, plain["product_ms"] / 1e3
     own = max(parts - alone, 0)
     bytes_a_second, latency = network
@@ -51,12 +51,12 @@ def product_seconds(one, plain, received_by_two, processes, network):
 
 
 def foresee(one, plain, received_by_two, networks):
-    print(f"\n{'Gbit/s':>7} {'ms':>6} | seconds of a product on 1, 2, 4, ... 256 processes; * where doubling gains under a tenth")
+    print(f"\n{'Gbit/s':>7} {'ms':>6} | seconds of a product on 1, 2, 4, ... processes, up to the number of parts; * where doubling gains under a tenth")
     rows = []
     for gbit, milliseconds in networks:
         network = (gbit * 1e9 / 8, milliseconds * 1e-3)
         times = {}
-        for power in range(9):
+        for power in range(int(one["parts"]).bit_length()):
             times[2**power] = sum(product_seconds(one, plain, received_by_two, 2**power, network))
         best = next((p for p in times if 2 * p in times and times[2 * p] > 0.9 * times[p]), None)
         print(f"{gbit:7g} {milliseconds:6g} | " +

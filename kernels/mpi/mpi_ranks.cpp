@@ -53,7 +53,8 @@ struct Pieces {
     }
   }
   static int Count(std::size_t count) {
-    if (count > INT_MAX) Fail("a message of {} values between processes; MPI takes {}: use more parts", count, INT_MAX);
+    if (count > INT_MAX)
+      Fail("a message of {} values between processes; MPI takes {}: the problem is too large", count, INT_MAX);
     return static_cast<int>(count);
   }
   std::vector<int> counts, offsets;
@@ -77,7 +78,7 @@ class MpiRanks final : public Ranks {
   ~MpiRanks() override {
     if (is_abandoned_) return;  // with calls of others pending MPI_Finalize would wait for ever
     MPI_Cancel(&abandoned_by_);
-    MPI_Request_free(&abandoned_by_);
+    MPI_Wait(&abandoned_by_, MPI_STATUS_IGNORE);
     MPI_Comm_free(&news_);
     MPI_Finalize();
   }
@@ -90,9 +91,7 @@ class MpiRanks final : public Ranks {
   void Abandon(const std::string& why) noexcept override {
     if (is_abandoned_) return;
     is_abandoned_ = true;
-    Words words{};
-    const std::size_t length = std::min(why.size(), kMostWords - 1);
-    std::memcpy(words.data(), why.data(), length);
+    const Words words = WordsOf(why);
     std::vector<MPI_Request> sends(static_cast<std::size_t>(size_), MPI_REQUEST_NULL);
     for (int r = 0; r < size_; ++r) {
       if (r == rank_) continue;
@@ -105,8 +104,27 @@ class MpiRanks final : public Ranks {
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
   }
+  bool IsKnown(const std::string& why) noexcept override {
+    if (rank_ == 0 || is_abandoned_) return is_abandoned_;
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
+    while (std::chrono::steady_clock::now() < patience) {
+      int told = 0;
+      if (MPI_Test(&abandoned_by_, &told, MPI_STATUS_IGNORE) != MPI_SUCCESS) return false;
+      if (told != 0) {
+        is_abandoned_ = true;
+        return words_ == WordsOf(why);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
 
  private:
+  static Words WordsOf(const std::string& why) noexcept {
+    Words words{};
+    std::memcpy(words.data(), why.data(), std::min(why.size(), kMostWords - 1));
+    return words;
+  }
   void DoAllGather(Bytes all, std::span<const std::size_t> sizes) override {
     const Units units = UnitsOf(sizes);
     const Pieces pieces(sizes, units);
@@ -133,12 +151,13 @@ class MpiRanks final : public Ranks {
     constexpr int kBusyPolls = 2000;
     const auto start = Clock::now();
     bool is_warned = false;
-    for (int polls = 0;; ++polls) {
+    for (int polls = 0;;) {
       int done = 0;
       CheckMpi(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test");
       if (done != 0) return;
       ThrowIfAbandoned();
       if (polls < kBusyPolls) {
+        ++polls;
         std::this_thread::yield();
         continue;
       }
@@ -146,7 +165,7 @@ class MpiRanks final : public Ranks {
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       if (!is_warned && options_.warn != nullptr && seconds > options_.warn_after) {
         is_warned = true;
-        options_.warn(fmt::format("rank {} of {} has waited {:.0f} s for the others", rank_, size_, seconds));
+        options_.warn(fmt::format("process {} of {} has waited {:.0f} s for the others", rank_, size_, seconds));
       }
     }
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <initializer_list>
 
 #include "kernels/core/check.h"
 
@@ -33,12 +34,32 @@ void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_siz
   std::copy_n(send.begin(), send_sizes[0], receive.begin());
 }
 
-bool IsStartedInRanks() {
-  // Of Open MPI; of MPICH and whatever speaks PMI; of Slurm with PMIx.
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"}) {
-    if (std::getenv(name) != nullptr) return true;
+namespace {
+
+// The first of these variables of the environment that is a number above 0; 1: none is.
+int CountFrom(std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    const char* const value = std::getenv(name);
+    const int count = value != nullptr ? std::atoi(value) : 0;
+    if (count > 0) return count;
   }
-  return false;
+  return 1;
+}
+
+}  // namespace
+
+// Of Open MPI; of MPICH and whatever speaks PMI; of Slurm with PMIx.
+bool IsStartedInRanks() {
+  const auto names = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"};
+  return std::ranges::any_of(names, [](const char* name) { return std::getenv(name) != nullptr; });
+}
+
+int NumStartedRanks() {
+  return IsStartedInRanks() ? CountFrom({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"}) : 1;
+}
+
+int NumRanksOnThisMachine() {
+  return IsStartedInRanks() ? CountFrom({"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE"}) : 1;
 }
 
 std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {

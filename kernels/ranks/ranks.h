@@ -46,6 +46,9 @@ class Ranks {
                 std::span<const std::size_t> receive_sizes);
   // Says why this rank goes on no more. The others' pending and later calls throw OthersGaveUp. Never throws.
   virtual void Abandon(const std::string& why) noexcept = 0;
+  // Whether another rank has just abandoned this one with the same words, as where all find the same file missing: then
+  // it need not be said again. Waits for it half a second, but for the first rank.
+  virtual bool IsKnown(const std::string& /*why*/) noexcept { return false; }
 
   const RankTraffic& traffic() const { return traffic_; }
 
@@ -71,8 +74,11 @@ class SoloRank final : public Ranks {
                   std::span<const std::size_t> receive_sizes) override;
 };
 
-// Whether mpirun or alike started this process, by the environment that it gives its processes.
+// Whether mpirun or alike started this process, by the environment that it gives its processes; how many it started, as
+// far as that says so; and how many of them run on this machine, 1 where it does not say.
 bool IsStartedInRanks();
+int NumStartedRanks();
+int NumRanksOnThisMachine();
 
 // The k-th of `parts` pieces of [0, count), all of about the same size.
 struct Share {

@@ -30,8 +30,8 @@ BundleParts::BundleParts(const BundleData& data, int num_parts, BundleProblemOpt
     // At least one point each, and the rest after it.
     const auto cut = std::lower_bound(first_.begin(), first_.end() - 1, observations * part / parts) - first_.begin();
     const Index least = part == 0 ? 0 : first_point_.back() + 1;
-    first_point_.push_back(part == parts ? data.num_points
-                                         : std::clamp<Index>(cut, least, data.num_points - (parts - part)));
+    const Index most = data.num_points - (parts - part);  // a point is left for each part to come
+    first_point_.push_back(part == 0 ? 0 : part == parts ? data.num_points : std::clamp<Index>(cut, least, most));
   }
 }
 

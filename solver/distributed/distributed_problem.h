@@ -80,12 +80,15 @@ class DistributedProblem final : public Problem<B> {
 
  private:
   void CheckSameProblem();
+  // Once.
+  void CheckSameStart(ConstView x);
 
   Ranks& ranks_;
   ProblemParts<B>& parts_;
   std::vector<OwnPart<B>> own_;
   std::unique_ptr<SumOverRanks<S>> tangent_sum_;
   Index num_units_ = 0;
+  bool has_checked_start_ = false;
 };
 
 }  // namespace vesta

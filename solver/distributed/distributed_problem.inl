@@ -2,6 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <type_traits>
 #include <utility>
 
 #include "kernels/core/check.h"
@@ -76,8 +79,25 @@ auto DistributedProblem<B>::Localize(ConstView x, OwnPart<B>& part) -> ConstView
 }
 
 template <Backend B>
+void DistributedProblem<B>::CheckSameStart(ConstView x) {
+  if (std::exchange(has_checked_start_, true)) return;
+  std::uint64_t hash = 14695981039346656037U;  // FNV-1a, by values
+  for (const S value : x) {
+    hash = (hash ^ static_cast<std::uint64_t>(
+                       std::bit_cast<std::conditional_t<sizeof(S) == 8, std::uint64_t, std::uint32_t>>(value))) *
+           1099511628211U;
+  }
+  const std::vector<std::uint64_t> all = GatherValues(ranks_, std::vector<std::uint64_t>{hash});
+  for (std::size_t r = 1; r < all.size(); ++r) {
+    if (all[r] != all[0])
+      Fail("process {} starts from other numbers than process 0: all must be given the same problem", r);
+  }
+}
+
+template <Backend B>
 double DistributedProblem<B>::Cost(ConstView x) {
   this->CheckSize(x);
+  CheckSameStart(x);
   std::vector<double> costs;
   for (OwnPart<B>& part : own_) costs.push_back(part.problem->Cost(Localize(x, part)));
   return SumNumbers(costs);

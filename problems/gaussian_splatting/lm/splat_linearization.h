@@ -7,6 +7,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/lm/splat_grams.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/lm/splat_scratch.h"
 
 namespace vesta::gs {
 
@@ -21,9 +22,11 @@ class SplatLinearization final : public Linearization<B> {
   using Workspace = typename SplatBackend<B>::Workspace;
 
   // Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
-  // problem and its other linearizations, one call at a time.
+  // problem and its other linearizations, one call at a time; scratch likewise, where JacobianKind::kRebuild leaves
+  // nothing in it from call to call; null: its own.
   SplatLinearization(const SplatProblemOptions& options, ConstView x, std::vector<const TargetView<B>*> views,
-                     double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace);
+                     double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
+                     std::shared_ptr<SplatScratch<B>> scratch = nullptr);
 
   // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
   Index num_residuals() const override { return num_residuals_; }
@@ -49,13 +52,7 @@ class SplatLinearization final : public Linearization<B> {
 
  private:
   using Vector = typename B::Vector;
-  struct Unit {
-    const TargetView<B>* target;
-    ImageShape shape;
-    typename SplatBackend<B>::SplatView view;
-    Vector image;
-    typename Loss::Linearization loss;
-  };
+  using Unit = typename SplatScratch<B>::Unit;
   // Builds all views, and sums their gradients, of which comes the descent (of a part their squares); then caches the
   // Jacobian, as the options have it.
   void MakeUnits();
@@ -80,13 +77,13 @@ class SplatLinearization final : public Linearization<B> {
   splat::Model<S> model_;
   std::vector<const TargetView<B>*> views_;
   double scale_;
-  mutable std::vector<Unit> units_;  // of all views; of JacobianKind::kRebuild one, for each in turn
+  std::shared_ptr<SplatScratch<B>> scratch_;
   Index num_residuals_ = 0;
   std::shared_ptr<Loss> loss_;
   std::shared_ptr<Workspace> workspace_;
   Vector gradient_, descent_;  // until someone asks for them; the second, where it is its own (of a part: squares)
   SplatGrams<B> grams_;        // made with the diagonal, and kept for the preconditioner
-  mutable Vector residuals_, image_work_, weighted_work_;
+  mutable Vector residuals_;
 };
 
 }  // namespace vesta::gs

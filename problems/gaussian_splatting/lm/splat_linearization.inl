@@ -16,11 +16,12 @@ namespace vesta::gs {
 template <Backend B>
 SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, ConstView x,
                                           std::vector<const TargetView<B>*> views, double scale,
-                                          std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace)
+                                          std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
+                                          std::shared_ptr<SplatScratch<B>> scratch)
     : options_(options),
       views_(std::move(views)),
       scale_(scale),
-      units_(options.jacobian == JacobianKind::kRebuild ? std::min<std::size_t>(views_.size(), 1) : views_.size()),
+      scratch_(scratch ? std::move(scratch) : std::make_shared<SplatScratch<B>>()),
       loss_(std::move(loss)),
       workspace_(std::move(workspace)) {
   model_ = {x.data(), options, options.sh_degree};
@@ -30,10 +31,10 @@ SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, Co
     num_residuals_ += values;
     largest = std::max(largest, values);
   }
-  image_work_.ResizeForOverwrite(largest);
-  weighted_work_.ResizeForOverwrite(largest);
+  const bool rebuilds = options.jacobian == JacobianKind::kRebuild;
+  scratch_->Fit(rebuilds ? std::min<std::size_t>(views_.size(), 1) : views_.size(), largest);
   // A part that holds no views is one of many: its gradient is made when it is asked for.
-  if (!options.is_part || options.jacobian != JacobianKind::kRebuild) MakeUnits();
+  if (!options.is_part || !rebuilds) MakeUnits();
 }
 
 template <Backend B>
@@ -44,8 +45,8 @@ void SplatLinearization<B>::MakeUnits() {
   Vector of_view;
   if (steers) of_view.Resize(num_parameters()), descent_.Resize(num_parameters());
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    Unit& unit = units_[i % units_.size()];
-    const View image_gradient = image_work_.view().subspan(0, views_[i]->shape().NumValues());
+    Unit& unit = scratch_->units[i % scratch_->units.size()];
+    const View image_gradient = scratch_->image_work.view().subspan(0, views_[i]->shape().NumValues());
     Build(*views_[i], unit, image_gradient);
     Scale(image_gradient);
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (steers ? of_view : gradient_).data(),
@@ -85,12 +86,12 @@ template <Backend B>
 template <class Body>
 void SplatLinearization<B>::ForEachUnit(const Body& body) const {
   if (options_.jacobian != JacobianKind::kRebuild) {
-    for (Unit& unit : units_) body(unit);
+    for (Unit& unit : scratch_->units) body(unit);
     return;
   }
   for (const TargetView<B>* view : views_) {
-    Unit& unit = units_.front();
-    Build(*view, unit, image_work_.view().subspan(0, view->shape().NumValues()));
+    Unit& unit = scratch_->units.front();
+    Build(*view, unit, scratch_->image_work.view().subspan(0, view->shape().NumValues()));
     body(unit);
   }
 }
@@ -134,7 +135,7 @@ void SplatLinearization<B>::ApplyJT(ConstView u, View g) {
     const Index values = unit.shape.NumValues();
     const S* counted = in;
     if (unit.target->mask.size() > 0) {
-      const View copy = weighted_work_.view().subspan(0, values);
+      const View copy = scratch_->weighted_work.view().subspan(0, values);
       B().Copy(ConstView{in, values}, copy);
       ClearLeftOut<B>(unit.target->mask, copy);
       counted = copy.data();
@@ -160,18 +161,18 @@ void SplatLinearization<B>::ApplyH(ConstView v, View Hv) {
   B().Fill(0, Hv);
   const auto work = [](const Unit& unit, Vector& images) { return images.view().subspan(0, unit.shape.NumValues()); };
   if (options_.jacobian != JacobianKind::kRebuild) {
-    for (Unit& unit : units_) {
-      const View d_image = work(unit, image_work_);
+    for (Unit& unit : scratch_->units) {
+      const View d_image = work(unit, scratch_->image_work);
       unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
-      AddJTW(unit, d_image, work(unit, weighted_work_), Hv);
+      AddJTW(unit, d_image, work(unit, scratch_->weighted_work), Hv);
     }
     return;
   }
   // A view that is built for this product alone is rendered along with it.
   for (const TargetView<B>* view : views_) {
-    Unit& unit = units_.front();
+    Unit& unit = scratch_->units.front();
     Project(*view, unit);
-    const View d_image = work(unit, image_work_), weighted = work(unit, weighted_work_);
+    const View d_image = work(unit, scratch_->image_work), weighted = work(unit, scratch_->weighted_work);
     unit.view.RenderAndApplyJ(model_, v.data(), unit.image.data(), d_image.data(), *workspace_);
     LinearizeLoss(unit, weighted);
     AddJTW(unit, d_image, weighted, Hv);
@@ -220,7 +221,7 @@ void SplatLinearization<B>::DescentOf(Index units, ConstView gradient, View squa
 template <Backend B>
 void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal, S* sh_blocks) {
   ForEachUnit([&](Unit& unit) {
-    const View omega = weighted_work_.view().subspan(0, unit.shape.NumValues());
+    const View omega = scratch_->weighted_work.view().subspan(0, unit.shape.NumValues());
     B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
     unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_, sh_blocks);
   });
@@ -235,6 +236,7 @@ void SplatLinearization<B>::DiagJTJ(View d) {
     AddGram(grams_.blocks(), grams_.sh_diagonal(), grams_.sh_blocks());
   }
   grams_.CopyDiagonal(d);
+  if (options_.is_part) grams_.Release();  // others' would be held beside them
 }
 
 template <Backend B>

@@ -19,6 +19,12 @@ inline void CheckOneBatch(const ViewBatchOptions& batches) {
   }
 }
 
+// How many parts so many views make.
+inline int SplatPartsOf(Index views) {
+  constexpr Index kMost = 64;
+  return static_cast<int>(std::clamp<Index>(views, 1, kMost));
+}
+
 // Each part has all Gaussians and a run of the views. Of views that fall to others nothing is looked at.
 template <Backend B>
 class SplatParts final : public ProblemParts<B> {
@@ -26,8 +32,7 @@ class SplatParts final : public ProblemParts<B> {
   // No more parts than there are views, and as many whatever the number of processes is. whole must outlive this
   // object. Throws Error as CheckOneBatch does.
   explicit SplatParts(SplatProblem<B>& whole)
-      : whole_(whole),
-        num_parts_(static_cast<int>(std::clamp<Index>(static_cast<Index>(whole.views().size()), 1, kMostParts))) {
+      : whole_(whole), num_parts_(SplatPartsOf(static_cast<Index>(whole.views().size()))) {
     CheckOneBatch(whole.options().batches);
   }
 
@@ -46,8 +51,6 @@ class SplatParts final : public ProblemParts<B> {
   Problem<B>* geometry() override { return &whole_; }
 
  private:
-  static constexpr Index kMostParts = 64;
-
   SplatProblem<B>& whole_;
   int num_parts_;
 };

@@ -15,6 +15,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/options.h"
+#include "problems/gaussian_splatting/lm/splat_scratch.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -76,7 +77,8 @@ class SplatProblem : public Problem<B> {
   ViewBatches batches_;
   std::shared_ptr<typename SplatBackend<B>::Loss> loss_;
   std::shared_ptr<typename SplatBackend<B>::Workspace> workspace_;
-  Buffer<float, typename B::Space> units_;  // of length; empty: all 1
+  std::shared_ptr<SplatScratch<B>> scratch_;  // of parts
+  Buffer<float, typename B::Space> units_;    // of length; empty: all 1
 };
 
 }  // namespace vesta::gs

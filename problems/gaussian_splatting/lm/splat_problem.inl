@@ -20,7 +20,8 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
       views_(views),
       batches_(options.batches, static_cast<Index>(views.size())),
       loss_(std::make_shared<typename SplatBackend<B>::Loss>(options.weights)),
-      workspace_(std::make_shared<typename SplatBackend<B>::Workspace>()) {
+      workspace_(std::make_shared<typename SplatBackend<B>::Workspace>()),
+      scratch_(std::make_shared<SplatScratch<B>>()) {
   VESTA_CHECK(options.is_uniform() || !options.sh_blocks, "blocks of harmonics of different degrees");
   if (options.units) {
     const HostSpan<const float> units(options.units->data(), static_cast<Index>(options.units->size()));
@@ -41,7 +42,8 @@ SplatProblem<B>::SplatProblem(const SplatProblem& whole, std::span<const TargetV
       views_(views),
       batches_({}, static_cast<Index>(views.size())),
       loss_(whole.loss_),
-      workspace_(whole.workspace_) {
+      workspace_(whole.workspace_),
+      scratch_(whole.scratch_) {
   options_.batches = {};
   options_.is_part = true;
 }
@@ -86,7 +88,9 @@ std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstView x, int ba
   this->CheckBatch(batch);
   std::vector<const TargetView<B>*> views;
   for (const Index v : batches_.views(batch)) views.push_back(&views_[static_cast<std::size_t>(v)]);
-  return std::make_unique<SplatLinearization<B>>(options_, x, std::move(views), batches_.scale(), loss_, workspace_);
+  const bool shares = options_.is_part && options_.jacobian == JacobianKind::kRebuild;
+  return std::make_unique<SplatLinearization<B>>(options_, x, std::move(views), batches_.scale(), loss_, workspace_,
+                                                 shares ? scratch_ : nullptr);
 }
 
 template <Backend B>

@@ -208,11 +208,13 @@ class AdamStage {
                          Observes(options_.density, span) ? &state_->model.density() : nullptr);
     const Share own = OwnViews(session_.ranks(), views);
     for (int k = 0; k < views; ++k) {
-      if (k >= own.begin && k < own.end) {
-        targets.Expect([this, order = state_->order]() mutable { return NextView(order); });
-      }
+      const bool is_own = k >= own.begin && k < own.end;
+      const auto ahead = [this, order = state_->order, place = Index{k}, own, views]() mutable {
+        return NextOwn(own, views, &place, [&] { return NextView(order); });
+      };
+      if (is_own) targets.Expect(ahead);
       const std::size_t next = NextView(state_->order);
-      if (k < own.begin || k >= own.end) continue;
+      if (!is_own) continue;
       const TargetView<B>& target = targets[next];
       const ImageShape shape = target.shape();
       const auto values = static_cast<double>(shape.NumValues());
@@ -224,9 +226,7 @@ class AdamStage {
       // The loss is read last, so that on a device all of the view's work is under way.
       passes_->views.Add(k, pulls, gradient, [&] { return ViewCost{passes_->loss.Value().objective, values}; });
     }
-    if constexpr (kOnHost) {
-      if (session_.ranks() && views > 1) ShareParts(*session_.ranks(), &passes_->views);
-    }
+    if constexpr (kOnHost) ShareParts(session_.ranks(), &passes_->views);
     const ViewCost sum = passes_->views.Finish(gradient);
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;

@@ -24,6 +24,8 @@ class SumOfViews {
     layout_ = layout, density_ = density, views_ = views;
     tree_ = Tree(views);
   }
+  Index num_views() const { return views_; }
+  Index num_gaussians() const { return layout_.model.count; }
   // View k of the iteration has left its gradient in `gradient`, laid out as the model, which was zero before. Where
   // there are more views it is taken from there (ViewGradients::Take). cost() is asked for last.
   template <class Cost>

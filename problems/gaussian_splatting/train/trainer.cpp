@@ -121,6 +121,12 @@ void NoteOddities(const LmStageOptions& lm, Index batches, Index views, Training
   }
 }
 
+// Whether LM is left out, by one process for all.
+bool IsLeftOutByAny(Ranks* ranks, const TrainResult& result) {
+  const bool is_left_out = !result.lm_left_out.empty();
+  return ranks ? OnAnyRank(*ranks, is_left_out) : is_left_out;
+}
+
 // LM as memory allows; what was foreseen and chosen goes into the result. options are those of the session.
 void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& model, const StageRunners& stages,
                   TrainResult& result) {
@@ -153,6 +159,7 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
     result.lm_left_out = error.what();
     options.lm.iterations = 0;
   }
+  if (IsLeftOutByAny(session.ranks(), result)) options.lm.iterations = 0;
   if (options.lm.iterations > 0 && !session.has_reached_target() && !session.ShouldStop()) {
     options.lm = plan.lm;
     result.lm_report = stages.lm(session, model, plan.hold_batches);
@@ -178,16 +185,28 @@ void NoteMissedTarget(TrainingSession& session) {
                   session.held_out_psnr(), session.options().target_psnr));
 }
 
-// Clocks and what is measured by one process must not decide what all do.
-void CheckRanks(const TrainOptions& options, const TrainCallbacks& callbacks, bool is_on_device) {
-  if (!callbacks.ranks) return;
-  if (options.cameras.refines()) Fail("--refine_cameras: several processes train with cameras as given; leave it");
-  if (options.lm.iterations > 0) CheckOneBatch({options.lm.batches, options.lm.batch_size});
+// Clocks and what is measured by one process must not decide what all do, and all must see the same scene.
+void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCallbacks& callbacks, bool is_on_device) {
+  Ranks* const ranks = callbacks.ranks;
+  if (!ranks) return;
+  if (options.lm.iterations > 0) {
+    CheckOneBatch({options.lm.batches, options.lm.batch_size});
+    CheckTerms(SplatPartsOf(static_cast<Index>(NumTrainingViews(scene))), *ranks);
+  }
+  if (ranks->size() == 1) return;
+  const auto refuse = [](const std::string& what, const char* why) {
+    Fail("{}: several processes train {}; leave it", what, why);
+  };
   if (is_on_device) Fail("several processes train on CPUs alone; use --device=cpu");
-  if (options.time_limit > 0)
-    Fail("--time_limit={}: several processes train by iterations; leave it", options.time_limit);
-  if (options.target_psnr > 0) {
-    Fail("--target_psnr={}: several processes train by iterations; leave it", options.target_psnr);
+  if (options.cameras.refines()) refuse("--refine_cameras", "with cameras as given");
+  if (options.time_limit > 0) refuse(fmt::format("--time_limit={}", options.time_limit), "by iterations");
+  if (options.target_psnr > 0) refuse(fmt::format("--target_psnr={}", options.target_psnr), "by iterations");
+  if (options.memory.budget_gib > 0) {
+    refuse(fmt::format("--memory_budget={}", options.memory.budget_gib), "without a bound, as each has another");
+  }
+  const std::vector<std::uint64_t> scenes = GatherValues(*ranks, std::vector<std::uint64_t>{FingerprintOf(scene)});
+  for (std::size_t r = 1; r < scenes.size(); ++r) {
+    if (scenes[r] != scenes[0]) Fail("process {} reads another scene than process 0; give all the same", r);
   }
 }
 
@@ -195,7 +214,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
   CheckTarget(scene, options);
-  CheckRanks(options, callbacks, stages.device_memory != nullptr);
+  CheckRanks(scene, options, callbacks, stages.device_memory != nullptr);
   CheckStored(scene, options, stages.device_memory != nullptr);
   TrainingSession session(scene, options, seconds_before, callbacks);
   options.memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);
@@ -223,6 +242,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   if (options.adam.runs() && session.first_stage() == Stage::kAdam) {
     stages.adam(session, model);
     SaveBeforeLm(session, callbacks, model, options, result);
+    if (IsLeftOutByAny(callbacks.ranks, result)) options.lm.iterations = 0;
   }
   const double between = session.Seconds();
   PlanAndRunLm(session, options, model, stages, result);

@@ -93,6 +93,15 @@ TEST(BundleParts, ReduceToTheSystemOfTheWhole) {
   });
 }
 
+TEST(BundleParts, OfNoPointsIsOne) {
+  BundleData data;
+  data.num_cameras = 2;
+  data.x.resize(18);
+  BundleParts parts(data, 4);
+  ASSERT_EQ(parts.num_parts(), 1);
+  EXPECT_EQ(parts.Make(0).problem->num_parameters(), 18);
+}
+
 TEST(BundleParts, HaveAtLeastAPointEach) {
   BundleData data = Street();
   EXPECT_EQ(BundleParts(data, 100000).num_parts(), 400);
