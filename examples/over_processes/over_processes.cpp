@@ -38,8 +38,8 @@ void AddNetwork(vesta::BlockProblem& problem) {
     for (const int way : {1, 10, 300}) {
       if (from + way >= kMarks) continue;
       const double error = 1e-3 * ((from * 31 + way) % 5 - 2);  // millimetres
-      problem.AddResidualBlock(
-          std::make_shared<Levelled>(TrueHeight(from + way) - TrueHeight(from) + error), nullptr, {from, from + way});
+      problem.AddResidualBlock(std::make_shared<Levelled>(TrueHeight(from + way) - TrueHeight(from) + error), nullptr,
+                               {from, from + way});
     }
   }
 }

@@ -89,8 +89,8 @@ TEST(Help, CommandListsItsFlagsAlone) {
     EXPECT_THAT(prune, HasSubstr(flag));
   }
   const std::string render = Help({"help", "render"});
-  for (const char* flag :
-       {"--truth", "--path=orbit|spiral|photographs|FILE.json", "--film=FILE.mp4", "--show=colour|depth|median_depth|normals"}) {
+  for (const char* flag : {"--truth", "--path=orbit|spiral|photographs|FILE.json", "--film=FILE.mp4",
+                           "--show=colour|depth|median_depth|normals"}) {
     EXPECT_THAT(render, HasSubstr(flag));
   }
   const std::string eval = Help({"help", "eval"});
