@@ -97,7 +97,8 @@ TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
   };
   const std::string few = folder_ / "few";
   EXPECT_THAT(train(out_, "1000"), testing::Not(HasSubstr("photographs take")));
-  EXPECT_THAT(train(few, "8"), HasSubstr("10 photographs take 35 MiB, of which 8 are kept"));
+  // What is known by its header alone may have a mask.
+  EXPECT_THAT(train(few, "8"), testing::ContainsRegex("10 photographs take 3[5-8] MiB, of which 8 are kept"));
   EXPECT_EQ(ReadFile(Ply(few)), ReadFile(Ply(out_)));
 #ifndef __SANITIZE_ADDRESS__  // which keeps what was freed
   const json all_memory = Metrics(out_)["memory"], memory = Metrics(few)["memory"];
