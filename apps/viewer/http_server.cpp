@@ -63,12 +63,15 @@ class Workers : public httplib::TaskQueue {
   void enqueue(std::function<void()> connection) override {
     {
       const std::lock_guard lock(mutex_);
-      t_refuses = open_ >= kMostConnections;
-      if (!t_refuses) ++open_, waiting_.push_back(std::move(connection));
+      if (open_ < kMostConnections) {
+        ++open_, waiting_.push_back(std::move(connection));
+        changed_.notify_one();
+        return;
+      }
     }
-    if (t_refuses) connection();
+    t_refuses = true;
+    connection();
     t_refuses = false;
-    changed_.notify_one();
   }
   void shutdown() override {
     {

@@ -45,6 +45,8 @@ Units UnitsOf(std::span<const std::size_t> sizes) {
 // Counts and displacements of pieces that lie one after another.
 struct Pieces {
   Pieces(std::span<const std::size_t> sizes, const Units& units) {
+    counts.reserve(sizes.size());
+    offsets.reserve(sizes.size());
     std::size_t at = 0;
     for (const std::size_t size : sizes) {
       counts.push_back(Count(size / units.bytes));

@@ -66,6 +66,7 @@ std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {
   const std::vector<std::size_t> lengths = GatherValues(ranks, std::vector<std::size_t>{mine.size()});
   const std::vector<char> letters = GatherValues(ranks, std::vector<char>(mine.begin(), mine.end()));
   std::vector<std::string> words;
+  words.reserve(lengths.size());
   std::size_t at = 0;
   for (const std::size_t length : lengths) {
     words.emplace_back(letters.data() + at, length);

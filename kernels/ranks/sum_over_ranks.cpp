@@ -10,6 +10,7 @@ namespace {
 // The supports of all terms, which their ranks know.
 std::vector<Support> GatherSupports(Ranks& ranks, Index terms, const std::vector<Support>& mine) {
   std::vector<Index> counts;
+  counts.reserve(mine.size());
   std::vector<EntryRange> ranges;
   for (const Support& support : mine) {
     counts.push_back(static_cast<Index>(support.ranges().size()));
@@ -48,6 +49,7 @@ SumPlan::SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Suppor
   }
   const Share finished = FinishedBy(ranks.rank());
   for (const auto& [node, support] : supports_) finished_[node] = support.Within(finished.begin, finished.end);
+  nodes_.reserve(static_cast<std::size_t>(ranks.size()));
   for (int r = 0; r < ranks.size(); ++r) {
     const TreeNode run = TermsOf(terms, ranks, r);
     nodes_.push_back(NodesOf(run.begin, run.end, terms));
@@ -111,6 +113,7 @@ void SumOverRanks<S>::Finish(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
   HostBuffer<S> finished = Collect(sum);
   // What each finished, one after another, is the compact vector of the sum.
   std::vector<std::size_t> counts;
+  counts.reserve(static_cast<std::size_t>(size));
   for (int r = 0; r < size; ++r) counts.push_back(static_cast<std::size_t>(plan_.SentTo({0, plan_.terms()}, r).size()));
   const bool is_all = root.IsAll(out.size());
   HostBuffer<S> compact = is_all ? HostBuffer<S>() : TakeBuffer(root.size());

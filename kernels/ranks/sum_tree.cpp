@@ -29,6 +29,7 @@ std::vector<TreeNode> NodesOf(Index begin, Index end, Index count) {
   TreeSum<char> sum(count);
   for (Index term = begin; term < end; ++term) sum.Push({term, term + 1}, 0, [](auto&&...) {});
   std::vector<TreeNode> nodes;
+  nodes.reserve(sum.parts().size());
   for (const auto& [node, nothing] : sum.parts()) nodes.push_back(node);
   return nodes;
 }

@@ -26,6 +26,7 @@ BundleParts::BundleParts(const BundleData& data, int num_parts, BundleProblemOpt
   }
   const auto parts = std::clamp<Index>(num_parts, 1, std::max<Index>(data.num_points, 1));
   const auto observations = static_cast<Index>(data.observations.size());
+  first_point_.reserve(static_cast<std::size_t>(parts) + 1);
   for (Index part = 0; part <= parts; ++part) {
     // At least one point each, and the rest after it.
     const auto cut = std::lower_bound(first_.begin(), first_.end() - 1, observations * part / parts) - first_.begin();
@@ -51,6 +52,7 @@ ProblemPart<CpuBackend<double>> BundleParts::Make(int part) {
   std::vector<Index> of_part(by_point_.begin() + first_[static_cast<std::size_t>(begin)],
                              by_point_.begin() + first_[static_cast<std::size_t>(end)]);
   std::sort(of_part.begin(), of_part.end());  // in their own order
+  data.observations.reserve(of_part.size());
   for (const Index k : of_part) {
     Observation observation = data_.observations[static_cast<std::size_t>(k)];
     observation.point -= static_cast<std::int32_t>(begin);

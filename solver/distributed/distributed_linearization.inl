@@ -77,6 +77,7 @@ void DistributedLinearization<B>::SumGradients() {
     return;
   }
   std::vector<Support> supports;
+  supports.reserve(problem_.own().size());
   for (const OwnPart<B>& part : problem_.own()) {
     if (!part.tangent.is_identity()) Fail("parts with a descent of their own must have all parameters");
     supports.push_back(Support::All(2 * n));

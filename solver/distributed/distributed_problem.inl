@@ -61,6 +61,7 @@ template <Backend B>
 double DistributedProblem<B>::SumNumbers(const std::vector<double>& mine) {
   std::vector<double> all(static_cast<std::size_t>(parts_.num_parts()));
   std::vector<std::size_t> counts;
+  counts.reserve(static_cast<std::size_t>(ranks_.size()));
   for (int r = 0; r < ranks_.size(); ++r) {
     const TreeNode terms = TermsOf(parts_.num_parts(), ranks_, r);
     counts.push_back(static_cast<std::size_t>(terms.end - terms.begin));
@@ -99,6 +100,7 @@ double DistributedProblem<B>::Cost(ConstView x) {
   this->CheckSize(x);
   CheckSameStart(x);
   std::vector<double> costs;
+  costs.reserve(own_.size());
   for (OwnPart<B>& part : own_) costs.push_back(part.problem->Cost(Localize(x, part)));
   return SumNumbers(costs);
 }
@@ -108,6 +110,7 @@ double DistributedProblem<B>::Cost(ConstView x, std::span<const Index> units) {
   this->CheckSize(x);
   this->CheckUnits(units);
   std::vector<double> costs;
+  costs.reserve(own_.size());
   for (OwnPart<B>& part : own_) {
     const auto from = std::lower_bound(units.begin(), units.end(), part.first_unit);
     const auto to = std::lower_bound(from, units.end(), part.first_unit + part.problem->num_units());

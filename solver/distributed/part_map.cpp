@@ -38,6 +38,8 @@ PartMap::PartMap(const std::vector<PartSegment>& segments, Index local_size, Ind
   std::sort(segments_.begin(), segments_.end(),
             [](const PartSegment& a, const PartSegment& b) { return a.whole < b.whole; });
   std::vector<EntryRange> ranges, locals;
+  ranges.reserve(segments_.size());
+  locals.reserve(segments_.size());
   Index entries = 0;
   JoinNeighbours(segments_);
   for (const PartSegment& s : segments_) {
@@ -82,6 +84,7 @@ struct BlockPlace {
 // Of each group's values among all.
 std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
   std::vector<Index> first;
+  first.reserve(groups.size());
   Index at = 0;
   for (const BlockGroup& group : groups) {
     first.push_back(at);

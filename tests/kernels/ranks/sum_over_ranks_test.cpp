@@ -31,6 +31,7 @@ std::vector<float> Term(Index term) {
 // By the definition, entry by entry.
 std::vector<float> Expected() {
   std::vector<std::vector<float>> dense;
+  dense.reserve(kTerms);
   for (Index term = 0; term < kTerms; ++term) {
     std::vector<float> whole(kSize);
     const std::vector<float> compact = Term(term);
@@ -38,6 +39,7 @@ std::vector<float> Expected() {
     dense.push_back(whole);
   }
   std::vector<float> sum;
+  sum.reserve(kSize);
   for (std::size_t entry = 0; entry < kSize; ++entry) {
     TreeSum<float> tree(kTerms);
     for (Index term = 0; term < kTerms; ++term) {
@@ -51,6 +53,7 @@ std::vector<float> Expected() {
 
 std::vector<Support> SupportsOf(const TreeNode& terms) {
   std::vector<Support> supports;
+  supports.reserve(static_cast<std::size_t>(terms.end - terms.begin));
   for (Index term = terms.begin; term < terms.end; ++term) supports.push_back(SupportOf(term));
   return supports;
 }

@@ -28,6 +28,7 @@ std::vector<double> Terms(Index count) {
   std::mt19937 random(static_cast<unsigned>(count));
   std::uniform_real_distribution<double> exponent(-20, 20);
   std::vector<double> terms;
+  terms.reserve(static_cast<std::size_t>(count));
   for (Index i = 0; i < count; ++i) terms.push_back(std::exp2(exponent(random)));
   return terms;
 }

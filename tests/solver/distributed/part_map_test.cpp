@@ -14,6 +14,7 @@ using testing::ThrowsMessage;
 
 std::vector<double> Iota(Index n) {
   std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(n));
   for (Index i = 0; i < n; ++i) values.push_back(static_cast<double>(i));
   return values;
 }
