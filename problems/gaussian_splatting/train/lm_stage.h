@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <optional>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -39,8 +39,8 @@ class ProblemOverRanks {
   ProblemOverRanks(Ranks* ranks, SplatProblem<B>& problem) : problem_(problem) {
     if constexpr (std::is_same_v<typename B::Space, Host>) {
       if (!ranks) return;
-      parts_.emplace(problem);
-      distributed_.emplace(*ranks, *parts_);
+      parts_ = std::make_unique<SplatParts<B>>(problem);
+      distributed_ = std::make_unique<DistributedProblem<B>>(*ranks, *parts_);
     }
   }
   Problem<B>& operator*() {
@@ -54,8 +54,8 @@ class ProblemOverRanks {
   struct Nothing {};
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
   SplatProblem<B>& problem_;
-  std::conditional_t<kOnHost, std::optional<SplatParts<B>>, Nothing> parts_;
-  std::conditional_t<kOnHost, std::optional<DistributedProblem<B>>, Nothing> distributed_;
+  std::conditional_t<kOnHost, std::unique_ptr<SplatParts<B>>, Nothing> parts_;
+  std::conditional_t<kOnHost, std::unique_ptr<DistributedProblem<B>>, Nothing> distributed_;
 };
 
 // Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
