@@ -18,7 +18,6 @@ namespace vesta::test {
 namespace {
 
 using testing::HasSubstr;
-using testing::Not;
 
 // Arguments of mpirun: so many processes of the command.
 std::vector<std::string> On(int count, std::vector<std::string> command) {

@@ -69,7 +69,8 @@ TEST_P(Median, IsTheSplatWhereHalfIsGone) {
   const std::vector<double> found = MedianValues(rendered.view, GetMedianKernel<double>(), Ranks(rendered.view));
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (expected.margin[i % pixels] < 1e-9) continue;
-    ASSERT_EQ(found[i], expected.rank[i % pixels] * static_cast<double>(i / pixels + 1)) << "entry " << i;
+    const std::size_t plane = i / pixels;
+    ASSERT_EQ(found[i], expected.rank[i % pixels] * static_cast<double>(plane + 1)) << "entry " << i;
   }
   if (rendered.rank_of() != in_float.rank_of()) return;  // what is far off is seen by one of them alone
   for (const Isa isa : test::CpuIsas()) {
