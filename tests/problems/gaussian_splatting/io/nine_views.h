@@ -20,7 +20,7 @@ class NineViews : public testing::Test {
     for (std::uint32_t i = 0; i < 9; ++i) {
       model_.images.push_back(image);
       model_.images.back().id = i;
-      model_.images.back().name = before + std::to_string(i) + after;
+      model_.images.back().name = std::string(before).append(std::to_string(i)).append(after);
       WriteBytes(ImagePath(i), ExampleJpeg(60, 40));
     }
     WriteModel();
