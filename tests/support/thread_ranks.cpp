@@ -106,6 +106,7 @@ void OnThreadRanks(int count, const std::function<void(Ranks&)>& body) {
   std::mutex mutex;
   std::exception_ptr first;
   std::vector<std::thread> threads;
+  threads.reserve(static_cast<std::size_t>(count));
   for (int r = 0; r < count; ++r) {
     threads.emplace_back([&, r] {
       ThreadRanks ranks(board, r, count);

@@ -40,7 +40,7 @@ TEST(PartMap, TakesAndOrders) {
 }
 
 TEST(PartMap, RefusesSegmentsThatDoNotFit) {
-  const auto make = [](std::vector<PartSegment> segments) {
+  const auto make = [](const std::vector<PartSegment>& segments) {
     return [segments] { PartMap(segments, 3, 9, "parameters"); };
   };
   EXPECT_THAT(make({}), ThrowsMessage<Error>(HasSubstr("does not say where they lie")));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -88,8 +89,8 @@ Learned Plain(const MadeUpViews& all, std::size_t begin, std::size_t end) {
 TEST_F(ViewGradients, AddUpAsTheTreeDoes) {
   for (const int count : {2, 3, 4, 5, 7}) {
     const MadeUpViews all(count);
-    std::vector<int> order;
-    for (int k = 0; k < count; ++k) order.push_back(k);
+    std::vector<int> order(static_cast<std::size_t>(count));
+    std::iota(order.begin(), order.end(), 0);
     EXPECT_EQ(InOrder(all, order), Plain(all, 0, static_cast<std::size_t>(count))) << count;
   }
 }
