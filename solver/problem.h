@@ -21,6 +21,8 @@ template <Backend B>
 class Preconditioner;
 template <Backend B>
 class ReducedSystem;
+template <Backend B>
+class ShardedSystem;
 struct StepCounts;
 
 // A problem at one x, for one batch. Owns what it caches and frees it when destroyed. Sizes are fixed for its life.
@@ -77,6 +79,9 @@ class Linearization {
   // The damped system with its trailing block-diagonal group of parameters eliminated
   // (solver/normal_equations/reduced_system.h), or null where the problem has no such group. Borrows this object.
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
+  // The same system in shards on the processes that solve it together (solver/normal_equations/sharded_system.h), or
+  // null where each has all of it. Borrows this object.
+  virtual std::unique_ptr<ShardedSystem<B>> MakeShardedSystem();
 
  private:
   typename B::Vector work_u_, work_Wu_;

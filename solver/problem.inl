@@ -4,6 +4,7 @@
 #include "kernels/core/check.h"
 #include "solver/normal_equations/preconditioner.h"
 #include "solver/normal_equations/reduced_system.h"
+#include "solver/normal_equations/sharded_system.h"
 #include "solver/problem.h"
 
 namespace vesta {
@@ -54,6 +55,11 @@ void Linearization<B>::BlockGram(BlockDiagonal<B>&) {
 
 template <Backend B>
 std::unique_ptr<ReducedSystem<B>> Linearization<B>::MakeReducedSystem() {
+  return nullptr;
+}
+
+template <Backend B>
+std::unique_ptr<ShardedSystem<B>> Linearization<B>::MakeShardedSystem() {
   return nullptr;
 }
 

@@ -45,9 +45,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("out", type=pathlib.Path)
-    parser.add_argument("--frames", type=int, default=64)
+    parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--iterations", type=int, default=1500)
-    parser.add_argument("--quality", type=int, default=55)
+    parser.add_argument("--quality", type=int, default=32)
     options = parser.parse_args()
     program = find_browser()
     if program is None:
@@ -69,7 +69,7 @@ def main():
             training.wait()
         made = folder / "film.webp"
         subprocess.run(["ffmpeg", "-loglevel", "error", "-framerate", str(FRAMES_A_SECOND), "-i", folder / "%03d.jpg",
-                        "-vf", "scale=720:-2", "-c:v", "libwebp_anim", "-quality", str(options.quality),
+                        "-vf", "scale=540:-2", "-c:v", "libwebp_anim", "-quality", str(options.quality),
                         "-compression_level", "6", "-loop", "0", made], check=True)
         unfinished = options.out.with_name(options.out.name + ".unfinished")
         unfinished.write_bytes(made.read_bytes())

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <mpi.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -32,7 +31,7 @@ void CheckMpi(int code, const char* what) {
   Fail("MPI failed in {}: {}", what, std::string(words.data(), static_cast<std::size_t>(length)));
 }
 
-// MPI counts in int: in units of the largest power of two that divides all sizes.
+// MPI counts in int: in units of four bytes, where all sizes are such.
 struct Units {
   MPI_Datatype type = MPI_BYTE;
   std::size_t bytes = 1;

@@ -36,9 +36,15 @@ void CheckTerms(Index terms, const Ranks& ranks) {
   }
 }
 
-SumPlan::SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine)
-    : ranks_(ranks), terms_(terms), size_(size) {
+SumPlan::SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Support>& mine, std::vector<Support> finished)
+    : ranks_(ranks), terms_(terms), size_(size), finished_(std::move(finished)) {
   CheckTerms(terms, ranks);
+  if (finished_.empty()) {
+    for (int r = 0; r < ranks.size(); ++r) {
+      const Share share = ShareOf(size, ranks.size(), r);
+      finished_.push_back(Support({{share.begin, share.end}}));
+    }
+  }
   const std::vector<Support> all = GatherSupports(ranks, terms, mine);
   for (Index term = 0; term < terms; ++term) supports_[{term, term + 1}] = all[static_cast<std::size_t>(term)];
   for (Index width = 2; width < 2 * terms; width *= 2) {
@@ -47,29 +53,29 @@ SumPlan::SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Suppor
       if (middle < end) supports_[{begin, end}] = Union(supports_.at({begin, middle}), supports_.at({middle, end}));
     }
   }
-  const Share finished = FinishedBy(ranks.rank());
-  for (const auto& [node, support] : supports_) finished_[node] = support.Within(finished.begin, finished.end);
+  for (const auto& [node, support] : supports_) mine_[node] = Intersection(support, FinishedBy(ranks.rank()));
   nodes_.reserve(static_cast<std::size_t>(ranks.size()));
   for (int r = 0; r < ranks.size(); ++r) {
     const TreeNode run = TermsOf(terms, ranks, r);
     nodes_.push_back(NodesOf(run.begin, run.end, terms));
   }
+  for (const TreeNode& node : nodes(ranks.rank())) {
+    for (int r = 0; r < ranks.size(); ++r) sent_.push_back(PlacesIn(FinishedBy(r), Of(node)));
+  }
 }
 
-Share SumPlan::SentTo(const TreeNode& node, int rank) const {
-  const Share finished = FinishedBy(rank);
-  return {Of(node).CountBefore(finished.begin), Of(node).CountBefore(finished.end)};
+Index SumPlan::ReceivedValuesOfShare(int rank) const {
+  Index values = 0;
+  for (int r = 0; r < ranks_.size(); ++r) {
+    if (r == rank) continue;
+    for (const TreeNode& node : nodes(r)) values += Intersection(Of(node), FinishedBy(rank)).size();
+  }
+  return values;
 }
 
 Index SumPlan::ReceivedValues(int rank) const {
-  const Share finished = FinishedBy(rank);
   const Support& root = Of({0, terms_});
-  Index values = root.size() - root.Within(finished.begin, finished.end).size();
-  for (int r = 0; r < ranks_.size(); ++r) {
-    if (r == rank) continue;
-    for (const TreeNode& node : nodes(r)) values += SentTo(node, rank).size();
-  }
-  return values;
+  return ReceivedValuesOfShare(rank) + root.size() - Intersection(root, FinishedBy(rank)).size();
 }
 
 template <class S>
@@ -89,7 +95,8 @@ void SumOverRanks<S>::Push(TreeSum<HostBuffer<S>>& sum, const TreeNode& node, Ho
                            const SupportOf& support_of) {
   sum.Push(node, std::move(value),
            [&](const TreeNode& left, HostBuffer<S>& a, const TreeNode& right, HostBuffer<S>& b) {
-             AddCompact(support_of(left), a, support_of(right), b, support_of({left.begin, right.end}));
+             AddCompact<S>(support_of(left), a, support_of(right), std::as_const(b).view(),
+                           support_of({left.begin, right.end}), spare_);
              free_.push_back(std::move(b));
            });
 }
@@ -100,30 +107,43 @@ void SumOverRanks<S>::PushTerm(TreeSum<HostBuffer<S>>& sum, Index term, HostBuff
 }
 
 template <class S>
-void SumOverRanks<S>::Finish(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
+void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
   VESTA_CHECK(out.size() == plan_.size(), "a sum of {} entries into {}", plan_.size(), out.size());
   const Support& root = plan_.Of({0, plan_.terms()});
   const int size = plan_.ranks().size();
+  HostBuffer<S> finished = Collect(sum);
   if (size == 1) {
-    HostBuffer<S> whole = sum.TakeWhole();
-    Spread<S>(root, std::as_const(whole).view(), out);
-    free_.push_back(std::move(whole));
+    Spread<S>(root, std::as_const(finished).view(), out);
+    free_.push_back(std::move(finished));
     return;
   }
-  HostBuffer<S> finished = Collect(sum);
   // What each finished, one after another, is the compact vector of the sum.
   std::vector<std::size_t> counts;
   counts.reserve(static_cast<std::size_t>(size));
-  for (int r = 0; r < size; ++r) counts.push_back(static_cast<std::size_t>(plan_.SentTo({0, plan_.terms()}, r).size()));
+  Index before = 0;
+  for (int r = 0; r < size; ++r) {
+    const Index count = Intersection(root, plan_.FinishedBy(r)).size();
+    if (r < plan_.ranks().rank()) before += count;
+    counts.push_back(static_cast<std::size_t>(count));
+  }
   const bool is_all = root.IsAll(out.size());
   HostBuffer<S> compact = is_all ? HostBuffer<S>() : TakeBuffer(root.size());
   const HostSpan<S> all = is_all ? out : compact.view();
-  std::copy(finished.begin(), finished.end(),
-            all.data() + plan_.SentTo({0, plan_.terms()}, plan_.ranks().rank()).begin);
+  std::copy(finished.begin(), finished.end(), all.data() + before);
   GatherInto(plan_.ranks(), std::span<S>(all.data(), static_cast<std::size_t>(all.size())), counts);
   if (!is_all) Spread<S>(root, std::as_const(compact).view(), out);
   free_.push_back(std::move(finished));
   if (!is_all) free_.push_back(std::move(compact));
+}
+
+template <class S>
+void SumOverRanks<S>::FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) {
+  const Support& share = plan_.FinishedBy(plan_.ranks().rank());
+  VESTA_CHECK(out.size() == share.size(), "a share of {} entries into {}", share.size(), out.size());
+  HostBuffer<S> finished = Collect(sum);
+  const Support& there = plan_.OfMine({0, plan_.terms()});
+  Spread<S>(Support(PlacesIn(there, share)), std::as_const(finished).view(), out);
+  free_.push_back(std::move(finished));
 }
 
 // The sum of all terms at the entries that this rank finishes, compact.
@@ -131,11 +151,14 @@ template <class S>
 HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
   Ranks& ranks = plan_.ranks();
   const int size = ranks.size();
+  if (size == 1) return sum.TakeWhole();
   std::vector<std::size_t> send_sizes(static_cast<std::size_t>(size)), receive_sizes(send_sizes);
   Index sent = 0, received = 0;
   for (int r = 0; r < size; ++r) {
     Index to = 0, from = 0;
-    for (const auto& [node, value] : sum.parts()) to += plan_.SentTo(node, r).size();
+    for (std::size_t k = 0; k < sum.parts().size(); ++k) {
+      for (const EntryRange& range : plan_.SentTo(k, r)) to += range.size();
+    }
     for (const TreeNode& node : plan_.nodes(r)) from += plan_.OfMine(node).size();
     send_sizes[static_cast<std::size_t>(r)] = static_cast<std::size_t>(to) * sizeof(S);
     receive_sizes[static_cast<std::size_t>(r)] = static_cast<std::size_t>(from) * sizeof(S);
@@ -144,9 +167,9 @@ HostBuffer<S> SumOverRanks<S>::Collect(TreeSum<HostBuffer<S>>& sum) {
   HostBuffer<S> outgoing = TakeBuffer(sent), incoming = TakeBuffer(received);
   S* to = outgoing.data();
   for (int r = 0; r < size; ++r) {
-    for (const auto& [node, value] : sum.parts()) {
-      const Share part = plan_.SentTo(node, r);
-      to = std::copy_n(value.data() + part.begin, part.size(), to);
+    for (std::size_t k = 0; k < sum.parts().size(); ++k) {
+      const S* const value = sum.parts()[k].second.data();
+      for (const EntryRange& range : plan_.SentTo(k, r)) to = std::copy_n(value + range.begin, range.size(), to);
     }
   }
   for (auto& [node, value] : sum.TakeParts()) free_.push_back(std::move(value));

@@ -46,6 +46,35 @@ Support Union(const Support& a, const Support& b) {
   return Support(std::move(ranges));
 }
 
+Support Intersection(const Support& a, const Support& b) {
+  std::vector<EntryRange> ranges;
+  auto other = b.ranges().begin();
+  for (const EntryRange& range : a.ranges()) {
+    while (other != b.ranges().end() && other->end <= range.begin) ++other;
+    for (auto at = other; at != b.ranges().end() && at->begin < range.end; ++at) {
+      ranges.push_back({std::max(range.begin, at->begin), std::min(range.end, at->end)});
+    }
+  }
+  return Support(std::move(ranges));
+}
+
+std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in) {
+  std::vector<EntryRange> places;
+  Index before = 0;  // of the ranges of `in` before `range`
+  auto range = in.ranges().begin();
+  const Support both = Intersection(entries, in);
+  for (const EntryRange& part : both.ranges()) {
+    for (; range->end < part.end; ++range) before += range->size();
+    const Index begin = before + part.begin - range->begin;
+    if (!places.empty() && places.back().end == begin) {
+      places.back().end += part.size();
+    } else {
+      places.push_back({begin, begin + part.size()});
+    }
+  }
+  return places;
+}
+
 namespace {
 
 // to, a compact vector over `both`, at the entries of `part`: body(entries of `to`, of `from`), run by run.
@@ -63,19 +92,19 @@ void ForRuns(const Support& part, HostSpan<const S> from, const Support& both, H
 
 }  // namespace
 
-template <class Vector>
-void AddCompact(const Support& a, Vector& left, const Support& b, const Vector& right, const Support& both) {
-  using S = std::remove_cvref_t<decltype(left[0])>;
+template <class S>
+void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
+                HostBuffer<S>& spare) {
   CpuBackend<S> backend;
   VESTA_CHECK(left.size() == a.size() && right.size() == b.size(), "vectors of {} and {} over {} and {} entries",
               left.size(), right.size(), a.size(), b.size());
   if (both.size() != a.size()) {
-    Vector sum(both.size());
-    ForRuns<S>(a, std::as_const(left).view(), both, sum.view(),
+    spare.Resize(both.size());
+    ForRuns<S>(a, std::as_const(left).view(), both, spare.view(),
                [&](HostSpan<S> to, HostSpan<const S> from) { backend.Copy(from, to); });
-    left = std::move(sum);
+    std::swap(left, spare);
   }
-  ForRuns<S>(b, right.view(), both, left.view(),
+  ForRuns<S>(b, right, both, left.view(),
              [&](HostSpan<S> to, HostSpan<const S> from) { backend.Axpby(1.0, from, 1.0, to); });
 }
 
@@ -90,9 +119,10 @@ void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole
   }
 }
 
-template void AddCompact(const Support&, HostBuffer<float>&, const Support&, const HostBuffer<float>&, const Support&);
-template void AddCompact(const Support&, HostBuffer<double>&, const Support&, const HostBuffer<double>&,
-                         const Support&);
+template void AddCompact(const Support&, HostBuffer<float>&, const Support&, HostSpan<const float>, const Support&,
+                         HostBuffer<float>&);
+template void AddCompact(const Support&, HostBuffer<double>&, const Support&, HostSpan<const double>, const Support&,
+                         HostBuffer<double>&);
 template void Spread(const Support&, HostSpan<const float>, HostSpan<float>);
 template void Spread(const Support&, HostSpan<const double>, HostSpan<double>);
 

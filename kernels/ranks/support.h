@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "kernels/core/span.h"
+#include "kernels/core/buffer.h"
 
 namespace vesta {
 
@@ -28,7 +28,6 @@ class Support {
   // How many of its entries lie before this one.
   Index CountBefore(Index entry) const;
   Support Within(Index begin, Index end) const;
-  friend Support Union(const Support& a, const Support& b);
   friend bool operator==(const Support&, const Support&) = default;
 
  private:
@@ -37,12 +36,16 @@ class Support {
 };
 
 Support Union(const Support& a, const Support& b);
+Support Intersection(const Support& a, const Support& b);
+// Of the entries of both, where they lie in a compact vector over `in`: ascending, none touching the next.
+std::vector<EntryRange> PlacesIn(const Support& entries, const Support& in);
 
-// left += right: compact vectors over a and b. The result is over Union(a, b), in `left` where that is a, else in new
-// memory that `left` then owns. What lies outside of one of them is the other's alone.
-template <class Vector>
-void AddCompact(const Support& a, Vector& left, const Support& b, const Vector& right, const Support& both);
-// whole, a vector of all entries, becomes a compact one with zeros elsewhere.
+// left += right: compact vectors over a and b, `both` their union. Where that is more than a, `left` and `spare` change
+// places, and the sum is in what was `spare`. What lies outside of one of them is the other's alone.
+template <class S>
+void AddCompact(const Support& a, HostBuffer<S>& left, const Support& b, HostSpan<const S> right, const Support& both,
+                HostBuffer<S>& spare);
+// whole = the compact vector at its entries, zeros elsewhere.
 template <class S>
 void Spread(const Support& support, HostSpan<const S> compact, HostSpan<S> whole);
 

@@ -38,28 +38,41 @@ class DistributedLinearization final : public Linearization<B> {
   std::vector<BlockGroup> block_groups() const override { return problem_.parts().block_groups(); }
   void BlockGram(BlockDiagonal<B>& blocks) override;
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
+  std::unique_ptr<ShardedSystem<B>> MakeShardedSystem() override;
+  // Of H v and of the blocks, what lies in this process's shard.
+  void ApplyHToShard(ConstView v, View shard);
+  void ShardOfBlocks(BlockDiagonal<B>& blocks);
 
   DistributedProblem<B>& problem() { return problem_; }
   Linearization<B>& of(Index term) {
     return *linearizations_[static_cast<std::size_t>(term - problem_.own_terms().begin)];
   }
-  // The part's entries of v; valid until the next call.
-  ConstView Localize(ConstView v, const PartMap& map, typename B::Vector& local) const;
 
  private:
   // out = the sum over all parts of what give(linearization, part, to) writes, all of the part's own entries.
   template <class Give>
   void SumParts(const Give& give, View out);
+  // What writes a term of it, for SumOverRanks.
+  template <class Give>
+  auto Term(const Give& give);
+  // What gives a part's product with v.
+  auto ProductWith(ConstView v) {
+    return [this, v](Linearization<B>& linearization, const OwnPart<B>& part, View to) {
+      linearization.ApplyH(part.tangent.template Local<S>(v, local_in_), to);
+    };
+  }
   void SumGradients();
-  void SumBlocks(BlockDiagonal<B>& blocks);
+  // finished: as SumOverRanks has it. The sum's values: all, or those of this process's shard.
+  void SumBlocks(std::vector<Support> finished, View values);
 
   DistributedProblem<B>& problem_;
   std::vector<typename B::Vector> x_;  // of parts that do not see all of x
   std::vector<std::unique_ptr<Linearization<B>>> linearizations_;
   Index num_residuals_ = 0;
   bool has_own_descent_ = false;
-  typename B::Vector gradient_, squares_;   // until someone asks for them; the second: of the units' gradients
-  std::optional<BlockDiagonal<B>> blocks_;  // between the diagonal and the blocks, where they come from one pass
+  typename B::Vector gradient_, squares_;  // until someone asks for them; the second: of the units' gradients
+  // In this process's shard, between the diagonal and the blocks, where they come from one pass.
+  std::optional<BlockDiagonal<B>> blocks_;
   typename B::Vector local_in_, local_out_;
 };
 

@@ -6,6 +6,7 @@
 #include "kernels/core/check.h"
 #include "solver/distributed/distributed_linearization.h"
 #include "solver/distributed/distributed_reduced.h"
+#include "solver/distributed/distributed_shards.h"
 
 namespace vesta {
 
@@ -13,13 +14,8 @@ template <Backend B>
 DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& problem, ConstView x) : problem_(problem) {
   Index residuals = 0;
   for (OwnPart<B>& part : problem.own()) {
-    ConstView at = x;
-    if (!part.parameters.is_identity()) {
-      typename B::Vector& own = x_.emplace_back();
-      own.ResizeForOverwrite(part.parameters.local_size());
-      part.parameters.template Take<S>(x, own.view());
-      at = own.view();
-    }
+    x_.emplace_back();
+    const ConstView at = part.parameters.template Local<S>(x, x_.back());
     linearizations_.push_back(part.problem->CheckedLinearize(at, 0));
     residuals += linearizations_.back()->num_residuals();
     has_own_descent_ = linearizations_.back()->has_own_descent();
@@ -43,26 +39,21 @@ void DistributedLinearization<B>::ApplyJT(ConstView, View) {
 }
 
 template <Backend B>
-auto DistributedLinearization<B>::Localize(ConstView v, const PartMap& map, typename B::Vector& local) const
-    -> ConstView {
-  if (map.is_identity()) return v;
-  local.ResizeForOverwrite(map.local_size());
-  map.template Take<S>(v, local.view());
-  return local.view();
+template <class Give>
+auto DistributedLinearization<B>::Term(const Give& give) {
+  return [this, &give](Index term, View to) {
+    const OwnPart<B>& part = problem_.part(term);
+    if (part.tangent.is_compact()) return give(of(term), part, to);
+    local_out_.ResizeForOverwrite(part.tangent.local_size());
+    give(of(term), part, local_out_.view());
+    part.tangent.template MakeCompact<S>(std::as_const(local_out_).view(), to);
+  };
 }
 
 template <Backend B>
 template <class Give>
 void DistributedLinearization<B>::SumParts(const Give& give, View out) {
-  problem_.tangent_sum().Sum(
-      [&](Index term, View to) {
-        const OwnPart<B>& part = problem_.part(term);
-        if (part.tangent.is_compact()) return give(of(term), part, to);
-        local_out_.ResizeForOverwrite(part.tangent.local_size());
-        give(of(term), part, local_out_.view());
-        part.tangent.template MakeCompact<S>(std::as_const(local_out_).view(), to);
-      },
-      out);
+  problem_.tangent_sum().Sum(Term(give), out);
 }
 
 // Where the descent is of both, gradients and their squares in one pass, as one vector: so a part need not keep the one
@@ -118,61 +109,80 @@ void DistributedLinearization<B>::DiagJTJ(View d) {
     SumParts([](Linearization<B>& linearization, const OwnPart<B>&, View to) { linearization.DiagJTJ(to); }, d);
     return;
   }
-  blocks_.emplace(num_parameters(), block_groups());
-  SumBlocks(*blocks_);
-  blocks_->Diagonal(d);
+  const Shards& shards = problem_.shards();
+  blocks_.emplace(shards.own().size(), shards.groups());
+  SumBlocks(shards.BlockValuesOfRanks(), blocks_->all_values());
+  typename B::Vector shard(shards.own().size()), room;
+  blocks_->Diagonal(shard);
+  shards.Gather<S>(std::as_const(shard).view(), d, room);
 }
 
 template <Backend B>
 void DistributedLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
-  if (!blocks_) return SumBlocks(blocks);
+  SumBlocks({}, blocks.all_values());
+}
+
+template <Backend B>
+void DistributedLinearization<B>::ShardOfBlocks(BlockDiagonal<B>& blocks) {
+  if (!blocks_) return SumBlocks(problem_.shards().BlockValuesOfRanks(), blocks.all_values());
   B().Copy(blocks_->all_values(), blocks.all_values());
   blocks_.reset();  // nobody asks again unless a step is refused
 }
 
 template <Backend B>
 void DistributedLinearization<B>::ApplyH(ConstView v, View Hv) {
-  SumParts([&](Linearization<B>& linearization, const OwnPart<B>& part,
-               View to) { linearization.ApplyH(Localize(v, part.tangent, local_in_), to); },
-           Hv);
+  SumParts(ProductWith(v), Hv);
+}
+
+template <Backend B>
+void DistributedLinearization<B>::ApplyHToShard(ConstView v, View shard) {
+  const auto product = ProductWith(v);
+  problem_.shard_sum().SumShare(Term(product), shard);
 }
 
 template <Backend B>
 double DistributedLinearization<B>::Curvature(ConstView v) {
   std::vector<double> mine;
   for (Index term = problem_.own_terms().begin; term < problem_.own_terms().end; ++term) {
-    mine.push_back(of(term).Curvature(Localize(v, problem_.part(term).tangent, local_in_)));
+    mine.push_back(of(term).Curvature(problem_.part(term).tangent.template Local<S>(v, local_in_)));
   }
   return problem_.SumNumbers(mine);
 }
 
 template <Backend B>
-void DistributedLinearization<B>::SumBlocks(BlockDiagonal<B>& blocks) {
+void DistributedLinearization<B>::SumBlocks(std::vector<Support> finished, View values) {
+  const std::vector<BlockGroup> whole = block_groups();
+  Index size = 0;
+  for (const BlockGroup& group : whole) size += group.NumValues();
+  const bool is_shard = !finished.empty();
   std::vector<PartMap> maps;
   std::vector<Support> supports;
   for (Index term = problem_.own_terms().begin; term < problem_.own_terms().end; ++term) {
     const std::vector<BlockGroup> groups = of(term).block_groups();
-    Index values = 0;
-    for (const BlockGroup& group : groups) values += group.NumValues();
-    maps.emplace_back(BlockSegments(groups, blocks.groups(), problem_.part(term).tangent_segments), values,
-                      blocks.all_values().size(), "values of blocks");
+    Index of_part = 0;
+    for (const BlockGroup& group : groups) of_part += group.NumValues();
+    maps.emplace_back(BlockSegments(groups, whole, problem_.part(term).tangent), of_part, size, "values of blocks");
     supports.push_back(maps.back().support());
   }
-  SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), blocks.all_values().size(), supports);
-  sum.Sum(
-      [&](Index term, View to) {
-        BlockDiagonal<B> of_part(of(term).num_parameters(), of(term).block_groups());
-        of(term).BlockGram(of_part);
-        maps[static_cast<std::size_t>(term - problem_.own_terms().begin)].template MakeCompact<S>(of_part.all_values(),
-                                                                                                  to);
-      },
-      blocks.all_values());
+  SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), size, supports, std::move(finished));
+  const auto write = [&](Index term, View to) {
+    BlockDiagonal<B> of_part(of(term).num_parameters(), of(term).block_groups());
+    of(term).BlockGram(of_part);
+    maps[static_cast<std::size_t>(term - problem_.own_terms().begin)].template MakeCompact<S>(of_part.all_values(), to);
+  };
+  is_shard ? sum.SumShare(write, values) : sum.Sum(write, values);
 }
 
 template <Backend B>
 std::unique_ptr<ReducedSystem<B>> DistributedLinearization<B>::MakeReducedSystem() {
   if (!problem_.parts().eliminates()) return nullptr;
   return std::make_unique<DistributedReducedSystem<B>>(*this);
+}
+
+template <Backend B>
+std::unique_ptr<ShardedSystem<B>> DistributedLinearization<B>::MakeShardedSystem() {
+  problem_.tangent_sum().Release();  // from here on sums are of shards
+  return std::make_unique<DistributedShards<B>>(*this);
 }
 
 }  // namespace vesta

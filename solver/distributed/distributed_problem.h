@@ -1,5 +1,5 @@
-// A problem spread over processes: each has its share of the parts, their data, Jacobians and work; x and the vectors
-// of a solve are on all of them.
+// A problem spread over processes: each has its share of the parts, their data, Jacobians and work, and its shard of
+// the vectors and the preconditioner of a conjugate gradient iteration; x, gradient and step are on all of them.
 //
 // All processes run the same solve: SolveLm with the same options from the same x. What the engine asks for is formed
 // by the processes together (gradient, products with H, its diagonal and blocks, costs), summed by a fixed tree over
@@ -15,6 +15,7 @@
 #include "kernels/ranks/sum_over_ranks.h"
 #include "solver/distributed/part_map.h"
 #include "solver/distributed/problem_parts.h"
+#include "solver/distributed/shards.h"
 #include "solver/problem.h"
 
 namespace vesta {
@@ -24,9 +25,8 @@ template <Backend B>
 struct OwnPart {
   std::unique_ptr<Problem<B>> problem;
   PartMap parameters, tangent;
-  std::vector<PartSegment> tangent_segments;
   Index first_unit = 0;
-  typename B::Vector x;  // its parameters, to evaluate at
+  typename B::Vector x;  // its parameters, to evaluate at; room
 };
 
 // For host memory. Linear solvers that see H alone will do: PCG, and PCG with a group eliminated where the parts allow
@@ -61,7 +61,6 @@ class DistributedProblem final : public Problem<B> {
   void ClipStep(ConstView x, View step) override;
   bool LimitStep(ConstView x, View step) override;
   std::string NameTangent(Index k) override;
-  std::string NameResidual(int batch, Index row) override;
   // Of the first part that has something to say.
   std::string DescribeNonFinite(ConstView x, bool jacobians) override;
   std::string DescribeDegenerate(ConstView x) override;
@@ -73,20 +72,26 @@ class DistributedProblem final : public Problem<B> {
   OwnPart<B>& part(Index term) { return own_[static_cast<std::size_t>(term - own_terms().begin)]; }
   // Of vectors as long as a step.
   SumOverRanks<S>& tangent_sum() { return *tangent_sum_; }
+  // Which process holds what in an iteration, and sums of which each process gets its shard alone. The first call is
+  // made by all together.
+  const Shards& shards();
+  SumOverRanks<S>& shard_sum();
   // Of as many numbers as there are parts; `mine` are those of this process.
   double SumNumbers(const std::vector<double>& mine);
   // x as the part sees it, valid until the next call for this part.
-  ConstView Localize(ConstView x, OwnPart<B>& part);
+  ConstView Localize(ConstView x, OwnPart<B>& part) const { return part.parameters.template Local<S>(x, part.x); }
 
  private:
   void CheckSameProblem();
+  std::vector<Support> TangentSupports() const;
   // Once.
   void CheckSameStart(ConstView x);
 
   Ranks& ranks_;
   ProblemParts<B>& parts_;
   std::vector<OwnPart<B>> own_;
-  std::unique_ptr<SumOverRanks<S>> tangent_sum_;
+  std::unique_ptr<SumOverRanks<S>> tangent_sum_, shard_sum_;
+  std::unique_ptr<Shards> shards_;
   Index num_units_ = 0;
   bool has_checked_start_ = false;
 };

@@ -19,7 +19,6 @@ DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts) 
   CheckTerms(count, ranks);
   CheckSameProblem();
   std::vector<Index> units;
-  std::vector<Support> supports;
   for (Index term = own_terms().begin; term < own_terms().end; ++term) {
     ProblemPart<B> made = parts.Make(static_cast<int>(term));
     if (!made.problem) Fail("part {} of {} has no problem", term, count);
@@ -29,18 +28,44 @@ DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts) 
     OwnPart<B> part;
     part.parameters = PartMap(made.parameters, made.problem->num_parameters(), parts.num_parameters(), "parameters");
     part.tangent = PartMap(made.tangent, made.problem->num_tangent(), parts.num_tangent(), "entries of a step");
-    part.tangent_segments = std::move(made.tangent);
     part.problem = std::move(made.problem);
     units.push_back(part.problem->num_units());
-    supports.push_back(part.tangent.support());
     own_.push_back(std::move(part));
   }
-  tangent_sum_ = std::make_unique<SumOverRanks<S>>(ranks, count, parts.num_tangent(), supports);
+  tangent_sum_ = std::make_unique<SumOverRanks<S>>(ranks, count, parts.num_tangent(), TangentSupports());
   units = GatherValues(ranks, units);
   for (Index term = 0; term < count; ++term) {
     if (term >= own_terms().begin && term < own_terms().end) part(term).first_unit = num_units_;
     num_units_ += units[static_cast<std::size_t>(term)];
   }
+}
+
+template <Backend B>
+std::vector<Support> DistributedProblem<B>::TangentSupports() const {
+  std::vector<Support> supports;
+  supports.reserve(own_.size());
+  for (const OwnPart<B>& part : own_) supports.push_back(part.tangent.support());
+  return supports;
+}
+
+template <Backend B>
+const Shards& DistributedProblem<B>::shards() {
+  if (!shards_) {
+    constexpr int kPieces = 64;  // as many whatever the number of processes, which are no more than there are parts
+    std::vector<BlockGroup> groups = parts_.block_groups();
+    if (groups.empty()) groups.push_back({.size = 1, .count = num_tangent()});
+    shards_ = std::make_unique<Shards>(ranks_, num_tangent(), groups, std::max(kPieces, parts_.num_parts()));
+  }
+  return *shards_;
+}
+
+template <Backend B>
+SumOverRanks<typename B::Scalar>& DistributedProblem<B>::shard_sum() {
+  if (!shard_sum_) {
+    shard_sum_ = std::make_unique<SumOverRanks<S>>(ranks_, parts_.num_parts(), num_tangent(), TangentSupports(),
+                                                   shards().of_ranks());
+  }
+  return *shard_sum_;
 }
 
 template <Backend B>
@@ -69,14 +94,6 @@ double DistributedProblem<B>::SumNumbers(const std::vector<double>& mine) {
   std::copy(mine.begin(), mine.end(), all.begin() + own_terms().begin);
   GatherInto(ranks_, std::span(all), counts);
   return SumByTree(all);
-}
-
-template <Backend B>
-auto DistributedProblem<B>::Localize(ConstView x, OwnPart<B>& part) -> ConstView {
-  if (part.parameters.is_identity()) return x;
-  part.x.ResizeForOverwrite(part.parameters.local_size());
-  part.parameters.template Take<S>(x, part.x.view());
-  return part.x.view();
 }
 
 template <Backend B>
@@ -177,11 +194,6 @@ template <Backend B>
 std::string DistributedProblem<B>::NameTangent(Index k) {
   Problem<B>* const geometry = parts_.geometry();
   return geometry ? geometry->NameTangent(k) : Base::NameTangent(k);
-}
-
-template <Backend B>
-std::string DistributedProblem<B>::NameResidual(int batch, Index row) {
-  return Base::NameResidual(batch, row);
 }
 
 template <Backend B>

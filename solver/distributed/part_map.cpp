@@ -65,6 +65,14 @@ void PartMap::Take(HostSpan<const S> whole, HostSpan<S> local) const {
 }
 
 template <class S>
+HostSpan<const S> PartMap::Local(HostSpan<const S> whole, HostBuffer<S>& room) const {
+  if (is_identity_) return whole;
+  room.ResizeForOverwrite(local_size_);
+  Take<S>(whole, room.view());
+  return std::as_const(room).view();
+}
+
+template <class S>
 void PartMap::MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const {
   CpuBackend<S> backend;
   Index at = 0;
@@ -96,13 +104,13 @@ std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
 }  // namespace
 
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
-                                       const std::vector<PartSegment>& tangent) {
-  if (tangent.empty()) return {};
+                                       const PartMap& tangent) {
+  if (tangent.is_identity()) return {};
   std::unordered_map<Index, BlockPlace> block_at;  // by the first parameter
   for (std::size_t g = 0; g < whole.size(); ++g) {
     for (Index i = 0; i < whole[g].count; ++i) block_at[whole[g].Parameter(i, 0)] = {g, i};
   }
-  std::vector<PartSegment> by_local = tangent;
+  std::vector<PartSegment> by_local = tangent.segments();
   std::sort(by_local.begin(), by_local.end(),
             [](const PartSegment& a, const PartSegment& b) { return a.local < b.local; });
   const auto whole_entry = [&](Index local) {
@@ -140,6 +148,8 @@ std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, cons
 
 template void PartMap::Take(HostSpan<const float>, HostSpan<float>) const;
 template void PartMap::Take(HostSpan<const double>, HostSpan<double>) const;
+template HostSpan<const float> PartMap::Local(HostSpan<const float>, HostBuffer<float>&) const;
+template HostSpan<const double> PartMap::Local(HostSpan<const double>, HostBuffer<double>&) const;
 template void PartMap::MakeCompact(HostSpan<const float>, HostSpan<float>) const;
 template void PartMap::MakeCompact(HostSpan<const double>, HostSpan<double>) const;
 

@@ -19,6 +19,7 @@ class PartMap {
   // whole_size, each once.
   PartMap(const std::vector<PartSegment>& segments, Index local_size, Index whole_size, const char* what);
 
+  const std::vector<PartSegment>& segments() const { return segments_; }
   const Support& support() const { return support_; }
   Index local_size() const { return local_size_; }
   bool is_identity() const { return is_identity_; }
@@ -28,6 +29,9 @@ class PartMap {
   // local = the part's entries of whole.
   template <class S>
   void Take(HostSpan<const S> whole, HostSpan<S> local) const;
+  // The part's entries of whole: whole itself where it has all, else in `room`, for as long as that stays as it is.
+  template <class S>
+  HostSpan<const S> Local(HostSpan<const S> whole, HostBuffer<S>& room) const;
   template <class S>
   void MakeCompact(HostSpan<const S> local, HostSpan<S> compact) const;
 
@@ -38,9 +42,9 @@ class PartMap {
   bool is_identity_ = true, is_compact_ = true;
 };
 
-// Where the values of a part's block-diagonal matrix lie in the whole's (BlockDiagonal::all_values). Throws Error where
-// a block of the part is none of the whole.
+// Where the values of a part's block-diagonal matrix lie in the whole's (BlockDiagonal::all_values), for PartMap.
+// Throws Error where a block of the part is none of the whole.
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
-                                       const std::vector<PartSegment>& tangent);
+                                       const PartMap& tangent);
 
 }  // namespace vesta

@@ -26,7 +26,7 @@ template class PcgWorkspace<InstantiatedBackend>;
 template PcgSummary SolvePcg(const PcgOptions&, InstantiatedBackend&, LinearOperator<InstantiatedBackend>&,
                              InstantiatedBackend::ConstView, LinearOperator<InstantiatedBackend>&,
                              PcgWorkspace<InstantiatedBackend>&, InstantiatedBackend::View,
-                             InstantiatedBackend::ConstView);
+                             InstantiatedBackend::ConstView, const InnerProducts<InstantiatedBackend>&);
 template class IdentityPreconditioner<InstantiatedBackend>;
 template class JacobiPreconditioner<InstantiatedBackend>;
 template class BlockJacobiPreconditioner<InstantiatedBackend>;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/core/vector_backend.h"
+#include "solver/linear/inner_products.h"
 #include "solver/linear/linear_operator.h"
 
 namespace vesta {
@@ -65,10 +66,11 @@ class PcgWorkspace {
 
 // Solves A x = b. m_inverse applies the inverse of the preconditioner, symmetric positive definite. Norms of the stop
 // test are sqrt(sum_k w_k r_k^2) with norm_weights w, or the plain ones where norm_weights is empty. Whatever happens x
-// holds the best iterate (each lowers the quadratic model), or zeros where that overflowed.
+// holds the best iterate (each lowers the quadratic model), or zeros where that overflowed. products: where vectors are
+// shards, theirs.
 template <Backend B>
 PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstView b,
                     LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::View x,
-                    typename B::ConstView norm_weights = {});
+                    typename B::ConstView norm_weights = {}, const InnerProducts<B>& products = {});
 
 }  // namespace vesta

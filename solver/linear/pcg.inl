@@ -19,7 +19,7 @@ void PcgWorkspace<B>::Resize(Index size) {
 template <Backend B>
 PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstView b,
                     LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::View x,
-                    typename B::ConstView norm_weights) {
+                    typename B::ConstView norm_weights, const InnerProducts<B>& products) {
   const Index n = a.size();
   VESTA_CHECK(b.size() == n && x.size() == n && m_inverse.size() == n,
               "operator of {}, preconditioner of {}, vectors of {} and {}", n, m_inverse.size(), b.size(), x.size());
@@ -29,9 +29,9 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   const auto slot = [&](PcgScalar s) { return backend.SlotOf(scalars, s); };
   const auto squared_norm = [&](typename B::ConstView v, PcgScalar result) {
     if (norm_weights.empty()) {
-      backend.Dot(v, v, slot(result));
+      products.Dot(v, v, slot(result));
     } else {
-      backend.WeightedDot(norm_weights, v, v, slot(result));
+      products.WeightedDot(norm_weights, v, v, slot(result));
     }
   };
   PcgSummary summary;
@@ -49,7 +49,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
     backend.Copy(b, r);
   } else {
     true_residual();
-    model = -0.5 * (backend.Dot(x, b) + backend.Dot(x, r));
+    model = -0.5 * (products.Dot(x, b) + products.Dot(x, r));
   }
   std::vector<double> start(kNumPcgScalars, 0.0);
   start[kPcgRelativeTolerance] = options.relative_tolerance;
@@ -62,7 +62,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   squared_norm(b, kPcgRhsNorm2);
   squared_norm(r, kPcgResidualNorm2);
   m_inverse.Apply(r, w);
-  backend.Dot(r, w, slot(kPcgNewRz));
+  products.Dot(r, w, slot(kPcgNewRz));
   backend.UpdatePcg(PcgPhase::kBegin, scalars);
   backend.Copy(w, p);
 
@@ -70,13 +70,13 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   for (int k = 1; k <= options.max_iterations && backend.ReadLagged(slot(kPcgStop)) == 0; ++k) {
     if (k > 1) {
       m_inverse.Apply(r, w);
-      backend.Dot(r, w, slot(kPcgNewRz));
+      products.Dot(r, w, slot(kPcgNewRz));
       backend.UpdatePcg(PcgPhase::kDirection, scalars);
       backend.CgDirection(w, slot(kPcgBeta), p);
     }
     a.Apply(p, w);
     ++summary.products;
-    backend.Dot(p, w, slot(kPcgCurvature));
+    products.Dot(p, w, slot(kPcgCurvature));
     backend.UpdatePcg(PcgPhase::kStep, scalars);
     backend.CgStep(slot(kPcgAlpha), p, w, x, r);
     if (options.residual_reset_period > 0 && k % options.residual_reset_period == 0) true_residual();
@@ -93,7 +93,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   summary.rhs_norm = std::sqrt(end[kPcgRhsNorm2]);
   summary.residual_norm = std::sqrt(end[kPcgResidualNorm2]);
   // Even a residual that has converged can belong to an x that overflowed.
-  if (!backend.AllFinite(x)) {
+  if (!products.AllFinite(x)) {
     summary.status = PcgStatus::kNonFinite;
     backend.Fill(0, x);
     backend.Copy(b, r);

@@ -1,4 +1,5 @@
-// Bodies of solver/normal_equations/step_solver.h: the four solvers of a damped step, and the choice between them.
+// Bodies of solver/normal_equations/step_solver.h: solvers of a damped step by J itself, and the choice between these
+// and conjugate gradients.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,9 +13,8 @@
 #include "kernels/core/check.h"
 #include "solver/linear/dense_qr.h"
 #include "solver/linear/lsmr.inl"
-#include "solver/normal_equations/damped_normal_equations.h"
 #include "solver/normal_equations/dense_jacobian.h"
-#include "solver/normal_equations/reduced_system.h"
+#include "solver/normal_equations/pcg_steps.h"
 #include "solver/normal_equations/step_cost.h"
 #include "solver/normal_equations/step_solver.h"
 
@@ -22,20 +22,8 @@ namespace vesta {
 
 namespace step_internal {
 
-// g^T step and step^T H step of a step of (H + lambda D) step = b - r, b the right-hand side on every column that
-// moves, without a further product. r_dot_step: the residual's product with it.
-template <Backend B>
-StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
-                          typename B::View step) {
-  const double b_dot_step = system.backend.Dot(system.rhs, step);
-  const double descent = system.negative_gradient.data() == system.rhs.data()
-                             ? b_dot_step
-                             : system.backend.Dot(system.negative_gradient, step);
-  const double damping = lambda * system.backend.WeightedDot(system.metric, step, step);
-  return {pcg, -descent, std::max(0.0, b_dot_step - r_dot_step - damping)};
-}
-
-// The same where W = I and b = -g, in the space of the residuals: no digits are lost to the condition number of H.
+// g^T step and step^T H step of a step where W = I and b = -g, in the space of the residuals: no digits are lost to the
+// condition number of H.
 template <Backend B>
 StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::View step) {
   StepSolution solution{.pcg = pcg};
@@ -47,125 +35,6 @@ StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename
   }
   return solution;
 }
-
-// y = M^-1 x, then 0 where columns are frozen: M may couple them with others, the system does not.
-template <Backend B>
-class MaskedPreconditioner final : public LinearOperator<B> {
- public:
-  MaskedPreconditioner(B& backend, LinearOperator<B>& inner, typename B::ConstView mask)
-      : backend_(backend), inner_(inner), mask_(mask) {}
-  Index size() const override { return inner_.size(); }
-  void Apply(typename B::ConstView x, typename B::View y) override {
-    inner_.Apply(x, y);
-    if (!mask_.empty()) backend_.Multiply(mask_, y, y);
-  }
-
- private:
-  B& backend_;
-  LinearOperator<B>& inner_;
-  typename B::ConstView mask_;
-};
-
-// Of the residual, after an iteration with an exact preconditioner.
-constexpr double kExactTolerance = 1e-10;
-
-template <Backend B>
-class PcgStep final : public StepSolver<B> {
- public:
-  PcgStep(const NormalSystemOptions& options, const StepSystem<B>& system)
-      : options_(options),
-        system_(system),
-        preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
-    // Without a test of the residual it would take a second iteration to see that nothing is left to gain.
-    double& tolerance = options_.pcg.relative_tolerance;
-    if (preconditioner_->exact() && tolerance == 0) tolerance = kExactTolerance;
-    preconditioner_->SetLinearization(system.batches, system.diagonal);
-    // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
-    if (!system.problem.has_bounds() && !preconditioner_->couples_frozen()) system_.mask = {};
-  }
-  bool reads_mask() const override { return !system_.mask.empty(); }
-  std::string preconditioner() const { return preconditioner_->description(); }
-  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
-    preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);
-    DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
-                                    system_.mask);
-    MaskedPreconditioner<B> masked(system_.backend, *preconditioner_, system_.mask);
-    const PcgSummary pcg =
-        SolvePcg<B>(options_.pcg, system_.backend, damped, system_.rhs, masked, workspace, step, system_.scale.square);
-    return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), step), step);
-  }
-
- private:
-  NormalSystemOptions options_;
-  StepSystem<B> system_;
-  std::unique_ptr<Preconditioner<B>> preconditioner_;
-};
-
-// y = M^-1 x, M the diagonal blocks of the Schur complement.
-template <Backend B>
-class SchurJacobi final : public LinearOperator<B> {
- public:
-  explicit SchurJacobi(ReducedSystem<B>& reduced) : blocks_(reduced.size(), reduced.kept_groups()) {}
-  void Update(ReducedSystem<B>& reduced) {
-    reduced.DiagonalBlocks(blocks_);
-    blocks_.Factorize();
-  }
-  Index size() const override { return blocks_.num_parameters(); }
-  void Apply(typename B::ConstView x, typename B::View y) override { blocks_.Solve(x, y); }
-
- private:
-  BlockDiagonal<B> blocks_;
-};
-
-template <Backend B>
-class ReducedPcgStep final : public StepSolver<B> {
- public:
-  ReducedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
-                 std::unique_ptr<ReducedSystem<B>> reduced)
-      : options_(options), system_(system), reduced_(std::move(reduced)), reduced_rhs_(reduced_->size()) {
-    const PreconditionerKind kind = options.preconditioner;
-    const bool wants_factor = kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem ||
-                              kind == PreconditionerKind::kSparseCholesky;
-    const std::string factor = wants_factor ? reduced_->factor_description() : "";
-    if (kind == PreconditionerKind::kSparseCholesky && factor.empty()) {
-      Fail("preconditioner = {}: this problem gives no factor of its reduced system; choose automatic", ToString(kind));
-    }
-    factorize_ = !factor.empty();
-    preconditioner_ = kind == PreconditionerKind::kIdentity ? ToString(kind) : factorize_ ? factor : "Schur-Jacobi";
-    if (!factorize_ && kind != PreconditionerKind::kIdentity) schur_jacobi_.emplace(*reduced_);
-  }
-  const std::string& preconditioner() const { return preconditioner_; }
-  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
-    const Index kept = reduced_->size();
-    reduced_->SetDamping(lambda, system_.metric);
-    reduced_->ReduceRhs(system_.rhs, reduced_rhs_);
-    IdentityPreconditioner<B> identity(kept);
-    LinearOperator<B>* preconditioner = &identity;
-    if (factorize_) {
-      preconditioner = reduced_->Factorize();
-    } else if (schur_jacobi_) {
-      schur_jacobi_->Update(*reduced_);
-      preconditioner = &*schur_jacobi_;
-    }
-    const auto kept_step = step.subspan(0, kept);
-    const auto& weights = system_.scale.square;
-    const PcgSummary pcg =
-        SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner, workspace, kept_step,
-                    weights.empty() ? weights.view() : weights.view().subspan(0, kept));
-    reduced_->BackSubstitute(system_.rhs, step);
-    // The eliminated rows hold exactly, so that the residual of the whole system is that of the reduced one.
-    return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);
-  }
-
- private:
-  NormalSystemOptions options_;
-  StepSystem<B> system_;
-  std::unique_ptr<ReducedSystem<B>> reduced_;
-  bool factorize_ = false;
-  std::string preconditioner_;
-  std::optional<SchurJacobi<B>> schur_jacobi_;
-  typename B::Vector reduced_rhs_;
-};
 
 // [J_1; J_2; ...; sqrt(lambda D)] P, P = diag(H + lambda D)^-1/2 with zeros where columns are frozen: the damped least
 // squares problem, its columns of unit length.
@@ -373,9 +242,16 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
     default: {
       NormalSystemOptions chosen = options;
       chosen.preconditioner = preconditioner;
-      auto pcg = std::make_unique<step_internal::PcgStep<B>>(chosen, system);
-      name += fmt::format(", {}", pcg->preconditioner());
-      solver = std::move(pcg);
+      const auto take = [&](auto pcg) {
+        name += fmt::format(", {}", pcg->preconditioner());
+        solver = std::move(pcg);
+      };
+      auto sharded = system.batches.size() == 1 ? system.batches.front()->MakeShardedSystem() : nullptr;
+      if (sharded) {
+        take(std::make_unique<step_internal::ShardedPcgStep<B>>(chosen, system, std::move(sharded)));
+      } else {
+        take(std::make_unique<step_internal::PcgStep<B>>(chosen, system));
+      }
     }
   }
   solver->set_description(name + why);

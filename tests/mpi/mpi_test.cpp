@@ -161,7 +161,7 @@ TEST_F(UnderMpi, RefusesProblemsThatDiffer) {
 TEST_F(UnderMpi, LeavesNothingHalfDoneWhereOneIsKilled) {
   WriteProblem(60000);
   const std::string command =
-      "if [ ${OMPI_COMM_WORLD_RANK:-$PMI_RANK} = 1 ]; then (sleep 0.5; kill -9 $$) & fi; exec " +
+      "if [ ${OMPI_COMM_WORLD_RANK:-$PMI_RANK} = 1 ]; then (sleep 0.2; kill -9 $$) & fi; exec " +
       std::string(VESTA_UNDER_MPI) + " bundle_adjust " + in_ + " --out=" + (folder_ / "out.txt") +
       " --iterations=100000 --threads=1";
   std::ofstream(folder_ / "out.txt") << "as it was";
@@ -173,9 +173,10 @@ TEST_F(UnderMpi, LeavesNothingHalfDoneWhereOneIsKilled) {
 TEST_F(UnderMpi, EndsTogetherAtATimeLimit) {
   WriteProblem(5000);
   std::vector<std::string> arguments = Adjust(2, folder_ / "out.txt");
-  arguments.emplace_back("--time_limit=2");
+  arguments.emplace_back("--time_limit=0.01");
   const ProgramOutput output = RunProgram(arguments);
   EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("time limit"));
   EXPECT_THAT(output.out, HasSubstr("wrote"));
 }
 

@@ -16,22 +16,12 @@
 #include "solver/residual_blocks.h"
 #include "tests/solver/dense_operator.h"
 #include "tests/solver/linear_problem.h"
+#include "tests/solver/tight_options.h"
 
 namespace vesta {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-LmOptions Tight() {
-  LmOptions options;
-  options.max_iterations = 200;
-  options.function_tolerance = 0;
-  options.gradient_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-15;
-  options.normal_system.linear_solver = LinearSolverKind::kPcg;
-  options.normal_system.pcg = {.max_iterations = 100, .relative_tolerance = 1e-14, .model_tolerance = 0};
-  return options;
-}
 
 // Another problem with its costs and residuals passed through functions.
 class Tampered final : public Problem<Cpu> {
@@ -344,122 +334,6 @@ TEST_F(LmTest, TheLineSearchLooksAtASubset) {
   EXPECT_GT(searched.num_subset_evaluations, searched.num_accepted);
   EXPECT_EQ(plain.num_subset_evaluations, 0);
   EXPECT_NEAR(searched.final_cost, plain.final_cost, 1e-9 * plain.final_cost);
-}
-
-TEST_F(LmTest, AnEmptyProblemIsSolved) {
-  ResidualBlocks<Rosenbrock, Cpu> nothing(0, {});
-  Cpu::Vector none;
-  EXPECT_TRUE(IsConverged(SolveLm(LmOptions(), backend_, nothing, none.view()).status));
-  // Parameters without residuals: every column is frozen.
-  ResidualBlocks<Rosenbrock, Cpu> free(3, {});
-  Cpu::Vector x = Vector({1, 2, 3});
-  const LmSummary summary = SolveLm(LmOptions(), backend_, free, x.view());
-  EXPECT_EQ(summary.status, LmStatus::kGradientTolerance);
-  EXPECT_EQ(summary.num_frozen, 3);
-  EXPECT_EQ(x[1], 2);
-}
-
-TEST_F(LmTest, AZeroResidualIsConverged) {
-  Cpu::Vector x = Vector({1, 1});
-  const LmSummary summary = SolveLm(LmOptions(), backend_, rosenbrock_, x.view());
-  EXPECT_EQ(summary.status, LmStatus::kGradientTolerance);
-  EXPECT_EQ(summary.final_cost, 0);
-  EXPECT_EQ(summary.num_accepted, 0);
-}
-
-TEST_F(LmTest, ParametersNobodyReadsStay) {
-  ResidualBlocks<Rosenbrock, Cpu> problem(4, std::vector<Rosenbrock>(1), {1, 3});
-  Cpu::Vector x = Vector({5, -1.2, 6, 1});
-  const LmSummary summary = SolveLm(Tight(), backend_, problem, x.view());
-  EXPECT_EQ(summary.num_frozen, 2);
-  EXPECT_EQ(x[0], 5);
-  EXPECT_EQ(x[2], 6);
-  EXPECT_NEAR(x[1], 1, 1e-9);
-}
-
-// A point on the unit circle, x of two numbers moved by one angle.
-class Circle final : public Problem<Cpu> {
- public:
-  Index num_parameters() const override { return 2; }
-  Index num_tangent() const override { return 1; }
-  double Cost(Cpu::ConstView x) override { return 0.5 * Square(x[0] - 3) + 0.5 * Square(x[1] - 4); }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override { return std::make_unique<At>(x); }
-  void Plus(Cpu&, Cpu::ConstView x, Cpu::ConstView delta, Cpu::View out) override {
-    const double c = std::cos(delta[0]), s = std::sin(delta[0]);
-    out[0] = c * x[0] - s * x[1];
-    out[1] = s * x[0] + c * x[1];
-  }
-
- private:
-  static double Square(double v) { return v * v; }
-  class At final : public Linearization<Cpu> {
-   public:
-    explicit At(Cpu::ConstView x) : residuals_(2), tangent_{-x[1], x[0]} {
-      residuals_[0] = x[0] - 3;
-      residuals_[1] = x[1] - 4;
-    }
-    Index num_residuals() const override { return 2; }
-    Index num_parameters() const override { return 1; }
-    Cpu::ConstView residuals() const override { return residuals_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override {
-      for (int i = 0; i < 2; ++i) u[i] = tangent_[i] * v[0];
-    }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { g[0] = tangent_[0] * u[0] + tangent_[1] * u[1]; }
-    void DiagJTJ(Cpu::View d) override { d[0] = Square(tangent_[0]) + Square(tangent_[1]); }
-
-   private:
-    Cpu::Vector residuals_;
-    double tangent_[2];
-  };
-};
-
-TEST_F(LmTest, StepsFollowAManifold) {
-  Circle circle;
-  Cpu::Vector x = Vector({1, 0});
-  LmOptions options = Tight();
-  options.gradient_tolerance = 1e-9;
-  const LmSummary summary = SolveLm(options, backend_, circle, x.view());
-  EXPECT_TRUE(IsConverged(summary.status)) << summary.FullReport();
-  EXPECT_NEAR(x[0], 0.6, 1e-8);
-  EXPECT_NEAR(x[1], 0.8, 1e-8);
-  EXPECT_EQ(summary.num_tangent, 1);
-}
-
-TEST(LmFloat, FloatReachesWhatFloatCan) {
-  using B = CpuBackend<float>;
-  ResidualBlocks<ExponentialFit, B> problem(2, ExponentialSamples(100));
-  ResidualBlocks<ExponentialFit, Cpu> reference(2, ExponentialSamples(100));
-  B backend;
-  Cpu backend_double;
-  B::Vector x(2);
-  Cpu::Vector y(2);
-  LmOptions options = Tight();
-  options.function_tolerance = 1e-7;
-  const LmSummary summary = SolveLm(options, backend, problem, x.view());
-  SolveLm(Tight(), backend_double, reference, y.view());
-  EXPECT_TRUE(IsConverged(summary.status));
-  for (int k = 0; k < 2; ++k) EXPECT_NEAR(x[k], y[k], 1e-4);
-}
-
-TEST(LmThreads, BitsDoNotDependOnThreads) {
-  // Long enough for many chunks of every loop.
-  constexpr Index kSize = 30000;
-  const std::vector<Rosenbrock> links(kSize - 1);
-  ResidualBlocks<Rosenbrock, Cpu> problem(kSize, links, RosenbrockChain(kSize));
-  Cpu backend;
-  Cpu::Vector x[2] = {Cpu::Vector(kSize), Cpu::Vector(kSize)};
-  LmOptions options;
-  options.max_iterations = 5;
-  double costs[2];
-  for (const int threads : {1, 2}) {
-    SetNumThreads(threads);
-    Cpu::Vector& mine = x[threads - 1];
-    for (Index i = 0; i < kSize; ++i) mine[i] = std::sin(static_cast<double>(i));
-    costs[threads - 1] = SolveLm(options, backend, problem, mine.view()).final_cost;
-  }
-  SetNumThreads(0);
-  EXPECT_EQ(costs[0], costs[1]);
-  for (Index i = 0; i < kSize; ++i) ASSERT_EQ(x[0][i], x[1][i]);
 }
 
 }  // namespace

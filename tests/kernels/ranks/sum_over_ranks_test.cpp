@@ -77,6 +77,34 @@ TEST(SumOverRanks, IsTheSameBitsForAnyNumberOfRanks) {
   }
 }
 
+// Ranks finish runs of five entries in turn.
+std::vector<Support> Scattered(int count) {
+  std::vector<std::vector<EntryRange>> ranges(static_cast<std::size_t>(count));
+  for (Index begin = 0; begin < kSize; begin += 5) {
+    ranges[static_cast<std::size_t>(begin / 5 % count)].push_back({begin, std::min(begin + 5, kSize)});
+  }
+  return {ranges.begin(), ranges.end()};
+}
+
+TEST(SumOverRanks, GivesEachRankItsShare) {
+  const std::vector<float> expected = Expected();
+  for (const int count : {1, 2, 3, 8}) {
+    test::OnThreadRanks(count, [&](Ranks& ranks) {
+      const std::vector<Support> finished = Scattered(count);
+      SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())), finished);
+      const Support& mine = finished[static_cast<std::size_t>(ranks.rank())];
+      std::vector<float> share(static_cast<std::size_t>(mine.size()), -1.0F), whole;
+      const std::int64_t before = ranks.traffic().bytes;
+      sum.SumShare(MakeTerm, {share.data(), mine.size()});
+      EXPECT_EQ(ranks.traffic().bytes - before, 4 * sum.plan().ReceivedValuesOfShare(ranks.rank()));
+      for (const EntryRange& range : mine.ranges()) {
+        whole.insert(whole.end(), expected.begin() + range.begin, expected.begin() + range.end);
+      }
+      EXPECT_EQ(share, whole) << count << " ranks";
+    });
+  }
+}
+
 TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
   test::OnThreadRanks(3, [&](Ranks& ranks) {
     SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));

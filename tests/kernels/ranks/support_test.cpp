@@ -38,14 +38,25 @@ HostBuffer<double> Buffer(std::initializer_list<double> values) {
 
 TEST(Support, CompactVectorsAddUp) {
   const Support a({{1, 3}, {6, 7}}), b({{2, 4}});
-  HostBuffer<double> left = Buffer({1, 2, 3});
-  AddCompact(a, left, b, Buffer({10, 20}), Union(a, b));
+  HostBuffer<double> left = Buffer({1, 2, 3}), spare;
+  const HostBuffer<double> two = Buffer({10, 20}), three = Buffer({1, 1, 1});
+  AddCompact(a, left, b, two.view(), Union(a, b), spare);
   EXPECT_THAT(std::vector<double>(left.begin(), left.end()), ElementsAre(1, 12, 20, 3));
-  AddCompact(Union(a, b), left, a, Buffer({1, 1, 1}), Union(a, b));
+  AddCompact(Union(a, b), left, a, three.view(), Union(a, b), spare);
   EXPECT_THAT(std::vector<double>(left.begin(), left.end()), ElementsAre(2, 13, 20, 4));
   std::vector<double> whole(8, -1);
   Spread<double>(Union(a, b), left.view(), {whole.data(), 8});
   EXPECT_THAT(whole, ElementsAre(0, 2, 13, 20, 0, 0, 4, 0));
+}
+
+TEST(Support, IntersectionAndPlaces) {
+  const Support a({{0, 10}, {20, 30}, {40, 50}}), b({{5, 22}, {24, 26}, {45, 60}});
+  const Support both = Intersection(a, b);
+  EXPECT_EQ(both, Support({{5, 10}, {20, 22}, {24, 26}, {45, 50}}));
+  EXPECT_EQ(Intersection(b, a), both);
+  // In a compact vector of a: ten entries before the second range, twenty before the third.
+  EXPECT_EQ(PlacesIn(b, a), (std::vector<EntryRange>{{5, 12}, {14, 16}, {25, 30}}));
+  EXPECT_TRUE(PlacesIn(Support({{10, 20}}), a).empty());
 }
 
 }  // namespace

@@ -53,17 +53,16 @@ TEST(PartMap, RefusesSegmentsThatDoNotFit) {
 TEST(PartMap, BlocksOfThePartAreBlocksOfTheWhole) {
   // The whole: two blocks of 2 that lie one after another, then three of 1. The part: the second, and the last two.
   const std::vector<BlockGroup> whole{{2, 2, 0, 1, 2}, {1, 3, 4}}, part{{2, 1, 0, 1, 2}, {1, 2, 2}};
-  const std::vector<PartSegment> tangent{{0, 2, 2}, {2, 5, 2}};
+  const PartMap tangent({{0, 2, 2}, {2, 5, 2}}, 4, 7, "entries");
   const PartMap map(BlockSegments(part, whole, tangent), 5, 9, "values");
   const std::vector<double> values = Iota(9);
   std::vector<double> local(5);
   map.Take<double>({values.data(), 9}, {local.data(), 5});
   // Packed triangles, blocks run fastest: (0,0) (1,0) (1,1) of block 1 are 1, 3, 5; the blocks of 1 begin at 6.
   EXPECT_THAT(local, ElementsAre(1, 3, 5, 7, 8));
-  const std::vector<BlockGroup> shifted{{2, 1, 1, 1, 2}, {1, 1, 0}, {1, 1, 3}};
   EXPECT_THAT(
       [&] {
-        BlockSegments({{2, 1, 0, 1, 2}}, whole, {{0, 1, 2}});
+        BlockSegments({{2, 1, 0, 1, 2}}, whole, PartMap({{0, 1, 2}}, 2, 7, "entries"));
       },
       ThrowsMessage<Error>(HasSubstr("no block of the whole")));
 }

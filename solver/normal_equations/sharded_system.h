@@ -1,0 +1,35 @@
+// The system of a step in shards: each process holds some of the entries of every vector of the iteration, and of the
+// preconditioner.
+#pragma once
+
+#include "kernels/core/error.h"
+#include "solver/linear/inner_products.h"
+#include "solver/problem.h"
+
+namespace vesta {
+
+// A linearization over the entries of this process's shard: num_parameters(), the vectors of ApplyH and the blocks are
+// of these. Offered by Linearization::MakeShardedSystem(), which it borrows. All processes call all of it together.
+template <Backend B>
+class ShardedSystem : public Linearization<B> {
+ public:
+  using View = typename B::View;
+  using ConstView = typename B::ConstView;
+
+  // The shard of a vector of all entries: `whole` itself where this process has all of them, else in `room`, for as
+  // long as that stays as it is.
+  virtual ConstView ShardOf(ConstView whole, typename B::Vector& room) const = 0;
+  // whole = the shards of all processes.
+  virtual void Gather(ConstView shard, View whole) = 0;
+  // Of shards, over all processes.
+  virtual const InnerProducts<B>& products() const = 0;
+
+  // No process has J: these throw Error, and that it is weighted keeps solvers from asking.
+  bool weighted() const override { return true; }
+  ConstView residuals() const override { Fail("a system in shards has H alone"); }
+  void ApplyJ(ConstView, View) override { residuals(); }
+  void ApplyJT(ConstView, View) override { residuals(); }
+  void DiagJTJ(View) override { residuals(); }
+};
+
+}  // namespace vesta
