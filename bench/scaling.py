@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
 """How a problem scales over processes, and what a model foresees for more of them.
 
-  bench/scaling.py SCALING OUT.json [--processes 1,2,4] [--threads 1] [--rounds 3] [--networks 1:10,10:0.1,100:0.02]
+  bench/scaling.py SCALING OUT.json [--processes 1,2,4] [--threads 1] [--rounds 3] [--weak] [--networks 1:10,10:0.1,100:0.02]
                    [--mpirun "mpirun --oversubscribe --bind-to none"] -- bal --cameras 200 --points 100000
   bench/scaling.py SCALING OUT.json ... -- splats SCENE SPLAT.ply
 
 SCALING: build/release/bench/scaling of a build with VESTA_MPI. Runs it for each number of processes, and once in one process without
-parts, in turn, --rounds times; medians. Then, for each network (Gbit/s : milliseconds a message), a run with 2 processes whose
-exchanges wait as long as such a network would take, beside what the model says.
+parts, in turn, --rounds times; medians. --weak: P processes get P times as large a problem (cameras and points, or --views). Then, where
+this machine lets it make nodes, two processes on two nodes (tools/two_nodes.py) over a link that nothing slows and over one of 1 Gbit/s and 10 ms, in
+turn, with messages that announce themselves and with ones that do not, beside what the model says of the second from the first.
 
-The model, of a product of H: T(P) = (W + V) / P + 2 latency + bytes(P) / bandwidth, where W is the work of the problem and V what
+The model, of a product of H: T(P) = (W + V) / P + 2 trips latency + bytes(P) / bandwidth, where W is the work of the problem and V what
 cutting it into parts adds, both from the runs with one process (with and without parts); bytes(P) in proportion to (P - 1) / P, those of a
-dense vector of n values, 2 n (P - 1) / P, or fewer, by what 2 processes received. It tells for each network at how many processes a step stops getting faster by a tenth from doubling them.
+dense vector of n values, 2 n (P - 1) / P, or fewer, by what 2 processes received. A message takes one trip, or three where it is longer than
+Open MPI sends unannounced over TCP (btl_tcp_eager_limit). It tells for each of --networks (Gbit/s : milliseconds from end to end) at how many
+processes a product stops getting faster by a tenth from doubling them.
 """
 import argparse
 import json
@@ -25,6 +28,10 @@ from pathlib import Path
 import report
 
 MIB = 2**20
+# Open MPI's btl_tcp_eager_limit, bytes, and one that no message here is over.
+EAGER, ALL_EAGER = 64 * 1024, 4 * MIB
+SLOW = (1.0, 10.0)  # Gbit/s, milliseconds
+TWO_NODES = Path(__file__).parent.parent / "tools" / "two_nodes.py"
 
 
 def run(words):
@@ -40,29 +47,55 @@ def medians(rows):
             for name, value in rows[0].items()}
 
 
-def product_seconds(one, plain, received_by_two, processes, network):
-    """(work of the problem, that of cutting it, exchange) of a product of H on `processes`; network: (bytes a second, seconds a message)."""
-    parts, alone = one["product_ms"] / 1e3, plain["product_ms"] / 1e3
-    own = max(parts - alone, 0)
-    bytes_a_second, latency = network
+def exchange_seconds(received_by_two, processes, network, eager=EAGER):
+    """Of a product; network: (Gbit/s, milliseconds)."""
+    if processes == 1:
+        return 0
     received = 2 * received_by_two * (processes - 1) / processes
-    exchange = 0 if processes == 1 else 2 * latency + received / bytes_a_second
-    return alone / processes, own / processes, exchange
+    message = received / 2 / (processes - 1)  # two exchanges, in each a message from each other process
+    trips = 1 if message <= eager else 3
+    return 2 * trips * network[1] * 1e-3 + received / (network[0] * 1e9 / 8)
 
 
 def foresee(one, plain, received_by_two, networks):
     print(f"\n{'Gbit/s':>7} {'ms':>6} | seconds of a product on 1, 2, 4, ... processes, up to the number of parts; * where doubling gains under a tenth")
     rows = []
-    for gbit, milliseconds in networks:
-        network = (gbit * 1e9 / 8, milliseconds * 1e-3)
-        times = {}
-        for power in range(int(one["parts"]).bit_length()):
-            times[2**power] = sum(product_seconds(one, plain, received_by_two, 2**power, network))
+    work = max(one["product_ms"], plain["product_ms"]) / 1e3
+    for network in networks:
+        counts = [2**power for power in range(int(one["parts"]).bit_length())]
+        times = {p: work / p + exchange_seconds(received_by_two, p, network) for p in counts}
         best = next((p for p in times if 2 * p in times and times[2 * p] > 0.9 * times[p]), None)
-        print(f"{gbit:7g} {milliseconds:6g} | " +
+        print(f"{network[0]:7g} {network[1]:6g} | " +
               " ".join(f"{seconds:.4g}{'*' if p == best else ''}" for p, seconds in times.items()))
-        rows.append({"gbit": gbit, "milliseconds": milliseconds, "seconds": times, "stops_at": best})
+        rows.append({"gbit": network[0], "milliseconds": network[1], "seconds": times, "stops_at": best})
     return rows
+
+
+def over_links(program, rounds):
+    """Of two processes on two nodes, over a fast link and a slow one in turn: measured, and foreseen of the slow one by the fast one."""
+    def on_nodes(eager, link=()):
+        words = [sys.executable, str(TWO_NODES), f"--mca=btl_tcp_eager_limit={eager}", *link, "--", *program, "--threads=1"]
+        return run(words)
+
+    rows = []
+    slow = (f"--gbit={SLOW[0]}", f"--latency_ms={SLOW[1]}")
+    for eager in (EAGER, ALL_EAGER):
+        pairs = [(on_nodes(eager), on_nodes(eager, slow)) for _ in range(rounds)]
+        for name, heard in (("product", "product_mib"), ("reduced_product", "reduced_mib")):
+            fast, measured = (statistics.median(pair[k][f"{name}_ms"] for pair in pairs) / 1e3 for k in (0, 1))
+            if fast == 0:
+                continue
+            foreseen = fast + exchange_seconds(pairs[0][0][heard] * MIB, 2, SLOW, eager)
+            print(f"{name}, messages up to {eager // 1024} KiB unannounced: {fast:.4g} s, over {SLOW[0]:g} Gbit/s and {SLOW[1]:g} ms {measured:.4g} s, "
+                  f"foreseen {foreseen:.4g} s ({foreseen / measured - 1:+.0%})")
+            rows.append({"kind": f"slow link, {name}", "eager": eager, "fast": fast, "measured": measured, "foreseen": foreseen})
+    return rows
+
+
+def larger(command, times):
+    """The command of a problem so many times as large."""
+    sizes = ("--cameras", "--points") if command[0] == "bal" else ("--views",)
+    return [str(int(word) * times) if k > 0 and command[k - 1] in sizes else word for k, word in enumerate(command)]
 
 
 def main():
@@ -73,18 +106,22 @@ def main():
     parser.add_argument("--processes", default="1,2,4")
     parser.add_argument("--threads", default="1")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--weak", action="store_true")
     parser.add_argument("--networks", default="1:10,10:0.1,100:0.02")
     parser.add_argument("--mpirun", default="mpirun --oversubscribe --bind-to none")
     args = parser.parse_args(own)
     if not command:
         parser.error("what to measure stands after --: bal or splats")
+    if args.weak and larger(command, 2) == command:
+        parser.error("--weak: give the size for one process, --cameras and --points or --views, separated by blanks")
     processes = [int(p) for p in args.processes.split(",")]
     networks = [tuple(map(float, n.split(":"))) for n in args.networks.split(",")]
     program = [str(args.scaling), *command]
     mpirun = shlex.split(args.mpirun)
 
-    def on(count, *more):
-        return run([*mpirun, "-n", str(count), *program, f"--threads={args.threads}", *more])
+    def on(count):
+        sized = [str(args.scaling), *larger(command, count)] if args.weak else program
+        return run([*mpirun, "-n", str(count), *sized, f"--threads={args.threads}"])
 
     kinds = {"plain": lambda: run([*program, f"--threads={args.threads}", "--plain=yes"]),
              "plain, 2 threads": lambda: run([*program, "--threads=2", "--plain=yes"]),
@@ -103,18 +140,14 @@ def main():
 
     by_kind = {row["kind"]: row for row in rows}
     one, plain = by_kind["1 processes"], by_kind["plain"]
-    print("\n2 processes that wait as over a network, a product: measured, and that of the model with 2 processes as measured here")
-    slowed = []
+    if args.weak:
+        report.write_json(args.out, "scaling", rows, [])
+        return
     two = by_kind.get("2 processes")
-    here = (two or one)["product_ms"] / 1e3
     received_by_two = two["product_mib"] * MIB if two else one["parameters"] * one["scalar_bytes"]
-    for gbit, milliseconds in networks:
-        measured = statistics.median(on(2, f"--gbit={gbit}", f"--latency_ms={milliseconds}")["product_ms"] / 1e3
-                                     for _ in range(args.rounds))
-        exchange = product_seconds(one, plain, received_by_two, 2, (gbit * 1e9 / 8, milliseconds * 1e-3))[2]
-        print(f"{gbit:7g} Gbit/s {milliseconds:6g} ms: {measured:.4g} s, foreseen {here + exchange:.4g} s")
-        slowed.append({"gbit": gbit, "milliseconds": milliseconds, "measured": measured, "foreseen": here + exchange})
-    rows += [{"kind": "slowed", **row} for row in slowed]
+    if subprocess.run([sys.executable, TWO_NODES, "--", "true"], check=False).returncode == 0:
+        print()
+        rows += over_links(program, args.rounds)
     rows += [{"kind": "foreseen", **row} for row in foresee(one, plain, received_by_two, networks)]
     report.write_json(args.out, "scaling", rows, [])
 

@@ -1,14 +1,13 @@
 // What one process of several takes for the products and steps of a distributed problem, and what it hears from others.
 //
 //   mpirun -n P scaling bal [--cameras 200] [--points 100000] [--track 8] [--threads 1] [--repeats 5] [--parts 64]
-//                           [--plain yes] [--latency_ms 0] [--gbit 0] [--json FILE]
-//   mpirun -n P scaling splats SCENE SPLAT.ply [--downscale 1] [--threads 1] ...
+//                           [--plain yes] [--json FILE]
+//   mpirun -n P scaling splats SCENE SPLAT.ply [--downscale 1] [--views N] [--threads 1] ...
 //
-// bal: a generated bundle adjustment. splats: LM's problem of a scene's training views at a splat.
-// --plain: the problem as one process solves it, without parts. --latency_ms, --gbit: each exchange takes so much
-// longer as it would over such a network, by waiting (slowed_ranks.h). One row, by the first process: milliseconds,
-// medians; exchanges and MiB that it receives in one product, counted and foreseen. bench/scaling.py runs it for
-// several P.
+// bal: a generated bundle adjustment. splats: LM's problem of a scene's training views, all or the first N, at a splat.
+// --plain: the problem as one process solves it, without parts. One row, by the first process: milliseconds, medians;
+// exchanges and MiB that it receives in one product, counted and foreseen; the peak of its memory. bench/scaling.py
+// runs it for several P.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +17,6 @@
 #include <vector>
 
 #include "bench/report.h"
-#include "bench/scaling/slowed_ranks.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
@@ -142,6 +140,9 @@ Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
   for (const gs::View& view : scene.views) {
     if (view.is_trained()) views.push_back(&view);
   }
+  const auto wanted = static_cast<std::size_t>(Whole(arguments, "views", "0"));
+  if (wanted > views.size()) Fail("--views {}: the scene has {} training views", wanted, views.size());
+  if (wanted > 0) views.resize(wanted);
   const std::vector<gs::TargetView<Cpu>> targets = gs::MakeTargets<Cpu>(views, gs::NearPlane(scene));
   gs::LmStageOptions lm;
   gs::SplatProblemOptions options = gs::SplatProblemOptionsOf(lm, model);
@@ -157,23 +158,18 @@ Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
 }
 
 int Main(int argc, char** argv) {
-  const Arguments arguments(argc, argv,
-                            {"cameras", "points", "track", "threads", "repeats", "parts", "plain", "latency_ms", "gbit",
-                             "downscale", "json"});
+  const Arguments arguments(
+      argc, argv, {"cameras", "points", "track", "threads", "repeats", "parts", "plain", "views", "downscale", "json"});
   SetNumThreads(Whole(arguments, "threads", "1"));
-  std::unique_ptr<Ranks> world = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
-  const double gbit = std::stod(arguments.Flag("gbit", "0"));
-  SlowedRanks slowed(*world, {1e-3 * std::stod(arguments.Flag("latency_ms", "0")), gbit * 1e9 / 8});
-  const bool is_slowed = gbit > 0 || arguments.Flag("latency_ms", "0") != "0";
-  Ranks& ranks = is_slowed ? slowed : *world;
+  const std::unique_ptr<Ranks> ranks = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
   const std::string what = arguments.positional.empty() ? "" : arguments.positional[0];
   if (what != "bal" && what != "splats") Fail("`scaling bal` or `scaling splats SCENE SPLAT.ply`");
   try {
     Report report("scaling");
-    report.Add(what == "bal" ? MeasureBundle(ranks, arguments) : MeasureSplats(ranks, arguments));
-    if (ranks.rank() == 0) report.Finish(arguments.Flag("json", ""));
+    report.Add(what == "bal" ? MeasureBundle(*ranks, arguments) : MeasureSplats(*ranks, arguments));
+    if (ranks->rank() == 0) report.Finish(arguments.Flag("json", ""));
   } catch (const std::exception& error) {
-    world->Abandon(error.what());
+    ranks->Abandon(error.what());
     throw;
   }
   return 0;

@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+"""Runs a program by MPI on two nodes, which are network namespaces of this machine with a host name and a link of their own:
+what only shows between machines, without a second one. Needs root, iproute2 and Open MPI.
+
+  tools/two_nodes.py [--processes 2] [--gbit G] [--latency_ms L] [--mca NAME=VALUE ...] -- PROGRAM ...
+
+Processes are spread over both nodes in turn. With --gbit or --latency_ms packets between the nodes go through this script, which
+hands them on as late as a link of so many Gbit/s, with so many milliseconds from one end to the other, would; at most a few Gbit/s. Ends with
+the status of the program; 77 where this machine does not let it make nodes, with a line that says why.
+"""
+import argparse
+import contextlib
+import fcntl
+import os
+import queue
+import shutil
+import signal
+import stat
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+CANNOT = 77
+# Of this run: others may have theirs at the same time.
+NODES = (f"vesta-{os.getpid()}-a", f"vesta-{os.getpid()}-b")
+DEVICES = (f"v{os.getpid()}a", f"v{os.getpid()}b")
+ADDRESSES = ("10.77.0.1", "10.77.0.2")
+# Large packets, so that a script keeps up; TCP counts bytes anyway.
+MTU = 16000
+
+
+def ip(*words):
+    subprocess.run(["ip", *words], check=True, capture_output=True, text=True)
+
+
+class Direction:
+    """Packets from one end to the other: each leaves when the one before has left, and arrives so much later."""
+
+    def __init__(self, source, target, bytes_a_second, latency):
+        self._source, self._target = source, target
+        self._bytes_a_second, self._latency = bytes_a_second, latency
+        self._under_way = queue.Queue()
+        for work in (self._take, self._deliver):
+            threading.Thread(target=work, daemon=True).start()
+
+    def _take(self):
+        free = 0.0
+        while packet := self._read():
+            now = time.monotonic()
+            free = max(free, now) + (len(packet) / self._bytes_a_second if self._bytes_a_second else 0)
+            self._under_way.put((free + self._latency, packet))
+
+    def _read(self):
+        try:
+            return os.read(self._source, 1 << 16)
+        except OSError:  # the node is gone
+            return b""
+
+    def _deliver(self):
+        with contextlib.suppress(OSError):
+            while True:
+                arrives, packet = self._under_way.get()
+                time.sleep(max(0.0, arrives - time.monotonic()))
+                os.write(self._target, packet)
+
+
+def open_tap(name):
+    set_interface, tap_without_header = 0x400454CA, 0x0002 | 0x1000
+    device = os.open("/dev/net/tun", os.O_RDWR)
+    fcntl.ioctl(device, set_interface, struct.pack("16sH", name.encode(), tap_without_header))
+    return device
+
+
+def join_nodes(gbit, latency_ms):
+    """A link between the nodes: a pair of virtual devices, or two ends whose packets this script carries."""
+    if gbit or latency_ms:
+        ends = [open_tap(device) for device in DEVICES]
+        for device, node in zip(DEVICES, NODES):
+            ip("link", "set", device, "netns", node)
+    else:
+        ends = []
+        ip("link", "add", DEVICES[0], "netns", NODES[0], "type", "veth", "peer", "name", DEVICES[1], "netns", NODES[1])
+    for device, node, address in zip(DEVICES, NODES, ADDRESSES):
+        ip("-n", node, "addr", "add", f"{address}/24", "dev", device)
+        ip("-n", node, "link", "set", device, "mtu", str(MTU))
+        ip("-n", node, "link", "set", device, "up")
+        ip("-n", node, "link", "set", "lo", "up")
+    for source, target in zip(ends, ends[::-1]):
+        Direction(source, target, gbit * 1e9 / 8, latency_ms * 1e-3)
+
+
+def leave_nodes():
+    for node in NODES:
+        subprocess.run(["ip", "netns", "delete", node], capture_output=True, check=False)
+
+
+def on_node(node, *words):
+    """The command in a node, by its own host name: processes of other nodes are then no neighbours, and talk by the link."""
+    return ["ip", "netns", "exec", node, "unshare", "--uts", "sh", "-c", f'hostname {node}; exec "$@"', "sh", *words]
+
+
+def write_agent(folder):
+    """What mpirun starts its other node by, in place of ssh: AGENT ADDRESS COMMAND..."""
+    agent = Path(folder) / "agent"
+    enter = " ".join(on_node(NODES[1])[:6])
+    agent.write_text(f'#!/bin/sh\nshift\nexec {enter} sh -c "hostname {NODES[1]}; $*"\n')
+    agent.chmod(agent.stat().st_mode | stat.S_IXUSR)
+    return agent
+
+
+def run(processes, settings, program):
+    with tempfile.TemporaryDirectory() as folder:
+        hosts = Path(folder) / "hosts"
+        hosts.write_text("".join(f"{address} slots={(processes + 1 - k) // 2}\n" for k, address in enumerate(ADDRESSES)))
+        network = f"{ADDRESSES[0]}/24"
+        mpirun = ["mpirun", "--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n", str(processes), "--map-by", "node",
+                  "--hostfile", str(hosts), "--mca", "plm_rsh_agent", str(write_agent(folder)), "--mca", "btl", "tcp,self",
+                  "--mca", "btl_tcp_if_include", network, "--mca", "oob_tcp_if_include", network]
+        for setting in settings:
+            mpirun += ["--mca", *setting.split("=", 1)]
+        return subprocess.run(on_node(NODES[0], *mpirun, *program), check=False).returncode
+
+
+def why_not():
+    """What of all that is needed is not there; "" where nothing is missing."""
+    for tool in ("ip", "unshare", "mpirun"):
+        if not shutil.which(tool):
+            return f"{tool} is missing"
+    if "Open MPI" not in subprocess.run(["mpirun", "--version"], capture_output=True, text=True, check=False).stdout:
+        return "mpirun is not Open MPI's"
+    return "" if os.geteuid() == 0 else "it needs root to make nodes"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--gbit", type=float, default=0.0)
+    parser.add_argument("--latency_ms", type=float, default=0.0)
+    parser.add_argument("--mca", action="append", default=[], help="a parameter of Open MPI")
+    parser.add_argument("program", nargs="+")
+    args = parser.parse_args()
+    if why := why_not():
+        print(f"two_nodes.py: {why}; nothing was run", file=sys.stderr)
+        return CANNOT
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that what was made is taken away
+    try:
+        for node in NODES:
+            ip("netns", "add", node)
+        join_nodes(args.gbit, args.latency_ms)
+    except (subprocess.CalledProcessError, OSError) as error:
+        why = (getattr(error, "stderr", None) or str(error)).strip()
+        print(f"two_nodes.py: this machine lets no nodes be made ({why}); nothing was run", file=sys.stderr)
+        leave_nodes()
+        return CANNOT
+    try:
+        return run(args.processes, args.mca, args.program)
+    finally:
+        leave_nodes()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
