@@ -9,6 +9,7 @@
 
 #include "apps/commands.h"
 #include "apps/device.h"
+#include "apps/own_photographs.h"
 #include "apps/posed_model.h"
 #include "apps/print.h"
 #include "apps/process.h"
@@ -94,7 +95,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   std::optional<OutputFolder> out;
   PosedModel posed = FirstRankFirst([&] {
     const auto load = [&] {
-      return LoadPosedModel(ply, path, line.flags.background, SceneOptions(line.flags, options));
+      return LoadPosedModel(ply, path, line.flags.background, ReadingOwn(SceneOptions(line.flags, options), options));
     };
     if (!IsFirstRank()) return load();
     RunFiles files = FilesOf(line);

@@ -5,6 +5,7 @@
 #include "apps/checkpointing.h"
 #include "apps/commands.h"
 #include "apps/device.h"
+#include "apps/own_photographs.h"
 #include "apps/process.h"
 #include "apps/ranks.h"
 #include "apps/scene_flags.h"
@@ -56,13 +57,13 @@ int RunTrain(const CommandLine& given) {
   const std::string folder = flags.out.empty() ? flags.resume : flags.out;
   std::optional<OutputFolder> out;
   const gs::Scene scene = FirstRankFirst([&] {
-    if (!IsFirstRank()) return gs::LoadScene(path, SceneOptions(flags, options));
+    if (!IsFirstRank()) return gs::LoadScene(path, ReadingOwn(SceneOptions(flags, options), options));
     RunFiles files = FilesOf(line);
     files.ReadsScene(path);
     WritesResults(flags, folder, &files);
     files.Check();
     out.emplace(folder);
-    gs::Scene loaded = gs::LoadScene(path, SceneOptions(flags, options));
+    gs::Scene loaded = gs::LoadScene(path, ReadingOwn(SceneOptions(flags, options), options));
     files.ReadsScene(path, loaded);
     files.Check();
     return loaded;

@@ -57,6 +57,8 @@ class Buffer<T, Host> {
   }
 
   Index size() const { return size_; }
+  // Elements that there is memory for.
+  Index capacity() const { return capacity_; }
   bool empty() const { return size_ == 0; }
   T* data() { return data_.get(); }
   const T* data() const { return data_.get(); }

@@ -58,6 +58,7 @@ class Buffer<T, Device> {
   }
 
   Index size() const { return size_; }
+  Index capacity() const { return capacity_; }
   bool empty() const { return size_ == 0; }
   T* data() { return data_; }
   const T* data() const { return data_; }

@@ -15,36 +15,53 @@ namespace vesta::gs {
 // Training views in random order, each once an epoch.
 class ViewOrder {
  public:
-  ViewOrder(std::size_t views, std::uint64_t seed) : order_(views), seed_(seed) {}
+  // at_once: where an iteration takes several views it takes each from another run of consecutive ones: they show more
+  // of the scene, and processes that train together can each have their own. Of fewer views than that there is one run.
+  ViewOrder(std::size_t views, std::uint64_t seed, std::size_t at_once = 1)
+      : runs_(views < at_once ? 1 : at_once), seed_(seed) {
+    for (std::size_t k = 0; k < runs_.size(); ++k) {
+      runs_[k].begin = views * k / runs_.size();
+      runs_[k].order.resize(views * (k + 1) / runs_.size() - runs_[k].begin);
+    }
+  }
 
   std::size_t Next() {
-    const std::size_t views = order_.size(), at = drawn_ % views;
-    if (at == 0 || epoch_ != drawn_ / views) Shuffle(drawn_ / views);
+    const std::size_t k = drawn_ % runs_.size(), drawn_of_run = drawn_ / runs_.size();
+    Run& run = runs_[k];
+    const std::size_t views = run.order.size(), at = drawn_of_run % views, epoch = drawn_of_run / views;
+    if (run.epoch != epoch) Shuffle(k, epoch);
     ++drawn_;
-    return order_[views - 1 - at];
+    return run.order[views - 1 - at];
   }
 
   // How many were drawn: the order itself follows from the seed.
   template <class Archive>
   void Visit(Archive& archive) {
     archive(drawn_);
-    epoch_ = kNone;
+    for (Run& run : runs_) run.epoch = kNone;
   }
 
  private:
   static constexpr std::uint64_t kNone = ~std::uint64_t{0};
 
-  void Shuffle(std::uint64_t epoch) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    CounterRandom random(seed_, epoch);
-    for (std::size_t i = order_.size(); i > 1; --i) {
-      std::swap(order_[i - 1], order_[static_cast<std::size_t>(random.Below(static_cast<Index>(i)))]);
+  struct Run {
+    std::size_t begin = 0;
+    std::vector<std::size_t> order;
+    std::uint64_t epoch = kNone;  // that of the order
+  };
+
+  void Shuffle(std::size_t k, std::uint64_t epoch) {
+    std::vector<std::size_t>& order = runs_[k].order;
+    std::iota(order.begin(), order.end(), runs_[k].begin);
+    CounterRandom random(seed_, epoch, k);
+    for (std::size_t i = order.size(); i > 1; --i) {
+      std::swap(order[i - 1], order[static_cast<std::size_t>(random.Below(static_cast<Index>(i)))]);
     }
-    epoch_ = epoch;
+    runs_[k].epoch = epoch;
   }
 
-  std::vector<std::size_t> order_;
-  std::uint64_t seed_, drawn_ = 0, epoch_ = kNone;  // epoch_: that of order_
+  std::vector<Run> runs_;
+  std::uint64_t seed_, drawn_ = 0;
 };
 
 // How many iterations the stage has: its length is given in views, and each iteration takes so many of them, the last

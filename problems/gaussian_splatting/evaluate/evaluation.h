@@ -3,29 +3,39 @@
 
 #include <array>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 
 namespace vesta::gs {
 
 // Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
-// already; those of the other views are shown to B one at a time. Holds its view and two images only while it runs; on
-// a device throws OutOfDeviceMemory.
+// already; those of the other views are shown to B one at a time. ranks: processes of which each measures its own views
+// (model/view_owners.h), all with the same result; null: this one measures all. Holds its view and two images only
+// while it runs; on a device throws OutOfDeviceMemory.
 template <class B>
 Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> held,
-                    const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace) {
+                    const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
+                    Ranks* ranks = nullptr) {
   using Splats = SplatBackend<B>;
-  EvaluationSum sum;
+  const std::vector<bool> is_own = OwnViewsOf(scene.views, ranks);
+  std::vector<ViewQuality> measured;
   typename Splats::QualityMeter meter;
   typename Splats::Loss loss;
   typename Splats::SplatView splats;
   typename B::Vector rendered;
   typename Splats::Truth truth;
-  std::size_t next = 0;
-  for (const View& view : scene.views) {
+  std::size_t trained = 0;  // views so far
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    const std::size_t place = trained;
+    if (view.is_trained()) ++trained;
+    if (!is_own[v]) continue;
     const ImageShape shape{view.camera.width, view.camera.height};
     const std::shared_ptr<const Image> photograph = view.Photograph();
     rendered.ResizeForOverwrite(shape.NumValues());
@@ -34,15 +44,16 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     if (!view.is_trained() || held.empty()) {
       Splats::Show(ValuesOf(*photograph), truth);
     } else {
-      VESTA_CHECK(next < held.size(), "{} targets are fewer than the training views", held.size());
-      Splats::Show(typename B::ConstView(held[next++].truth), truth);
+      VESTA_CHECK(place < held.size(), "{} targets are fewer than the training views", held.size());
+      Splats::Show(typename B::ConstView(held[place].truth), truth);
     }
     ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstView(truth), rendered.view());
     // Before the meter, which may write into both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
-    sum.Add(view, *photograph, meter.Measure(rendered, truth, shape), objective);
+    measured.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
   }
-  return sum.Mean();
+  if (ranks) measured = GatherValues(*ranks, measured);
+  return MeanOf(scene.views, std::move(measured));
 }
 
 }  // namespace vesta::gs

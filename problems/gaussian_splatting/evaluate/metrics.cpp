@@ -1,5 +1,6 @@
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "problems/gaussian_splatting/evaluate/evaluation.h"
@@ -17,24 +18,29 @@ Evaluation Renderer::Evaluate(const SplatModel& model, const Scene& scene) {
   return Evaluate(ToKernelModel(model), scene);
 }
 
-Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene) {
-  return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_);
+Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene, Ranks* ranks) {
+  return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_, ranks);
 }
 
-void EvaluationSum::Add(const View& view, const Image& photograph, const ImageQuality& whole, double objective) {
+ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective) {
   const double part = CountedPart(photograph);
-  const ImageQuality quality = photograph.mask.empty() ? whole : OfPart(whole, part);
-  Quality& of_kind = view.is_trained() ? sum_.train : view.is_test() ? sum_.test : sum_.held_out;
-  of_kind.psnr += quality.psnr;
-  of_kind.ssim += quality.ssim;
-  ++of_kind.views;
-  if (!view.is_trained()) return;
-  sum_.cost += objective;
-  values_ += part * 3.0 * view.camera.width * view.camera.height;
+  return {view, photograph.mask.empty() ? whole : OfPart(whole, part), part, objective};
 }
 
-Evaluation EvaluationSum::Mean() const {
-  Evaluation mean = sum_;
+Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured) {
+  std::ranges::sort(measured, {}, &ViewQuality::view);
+  Evaluation mean;
+  double values = 0;
+  for (const ViewQuality& of : measured) {
+    const View& view = views[of.view];
+    Quality& of_kind = view.is_trained() ? mean.train : view.is_test() ? mean.test : mean.held_out;
+    of_kind.psnr += of.quality.psnr;
+    of_kind.ssim += of.quality.ssim;
+    ++of_kind.views;
+    if (!view.is_trained()) continue;
+    mean.cost += of.objective;
+    values += of.counted * 3.0 * view.camera.width * view.camera.height;
+  }
   for (Quality* quality : {&mean.train, &mean.held_out, &mean.test}) {
     if (quality->views == 0) continue;
     quality->psnr /= quality->views;
@@ -42,7 +48,7 @@ Evaluation EvaluationSum::Mean() const {
   }
   // A scene may be without test views: nothing was measured then, which is not 0 dB.
   if (mean.test.views == 0) mean.test.psnr = mean.test.ssim = std::numeric_limits<double>::quiet_NaN();
-  mean.cost = values_ > 0 ? sum_.cost / values_ : 0;
+  mean.cost = values > 0 ? mean.cost / values : 0;
   return mean;
 }
 

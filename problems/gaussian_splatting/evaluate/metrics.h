@@ -5,6 +5,7 @@
 
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/metrics.h"
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
@@ -23,18 +24,17 @@ struct Evaluation {
   double cost = 0;                // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
 };
 
-// Adds up what is measured view by view.
-class EvaluationSum {
- public:
-  // whole: of the view with its photograph where pixels do not count (masked_loss.h). objective: of the photometric
-  // loss on the image as rendered; only of views that are trained on it counts.
-  void Add(const View& view, const Image& photograph, const ImageQuality& whole, double objective);
-  Evaluation Mean() const;
-
- private:
-  Evaluation sum_;
-  double values_ = 0;
+// What is measured of one view.
+struct ViewQuality {
+  std::size_t view;      // of the scene's
+  ImageQuality quality;  // of the pixels that count
+  double counted;        // their part of all
+  double objective;  // of the photometric loss on the image as rendered; only of views that are trained on it counts
 };
+// whole: of the view with its photograph where pixels do not count (masked_loss.h).
+ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective);
+// Of all views, in any order.
+Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured);
 
 // Renders views of models; keeps its working memory between calls.
 class Renderer {
@@ -45,8 +45,8 @@ class Renderer {
   // The model seen from the view, not clamped.
   Image Render(const SplatModel& model, const View& view);
   Evaluation Evaluate(const SplatModel& model, const Scene& scene);
-  // The same for a model still in training, with fewer active SH bands.
-  Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene);
+  // The same for a model still in training, with fewer active SH bands. ranks: as gs::Evaluate has it.
+  Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, Ranks* ranks = nullptr);
 
  private:
   std::array<double, 3> background_;

@@ -21,6 +21,8 @@ struct LoadSceneOptions {
   double photographs_bytes = std::numeric_limits<double>::infinity();
   RandomPoints random_points;  // for scenes without points
   bool hold_out = false;       // keep some training views back (HoldOut)
+  // Of processes that train together: what falls to others (model/view_owners.h) is decoded only when it is looked at.
+  int process = 0, processes = 1;
 };
 
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and

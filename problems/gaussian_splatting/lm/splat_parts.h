@@ -2,12 +2,11 @@
 // problems are for.
 #pragma once
 
-#include <algorithm>
-
 #include "kernels/core/check.h"
 #include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 #include "solver/distributed/problem_parts.h"
 
 namespace vesta::gs {
@@ -19,12 +18,6 @@ inline void CheckOneBatch(const ViewBatchOptions& batches) {
   }
 }
 
-// How many parts so many views make.
-inline int SplatPartsOf(Index views) {
-  constexpr Index kMost = 64;
-  return static_cast<int>(std::clamp<Index>(views, 1, kMost));
-}
-
 // Each part has all Gaussians and a run of the views. Of views that fall to others nothing is looked at.
 template <Backend B>
 class SplatParts final : public ProblemParts<B> {
@@ -32,13 +25,13 @@ class SplatParts final : public ProblemParts<B> {
   // No more parts than there are views, and as many whatever the number of processes is. whole must outlive this
   // object. Throws Error as CheckOneBatch does.
   explicit SplatParts(SplatProblem<B>& whole)
-      : whole_(whole), num_parts_(SplatPartsOf(static_cast<Index>(whole.views().size()))) {
+      : whole_(whole), num_parts_(ViewRunsOf(static_cast<Index>(whole.views().size()))) {
     CheckOneBatch(whole.options().batches);
   }
 
   int num_parts() const override { return num_parts_; }
   ProblemPart<B> Make(int part) override {
-    const Share run = ShareOf(static_cast<std::int64_t>(whole_.views().size()), num_parts_, part);
+    const Share run = ViewsOfRun(static_cast<Index>(whole_.views().size()), part);
     return {whole_.MakePart(
                 whole_.views().subspan(static_cast<std::size_t>(run.begin), static_cast<std::size_t>(run.size()))),
             {},

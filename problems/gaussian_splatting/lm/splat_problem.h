@@ -49,7 +49,7 @@ class SplatProblem : public Problem<B> {
   using typename Base::View;
 
   // views must outlive the problem. Throws Error for a truth that is not of its view's size, and unless there is a unit
-  // of length for each Gaussian or none.
+  // of length for each Gaussian or none. The truth may be missing of views that only others' parts ask for.
   SplatProblem(const SplatProblemOptions& options, std::span<const TargetView<B>> views);
 
   Index num_parameters() const override;
@@ -71,6 +71,9 @@ class SplatProblem : public Problem<B> {
 
  private:
   SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views);
+  static void CheckTruth(const TargetView<B>& view);
+  // To be looked at.
+  const TargetView<B>& ViewAt(Index unit) const;
 
   SplatProblemOptions options_;
   std::span<const TargetView<B>> views_;

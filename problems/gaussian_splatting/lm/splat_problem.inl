@@ -30,9 +30,21 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
     options_.units.reset();  // the copy is what counts
   }
   for (const TargetView<B>& view : views) {
-    VESTA_CHECK(view.truth.size() == view.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
-                view.truth.size(), view.camera.width, view.camera.height);
+    if (!view.truth.empty()) CheckTruth(view);
   }
+}
+
+template <Backend B>
+void SplatProblem<B>::CheckTruth(const TargetView<B>& view) {
+  VESTA_CHECK(view.truth.size() == view.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
+              view.truth.size(), view.camera.width, view.camera.height);
+}
+
+template <Backend B>
+const TargetView<B>& SplatProblem<B>::ViewAt(Index unit) const {
+  const TargetView<B>& view = views_[static_cast<std::size_t>(unit)];
+  CheckTruth(view);
+  return view;
 }
 
 // Of the damping metric's units a part has no need.
@@ -73,7 +85,7 @@ double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
   typename B::Vector image;
   double cost = 0;
   for (const Index unit : units) {
-    const TargetView<B>& target = views_[static_cast<std::size_t>(unit)];
+    const TargetView<B>& target = ViewAt(unit);
     view.Build(model, target.camera, options_.background.data(), *workspace_);
     image.ResizeForOverwrite(target.truth.size());
     view.Render(image.data());
@@ -87,7 +99,7 @@ std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstView x, int ba
   this->CheckSize(x);
   this->CheckBatch(batch);
   std::vector<const TargetView<B>*> views;
-  for (const Index v : batches_.views(batch)) views.push_back(&views_[static_cast<std::size_t>(v)]);
+  for (const Index v : batches_.views(batch)) views.push_back(&ViewAt(v));
   const bool shares = options_.is_part && options_.jacobian == JacobianKind::kRebuild;
   return std::make_unique<SplatLinearization<B>>(options_, x, std::move(views), batches_.scale(), loss_, workspace_,
                                                  shares ? scratch_ : nullptr);

@@ -133,7 +133,9 @@ void PhotographStore::Follow(Index number) {
   if (is_told_ && !expected_.empty() && expected_.front() == number) return expected_.pop_front();
   is_told_ = false;
   expected_.clear();
-  for (Index k = 1; k <= kAhead; ++k) expected_.push_back(number + k);
+  for (auto next = entries_.upper_bound(number); next != entries_.end() && std::ssize(expected_) < kAhead; ++next) {
+    if (next->second->source.is_own) expected_.push_back(next->first);
+  }
 }
 
 void PhotographStore::DecodeAhead() {

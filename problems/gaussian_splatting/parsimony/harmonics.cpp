@@ -36,24 +36,27 @@ std::vector<Curvature> Curvatures(const splat::Model<float>& model, const Judgin
   std::vector<Curvature> sums(static_cast<std::size_t>(model.count), Curvature{});
   RenderedViews rendered(model, judges);
   JudgedLoss judged;
-  rendered.ForEach([&](const View& view) {
-    const auto camera = splat::ConstantsOf<float>(rendered.view().camera());
-    const splat::ColorCurvature<float>* colors =
-        rendered.view().ColorCurvatures(judged.Linearize(rendered.image(), view), rendered.workspace());
-    ParallelFor(model.count, kGrain, [&](Index i) {
-      const std::int32_t rank = rendered.view().rank_of()[i];
-      if (rank < 0) return;
-      const splat::Splat<float>& splat = rendered.view().splats()[rank];
-      float bend = 0;
-      for (int c = 0; c < 3; ++c) bend += splat.color[c] > 0 ? colors[rank].channel[c] / 3 : 0;  // 0: clamped
-      const std::array<float, kBases> basis = BasisSeen(model, i, camera);
-      Curvature& sum = sums[static_cast<std::size_t>(i)];
-      const int bases = ShCoefficients(DegreeOf(model, i));
-      for (int row = 0; row < bases; ++row) {
-        for (int col = 0; col <= row; ++col) sum[PackedLower(row, col)] += bend * basis[row] * basis[col];
-      }
-    });
-  });
+  rendered.ForEachAnswer<float>(
+      [&](const View& view, float* bends) {
+        const splat::ColorCurvature<float>* colors =
+            rendered.view().ColorCurvatures(judged.Linearize(rendered.image(), view), rendered.workspace());
+        ParallelFor(model.count, kGrain, [&](Index i) {
+          const std::int32_t rank = rendered.view().rank_of()[i];
+          if (rank < 0) return;
+          const splat::Splat<float>& splat = rendered.view().splats()[rank];
+          for (int c = 0; c < 3; ++c) bends[i] += splat.color[c] > 0 ? colors[rank].channel[c] / 3 : 0;  // 0: clamped
+        });
+      },
+      [&](const View& view) {
+        return [&, camera = splat::ConstantsOf<float>(ToPosedCamera(view, judges.near))](Index i, float bend) {
+          const std::array<float, kBases> basis = BasisSeen(model, i, camera);
+          Curvature& sum = sums[static_cast<std::size_t>(i)];
+          const int bases = ShCoefficients(DegreeOf(model, i));
+          for (int row = 0; row < bases; ++row) {
+            for (int col = 0; col <= row; ++col) sum[PackedLower(row, col)] += bend * basis[row] * basis[col];
+          }
+        };
+      });
   return sums;
 }
 
@@ -91,7 +94,8 @@ HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingVi
   ChooseCoefficients(model, judges);
   RenderedViews rendered(model, judges);
   JudgedLoss judged;
-  rendered.ForEach([&](const View& view) {
+  using Rises = splat::RecolorRises<double>;
+  const auto ask = [&](const View& view, Rises* rows) {
     const auto camera = splat::ConstantsOf<float>(rendered.view().camera());
     const auto recolor = [&](Index i) {
       const std::array<float, kBases> basis = BasisSeen(model, i, camera);
@@ -105,9 +109,14 @@ HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingVi
       }
       return to;
     };
-    rendered.view().AddRecolors(judged.Linearize(rendered.image(), view), recolor, rises_.data(), rendered.workspace());
+    rendered.view().AddRecolors(judged.Linearize(rendered.image(), view), recolor, rows, rendered.workspace());
+  };
+  rendered.ForEachAnswer<Rises>(ask, [&](const View&) {
+    return [&](Index i, const Rises& row) {
+      for (int d = 0; d < splat::kRecolors; ++d) rises_[static_cast<std::size_t>(i)].rise[d] += row.rise[d];
+    };
   });
-  cost_ = judged.cost(), values_ = judged.values();
+  cost_ = judged.Cost(judges.ranks), values_ = judged.Values(judges.ranks);
 }
 
 void HarmonicsWorth::ChooseCoefficients(const splat::Model<float>& model, const JudgingViews& judges) {

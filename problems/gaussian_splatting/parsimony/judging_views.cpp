@@ -4,8 +4,8 @@
 
 namespace vesta::gs {
 
-JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background) {
-  JudgingViews judges{.views = {}, .background = background, .near = NearPlane(scene)};
+JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background, Ranks* ranks) {
+  JudgingViews judges{.views = {}, .background = background, .near = NearPlane(scene), .ranks = ranks};
   for (const View& view : scene.views) {
     if (view.is_trained()) judges.views.push_back(&view);
   }

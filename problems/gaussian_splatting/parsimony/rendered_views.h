@@ -1,7 +1,12 @@
 // A model seen by the views that judge it, and what they make of it.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <numeric>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/gaussian_window.h"
@@ -9,6 +14,7 @@
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
@@ -22,7 +28,8 @@ inline double JudgingBytes(const splat::ViewCounts& view, double gaussians) {
   return splat::SplatView<float>::Bytes(view, gaussians) + Workspace::BuildBytes(view, gaussians) +
          splat::kSpareRoom * (view.splats + view.pairs) * kSums + view.splats * sizeof(splat::Recolors<float>) +
          kImages * 3 * sizeof(float) * view.pixels +
-         PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels);
+         PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels) +
+         gaussians * sizeof(splat::RecolorRises<double>);  // the longest rows of a view
 }
 
 // Renders the model into one judge after the other.
@@ -35,23 +42,77 @@ class RenderedViews {
   template <class Body>
   void ForEach(const Body& body) {
     for (const View* view : judges_.views) {
-      image_.ResizeForOverwrite(ImageShape{view->camera.width, view->camera.height}.NumValues());
-      view_.Build(model_, ToPosedCamera(*view, judges_.near), judges_.background.data(), workspace_);
-      view_.Render(image_.data());
+      Render(*view);
       body(*view);
     }
   }
+  // What judges tell of the Gaussians that they see. ask(view, rows), with view() and image() of that judge: adds to
+  // rows, one for each Gaussian and zero before. take(view) gives what takes (i, row) of each that is seen, the judges
+  // in their order, Gaussians in parallel. Of several processes each asks its own judges, and all take what all were
+  // told. Row: some numbers, zeros by default.
+  template <class Row, class Ask, class Take>
+  void ForEachAnswer(const Ask& ask, const Take& take);
   const splat::SplatView<float>& view() const { return view_; }
   const HostBuffer<float>& image() const { return image_; }
   splat::ViewWorkspace<float>& workspace() { return workspace_; }
 
  private:
+  static constexpr Index kGrain = 1024;
+  void Render(const View& view) {
+    image_.ResizeForOverwrite(ImageShape{view.camera.width, view.camera.height}.NumValues());
+    view_.Build(model_, ToPosedCamera(view, judges_.near), judges_.background.data(), workspace_);
+    view_.Render(image_.data());
+  }
+
   const splat::Model<float>& model_;
   const JudgingViews& judges_;
   splat::SplatView<float> view_;
   splat::ViewWorkspace<float> workspace_;
   HostBuffer<float> image_;
 };
+
+template <class Row, class Ask, class Take>
+void RenderedViews::ForEachAnswer(const Ask& ask, const Take& take) {
+  struct Answer {
+    std::int32_t gaussian;
+    Row row;
+  };
+  static_assert(std::is_trivially_copyable_v<Row>);
+  const auto views = static_cast<Index>(judges_.views.size());
+  const Share own = OwnTrainingViews(judges_.ranks, views);
+  std::vector<Row> rows;
+  std::vector<std::vector<Answer>> told(static_cast<std::size_t>(judges_.ranks ? own.size() : 0));
+  for (Index v = own.begin; v < own.end; ++v) {
+    const View& view = *judges_.views[static_cast<std::size_t>(v)];
+    Render(view);
+    rows.assign(static_cast<std::size_t>(model_.count), Row());
+    ask(view, rows.data());
+    if (!judges_.ranks) {
+      const auto take_row = take(view);
+      ParallelFor(model_.count, kGrain, [&](Index i) {
+        if (view_.rank_of()[i] >= 0) take_row(i, rows[static_cast<std::size_t>(i)]);
+      });
+      continue;
+    }
+    std::vector<Answer>& answers = told[static_cast<std::size_t>(v - own.begin)];
+    answers.reserve(static_cast<std::size_t>(view_.num_splats()));
+    for (Index i = 0; i < model_.count; ++i) {
+      if (view_.rank_of()[i] >= 0) answers.push_back({static_cast<std::int32_t>(i), rows[static_cast<std::size_t>(i)]});
+    }
+  }
+  if (!judges_.ranks) return;
+  for (Index v = 0; v < views; ++v) {
+    const bool is_own = v >= own.begin && v < own.end;
+    const std::vector<Answer> answers =
+        GatherValues(*judges_.ranks,
+                     is_own ? std::exchange(told[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<Answer>());
+    const auto take_row = take(*judges_.views[static_cast<std::size_t>(v)]);
+    ParallelFor(static_cast<Index>(answers.size()), kGrain, [&](Index k) {
+      const Answer& answer = answers[static_cast<std::size_t>(k)];
+      take_row(Index{answer.gaussian}, answer.row);
+    });
+  }
+}
 
 // The loss that trainings lower, 0.8 |e| + 0.2 (1 - SSIM) summed over pixels and channels, for passes that ask what
 // changes of it.
@@ -67,8 +128,8 @@ class JudgedLoss {
     gradient_.ResizeForOverwrite(shape.NumValues());
     const bool is_masked = !photograph_->mask.empty();
     if (is_masked) rendered = WithPhotograph(rendered, *photograph_);
-    cost_ += loss_.Linearize(rendered, truth, shape, gradient_, linearization_).objective;
-    values_ += ImageShape::kChannels * static_cast<double>(CountedPixels(*photograph_));
+    costs_.push_back(loss_.Linearize(rendered, truth, shape, gradient_, linearization_).objective);
+    values_.push_back(ImageShape::kChannels * static_cast<double>(CountedPixels(*photograph_)));
     return {.rendered = rendered.data(),
             .truth = truth.data(),
             .gradient = gradient_.data(),
@@ -80,10 +141,15 @@ class JudgedLoss {
             .window_variance = static_cast<float>(WindowVariance()),
             .counts = is_masked ? counts_.data() : nullptr};
   }
-  double cost() const { return cost_; }      // of all views
-  double values() const { return values_; }  // their pixels that count, by channel
+  // Of all views, those of other processes among them; their pixels that count, by channel. Called by all.
+  double Cost(Ranks* ranks) const { return SumInOrder(ranks, costs_); }
+  double Values(Ranks* ranks) const { return SumInOrder(ranks, values_); }
 
  private:
+  static double SumInOrder(Ranks* ranks, const std::vector<double>& of_views) {
+    const std::vector<double> all = ranks ? GatherValues(*ranks, of_views) : of_views;
+    return std::accumulate(all.begin(), all.end(), 0.0);
+  }
   // The image with the photograph where pixels do not count; and counts_.
   HostSpan<const float> WithPhotograph(HostSpan<const float> rendered, const Image& photograph) {
     using Backend = CpuBackend<float>;
@@ -99,7 +165,7 @@ class JudgedLoss {
   PhotometricLinearization<float> linearization_;
   HostBuffer<float> gradient_, shown_;
   std::vector<float> counts_;
-  double cost_ = 0, values_ = 0;
+  std::vector<double> costs_, values_;  // by view
 };
 
 }  // namespace vesta::gs

@@ -35,10 +35,17 @@ Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges)
   std::vector<splat::Removal<double>> removals(n);
   RenderedViews rendered(model, judges);
   JudgedLoss judged;
-  rendered.ForEach([&](const View& view) {
-    rendered.view().AddRemovals(judged.Linearize(rendered.image(), view), removals.data(), rendered.workspace());
-  });
-  Worth worth{.cost = judged.cost(), .values = judged.values(), .rise = {}, .weight = {}};
+  rendered.ForEachAnswer<splat::Removal<double>>(
+      [&](const View& view, splat::Removal<double>* rows) {
+        rendered.view().AddRemovals(judged.Linearize(rendered.image(), view), rows, rendered.workspace());
+      },
+      [&](const View&) {
+        return [&](Index i, const splat::Removal<double>& row) {
+          splat::Removal<double>& sum = removals[static_cast<std::size_t>(i)];
+          sum.rise += row.rise, sum.weight += row.weight;
+        };
+      });
+  Worth worth{.cost = judged.Cost(judges.ranks), .values = judged.Values(judges.ranks), .rise = {}, .weight = {}};
   worth.rise.resize(n), worth.weight.resize(n);
   for (std::size_t i = 0; i < n; ++i) worth.rise[i] = removals[i].rise, worth.weight[i] = removals[i].weight;
   return worth;

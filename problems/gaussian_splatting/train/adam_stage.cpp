@@ -1,5 +1,5 @@
 // The Adam stage on the host.
-#include "problems/gaussian_splatting/train/adam_stage.h"
+#include "problems/gaussian_splatting/train/run_adam_stage.h"
 
 namespace vesta::gs {
 

@@ -88,7 +88,7 @@ class AdamStage {
     return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric, options.adam.views_per_iteration),
                             DensityControl<typename B::Space>(options.density, scene.extent, options.seed),
                             UnitViews(views, NearPlane(scene)), scene.extent),
-            ViewOrder(views.size(), options.seed)};
+            ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.views_per_iteration))};
   }
   void Begin() {
     state_.emplace(StartState(session_, result_));
@@ -195,6 +195,9 @@ class AdamStage {
       moved_.clear();
     }
   }
+  OwnViewsOfIterations OwnViews() const {
+    return {session_.ranks(), options_.adam.views_per_iteration, session_.training_views().size()};
+  }
   // Of those that may be trained on yet.
   std::size_t NextView(ViewOrder& order) const {
     std::size_t next = order.Next();
@@ -206,15 +209,12 @@ class AdamStage {
     const int views = options_.adam.views_per_iteration;
     passes_->views.Begin({x, splat::NumAttributes(x.active_sh_degree)}, views,
                          Observes(options_.density, span) ? &state_->model.density() : nullptr);
-    const Share own = OwnViews(session_.ranks(), views);
+    const OwnViewsOfIterations own = OwnViews();
     for (int k = 0; k < views; ++k) {
-      const bool is_own = k >= own.begin && k < own.end;
-      const auto ahead = [this, order = state_->order, place = Index{k}, own, views]() mutable {
-        return NextOwn(own, views, &place, [&] { return NextView(order); });
-      };
-      if (is_own) targets.Expect(ahead);
+      ViewOrder from_here = state_->order;
       const std::size_t next = NextView(state_->order);
-      if (!is_own) continue;
+      if (!own.Has(next)) continue;
+      targets.Expect([&] { return own.NextOf([&] { return NextView(from_here); }); });
       const TargetView<B>& target = targets[next];
       const ImageShape shape = target.shape();
       const auto values = static_cast<double>(shape.NumValues());
@@ -226,7 +226,7 @@ class AdamStage {
       // The loss is read last, so that on a device all of the view's work is under way.
       passes_->views.Add(k, pulls, gradient, [&] { return ViewCost{passes_->loss.Value().objective, values}; });
     }
-    if constexpr (kOnHost) ShareParts(session_.ranks(), &passes_->views);
+    if constexpr (kOnHost) exchange_.Share(session_.ranks(), &passes_->views);
     const ViewCost sum = passes_->views.Finish(gradient);
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;
@@ -278,12 +278,14 @@ class AdamStage {
       return session_.Seconds() - begin;
     };
     constexpr std::size_t kMostViews = 8;
-    const std::size_t all = targets_.size(), views = std::min(kMostViews, all);
-    seconds(targets_, 0);  // allocates
+    const OwnViewsOfIterations own = OwnViews();
+    const std::size_t views = std::min(kMostViews, own.size());
+    if (views == 0) return;
+    seconds(targets_, own.At(0, views));  // allocates
     double coarse = 0, full = 0;
     for (std::size_t k = 0; k < views; ++k) {
-      coarse += seconds(coarse_targets_, k * all / views) / static_cast<double>(views);
-      full += seconds(targets_, k * all / views) / static_cast<double>(views);
+      coarse += seconds(coarse_targets_, own.At(k, views)) / static_cast<double>(views);
+      full += seconds(targets_, own.At(k, views)) / static_cast<double>(views);
     }
     state_->model.ForgetGradient();
     pace_.SetFullBeyondCoarse(options_.adam.views_per_iteration * std::max(0.0, full - coarse));
@@ -402,6 +404,7 @@ class AdamStage {
   StageTargets<B> targets_, coarse_targets_;
   StageCameras cameras_{session_};
   std::vector<std::size_t> moved_;  // by the iteration
+  ViewExchange exchange_;
   bool lacks_halves_ = false, finished_ = false;
   std::optional<ViewPasses<B>> passes_{std::in_place};
   KeptState before_growth_;  // of AdamStageState
@@ -414,37 +417,5 @@ class AdamStage {
   double worked_seconds_ = 0, worked_pixels_ = 0;
   bool is_warm_ = false;
 };
-
-// The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not
-// suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note.
-template <class B>
-void RunAdamStage(TrainingSession& session, SplatModel& model) {
-  if constexpr (!std::is_same_v<typename B::Space, Host>) {
-    if (session.options().cameras.refines()) {
-      session.Note("Adam runs on the CPU: cameras are found along there alone");
-      return RunAdamStage<CpuBackend<float>>(session, model);
-    }
-  }
-  for (auto stage = std::make_unique<AdamStage<B>>(session, model);;) {
-    try {
-      return stage->Run();
-    } catch (const OutOfDeviceMemory& error) {
-      const int failed = stage->iteration();
-      if (stage->GoBackBeforeGrowth()) {
-        session.Note(fmt::format("Adam goes on from iteration {} with {} Gaussians and no more: {}", stage->iteration(),
-                                 stage->gaussians(), error.what()));
-      } else if (failed > 0) {
-        session.Note(fmt::format("Adam ends after {} iterations: {}", failed, error.what()));
-        return stage->Finish();
-      } else {
-        session.Note(fmt::format("Adam runs on the CPU: {}", error.what()));
-        stage.reset();
-        return RunAdamStage<CpuBackend<float>>(session, model);
-      }
-    }
-  }
-}
-
-extern template void RunAdamStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model);
 
 }  // namespace vesta::gs

@@ -23,7 +23,8 @@ View HalfOf(const View& full) {
   PhotographSource source{
       .decode = [whole = full.stored, size] { return ResizeArea(*whole->Read(), size.width, size.height); },
       .bytes = part * full.stored->bytes(),
-      .work_bytes = full.stored->bytes() + full.stored->work_bytes()};
+      .work_bytes = full.stored->bytes() + full.stored->work_bytes(),
+      .is_own = full.stored->is_own()};
   half.stored = std::make_shared<const StoredPhotograph>(full.stored->store(), std::move(source));
   return half;
 }

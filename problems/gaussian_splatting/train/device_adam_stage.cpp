@@ -2,7 +2,7 @@
 #include "kernels/core/device_sort.h"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "problems/gaussian_splatting/train/adam_stage.h"
+#include "problems/gaussian_splatting/train/run_adam_stage.h"
 
 namespace vesta::gs {
 

@@ -3,8 +3,8 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "problems/gaussian_splatting/train/adam_stage.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
+#include "problems/gaussian_splatting/train/run_adam_stage.h"
 
 namespace vesta::gs {
 

@@ -17,7 +17,7 @@ Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetVi
                               const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
                               const std::function<splat::Model<float>()>& on_host) {
   try {
-    return Evaluate<B>(session.scene(), session.options().background, copies, model, workspace);
+    return Evaluate<B>(session.scene(), session.options().background, copies, model, workspace, session.ranks());
   } catch (const OutOfDeviceMemory&) {
     return session.Evaluate(on_host());
   }

@@ -12,6 +12,7 @@
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "solver/distributed/distributed_problem.h"
@@ -68,7 +69,9 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   LmStart start(session, model);
   vesta::LmOptions engine = LmEngineOptions(session.options().lm);
   engine.hold_batches = hold_batches;
+  std::vector<std::shared_ptr<const Image>> photographs;  // of own views, out of the store
   std::vector<TargetView<B>> targets;
+  const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(session.training_views().size()));
   bool rebuilds = false;
   const auto make_problem = [&] {
     SplatProblemOptions options = LmProblemOptions(session, model, start.shape.units);
@@ -80,7 +83,8 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   bool resumes = start.saved();
   for (;;) {
     try {
-      if (targets.empty()) targets = MakeTargets<B>(session.training_views(), NearPlane(session.scene()));
+      if (targets.empty())
+        targets = MakeTargets<B>(session.training_views(), NearPlane(session.scene()), own, &photographs);
       B backend;
       SplatProblem<B> problem = make_problem();
       ProblemOverRanks<B> solved(session.ranks(), problem);

@@ -93,12 +93,11 @@ class TrainingSession {
   double latest_cost() const { return history_.empty() ? 0 : history_.back().cost; }
 
   // Of a model in the memory of the host.
-  Evaluation Evaluate(const splat::Model<float>& model) { return renderer_.Evaluate(model, scene()); }
+  Evaluation Evaluate(const splat::Model<float>& model) { return renderer_.Evaluate(model, scene(), ranks()); }
   // Evaluates, with the clock stopped, and adds a row to the history.
   void Record(Stage stage, int iteration, const ModelToRecord& model) {
     HistoryRow row;
     row.stage = stage, row.iteration = iteration, row.gaussians = model.gaussians;
-    if (ranks() && ranks()->rank() > 0) return history_.push_back(row);  // the first measures
     row.seconds = clock_.Seconds();
     const double begin = clock_.Total();
     const TrainingClock::Pause pause(clock_);
@@ -222,8 +221,5 @@ class TrainingSession {
 
 // LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.
 std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
-
-// The views to fit, for the operators; they must outlive what is returned.
-std::vector<TargetView<CpuBackend<float>>> TargetsOf(const std::vector<const View*>& views, double near);
 
 }  // namespace vesta::gs

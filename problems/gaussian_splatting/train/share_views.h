@@ -2,58 +2,93 @@
 // tell.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "kernels/core/check.h"
 #include "kernels/ranks/ranks.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/sum_of_views.h"
 
 namespace vesta::gs {
 
-// Those of an iteration's `views` that this process takes; ranks: null for all of them. A single view is everybody's.
-inline Share OwnViews(const Ranks* ranks, Index views) {
-  return ranks && views > 1 ? ShareOf(views, ranks->size(), ranks->rank()) : Share{0, views};
-}
+// Which training views this process takes of iterations of so many.
+class OwnViewsOfIterations {
+ public:
+  // ranks: null for a process alone. A single view at a time is everybody's.
+  OwnViewsOfIterations(const Ranks* ranks, int at_once, std::size_t views)
+      : own_(OwnTrainingViews(at_once > 1 ? ranks : nullptr, static_cast<Index>(views))) {}
 
-// The next of the views given by next() that is this process's own. place: of the first of them in its iteration; moves
-// on.
-template <class Next>
-std::size_t NextOwn(const Share& own, Index views, Index* place, const Next& next) {
-  for (;;) {
-    const std::size_t view = next();
-    const Index at = (*place)++ % views;
-    if (at >= own.begin && at < own.end) return view;
+  bool Has(std::size_t view) const {
+    return static_cast<Index>(view) >= own_.begin && static_cast<Index>(view) < own_.end;
   }
-}
+  bool empty() const { return own_.size() == 0; }
+  // The k-th of `of` of them, about as far from one another.
+  std::size_t At(std::size_t k, std::size_t of) const {
+    return static_cast<std::size_t>(own_.begin) + k * static_cast<std::size_t>(own_.size()) / of;
+  }
+  // The next of those that next() gives.
+  template <class Next>
+  std::size_t NextOf(const Next& next) const {
+    std::size_t view = next();
+    while (!Has(view)) view = next();
+    return view;
+  }
+  std::size_t size() const { return static_cast<std::size_t>(own_.size()); }
 
-// Once each process has added its own views: hands round what they came to, so that the sum has those of all. The bytes
-// that a process receives are the terms of the others: a view's are those of the Gaussians that it sees.
-// Nothing is done without others, and of a single view.
-inline void ShareParts(Ranks* others, SumOfViews<Host>* sum) {
-  if (!others || sum->num_views() == 1) return;
-  Ranks& ranks = *others;
+ private:
+  Share own_;
+};
+
+// Hands round what the views of an iteration came to, and keeps the memory for that.
+class ViewExchange {
+ public:
+  // Once each process has added its own views: then the sum has those of all. The bytes that a process receives are the
+  // terms of the others: a view's are those of the Gaussians that it sees. Nothing is done without others, and of a
+  // single view.
+  void Share(Ranks* others, SumOfViews<Host>* sum) {
+    if (!others || others->size() == 1 || sum->num_views() == 1) return;
+    Ranks& ranks = *others;
+    auto own = sum->TakeParts();
+    std::vector<Piece> pieces;
+    for (auto& [node, value] : own) pieces.push_back({ranks.rank(), node, value.Bytes().size(), sum->num_gaussians()});
+    pieces = GatherValues(ranks, pieces);
+    std::vector<std::size_t> counts(static_cast<std::size_t>(ranks.size()));
+    Index total = 0, before = 0;
+    for (const Piece& piece : pieces) {
+      // What its blocks are numbered by.
+      VESTA_CHECK(piece.gaussians == sum->num_gaussians(), "processes train {} and {} Gaussians", piece.gaussians,
+                  sum->num_gaussians());
+      counts[static_cast<std::size_t>(piece.rank)] += static_cast<std::size_t>(piece.bytes);
+      total += piece.bytes;
+      if (piece.rank < ranks.rank()) before += piece.bytes;
+    }
+    // With some room, since each iteration has a little more or less than the last.
+    if (bytes_.size() < total) bytes_.ResizeForOverwrite(total + total / 4);
+    for (auto& [node, value] : own) {
+      const HostSpan<const unsigned char> bytes = value.Bytes();
+      std::copy_n(bytes.data(), bytes.size(), bytes_.data() + before);
+      before += bytes.size();
+      sum->AddPart({node, std::move(value)});
+    }
+    GatherInto(ranks, std::span(bytes_.data(), static_cast<std::size_t>(total)), counts);
+    const unsigned char* at = bytes_.data();
+    for (const Piece& piece : pieces) {
+      if (piece.rank != ranks.rank()) sum->AddPart(piece.node, {at, piece.bytes});
+      at += piece.bytes;
+    }
+  }
+
+ private:
   struct Piece {
-    std::int64_t begin, end, bytes, gaussians;
+    int rank;
+    TreeNode node;
+    std::int64_t bytes, gaussians;
   };
-  std::vector<Piece> pieces;
-  std::vector<unsigned char> bytes;
-  for (auto& [node, value] : sum->TakeParts()) {
-    const HostSpan<const unsigned char> term = value.Bytes();
-    pieces.push_back({node.begin, node.end, term.size(), sum->num_gaussians()});
-    bytes.insert(bytes.end(), term.begin(), term.end());
-  }
-  pieces = GatherValues(ranks, pieces);
-  bytes = GatherValues(ranks, bytes);
-  const unsigned char* at = bytes.data();
-  for (const Piece& piece : pieces) {
-    // What its blocks are numbered by.
-    VESTA_CHECK(piece.gaussians == sum->num_gaussians(), "processes train {} and {} Gaussians", piece.gaussians,
-                sum->num_gaussians());
-    sum->AddPart({TreeNode{piece.begin, piece.end}, ViewGradient<Host>::FromBytes({at, piece.bytes})});
-    at += piece.bytes;
-  }
-}
+  HostBuffer<unsigned char> bytes_;  // of all
+};
 
 }  // namespace vesta::gs

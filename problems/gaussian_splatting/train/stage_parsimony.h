@@ -103,7 +103,9 @@ class StageParsimony {
     }
     return model;
   }
-  JudgingViews Judges() const { return TrainingViewsOf(session_.scene(), session_.options().background); }
+  JudgingViews Judges() const {
+    return TrainingViewsOf(session_.scene(), session_.options().background, session_.ranks());
+  }
 
   TrainingSession& session_;
   const ParsimonyOptions& options_;

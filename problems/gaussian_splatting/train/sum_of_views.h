@@ -45,6 +45,12 @@ class SumOfViews {
       terms_.Join(layout_, left, std::move(right));
     });
   }
+  // The same of one that came as Bytes() of it.
+  void AddPart(const TreeNode& node, HostSpan<const unsigned char> bytes) {
+    Term term = terms_.TakeSpare();
+    term.Assign(bytes);
+    AddPart({node, std::move(term)});
+  }
   // Those that were added here, as far as they can be without the others.
   std::vector<Part> TakeParts() { return tree_.TakeParts(); }
 

@@ -12,10 +12,11 @@
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
-#include "problems/gaussian_splatting/train/adam_stage.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/counted_work.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
+#include "problems/gaussian_splatting/train/run_adam_stage.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
@@ -57,8 +58,19 @@ void CheckViews(const Scene& scene) {
   CheckPixels(scene.views);
 }
 
+// Of the photographs of the training views that this process looks at.
+double OwnBytes(const Scene& scene, const Ranks* ranks) {
+  const std::vector<bool> is_own = OwnViewsOf(scene.views, ranks);
+  double bytes = 0;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    if (is_own[v] && view.is_trained() && view.stored) bytes += view.stored->bytes();
+  }
+  return bytes;
+}
+
 // What needs all photographs at once, or changes them, which those in a store are not for.
-void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
+void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* ranks, bool is_on_device) {
   if (!scene.photographs) return;
   const auto refuse = [](const std::string& what) {
     Fail(
@@ -66,7 +78,7 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
         "--downscale",
         what);
   };
-  if (options.lm.iterations > 0 && !is_on_device) {
+  if (options.lm.iterations > 0 && !is_on_device && OwnBytes(scene, ranks) > scene.photographs->budget_bytes()) {
     refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
   }
   const CameraChoice refined = options.cameras.refine;
@@ -191,7 +203,7 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCall
   if (!ranks) return;
   if (options.lm.iterations > 0) {
     CheckOneBatch({options.lm.batches, options.lm.batch_size});
-    CheckTerms(SplatPartsOf(static_cast<Index>(NumTrainingViews(scene))), *ranks);
+    CheckTerms(ViewRunsOf(static_cast<Index>(NumTrainingViews(scene))), *ranks);
   }
   if (ranks->size() == 1) return;
   const auto refuse = [](const std::string& what, const char* why) {
@@ -200,7 +212,6 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCall
   if (is_on_device) Fail("several processes train on CPUs alone; use --device=cpu");
   if (options.cameras.refines()) refuse("--refine_cameras", "with cameras as given");
   if (options.time_limit > 0) refuse(fmt::format("--time_limit={}", options.time_limit), "by iterations");
-  if (options.target_psnr > 0) refuse(fmt::format("--target_psnr={}", options.target_psnr), "by iterations");
   if (options.memory.budget_gib > 0) {
     refuse(fmt::format("--memory_budget={}", options.memory.budget_gib), "without a bound, as each has another");
   }
@@ -215,7 +226,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   CheckViews(scene);
   CheckTarget(scene, options);
   CheckRanks(scene, options, callbacks, stages.device_memory != nullptr);
-  CheckStored(scene, options, stages.device_memory != nullptr);
+  CheckStored(scene, options, callbacks.ranks, stages.device_memory != nullptr);
   TrainingSession session(scene, options, seconds_before, callbacks);
   options.memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);
   if (!stages.note.empty()) session.Note(stages.note);

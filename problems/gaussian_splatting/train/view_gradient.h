@@ -42,24 +42,24 @@ class ViewGradient {
     std::memcpy(bytes_.data(), &header_, sizeof(header_));
     return bytes_;
   }
-  // From Bytes() of a term. Throws Error where they are none.
-  static ViewGradient FromBytes(HostSpan<const unsigned char> bytes) {
+  // Becomes what Bytes() of a term are. Throws Error where they are none.
+  void Assign(HostSpan<const unsigned char> bytes) {
     static_assert(std::is_same_v<Space, Host>);
-    ViewGradient term;
     Header header;
     const bool has_header = bytes.size() >= kHeaderBytes;
     if (has_header) std::memcpy(&header, bytes.data(), sizeof(header));
     if (!has_header || header.blocks < 0 || header.rows < 0 || SizeOf(header) != bytes.size()) {
       Fail("{} bytes are not the gradient of a view: they were cut short on their way", bytes.size());
     }
-    term.bytes_.CopyFrom(bytes);
-    term.header_ = header;
-    return term;
+    Reserve(bytes.size());
+    bytes_.CopyFrom(bytes);
+    header_ = header;
   }
 
   // Makes room for so many, whose contents mean nothing yet.
   void Lay(Index blocks, Index rows) {
     header_.blocks = blocks, header_.rows = rows;
+    Reserve(SizeOf(header_));
     bytes_.ResizeForOverwrite(SizeOf(header_));
   }
   std::uint32_t* block() { return At<std::uint32_t>(kHeaderBytes); }
@@ -80,6 +80,10 @@ class ViewGradient {
   }
   static Index SizeOf(const Header& header) {
     return kHeaderBytes + 2 * ListBytes(header.blocks) + header.rows * term::kLanes * static_cast<Index>(sizeof(float));
+  }
+  // With some room, since a term is recycled for others that are a little larger.
+  void Reserve(Index size) {
+    if (size > bytes_.capacity()) bytes_.ResizeForOverwrite(size + size / 4);
   }
   template <class T>
   T* At(Index offset) {
@@ -147,6 +151,13 @@ class ViewGradients {
     ForEach<Space>(term.blocks(), kGrain, term::GivePulls{term.arrays(), layout.model.count, pull, seen});
   }
   void Recycle(Term term) { spare_.push_back(std::move(term)); }
+  // One that was recycled, whose contents mean nothing, or a new one.
+  Term TakeSpare() {
+    if (spare_.empty()) return {};
+    Term term = std::move(spare_.back());
+    spare_.pop_back();
+    return term;
+  }
 
  private:
   static constexpr Index kGrain = 1024, kRowGrain = 4096;
@@ -155,8 +166,7 @@ class ViewGradients {
   Term TermOfCounted(const term::Layout& layout) {
     sums_.ResizeForOverwrite(layout.Blocks() + 1);
     const Index all = Sorting<Space>::RunningSum(counts_, sums_);
-    Term term;
-    if (!spare_.empty()) term = std::move(spare_.back()), spare_.pop_back();
+    Term term = TakeSpare();
     term.Lay(term::BlocksOf(all), term::RowsOf(all));
     ForEach<Space>(layout.Blocks(), kGrain, term::ListBlocks{counts_.data(), sums_.data(), term.block(), term.begin()});
     return term;

@@ -100,5 +100,22 @@ TEST(AdamSchedule, EveryViewOnceAnEpoch) {
   }
 }
 
+TEST(AdamSchedule, AnIterationTakesItsViewsFromDifferentRuns) {
+  constexpr std::size_t kViews = 10, kAtOnce = 3;  // runs of 3, 3 and 4
+  ViewOrder order(kViews, 3, kAtOnce);
+  std::vector<int> times(kViews, 0);
+  for (int k = 0; k < 12; ++k) {
+    for (const std::size_t end : {3, 6, 10}) {
+      const std::size_t view = order.Next();
+      EXPECT_LT(view, end);
+      EXPECT_GE(view, end == 10 ? 6 : end - 3);
+      ++times[view];
+    }
+  }
+  EXPECT_EQ(times, (std::vector<int>{4, 4, 4, 4, 4, 4, 3, 3, 3, 3}));
+  ViewOrder few(2, 3, kAtOnce);
+  EXPECT_NE(few.Next(), few.Next());
+}
+
 }  // namespace
 }  // namespace vesta::gs

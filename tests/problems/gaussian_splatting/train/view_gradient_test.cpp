@@ -129,7 +129,7 @@ TEST_F(ViewGradients, AreTheSameBitsInShares) {
     ASSERT_EQ(parts.size(), 1u);
     const HostSpan<const unsigned char> bytes = parts[0].second.Bytes();
     const std::vector<unsigned char> sent(bytes.begin(), bytes.end());
-    whole.AddPart({parts[0].first, Sum::Term::FromBytes({sent.data(), static_cast<Index>(sent.size())})});
+    whole.AddPart(parts[0].first, {sent.data(), static_cast<Index>(sent.size())});
   }
   EXPECT_EQ(Finish(all, whole, density), InOrder(all, {0, 1, 2, 3}));
 }
@@ -191,9 +191,11 @@ TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   std::vector<float> gradient = all.views[0].gradient;
   ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
   const HostSpan<const unsigned char> bytes = term.Bytes();
-  EXPECT_EQ(ViewGradient<Host>::FromBytes(bytes).rows(), term.rows());
+  ViewGradient<Host> received;
+  received.Assign(bytes);
+  EXPECT_EQ(received.rows(), term.rows());
   for (const Index size : {Index{0}, Index{10}, bytes.size() - 1}) {
-    EXPECT_THAT(ErrorOf([&] { ViewGradient<Host>::FromBytes({bytes.data(), size}); }), testing::HasSubstr("cut short"));
+    EXPECT_THAT(ErrorOf([&] { received.Assign({bytes.data(), size}); }), testing::HasSubstr("cut short"));
   }
 }
 
