@@ -2,7 +2,7 @@
 // preconditioner.
 #pragma once
 
-#include "kernels/core/error.h"
+#include "kernels/core/check.h"
 #include "solver/linear/inner_products.h"
 #include "solver/problem.h"
 
