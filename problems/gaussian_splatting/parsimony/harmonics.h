@@ -25,10 +25,10 @@ class HarmonicsWorth {
   static constexpr int kCurvatures = kMaxShCoefficients * (kMaxShCoefficients + 1) / 2;
 
  public:
-  // Of memory for each Gaussian, while it is measured: the curvature by its coefficients, those of lower degrees,
-  // rises.
+  // Of memory for each Gaussian, while it is measured: the curvature by its coefficients and what a view tells of it,
+  // those of lower degrees, rises.
   static constexpr double kBytes =
-      sizeof(float) * (kCurvatures + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
+      sizeof(float) * (kCurvatures + 1 + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
   // Takes about five times as long as rendering all views.
   HarmonicsWorth(const splat::Model<float>& model, const JudgingViews& judges);
 

@@ -28,8 +28,7 @@ inline double JudgingBytes(const splat::ViewCounts& view, double gaussians) {
   return splat::SplatView<float>::Bytes(view, gaussians) + Workspace::BuildBytes(view, gaussians) +
          splat::kSpareRoom * (view.splats + view.pairs) * kSums + view.splats * sizeof(splat::Recolors<float>) +
          kImages * 3 * sizeof(float) * view.pixels +
-         PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels) +
-         gaussians * sizeof(splat::RecolorRises<double>);  // the longest rows of a view
+         PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels);
 }
 
 // Renders the model into one judge after the other.
