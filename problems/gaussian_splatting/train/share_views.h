@@ -54,6 +54,7 @@ class ViewExchange {
     Ranks& ranks = *others;
     auto own = sum->TakeParts();
     std::vector<Piece> pieces;
+    pieces.reserve(own.size());
     for (auto& [node, value] : own) pieces.push_back({ranks.rank(), node, value.Bytes().size(), sum->num_gaussians()});
     pieces = GatherValues(ranks, pieces);
     std::vector<std::size_t> counts(static_cast<std::size_t>(ranks.size()));

@@ -49,11 +49,12 @@ TEST(Shards, HoldEachEntryOnceAndGiveItBack) {
 
 TEST(Shards, AreAllOfItForOneProcess) {
   SoloRank alone;
-  const Shards shards(alone, kSize, Groups(), kPieces);
+  const std::vector<BlockGroup> groups = Groups();
+  const Shards shards(alone, kSize, groups, kPieces);
   EXPECT_TRUE(shards.is_whole());
   EXPECT_EQ(shards.own(), Support::All(kSize));
   for (std::size_t g = 0; g < shards.groups().size(); ++g) {
-    const BlockGroup &whole = Groups()[g], &own = shards.groups()[g];
+    const BlockGroup &whole = groups[g], &own = shards.groups()[g];
     EXPECT_EQ(own.Parameter(whole.count - 1, whole.size - 1, whole.copies - 1),
               whole.Parameter(whole.count - 1, whole.size - 1, whole.copies - 1));
   }
