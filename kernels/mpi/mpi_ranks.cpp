@@ -149,21 +149,21 @@ class MpiRanks final : public Ranks {
   // Until it is done, or some rank has abandoned the others. Does not take the processor from ranks that work.
   void Wait(MPI_Request request) {
     using Clock = std::chrono::steady_clock;
-    // So long it polls, since a message goes on piece by piece only while both its ends do.
-    constexpr double kBusySeconds = 0.05;
+    constexpr int kBusyPolls = 2000;
     const auto start = Clock::now();
     bool is_warned = false;
-    for (;;) {
+    for (int polls = 0;;) {
       int done = 0;
       CheckMpi(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test");
       if (done != 0) return;
       ThrowIfAbandoned();
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      if (seconds < kBusySeconds) {
+      if (polls < kBusyPolls) {
+        ++polls;
         std::this_thread::yield();
         continue;
       }
       std::this_thread::sleep_for(std::chrono::microseconds(20));
+      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       if (!is_warned && options_.warn != nullptr && seconds > options_.warn_after) {
         is_warned = true;
         options_.warn(fmt::format("process {} of {} has waited {:.0f} s for the others", rank_, size_, seconds));

@@ -1,6 +1,7 @@
 #include "kernels/ranks/sum_over_ranks.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "kernels/core/check.h"
 
@@ -62,6 +63,12 @@ SumPlan::SumPlan(Ranks& ranks, Index terms, Index size, const std::vector<Suppor
   for (const TreeNode& node : nodes(ranks.rank())) {
     for (int r = 0; r < ranks.size(); ++r) sent_.push_back(PlacesIn(FinishedBy(r), Of(node)));
   }
+  const Support& root = Of({0, terms});
+  whole_counts_.reserve(static_cast<std::size_t>(ranks.size()));
+  for (int r = 0; r < ranks.size(); ++r) {
+    whole_counts_.push_back(static_cast<std::size_t>(Intersection(root, FinishedBy(r)).size()));
+  }
+  places_in_share_ = Support(PlacesIn(OfMine({0, terms}), FinishedBy(ranks.rank())));
 }
 
 Index SumPlan::ReceivedValuesOfShare(int rank) const {
@@ -74,8 +81,8 @@ Index SumPlan::ReceivedValuesOfShare(int rank) const {
 }
 
 Index SumPlan::ReceivedValues(int rank) const {
-  const Support& root = Of({0, terms_});
-  return ReceivedValuesOfShare(rank) + root.size() - Intersection(root, FinishedBy(rank)).size();
+  return ReceivedValuesOfShare(rank) + Of({0, terms_}).size() -
+         static_cast<Index>(whole_counts_[static_cast<std::size_t>(rank)]);
 }
 
 template <class S>
@@ -118,14 +125,8 @@ void SumOverRanks<S>::FinishWhole(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
     return;
   }
   // What each finished, one after another, is the compact vector of the sum.
-  std::vector<std::size_t> counts;
-  counts.reserve(static_cast<std::size_t>(size));
-  Index before = 0;
-  for (int r = 0; r < size; ++r) {
-    const Index count = Intersection(root, plan_.FinishedBy(r)).size();
-    if (r < plan_.ranks().rank()) before += count;
-    counts.push_back(static_cast<std::size_t>(count));
-  }
+  const std::vector<std::size_t>& counts = plan_.whole_counts();
+  const std::size_t before = std::accumulate(counts.begin(), counts.begin() + plan_.ranks().rank(), std::size_t{0});
   const bool is_all = root.IsAll(out.size());
   HostBuffer<S> compact = is_all ? HostBuffer<S>() : TakeBuffer(root.size());
   const HostSpan<S> all = is_all ? out : compact.view();
@@ -141,8 +142,7 @@ void SumOverRanks<S>::FinishShare(TreeSum<HostBuffer<S>>& sum, HostSpan<S> out) 
   const Support& share = plan_.FinishedBy(plan_.ranks().rank());
   VESTA_CHECK(out.size() == share.size(), "a share of {} entries into {}", share.size(), out.size());
   HostBuffer<S> finished = Collect(sum);
-  const Support& there = plan_.OfMine({0, plan_.terms()});
-  Spread<S>(Support(PlacesIn(there, share)), std::as_const(finished).view(), out);
+  Spread<S>(plan_.places_in_share(), std::as_const(finished).view(), out);
   free_.push_back(std::move(finished));
 }
 

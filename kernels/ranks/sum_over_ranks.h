@@ -45,6 +45,10 @@ class SumPlan {
   const std::vector<EntryRange>& SentTo(std::size_t node, int rank) const {
     return sent_[node * static_cast<std::size_t>(ranks_.size()) + static_cast<std::size_t>(rank)];
   }
+  // Of the sum, how many entries may differ from zero of those that each rank finishes; and where those of this rank
+  // lie in its share.
+  const std::vector<std::size_t>& whole_counts() const { return whole_counts_; }
+  const Support& places_in_share() const { return places_in_share_; }
   // The values that a rank receives until it has its share, and until it has the whole sum.
   Index ReceivedValuesOfShare(int rank) const;
   Index ReceivedValues(int rank) const;
@@ -56,6 +60,8 @@ class SumPlan {
   std::vector<std::vector<TreeNode>> nodes_;
   std::vector<Support> finished_;
   std::vector<std::vector<EntryRange>> sent_;
+  std::vector<std::size_t> whole_counts_;
+  Support places_in_share_;
 };
 
 // S: float or double, in host memory.

@@ -30,16 +30,6 @@ Index Support::CountBefore(Index entry) const {
   return count;
 }
 
-Support Support::Within(Index begin, Index end) const {
-  std::vector<EntryRange> inside;
-  for (const EntryRange& range : ranges_) {
-    if (range.end > begin && range.begin < end) {
-      inside.push_back({std::max(range.begin, begin), std::min(range.end, end)});
-    }
-  }
-  return Support(std::move(inside));
-}
-
 Support Union(const Support& a, const Support& b) {
   std::vector<EntryRange> ranges = a.ranges();
   ranges.insert(ranges.end(), b.ranges().begin(), b.ranges().end());

@@ -27,7 +27,6 @@ class Support {
   bool IsAll(Index size) const { return size_ == size; }
   // How many of its entries lie before this one.
   Index CountBefore(Index entry) const;
-  Support Within(Index begin, Index end) const;
   friend bool operator==(const Support&, const Support&) = default;
 
  private:

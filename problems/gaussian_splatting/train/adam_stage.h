@@ -211,10 +211,13 @@ class AdamStage {
                          Observes(options_.density, span) ? &state_->model.density() : nullptr);
     const OwnViewsOfIterations own = OwnViews();
     for (int k = 0; k < views; ++k) {
-      ViewOrder from_here = state_->order;
+      if (!own.empty()) {
+        targets.Expect([&] {
+          return [&, order = state_->order]() mutable { return own.NextOf([&] { return NextView(order); }); };
+        });
+      }
       const std::size_t next = NextView(state_->order);
       if (!own.Has(next)) continue;
-      targets.Expect([&] { return own.NextOf([&] { return NextView(from_here); }); });
       const TargetView<B>& target = targets[next];
       const ImageShape shape = target.shape();
       const auto values = static_cast<double>(shape.NumValues());

@@ -30,10 +30,11 @@ class StageTargets {
   std::span<const TargetView<B>> copies() const {
     return kOnHost ? std::span<const TargetView<B>>() : std::span<const TargetView<B>>(targets_);
   }
-  // next() gives the views that will be asked for, one after the other.
-  template <class Next>
-  void Expect(Next next) const {
+  // make_next() gives what gives the views that will be asked for, one after the other.
+  template <class MakeNext>
+  void Expect(const MakeNext& make_next) const {
     if (stored_.empty()) return;
+    auto next = make_next();
     std::vector<Index> numbers;
     for (Index k = 0; k <= PhotographStore::kAhead; ++k) numbers.push_back(stored_[next()]->number());
     stored_.front()->store()->Expect(numbers);

@@ -26,7 +26,7 @@ TEST(Support, CountsAndCuts) {
   EXPECT_EQ(support.CountBefore(4), 3);
   EXPECT_EQ(support.CountBefore(6), 4);
   EXPECT_EQ(support.CountBefore(100), 7);
-  EXPECT_EQ(support.Within(2, 6), Support({{2, 3}, {5, 6}}));
+  EXPECT_EQ(Intersection(support, Support({{2, 6}})), Support({{2, 3}, {5, 6}}));
   EXPECT_EQ(Union(support, Support({{2, 5}, {20, 21}})), Support({{0, 9}, {20, 21}}));
 }
 
