@@ -10,6 +10,10 @@ if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYP
 endif()
 
 set(options -Wall -Wextra -Wpedantic -Wshadow -Wno-ignored-attributes)
+if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  # Of sources that are compiled as one, each is taken for a header whose class has members from an unnamed namespace.
+  list(APPEND options -Wno-subobject-linkage)
+endif()
 if(VESTA_WARNINGS_AS_ERRORS)
   list(APPEND options -Werror)
 endif()

@@ -13,6 +13,13 @@ function(vesta_library name)
   target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK})
 endfunction()
 
+# vesta_apart(a.cpp ...)
+# Where several sources are compiled as one (CMAKE_UNITY_BUILD: what CI and ./run build, in half the time) these are not:
+# each has a name in its unnamed namespace that a neighbour has too. Name them in the folder of their target.
+function(vesta_apart)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
 # vesta_simd_sources(target a.simd.cpp ...)
 # Compiles each file once per instruction set into the target. Everything such a file defines or instantiates lies in
 # the inline namespace VESTA_ISA (kernels/math/isa.h); kernels/core/cpu_dispatch.h picks one of them at run time.
@@ -43,12 +50,14 @@ function(vesta_simd_sources target)
     target_compile_definitions(${objects} PRIVATE VESTA_ISA=${isa})
     target_compile_options(${objects} PRIVATE ${flags_${isa}} ${flags_sanitized})
     target_link_libraries(${objects} PRIVATE xsimd)
+    set_target_properties(${objects} PROPERTIES UNITY_BUILD OFF)
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
   endforeach()
 endfunction()
 
 # vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds] [PREFIX p])
-# One test program, one ctest entry per GoogleTest case, its name after the prefix. Labels: unit (the default), threads,
+# One test program, one ctest entry per GoogleTest case, its name after the prefix; one for the whole program under
+# sanitizers, which take longer to begin than most cases. Labels: unit (the default), threads,
 # ceres, data (whole problems of the field), memory, slow (what a first run can do without), cuda; the target
 # tests_<label> builds all programs of one. No test takes over 10 s alone on two cores, and its limit is ten times that
 # at least: on a busy machine it may take longer, but not be broken.
@@ -59,9 +68,6 @@ function(vesta_test name)
   endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
-  endif()
-  if(VESTA_SANITIZE)
-    math(EXPR ARG_TIMEOUT "4 * ${ARG_TIMEOUT}")
   endif()
   add_executable(${name} ${ARG_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
@@ -81,6 +87,11 @@ function(vesta_test name)
     endif()
     add_dependencies(tests_${label} ${name})
   endforeach()
+  if(VESTA_SANITIZE)
+    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 1200)
+    return()
+  endif()
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 TEST_PREFIX "${ARG_PREFIX}" PROPERTIES TIMEOUT ${ARG_TIMEOUT}
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})

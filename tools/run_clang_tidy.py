@@ -3,8 +3,9 @@
 
   tools/run_clang_tidy.py BUILD_DIR [--base COMMIT] [--seconds N] [--jobs N]
 
-Without a base (or where it is the commit checked out) all sources are checked. A changed header is checked through the
-source that BUILD_DIR/tests/headers compiles for it. Files not reached in time are named as such and do not fail.
+Without a base (or where it is the commit checked out) all sources are checked. BUILD_DIR is configured to compile each
+by itself. A changed header is checked through the source of its name, or the one that BUILD_DIR/tests/headers compiles
+for it. Files not reached in time are named as such and do not fail.
 """
 import argparse
 import concurrent.futures
@@ -53,9 +54,14 @@ def main():
 
     commands = commands_by_file(build_dir)
     names, what = names_to_check(args.base)
-    through = [ROOT / name if name.endswith(".cpp") else build_dir / "tests/headers" / (name + ".cpp")
-               for name in names if name.endswith((".cpp", ".h"))]
-    files = [file for file in through if file in commands]
+    through = []
+    for name in names:
+        if name.endswith(".cpp"):
+            through.append(ROOT / name)
+        elif name.endswith(".h"):
+            by_itself = build_dir / "tests/headers" / (name + ".cpp")
+            through.append(by_itself if by_itself in commands else (ROOT / name).with_suffix(".cpp"))
+    files = [file for file in dict.fromkeys(through) if file in commands]
     print(f"clang-tidy: {len(files)} sources ({what}), at most {args.seconds:.0f} s", flush=True)
 
     database = build_dir / "tidy"
