@@ -14,7 +14,7 @@ function(vesta_library name)
 endfunction()
 
 # vesta_apart(a.cpp ...)
-# Where several sources are compiled as one (CMAKE_UNITY_BUILD: what CI and ./run build, in half the time) these are not:
+# Where several sources are compiled as one (CMAKE_UNITY_BUILD) these are not:
 # each has a name in its unnamed namespace that a neighbour has too. Name them in the folder of their target.
 function(vesta_apart)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
