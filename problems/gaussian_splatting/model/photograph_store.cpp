@@ -15,6 +15,7 @@ PhotographStore::~PhotographStore() {
 
 Index PhotographStore::Add(PhotographSource source) {
   const Lock lock(mutex_);
+  most_bytes_ = std::max(most_bytes_, source.bytes);
   most_work_ = std::max(most_work_, source.work_bytes);
   entries_[next_number_] = std::make_shared<Entry>(Entry{std::move(source)});
   return next_number_++;
@@ -50,7 +51,8 @@ std::shared_ptr<const Image> PhotographStore::Get(Index number) {
   std::shared_ptr<const Image> image = entry->image;
   entry->used = ++clock_;
   Follow(number);
-  if (!is_ahead_) {
+  // Room for one that is being decoded beside whichever is asked for meanwhile.
+  if (!is_ahead_ && budget_ >= 2 * most_bytes_) {
     is_ahead_ = true;
     background_.Run([this] { DecodeAhead(); });
   }

@@ -31,7 +31,7 @@ class PhotographStore {
   // Photographs that are decoded before they are asked for. One takes less time than an iteration on it.
   static constexpr Index kAhead = 2;
 
-  // budget_bytes: of all that is kept and looked at. With fewer than two photographs none is decoded ahead.
+  // budget_bytes: of all that is kept and looked at. Without room for two of the largest none is decoded ahead.
   explicit PhotographStore(double budget_bytes) : budget_(budget_bytes) {}
   ~PhotographStore();
   PhotographStore(const PhotographStore&) = delete;
@@ -81,7 +81,7 @@ class PhotographStore {
   std::map<Index, std::shared_ptr<Entry>> entries_;
   std::deque<Index> expected_;
   Index next_number_ = 0;
-  double taken_ = 0, most_work_ = 0;
+  double taken_ = 0, most_bytes_ = 0, most_work_ = 0;
   std::int64_t clock_ = 0, decodings_ = 0;
   bool is_told_ = false, is_ahead_ = false, ends_ = false;
   Background background_;  // ends before what it works on

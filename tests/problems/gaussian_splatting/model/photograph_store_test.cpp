@@ -96,6 +96,22 @@ TEST(PhotographStore, WhatIsExpectedIsDecodedAhead) {
   EXPECT_EQ(store.Get(9)->rgb, Picture(9).rgb) << "decoded once, else the promise would throw";
 }
 
+// One of half the size leaves room for another one, until a third is asked for.
+TEST(PhotographStore, WithoutRoomForTwoNoneIsDecodedAhead) {
+  PhotographStore store(1.5 * kBytes);
+  std::promise<void> begun;
+  store.Add({.decode = [] { return Picture(0); }, .bytes = kBytes / 2});
+  store.Add({.decode =
+                 [&begun] {
+                   begun.set_value();
+                   return Picture(1);
+                 },
+             .bytes = kBytes});
+  store.Get(0);
+  EXPECT_EQ(begun.get_future().wait_for(std::chrono::milliseconds(200)), std::future_status::timeout);
+  EXPECT_EQ(store.decodings(), 1);
+}
+
 TEST(PhotographStore, WhatIsHeldStays) {
   const auto store = MakeStore(10, 2);
   const std::shared_ptr<const Image> held = store->Get(3);
