@@ -51,6 +51,15 @@ Json ToJson(const gs::Prediction& prediction) {
           {"gaussians", prediction.gaussians}};
 }
 
+Json ToJson(const Ranks& ranks) {
+  constexpr double kBytesInMib = 1 << 20;
+  const RankTraffic& traffic = ranks.traffic();
+  return {{"count", ranks.size()},
+          {"exchanges", traffic.exchanges},
+          {"received_mib", static_cast<double>(traffic.bytes) / kBytesInMib},
+          {"exchange_seconds", traffic.seconds}};
+}
+
 Json ToJson(const gs::HistoryRow& row) {
   Json json = {{"stage", gs::StageName(row.stage)},
                {"iteration", row.iteration},
@@ -126,6 +135,7 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   for (const auto& [name, value] : facts.scene_flags) json["scene_flags"][name] = value;
   json["device"] = facts.device;
   json["threads"] = facts.threads;
+  if (facts.ranks) json["processes"] = ToJson(*facts.ranks);
   json["seed"] = settings.options.seed;
   json["preset"] = settings.preset;
   json["options"] = OptionsJson(settings.options);

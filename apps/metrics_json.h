@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/train_settings.h"
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
@@ -21,16 +22,19 @@ struct RunFacts {
   double peak_memory_mib = 0;
   const char* device = "cpu";
   int threads = 0;
+  const Ranks* ranks = nullptr;  // null: one process alone
 };
 
 // {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
 // "eval", "total"}, "work_megapixels", "peak_memory_mib", "memory": {"predicted_mib", "peak_mib", "budget_mib",
 // "jacobian", "batches", "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "version", "command", "scene",
-// "scene_flags": {...}, "device", "threads", "seed", "preset", "options": {...}, "notes": [...], "history": [...]}.
+// "scene_flags": {...}, "device", "threads", "processes": {"count", "exchanges", "received_mib", "exchange_seconds"},
+// "seed", "preset", "options": {...}, "notes": [...], "history": [...]}.
 // test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
 // in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; scene_flags: those
-// given of how the scene was read; options: as --config reads them; notes: where something was done otherwise than
-// asked for. A figure that is not finite is null.
+// given of how the scene was read; processes: where there were several, what the first received from the others and its
+// seconds for that, waiting for them among these; options: as --config reads them; notes: where something was done
+// otherwise than asked for. A figure that is not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
 // {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above. aligned (null: none): besides

@@ -237,7 +237,8 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
                                           .total_seconds = SecondsSinceStart(),
                                           .peak_memory_mib = PeakMemoryMib(),
                                           .device = stages.device.c_str(),
-                                          .threads = NumThreads()},
+                                          .threads = NumThreads(),
+                                          .ranks = ranks},
                                          settings));
   PrintTable(result);
   Print("{}", cameras);

@@ -1,6 +1,7 @@
 #include "kernels/ranks/ranks.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <initializer_list>
 
@@ -8,23 +9,25 @@
 
 namespace vesta {
 
-void Ranks::Count(std::span<const std::size_t> sizes) {
+template <class Exchange>
+void Ranks::Count(std::span<const std::size_t> sizes, const Exchange& exchange) {
   VESTA_CHECK(static_cast<int>(sizes.size()) == size(), "{} pieces for {} ranks", sizes.size(), size());
   ++traffic_.exchanges;
   for (std::size_t r = 0; r < sizes.size(); ++r) {
     if (static_cast<int>(r) != rank()) traffic_.bytes += static_cast<std::int64_t>(sizes[r]);
   }
+  const auto begin = std::chrono::steady_clock::now();
+  exchange();
+  traffic_.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 void Ranks::AllGather(Bytes all, std::span<const std::size_t> sizes) {
-  Count(sizes);
-  DoAllGather(all, sizes);
+  Count(sizes, [&] { DoAllGather(all, sizes); });
 }
 
 void Ranks::AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                      std::span<const std::size_t> receive_sizes) {
-  Count(receive_sizes);
-  DoAllToAll(send, send_sizes, receive, receive_sizes);
+  Count(receive_sizes, [&] { DoAllToAll(send, send_sizes, receive, receive_sizes); });
 }
 
 void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,

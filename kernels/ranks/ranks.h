@@ -24,6 +24,7 @@ class OthersGaveUp : public Error {
 struct RankTraffic {
   std::int64_t exchanges = 0;  // calls of AllGather and AllToAll
   std::int64_t bytes = 0;
+  double seconds = 0;  // in these calls, waiting for others among them
 };
 
 // All ranks call the same functions in the same order, each from one thread. Where a rank has called Abandon, or is
@@ -56,7 +57,9 @@ class Ranks {
   virtual void DoAllGather(Bytes all, std::span<const std::size_t> sizes) = 0;
   virtual void DoAllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,
                           std::span<const std::size_t> receive_sizes) = 0;
-  void Count(std::span<const std::size_t> sizes);
+  // Counts what exchange() receives, pieces of such sizes.
+  template <class Exchange>
+  void Count(std::span<const std::size_t> sizes, const Exchange& exchange);
 
   RankTraffic traffic_;
 };

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -100,6 +101,10 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     const std::string splat = ReadFile(out + "/point_cloud.ply");
     if (count == 1) alone = splat;
     EXPECT_TRUE(splat == alone) << count << " processes";
+    const nlohmann::json processes = nlohmann::json::parse(ReadFile(out + "/metrics.json"))["processes"];
+    EXPECT_EQ(processes["count"], count);
+    EXPECT_EQ(processes["received_mib"] > 0.0, count > 1);
+    EXPECT_GT(processes["exchange_seconds"], 0.0);
   }
   // The Adam stage is the same without mpirun.
   const auto by_adam = [&](const std::string& name, bool is_under_mpi) {
