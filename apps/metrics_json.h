@@ -22,7 +22,7 @@ struct RunFacts {
   double peak_memory_mib = 0;
   const char* device = "cpu";
   int threads = 0;
-  const Ranks* ranks = nullptr;  // null: one process alone
+  const Ranks* ranks = nullptr;  // null: not started by MPI
 };
 
 // {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
@@ -32,7 +32,7 @@ struct RunFacts {
 // "seed", "preset", "options": {...}, "notes": [...], "history": [...]}.
 // test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
 // in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; scene_flags: those
-// given of how the scene was read; processes: where there were several, what the first received from the others and its
+// given of how the scene was read; processes: where MPI started them, what the first received from the others and its
 // seconds for that, waiting for them among these; options: as --config reads them; notes: where something was done
 // otherwise than asked for. A figure that is not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
