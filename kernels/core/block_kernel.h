@@ -72,6 +72,30 @@ struct ReduceChunks {
   }
 };
 
+// result[kSums block + k] = the sum of term k over the block's chunk of [0, size). term: VESTA_HD void(Index i, double
+// sums[kSums]), which adds its terms of i.
+template <int kSums, class Term>
+struct SumChunks {
+  static constexpr int kThreads = 256;
+  struct Shared {
+    double lanes[kThreads];
+  };
+  Term term;
+  Index size, chunk;
+  double* result;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const Index begin = block.id() * chunk, end = begin + chunk < size ? begin + chunk : size;
+    double sums[kSums] = {};
+    for (Index i = begin + block.thread(); i < end; i += kThreads) term(i, sums);
+    for (int k = 0; k < kSums; ++k) {
+      const double sum = ReduceBlock<kThreads>(block, shared.lanes, sums[k], AddUp());
+      if (block.thread() == 0) result[kSums * block.id() + k] = sum;
+    }
+  }
+};
+
 // How a reduction of `size` terms is cut into chunks: no more than a limit, and none so short that its launch would
 // cost more than its sum.
 inline constexpr Index kMaxChunks = 2048;

@@ -1,7 +1,10 @@
-// The launches behind DeviceSplatView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits.
+// The launches behind DeviceSplatView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits but
+// what returns a sum.
 #pragma once
 
 #include "kernels/core/device_buffer.h"
+#include "kernels/gaussian_splatting/camera_kernels.h"
+#include "kernels/gaussian_splatting/lens_motion.h"
 #include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/tile_pairs.h"
@@ -20,6 +23,16 @@ void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const st
                     const SplatTangent<float>* cotangents, float* g);
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                  const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks);
+
+// CameraKernels over all Gaussians of the model, and the same of lens_motion.h for each splat.
+void PoseTangents(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
+                  const PoseTangent& xi, SplatTangent<float>* tangents);
+PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
+                          const SplatTangent<float>* cotangents);
+void LensTangents(const Splat<float>* splats, Index count, const Lens& lens, const LensTangent& delta,
+                  SplatTangent<float>* tangents);
+LensTangent LensCotangent(const Splat<float>* splats, Index count, const Lens& lens,
+                          const SplatTangent<float>* cotangents);
 
 // The steps of tile_pairs.h.
 void CountSeenSplats(const std::uint32_t* keys, Index count, Index* seen);

@@ -1,5 +1,5 @@
 // Projection on a GPU: a Gaussian a thread, neighbours reading neighbouring values of each attribute.
-#include "kernels/core/launch.cuh"
+#include "kernels/gaussian_splatting/device_by_degree.cuh"
 #include "kernels/gaussian_splatting/device_passes.h"
 #include "kernels/gaussian_splatting/project_block.h"
 
@@ -63,24 +63,6 @@ struct GramOne {
     GramRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, grams, blocks, sh_diagonal, sh_blocks);
   }
 };
-
-// One<degree>{model, camera, first, rest...} for every Gaussian, those of a degree in one launch.
-template <template <int> class One, class... Rest>
-void RunByDegree(const Model<float>& model, const PosedCamera& view, const char* name, Rest... rest) {
-  const CameraConstants<float> camera = ConstantsOf<float>(view);
-  model.ForEachDegree(0, model.count, [&](int degree, Index first, Index end) {
-    switch (degree) {
-      case 0:
-        return device::ForEach(end - first, One<0>{model, camera, first, rest...}, name);
-      case 1:
-        return device::ForEach(end - first, One<1>{model, camera, first, rest...}, name);
-      case 2:
-        return device::ForEach(end - first, One<2>{model, camera, first, rest...}, name);
-      default:
-        return device::ForEach(end - first, One<3>{model, camera, first, rest...}, name);
-    }
-  });
-}
 
 }  // namespace
 

@@ -102,10 +102,18 @@ void DeviceSplatView::Render(float* image) const { device_passes::Forward(Lists(
 
 void DeviceSplatView::ApplyJ(const Model<float>& model, const float* dx, float* d_image,
                              DeviceViewWorkspace& workspace) const {
+  device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, SplatTangents(workspace));
+  ApplyRasterJ(workspace.splat_sums.data(), d_image);
+}
+
+void DeviceSplatView::ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const {
+  if (!cache_.empty()) return cache_.Tangent(Lists(), entries_.data(), tangents, d_image);
+  device_passes::Tangent(Lists(), tangents, d_image);
+}
+
+SplatTangent<float>* DeviceSplatView::SplatTangents(DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.splat_sums, num_splats());
-  device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, workspace.splat_sums.data());
-  if (!cache_.empty()) return cache_.Tangent(Lists(), entries_.data(), workspace.splat_sums.data(), d_image);
-  device_passes::Tangent(Lists(), workspace.splat_sums.data(), d_image);
+  return workspace.splat_sums.data();
 }
 
 void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const float* u, float* g,

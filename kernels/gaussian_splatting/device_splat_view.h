@@ -77,6 +77,9 @@ class DeviceSplatView {
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
+  // d_image = J_raster tangents, by rank; and where tangents may be put for that.
+  void ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const;
+  SplatTangent<float>* SplatTangents(DeviceViewWorkspace& workspace) const;
   // As SplatView's, one pass after the other.
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
                        DeviceViewWorkspace& workspace) const {

@@ -23,7 +23,7 @@ struct JointUnit {
   // J_c^T W J_c of the view's own unknowns, the prior's included; made when it is asked for. W J_c: only where views
   // may be eliminated.
   std::vector<double> curvature;
-  ViewColumns<S> weighted;
+  ViewColumns<CpuBackend<S>> weighted;
 
   Index values() const { return rendered.size(); }
 };

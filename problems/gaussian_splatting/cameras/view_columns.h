@@ -14,14 +14,18 @@ namespace vesta::gs {
 // A matrix from steps of a view (FreeUnknowns) to images of 3 planes. Each channel has a gain and an offset of its own,
 // so a gain's column and those of the other two channels' make one image, and likewise the offsets': with the pose's
 // six and the lens's four there are twelve. W treats channels by themselves too, so W times the matrix is one of the
-// same form.
-template <class S>
+// same form. In the memory of B.
+template <class B>
 class ViewColumns {
  public:
+  using View = typename B::View;
+  using ConstView = typename B::ConstView;
+
   ViewColumns() = default;
   // To be filled.
-  ViewColumns(const FreeUnknowns& free, const ImageShape& shape)
-      : free_(free), shape_(shape), images_(NumImages(free) * shape.NumValues()) {}
+  ViewColumns(const FreeUnknowns& free, const ImageShape& shape) : free_(free), shape_(shape) {
+    images_.ResizeForOverwrite(NumImages(free) * shape.NumValues());
+  }
   static Index NumImages(const FreeUnknowns& free) {
     return free.pose_tangent() + (free.color ? 2 : 0) + free.lens_tangent();
   }
@@ -31,39 +35,40 @@ class ViewColumns {
   bool empty() const { return images_.empty(); }
   int num_images() const { return static_cast<int>(NumImages(free_)); }
   // First the pose's, then the gains', then the offsets', then the lens's.
-  HostSpan<S> image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
-  HostSpan<const S> image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
+  View image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
+  ConstView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   // Of a step, the number that image k is of in that channel.
   int Place(int k, int channel) const;
 
-  // g[free.num_tangent()] = columns^T u, summed in double; u an image.
+  // On the host: g[free.num_tangent()] = columns^T u, summed in double; u an image.
   template <class U>
   void Project(const U* u, double* g) const;
-  // u += scale columns v, v[free.num_tangent()].
+  // Likewise: u += scale columns v, v[free.num_tangent()].
   template <class U>
   void Add(double scale, const double* v, U* u) const;
 
  private:
   FreeUnknowns free_;
   ImageShape shape_{};
-  HostBuffer<S> images_;
+  typename B::Vector images_;
 };
 
 // The derivatives of the image that is shown, color of `rendered`, by the view's unknowns; zero where the target's mask
-// leaves pixels out. moves: MovesOf the rendered image.
-template <class S>
-ViewColumns<S> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<CpuBackend<S>>& target,
-                         HostSpan<const S> rendered, HostSpan<const S> moves);
+// leaves pixels out. moves: MovesOf the rendered image. Of this and what follows, bodies are in view_columns.inl.
+template <class B>
+ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
+                         typename B::ConstView rendered, typename B::ConstView moves);
 // The derivatives of the image of a view by the numbers of its pose and of its lens that are free, one after the other.
-template <class S>
-HostBuffer<S> MovesOf(const FreeUnknowns& free, const splat::SplatView<S>& view, const splat::Model<S>& model,
-                      splat::ViewWorkspace<S>& workspace);
+template <class B>
+typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+                           const splat::Model<typename B::Scalar>& model,
+                           typename SplatBackend<B>::Workspace& workspace);
 
 // J^T W J, square, free.num_tangent() numbers a side. weighted: unless null becomes W J.
-template <class S>
-std::vector<double> WeightedGram(const ViewColumns<S>& J, PhotometricLoss<S>& loss,
-                                 const typename PhotometricLoss<S>::Linearization& W,
-                                 ViewColumns<S>* weighted = nullptr);
+template <class B>
+std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
+                                 const typename SplatBackend<B>::Loss::Linearization& W,
+                                 ViewColumns<B>* weighted = nullptr);
 
 // A block of the engine from the whole of a symmetric matrix, n numbers a side: number `block` of so many of its group.
 template <class T>

@@ -37,7 +37,7 @@ class ViewLinearization final : public Linearization<CpuBackend<double>> {
  private:
   double H(int row, int col) const { return h_[static_cast<std::size_t>(row * num_parameters() + col)]; }
 
-  ViewColumns<S> columns_;
+  ViewColumns<CpuBackend<S>> columns_;
   std::shared_ptr<PhotometricLoss<S>> loss_;
   typename PhotometricLoss<S>::Linearization curvature_;
   HostBuffer<double> residuals_;

@@ -47,7 +47,8 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
   rendered.ResizeForOverwrite(target_.shape().NumValues());
   view_.Render(rendered.data());
   return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
-                                                MovesOf(options_.free, view_, model_, workspace_), loss_);
+                                                MovesOf<CpuBackend<S>>(options_.free, view_, model_, workspace_),
+                                                loss_);
 }
 
 template <class S>

@@ -41,6 +41,17 @@ class Parts {
   double Evaluation() const {
     return View() + Image() + Splats::TruthBytes(most_.pixels) + Splats::QualityMeter::Bytes(most_.pixels);
   }
+  // A view's curvature by its own unknowns (cameras/view_curvature.h): a view and its passes once more, and images of
+  // its derivatives: as they are rendered and as columns, then as columns and what W makes of one.
+  double CameraCurvature(const CameraOptions& cameras) const {
+    if (!cameras.refines() || cameras.rule != CameraRule::kGaussNewton) return 0;
+    // The most that auto may choose.
+    const FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
+    const int moves = free.pose_tangent() + free.lens_tangent(), columns = moves + (free.color ? 2 : 0);
+    const int weighted = 2 + LinearizationImages(SsimLinearization::kQuadratic);
+    return View() + Passes() + (1 + columns + std::max(moves, weighted)) * Image() +
+           Loss::ProductBytes(SsimLinearization::kQuadratic, most_.pixels);
+  }
   // On the host, wherever the stages are: a measure by the training views (parsimony/harmonics.h takes the most).
   double Judging(const ParsimonyOptions& parsimony) const {
     if (!parsimony.judges()) return 0;
@@ -87,9 +98,10 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const double held = parts.Truths() + 3 * vector + bases +
                       (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
   // The gradient; the image and its gradient; in the end the mean of the parameters.
-  const double step =
-      vector + TermBytes(scene, options.adam.views_per_iteration) + parts.View() + parts.Passes() + 2 * parts.Image() +
-      Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) + parts.Evaluation();
+  const double step = vector + TermBytes(scene, options.adam.views_per_iteration) + parts.View() + parts.Passes() +
+                      2 * parts.Image() +
+                      Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
+                      std::max(parts.Evaluation(), parts.CameraCurvature(options.cameras));
   const double average = options.adam.average_part > 0 ? vector : 0;
   // While views judge, what the passes of an iteration work in is free.
   const bool is_host = std::is_same_v<typename B::Space, Host>;

@@ -176,24 +176,24 @@ class AdamStage {
   }
   // The camera of the view that a gradient was just added of.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, StageTargets<B>& targets) {
-    if constexpr (kOnHost) {
-      cameras_.Step(span,
-                    {view, x, targets[view], passes_->view, passes_->workspace.splat_sums.data(), passes_->image.view(),
-                     passes_->image_gradient.view()},
-                    &state_->cameras);
-      moved_.push_back(view);
-    }
+    const SeenView<B> seen{view,
+                           x,
+                           targets[view],
+                           passes_->view,
+                           passes_->workspace.splat_sums.data(),
+                           passes_->image,
+                           passes_->image_gradient};
+    cameras_.Step(span, seen, &state_->cameras);
+    moved_.push_back(view);
   }
   // Iterations to come see cameras where they are now.
   void ShowMovedCameras(const StageSpan& span) {
-    if constexpr (kOnHost) {
-      if (cameras_.MoveShared(span, &state_->cameras)) {
-        moved_.resize(targets_.size());
-        std::iota(moved_.begin(), moved_.end(), std::size_t{0});
-      }
-      for (const std::size_t view : moved_) cameras_.Show(view, &targets_, &coarse_targets_);
-      moved_.clear();
+    if (cameras_.MoveShared(span, &state_->cameras)) {
+      moved_.resize(targets_.size());
+      std::iota(moved_.begin(), moved_.end(), std::size_t{0});
     }
+    for (const std::size_t view : moved_) cameras_.Show(view, &targets_, &coarse_targets_);
+    moved_.clear();
   }
   OwnViewsOfIterations OwnViews() const {
     return {session_.ranks(), options_.adam.views_per_iteration, session_.training_views().size()};

@@ -1,5 +1,6 @@
 // The Adam stage on a GPU.
 #include "kernels/core/device_sort.h"
+#include "kernels/gaussian_splatting/device_camera.h"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/train/run_adam_stage.h"

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <type_traits>
 
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/train/adam_stage.h"
@@ -15,12 +14,6 @@ namespace vesta::gs {
 // suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note.
 template <class B>
 void RunAdamStage(TrainingSession& session, SplatModel& model) {
-  if constexpr (!std::is_same_v<typename B::Space, Host>) {
-    if (session.options().cameras.refines()) {
-      session.Note("Adam runs on the CPU: cameras are found along there alone");
-      return RunAdamStage<CpuBackend<float>>(session, model);
-    }
-  }
   for (auto stage = std::make_unique<AdamStage<B>>(session, model);;) {
     try {
       return stage->Run();

@@ -4,13 +4,9 @@
 
 #include <algorithm>
 
-#include "kernels/gaussian_splatting/lens_jacobian.h"
-#include "kernels/gaussian_splatting/pose_jacobian.h"
 #include "problems/gaussian_splatting/cameras/evidence.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
-#include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/schedule.h"
-#include "problems/gaussian_splatting/cameras/view_curvature.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
 
 namespace vesta::gs {
@@ -19,26 +15,6 @@ namespace {
 // Views that a lens is stepped by: of fewer the gradients are too noisy, and after more it would lag behind.
 constexpr int kViewsOfLensStep = 16;
 constexpr double kMostPixels = 2;  // that a step may move
-
-// By the view's unknowns, in the order of a step.
-std::vector<double> GradientOf(const SeenView& seen, const FreeUnknowns& free) {
-  std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));
-  if (free.pose) {
-    const splat::PoseTangent pose = PoseCotangent(seen.splats, seen.model, seen.cotangents);
-    std::copy_n(pose.v, splat::kPoseTangent, gradient.begin());
-  }
-  const Index plane = seen.image.size() / ImageShape::kChannels;
-  for (int c = 0; free.color && c < ImageShape::kChannels; ++c) {
-    const float* channel = seen.image_gradient.data() + c * plane;
-    gradient[static_cast<std::size_t>(free.Gain(c))] = Dot(seen.image.data() + c * plane, channel, plane);
-    gradient[static_cast<std::size_t>(free.Offset(c))] = Sum(channel, plane);
-  }
-  if (free.lens) {
-    const splat::LensTangent lens = LensCotangent(seen.splats, seen.cotangents);
-    std::copy_n(lens.v, splat::kLensTangent, gradient.begin() + free.Lens(0));
-  }
-  return gradient;
-}
 
 // A photograph has been brought to the common exposure, so a step starts from none.
 ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const std::vector<double>& step) {
@@ -105,23 +81,26 @@ void StageCameras::Set(std::size_t view, const ViewUnknowns& found) {
   if (session_.cameras().Set(view, found)) is_photograph_new_[view] = true;
 }
 
-void StageCameras::Step(const StageSpan& span, const SeenView& seen, StageCamerasState* state) {
-  const FreeUnknowns free = FreeBy(Choice(*state));
-  const std::vector<ViewUnknowns>& found = session_.cameras().found();
-  state->views.resize(found.size());
-  CameraStepState& own = state->views[seen.view];
+CameraStepState* StageCameras::NeedsCurvature(const StageSpan& span, std::size_t view, StageCamerasState* state) const {
+  state->views.resize(session_.cameras().found().size());
+  CameraStepState& own = state->views[view];
   const int age = CurvatureAge(session_.options().adam, span);
-  if (options_.rule == CameraRule::kGaussNewton && own.age < age) {
-    own.curvature = ViewCurvature({free, session_.options().background, {}}, seen.model, seen.target);
-    own.age = age;
-  }
-  const CameraSurroundings around{depth_, kMostPixels / seen.target.camera.lens.fx, span.before};
-  const std::vector<double> gradient = GradientOf(seen, free);
+  if (options_.rule != CameraRule::kGaussNewton || own.age >= age) return nullptr;
+  own.age = age;
+  return &own;
+}
+
+void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Lens& lens,
+                        const std::vector<double>& gradient, StageCamerasState* state) {
+  const FreeUnknowns free = FreeBy(Choice(*state));
+  const ViewUnknowns& found = session_.cameras().found()[view];
+  CameraStepState& own = state->views[view];
+  const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
   if (free.lens) {
     state->lenses.resize(views_of_lens_.size());
-    AddToLens(free, gradient, own.curvature, &state->lenses[lens_of_[seen.view]]);
+    AddToLens(free, gradient, own.curvature, &state->lenses[lens_of_[view]]);
   }
-  Set(seen.view, After(found[seen.view], free, CameraStep(options_, free, gradient, around, &own)));
+  Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
   ++state->seen;
 }
 
@@ -168,16 +147,6 @@ void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   if (free.pose && !span.HasReached(kMeanTurnFree)) RemoveCommonTurn(&found);
   if (free.color) RemoveCommonExposure(&found);
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
-}
-
-void StageCameras::Show(std::size_t view, StageTargets<CpuBackend<float>>* full,
-                        StageTargets<CpuBackend<float>>* coarse) {
-  const View& now = *session_.cameras().views()[view];
-  full->SetCamera(view, now);
-  if (coarse->empty()) return;
-  coarse->SetCamera(view, now);
-  if (is_photograph_new_[view]) coarse->SetPhotograph(view, now.image);
-  is_photograph_new_[view] = false;
 }
 
 }  // namespace vesta::gs

@@ -1,15 +1,16 @@
 // The cameras and exposures of the training views in the course of the Adam stage: each moves when its view is trained
 // on, by the gradient that the splats get theirs from (cameras/camera_steps.h); a lens once some of its views were
-// (cameras/lens_steps.h). On the host.
+// (cameras/lens_steps.h). Passes over views are in the memory of the stage's backend B, all else is on the host.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
-#include "kernels/gaussian_splatting/splat_view.h"
 #include "problems/gaussian_splatting/cameras/camera_steps.h"
 #include "problems/gaussian_splatting/cameras/lens_steps.h"
+#include "problems/gaussian_splatting/cameras/seen_view.h"
+#include "problems/gaussian_splatting/cameras/view_curvature.h"
 #include "problems/gaussian_splatting/model/stage_span.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
@@ -29,16 +30,6 @@ struct StageCamerasState {
   }
 };
 
-// A view whose gradient was just added, as the passes over it left things.
-struct SeenView {
-  std::size_t view = 0;  // of the training views
-  const splat::Model<float>& model;
-  const TargetView<CpuBackend<float>>& target;
-  const splat::SplatView<float>& splats;
-  const splat::SplatTangent<float>* cotangents;  // of the splats, by rank
-  HostSpan<const float> image, image_gradient;   // as rendered; of the cost by it
-};
-
 class StageCameras {
  public:
   explicit StageCameras(TrainingSession& session);
@@ -51,17 +42,38 @@ class StageCameras {
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
   // Moves the camera of the view.
-  void Step(const StageSpan& span, const SeenView& seen, StageCamerasState* state);
+  template <class B>
+  void Step(const StageSpan& span, const SeenView<B>& seen, StageCamerasState* state) {
+    const FreeUnknowns free = FreeBy(Choice(*state));
+    if (CameraStepState* own = NeedsCurvature(span, seen.view, state)) {
+      own->curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target);
+    }
+    Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
+  }
   // Steps the lenses that it is time for, and takes out what views share once all were through. True where that moved
   // all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
   // Shows where it stands now, and its photograph. coarse may be empty.
-  void Show(std::size_t view, StageTargets<CpuBackend<float>>* full, StageTargets<CpuBackend<float>>* coarse);
+  template <class B>
+  void Show(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
+    const View& now = *session_.cameras().views()[view];
+    for (StageTargets<B>* targets : {full, coarse}) {
+      if (targets->empty()) continue;
+      targets->SetCamera(view, now);
+      if (is_photograph_new_[view]) targets->SetPhotograph(view, now.image);
+    }
+    is_photograph_new_[view] = false;
+  }
 
  private:
   CameraChoice Choice(const StageCamerasState& state) const;
   bool is_deciding(const StageCamerasState& state) const;
   void Set(std::size_t view, const ViewUnknowns& found);
+  // Of a view whose curvature is to be measured now; else null.
+  CameraStepState* NeedsCurvature(const StageSpan& span, std::size_t view, StageCamerasState* state) const;
+  // By its gradient.
+  void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
+            StageCamerasState* state);
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
   void FixGauge(const StageSpan& span, const FreeUnknowns& free);
 

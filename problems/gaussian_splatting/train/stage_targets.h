@@ -69,11 +69,15 @@ class StageTargets {
     std::copy_n(posed.centre, 3, camera.centre);
     camera.lens = ResizeCamera(view.camera, camera.width, camera.height).lens;
   }
-  // Of views that are held: its photograph has another exposure now.
-  void SetPhotograph(std::size_t i, const Image& full) {
-    Image& image = views_[i].image;
-    image = ResizeArea(full, image.width, image.height);
-    SetTruth(i, image);
+  // Its photograph, of any size, has another exposure now. What is merely looked at has it already.
+  void SetPhotograph(std::size_t i, const Image& image) {
+    if (kOnHost && views_.empty()) return;
+    const ImageShape shape = targets_[i].shape();
+    const bool fits = image.width == shape.width && image.height == shape.height;
+    if (!kOnHost && fits) return SetTruth(i, image);
+    Image resized = ResizeArea(image, shape.width, shape.height);
+    SetTruth(i, resized);
+    if constexpr (kOnHost) views_[i].image = std::move(resized);
   }
   void Clear() { *this = StageTargets(); }
   // Lets go of the photograph that was asked for last, before others are asked for elsewhere: the store's budget has no

@@ -12,6 +12,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
+#include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 #include "tests/support/emulated_device.h"
 
@@ -133,6 +134,35 @@ TEST(DeviceStages, MasksHoldAsOnTheHost) {
   for (View& view : scene.views) view.image.mask.clear();
   const TrainResult wrecked = Train(scene, options, 0, {}, DeviceStages());
   EXPECT_GT(device.history.back().train.psnr, wrecked.history.back().train.psnr + 5);
+}
+
+// Cameras, exposures and lens that are off come back as they do on the host, on coarse photographs and whole ones.
+TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
+  const SplatModel model = test::RandomModel(60, 1, 7);
+  Scene scene = test::RingWithImages(model, 8, 56, 42);
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const auto role = scene.views[v].role;
+    scene.views[v] = test::PerturbedView(scene.views[v], test::RandomMotion(0.5, 0.015, v));
+    scene.views[v].role = role;
+    for (float& value : scene.views[v].image.rgb) value *= v % 2 == 0 ? 0.9F : 1.0F;
+  }
+  TrainOptions options = test::ShortTraining(60, 0);
+  options.density.enabled = false;
+  options.cameras.refine = CameraChoice::kAll;
+  options.adam.coarse_part = 0.3;
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  const TrainResult host = Refine(scene, model, options, 0, {}),
+                    device = Refine(scene, model, options, 0, {}, DeviceStages());
+  EXPECT_THAT(device.notes, IsEmpty());
+  EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 0.3);
+  EXPECT_GT(device.history.back().train.psnr, host.history.front().train.psnr + 1);
+  ASSERT_EQ(device.cameras.size(), host.cameras.size());
+  for (std::size_t v = 0; v < device.cameras.size(); ++v) {
+    const ViewUnknowns &found = device.cameras[v], &expected = host.cameras[v];
+    EXPECT_NEAR(found.motion.Angle(), expected.motion.Angle(), 0.1 * expected.motion.Angle());
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(found.color.gain[c], expected.color.gain[c], 0.005);
+    for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(found.lens.log_focal[k], expected.lens.log_focal[k], 0.002);
+  }
 }
 
 TEST(DeviceStages, AdamEndsWithWhatItHas) {

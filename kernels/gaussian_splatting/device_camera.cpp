@@ -1,0 +1,28 @@
+#include "kernels/gaussian_splatting/device_camera.h"
+
+#include "kernels/gaussian_splatting/device_passes.h"
+
+namespace vesta::splat {
+
+void ApplyPoseJ(const DeviceSplatView& view, const Model<float>& model, const PoseTangent& xi, float* d_image,
+                DeviceViewWorkspace& workspace) {
+  device_passes::PoseTangents(model, view.camera(), view.rank_of().data(), xi, view.SplatTangents(workspace));
+  view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
+}
+
+PoseTangent PoseCotangent(const DeviceSplatView& view, const Model<float>& model,
+                          const SplatTangent<float>* cotangents) {
+  return device_passes::PoseCotangent(model, view.camera(), view.rank_of().data(), cotangents);
+}
+
+void ApplyLensJ(const DeviceSplatView& view, const LensTangent& delta, float* d_image, DeviceViewWorkspace& workspace) {
+  device_passes::LensTangents(view.splats().data(), view.num_splats(), view.camera().lens, delta,
+                              view.SplatTangents(workspace));
+  view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
+}
+
+LensTangent LensCotangent(const DeviceSplatView& view, const SplatTangent<float>* cotangents) {
+  return device_passes::LensCotangent(view.splats().data(), view.num_splats(), view.camera().lens, cotangents);
+}
+
+}  // namespace vesta::splat

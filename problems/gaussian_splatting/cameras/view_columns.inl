@@ -1,0 +1,90 @@
+// Bodies of view_columns.h for every memory space. Included where they are instantiated, after what moves a view of
+// that space (kernels/gaussian_splatting/pose_jacobian.h and lens_jacobian.h, or device_camera.h).
+#pragma once
+
+#include "problems/gaussian_splatting/cameras/image_products.h"
+#include "problems/gaussian_splatting/cameras/view_columns.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
+
+namespace vesta::gs {
+
+template <class B>
+int ViewColumns<B>::Place(int k, int channel) const {
+  const int pose = free_.pose_tangent();
+  if (k < pose) return k;
+  if (!free_.color) return free_.Lens(k - pose);
+  return k == pose ? free_.Gain(channel) : k == pose + 1 ? free_.Offset(channel) : free_.Lens(k - pose - 2);
+}
+
+template <class B>
+ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
+                         typename B::ConstView rendered, typename B::ConstView moves) {
+  B backend;
+  ViewColumns<B> columns(free, target.shape());
+  const Index values = target.shape().NumValues(), plane = target.shape().PlaneSize();
+  const int pose = free.pose_tangent(), first_of_lens = pose + (free.color ? 2 : 0);
+  for (int move = 0; move < pose + free.lens_tangent(); ++move) {
+    const typename B::View image = columns.image(move < pose ? move : first_of_lens + move - pose);
+    for (int c = 0; c < ImageShape::kChannels; ++c) {
+      backend.Axpby(color.gain[static_cast<std::size_t>(c)], moves.subspan(move * values + c * plane, plane), 0,
+                    image.subspan(c * plane, plane));
+    }
+  }
+  if (free.color) {
+    backend.Copy(rendered, columns.image(pose));
+    backend.Fill(1, columns.image(pose + 1));
+  }
+  for (int k = 0; k < columns.num_images(); ++k) ClearLeftOut<B>(target.mask, columns.image(k));
+  return columns;
+}
+
+template <class B>
+typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+                           const splat::Model<typename B::Scalar>& model,
+                           typename SplatBackend<B>::Workspace& workspace) {
+  const Index values = ImageShape::kChannels * view.num_pixels();
+  const int pose = free.pose_tangent();
+  typename B::Vector moves;
+  moves.ResizeForOverwrite((pose + free.lens_tangent()) * values);
+  for (int k = 0; k < pose; ++k) {
+    splat::PoseTangent unit;
+    unit.v[k] = 1;
+    ApplyPoseJ(view, model, unit, moves.data() + k * values, workspace);
+  }
+  for (int k = 0; k < free.lens_tangent(); ++k) {
+    splat::LensTangent unit;
+    unit.v[k] = 1;
+    ApplyLensJ(view, unit, moves.data() + (pose + k) * values, workspace);
+  }
+  return moves;
+}
+
+template <class B>
+std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
+                                 const typename SplatBackend<B>::Loss::Linearization& W, ViewColumns<B>* weighted) {
+  B backend;
+  const auto n = static_cast<std::size_t>(J.free().num_tangent());
+  const Index plane = J.shape().PlaneSize();
+  std::vector<double> H(n * n);
+  const auto at = [&](int row, int col) -> double& { return H[static_cast<std::size_t>(row) * n + std::size_t(col)]; };
+  typename B::Vector one;
+  if (weighted) {
+    *weighted = ViewColumns<B>(J.free(), J.shape());
+  } else {
+    one.ResizeForOverwrite(J.shape().NumValues());
+  }
+  for (int k = 0; k < J.num_images(); ++k) {
+    const typename B::View WJ = weighted ? weighted->image(k) : one.view();
+    loss.ApplyW(W, J.image(k), WJ);
+    for (int l = 0; l <= k; ++l) {
+      for (int c = 0; c < ImageShape::kChannels; ++c) {
+        const double product = Dot(backend, J.image(l).subspan(c * plane, plane), WJ.subspan(c * plane, plane));
+        at(J.Place(k, c), J.Place(l, c)) += product;
+        if (l != k) at(J.Place(l, c), J.Place(k, c)) += product;
+      }
+    }
+  }
+  return H;
+}
+
+}  // namespace vesta::gs

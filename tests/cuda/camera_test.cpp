@@ -1,0 +1,116 @@
+// How views move with their cameras, and the curvature of that, on a GPU against the host.
+#include "kernels/gaussian_splatting/device_camera.h"
+#include "kernels/gaussian_splatting/lens_jacobian.h"
+#include "kernels/gaussian_splatting/pose_jacobian.h"
+#include "problems/gaussian_splatting/cameras/seen_view.h"
+#include "problems/gaussian_splatting/cameras/view_curvature.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "problems/gaussian_splatting/train/view_passes.h"
+#include "tests/cuda/on_device.h"
+#include "tests/support/splat_scenes.h"
+
+namespace vesta::test {
+namespace {
+
+// Relative to the whole, in float; what cancels in a sum over all Gaussians comes on top.
+constexpr double kProductTolerance = 1e-4, kSumTolerance = 1e-3;
+
+class CudaCameras : public OnDevice {};
+
+std::vector<Scene> Scenes() {
+  std::vector<Scene> scenes;
+  for (const SceneOptions& options : SceneKinds()) scenes.push_back(RandomScene(options, 8));
+  scenes.push_back(WithBands(RandomScene(SceneOptions(), 8), {40, 29, 17, 5}));
+  // More than a piece of a sum.
+  SceneOptions many;
+  many.count = 5000, many.sigma_max = 1, many.sh_degree = 1;
+  scenes.push_back(RandomScene(many, 9));
+  return scenes;
+}
+
+template <class Tangent>
+std::vector<double> Numbers(const Tangent& tangent) {
+  return {std::begin(tangent.v), std::end(tangent.v)};
+}
+
+TEST_F(CudaCameras, ProductsWithPoseAndLensAreThoseOfTheHost) {
+  for (const Scene& scene : Scenes()) {
+    SCOPED_TRACE(scene.count);
+    RenderedView<float> host(scene);
+    const DeviceBuffer<float> x = ToDevice(host.x);
+    const splat::Model<float> model = {x.data(), scene.layout(), scene.active_sh_degree};
+    splat::DeviceViewWorkspace workspace;
+    splat::DeviceSplatView view;
+    view.Build(model, scene.view, scene.background, workspace);
+    DeviceBuffer<float> image(static_cast<Index>(host.image.size())), d_image(image.size()), g(x.size());
+    view.Render(image.data());
+    std::vector<float> expected(host.image.size());
+
+    splat::PoseTangent xi;
+    splat::LensTangent delta;
+    Random random(9);
+    for (double& value : xi.v) value = random.Normal();
+    for (double& value : delta.v) value = random.Normal();
+    ApplyPoseJ(view, model, xi, d_image.data(), workspace);
+    ApplyPoseJ(host.view, host.model, xi, expected.data(), host.workspace);
+    EXPECT_LT(RelativeError(ToHost(d_image), expected), kProductTolerance);
+    ApplyLensJ(view, delta, d_image.data(), workspace);
+    ApplyLensJ(host.view, delta, expected.data(), host.workspace);
+    EXPECT_LT(RelativeError(ToHost(d_image), expected), kProductTolerance);
+
+    const auto u = random.NormalVector<float>(host.image.size());
+    view.AddJT(model, image.data(), ToDevice(u).data(), g.data(), workspace);
+    const splat::SplatTangent<float>*on_device = workspace.splat_sums.data(),
+          *on_host = host.view.ApplyRasterJT(host.image.data(), u.data(), host.workspace);
+    EXPECT_LT(RelativeError(Numbers(PoseCotangent(view, model, on_device)),
+                            Numbers(PoseCotangent(host.view, host.model, on_host))),
+              kSumTolerance);
+    EXPECT_LT(RelativeError(Numbers(LensCotangent(view, on_device)), Numbers(LensCotangent(host.view, on_host))),
+              kSumTolerance);
+  }
+}
+
+// What a view's step is made from, with a mask.
+template <class B>
+struct GradientAndCurvature {
+  std::vector<double> gradient, curvature;
+
+  GradientAndCurvature(const splat::Model<float>& model, const Scene& scene,
+                       const gs::TargetView<CpuBackend<float>>& target, const gs::FreeUnknowns& free) {
+    const std::vector<gs::TargetView<B>> targets = gs::TargetsIn<B>({target});
+    const gs::TargetView<B>& there = targets.front();
+    gs::ViewPasses<B> passes;
+    typename B::Vector g(static_cast<Index>(scene.x.size()));
+    passes.AddGradient(model, there, scene.background, g.data());
+    gradient = GradientOf(gs::SeenView<B>{0, model, there, passes.view, passes.workspace.splat_sums.data(),
+                                          passes.image, passes.image_gradient},
+                          free);
+    curvature = ViewCurvature(free, {scene.background[0], scene.background[1], scene.background[2]}, model, there);
+  }
+};
+
+TEST_F(CudaCameras, GradientAndCurvatureOfAViewAreThoseOfTheHost) {
+  const Scene scene = RandomScene(SceneOptions(), 8);
+  const RenderedView<float> host(scene);
+  Random random(3);
+  std::vector<float> truth;
+  std::vector<std::uint8_t> mask;
+  for (const float value : host.image) {
+    truth.push_back(static_cast<float>(std::clamp(static_cast<double>(value) + 0.1 * random.Normal(), 0.0, 1.0)));
+  }
+  for (std::size_t i = 0; i < truth.size() / 3; ++i) mask.push_back(i % 5 == 0 ? 0 : 1);
+  const gs::TargetView<CpuBackend<float>> target{scene.view, ViewOf(truth), ViewOf(mask)};
+  const DeviceBuffer<float> x = ToDevice(host.x);
+  const splat::Model<float> model = {x.data(), scene.layout(), scene.active_sh_degree};
+  for (const gs::FreeUnknowns free : {gs::FreeUnknowns(), gs::FreeUnknowns{true, true, true}}) {
+    SCOPED_TRACE(free.num_tangent());
+    const GradientAndCurvature<CudaBackend<float>> found(model, scene, target, free);
+    const GradientAndCurvature<CpuBackend<float>> expected(host.model, scene, target, free);
+    ASSERT_EQ(found.gradient.size(), static_cast<std::size_t>(free.num_tangent()));
+    EXPECT_LT(RelativeError(found.gradient, expected.gradient), kSumTolerance);
+    EXPECT_LT(RelativeError(found.curvature, expected.curvature), kSumTolerance);
+  }
+}
+
+}  // namespace
+}  // namespace vesta::test
