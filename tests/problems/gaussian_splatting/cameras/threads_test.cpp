@@ -40,7 +40,7 @@ TEST(GsThreads, AlignmentIsBitIdenticalForAnyNumber) {
 
 TEST(GsThreads, JointRefinementIsBitIdenticalForAnyNumber) {
   const SplatModel model = test::RandomModel(1500, 1, 23);
-  const Scene scene = test::RingWithImages(model, 4, 80, 64);
+  const Scene scene = test::RingWithImages(model, 4, 48, 40);
   std::vector<View> given;
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     given.push_back(test::PerturbedView(scene.views[v], test::RandomMotion(0.3, 0.01, 24 + v)));
