@@ -23,7 +23,8 @@ struct SeenView {
   typename B::ConstView image, image_gradient;   // as rendered; of the cost by it
 };
 
-// By the view's unknowns, in the order of a step. Its users include what moves a view of B's (view_columns.inl).
+// By the view's unknowns, in the order of a step. Its users include what moves a view of B's: pose_jacobian.h and
+// lens_jacobian.h, or device_camera.h.
 template <class B>
 std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free) {
   B backend;

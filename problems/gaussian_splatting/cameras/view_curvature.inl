@@ -1,4 +1,4 @@
-// The body of view_curvature.h; included where it is instantiated.
+// The body of view_curvature.h. Included where it is instantiated; where columns are not yet, after view_columns.inl.
 #pragma once
 
 #include "problems/gaussian_splatting/cameras/view_columns.h"

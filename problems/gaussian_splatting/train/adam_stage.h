@@ -55,13 +55,18 @@ class AdamStage {
   }
 
   int iteration() const { return state_ ? state_->iteration : 0; }
+  // Of a stage that could not begin: what it was to begin from is the session's again.
+  void GiveBackSavedStage() { session_.GiveBackSavedStage(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
   // Back to before the Gaussians last became more, to go on without. False where there is no such state.
   bool GoBackBeforeGrowth() {
     if (before_growth_.empty()) return false;
     passes_.emplace();
     state_->model.Free();
+    // Cameras stay where they were found since, and with them what was learned of them.
+    StageCamerasState cameras = std::move(state_->cameras);
     if constexpr (!kOnHost) before_growth_.MoveTo(*state_);
+    state_->cameras = std::move(cameras);
     state_->model.StayAsMany();
     // What that iteration did besides.
     if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
@@ -69,6 +74,7 @@ class AdamStage {
   }
   // Leaves the model after the last iteration, recorded.
   void Finish() {
+    ShowMoved();
     if (recorded_ != state_->iteration) Record();
     parsimony_.NoteWhoStayed(*state_);
     passes_.reset();
@@ -93,12 +99,16 @@ class AdamStage {
   void Begin() {
     state_.emplace(StartState(session_, result_));
     if constexpr (kOnHost) result_.data = std::vector<float>();  // until the stage is done state_ has it
-    if (saved_) Restore(*std::exchange(saved_, std::nullopt));
+    if (saved_) Restore(*saved_);
+    saved_.reset();
   }
   void Restore(const std::string& bytes) {
     try {
       ArchiveReader reader(bytes);
       reader(*state_);
+    } catch (const OutOfDeviceMemory&) {
+      state_.reset();  // it has not begun
+      throw;
     } catch (const Error&) {
       session_.RefuseSavedStage();
     }
@@ -192,6 +202,9 @@ class AdamStage {
       moved_.resize(targets_.size());
       std::iota(moved_.begin(), moved_.end(), std::size_t{0});
     }
+    ShowMoved();
+  }
+  void ShowMoved() {
     for (const std::size_t view : moved_) cameras_.Show(view, &targets_, &coarse_targets_);
     moved_.clear();
   }

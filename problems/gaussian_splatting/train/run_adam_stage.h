@@ -27,6 +27,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
         return stage->Finish();
       } else {
         session.Note(fmt::format("Adam runs on the CPU: {}", error.what()));
+        stage->GiveBackSavedStage();
         stage.reset();
         return RunAdamStage<CpuBackend<float>>(session, model);
       }

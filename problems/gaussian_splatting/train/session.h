@@ -136,6 +136,8 @@ class TrainingSession {
   const std::optional<std::string>& saved_stage() const { return saved_stage_; }
   // The state of this stage that was saved, once; none where the stage begins anew.
   std::optional<std::string> TakeSavedStage(Stage stage);
+  // For another to take.
+  void GiveBackSavedStage(std::optional<std::string> saved) { saved_stage_ = std::move(saved); }
   // Where it cannot be one: throws Error, which names the checkpoint.
   [[noreturn]] void RefuseSavedStage() const;
 

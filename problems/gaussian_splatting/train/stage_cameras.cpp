@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "problems/gaussian_splatting/cameras/evidence.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
@@ -81,13 +82,13 @@ void StageCameras::Set(std::size_t view, const ViewUnknowns& found) {
   if (session_.cameras().Set(view, found)) is_photograph_new_[view] = true;
 }
 
-CameraStepState* StageCameras::NeedsCurvature(const StageSpan& span, std::size_t view, StageCamerasState* state) const {
-  state->views.resize(session_.cameras().found().size());
-  CameraStepState& own = state->views[view];
-  const int age = CurvatureAge(session_.options().adam, span);
-  if (options_.rule != CameraRule::kGaussNewton || own.age >= age) return nullptr;
-  own.age = age;
-  return &own;
+bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const {
+  return by_curvature() && own.age < CurvatureAge(session_.options().adam, span);
+}
+
+void StageCameras::NoteLackOfRoom(const std::string& why) {
+  if (std::exchange(lacked_room_, true)) return;
+  session_.Note(fmt::format("cameras are stepped by older curvatures, or stay where there is none: {}", why));
 }
 
 void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Lens& lens,

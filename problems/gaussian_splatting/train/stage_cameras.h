@@ -5,10 +5,13 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/cameras/camera_steps.h"
 #include "problems/gaussian_splatting/cameras/lens_steps.h"
+#include "problems/gaussian_splatting/cameras/schedule.h"
 #include "problems/gaussian_splatting/cameras/seen_view.h"
 #include "problems/gaussian_splatting/cameras/view_curvature.h"
 #include "problems/gaussian_splatting/model/stage_span.h"
@@ -41,14 +44,22 @@ class StageCameras {
   bool Decides(const StageSpan& span, const StageCamerasState& state) const;
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
-  // Moves the camera of the view.
+  // Moves the camera of the view. Where a device has no room for a view's curvature an older one serves; without any
+  // the camera stays.
   template <class B>
   void Step(const StageSpan& span, const SeenView<B>& seen, StageCamerasState* state) {
     const FreeUnknowns free = FreeBy(Choice(*state));
-    if (CameraStepState* own = NeedsCurvature(span, seen.view, state)) {
-      own->curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target);
+    state->views.resize(session_.cameras().found().size());
+    CameraStepState& own = state->views[seen.view];
+    if (IsCurvatureDue(span, own)) {
+      try {
+        own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target);
+      } catch (const OutOfDeviceMemory& error) {
+        NoteLackOfRoom(error.what());
+      }
+      own.age = CurvatureAge(session_.options().adam, span);
     }
-    Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
+    if (CanStep(own)) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Steps the lenses that it is time for, and takes out what views share once all were through. True where that moved
   // all views.
@@ -69,8 +80,12 @@ class StageCameras {
   CameraChoice Choice(const StageCamerasState& state) const;
   bool is_deciding(const StageCamerasState& state) const;
   void Set(std::size_t view, const ViewUnknowns& found);
-  // Of a view whose curvature is to be measured now; else null.
-  CameraStepState* NeedsCurvature(const StageSpan& span, std::size_t view, StageCamerasState* state) const;
+  // Whether a view's curvature is to be measured now.
+  bool IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const;
+  bool CanStep(const CameraStepState& own) const { return !by_curvature() || !own.curvature.empty(); }
+  bool by_curvature() const { return options_.rule == CameraRule::kGaussNewton; }
+  // The first time it says so.
+  void NoteLackOfRoom(const std::string& why);
   // By its gradient.
   void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
             StageCamerasState* state);
@@ -83,6 +98,7 @@ class StageCameras {
   std::vector<std::size_t> lens_of_;  // of each view
   std::vector<int> views_of_lens_;
   std::vector<bool> is_photograph_new_;  // since it was shown
+  bool lacked_room_ = false;
 };
 
 }  // namespace vesta::gs

@@ -74,10 +74,13 @@ class StageTargets {
     if (kOnHost && views_.empty()) return;
     const ImageShape shape = targets_[i].shape();
     const bool fits = image.width == shape.width && image.height == shape.height;
-    if (!kOnHost && fits) return SetTruth(i, image);
-    Image resized = ResizeArea(image, shape.width, shape.height);
-    SetTruth(i, resized);
-    if constexpr (kOnHost) views_[i].image = std::move(resized);
+    Image resized = fits ? Image() : ResizeArea(image, shape.width, shape.height);
+    if constexpr (kOnHost) {
+      views_[i].image = fits ? image : std::move(resized);
+      SetTruth(i, views_[i].image);
+    } else {
+      SplatBackend<B>::Show(ValuesOf(fits ? image : resized), targets_[i].truth);  // the mask stays
+    }
   }
   void Clear() { *this = StageTargets(); }
   // Lets go of the photograph that was asked for last, before others are asked for elsewhere: the store's budget has no
