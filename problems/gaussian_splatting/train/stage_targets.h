@@ -74,9 +74,11 @@ class StageTargets {
     if (kOnHost && views_.empty()) return;
     const ImageShape shape = targets_[i].shape();
     const bool fits = image.width == shape.width && image.height == shape.height;
-    Image resized = fits ? Image() : ResizeArea(image, shape.width, shape.height);
+    Image resized;
+    if (!fits) resized = ResizeArea(image, shape.width, shape.height);
     if constexpr (kOnHost) {
-      views_[i].image = fits ? image : std::move(resized);
+      if (fits) resized = image;
+      views_[i].image = std::move(resized);
       SetTruth(i, views_[i].image);
     } else {
       SplatBackend<B>::Show(ValuesOf(fits ? image : resized), targets_[i].truth);  // the mask stays
