@@ -60,7 +60,8 @@ struct LensCotangentOne {
 template <int kSums>
 class PiecewiseSums {
  public:
-  // things: of all pieces together, of which there are at most `pieces`.
+  // things: of all pieces together, of which there are at most `pieces`. No chunk but a piece's last is shorter than
+  // ChunkSize(0).
   PiecewiseSums(Index things, Index pieces) : partial_(kSums * (things / ChunkSize(0) + pieces)) {}
   template <class Term>
   void Add(const Term& term, Index things, const char* name) {

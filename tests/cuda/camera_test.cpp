@@ -1,4 +1,7 @@
 // How views move with their cameras, and the curvature of that, on a GPU against the host.
+#include <utility>
+
+#include "kernels/core/device_kernels.h"
 #include "kernels/gaussian_splatting/device_camera.h"
 #include "kernels/gaussian_splatting/lens_jacobian.h"
 #include "kernels/gaussian_splatting/pose_jacobian.h"
@@ -7,6 +10,7 @@
 #include "problems/gaussian_splatting/cameras/view_curvature.inl"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/train/view_passes.h"
+#include "tests/cuda/device_view.h"
 #include "tests/cuda/on_device.h"
 #include "tests/support/splat_scenes.h"
 
@@ -38,13 +42,8 @@ TEST_F(CudaCameras, ProductsWithPoseAndLensAreThoseOfTheHost) {
   for (const Scene& scene : Scenes()) {
     SCOPED_TRACE(scene.count);
     RenderedView<float> host(scene);
-    const DeviceBuffer<float> x = ToDevice(host.x);
-    const splat::Model<float> model = {x.data(), scene.layout(), scene.active_sh_degree};
-    splat::DeviceViewWorkspace workspace;
-    splat::DeviceSplatView view;
-    view.Build(model, scene.view, scene.background, workspace);
-    DeviceBuffer<float> image(static_cast<Index>(host.image.size())), d_image(image.size()), g(x.size());
-    view.Render(image.data());
+    DeviceRenderedView device(scene);
+    DeviceBuffer<float> d_image(device.device_image.size());
     std::vector<float> expected(host.image.size());
 
     splat::PoseTangent xi;
@@ -52,29 +51,30 @@ TEST_F(CudaCameras, ProductsWithPoseAndLensAreThoseOfTheHost) {
     Random random(9);
     for (double& value : xi.v) value = random.Normal();
     for (double& value : delta.v) value = random.Normal();
-    ApplyPoseJ(view, model, xi, d_image.data(), workspace);
+    ApplyPoseJ(device.view, device.model, xi, d_image.data(), device.workspace);
     ApplyPoseJ(host.view, host.model, xi, expected.data(), host.workspace);
     EXPECT_LT(RelativeError(ToHost(d_image), expected), kProductTolerance);
-    ApplyLensJ(view, delta, d_image.data(), workspace);
+    ApplyLensJ(device.view, delta, d_image.data(), device.workspace);
     ApplyLensJ(host.view, delta, expected.data(), host.workspace);
     EXPECT_LT(RelativeError(ToHost(d_image), expected), kProductTolerance);
 
     const auto u = random.NormalVector<float>(host.image.size());
-    view.AddJT(model, image.data(), ToDevice(u).data(), g.data(), workspace);
-    const splat::SplatTangent<float>*on_device = workspace.splat_sums.data(),
+    device.ApplyJT(u);
+    const splat::SplatTangent<float>*on_device = device.workspace.splat_sums.data(),
           *on_host = host.view.ApplyRasterJT(host.image.data(), u.data(), host.workspace);
-    EXPECT_LT(RelativeError(Numbers(PoseCotangent(view, model, on_device)),
+    EXPECT_LT(RelativeError(Numbers(PoseCotangent(device.view, device.model, on_device)),
                             Numbers(PoseCotangent(host.view, host.model, on_host))),
               kSumTolerance);
-    EXPECT_LT(RelativeError(Numbers(LensCotangent(view, on_device)), Numbers(LensCotangent(host.view, on_host))),
+    EXPECT_LT(RelativeError(Numbers(LensCotangent(device.view, on_device)), Numbers(LensCotangent(host.view, on_host))),
               kSumTolerance);
   }
 }
 
-// What a view's step is made from, with a mask.
+// What a view's step is made from, with a mask; and how often the host waited for each.
 template <class B>
 struct GradientAndCurvature {
   std::vector<double> gradient, curvature;
+  std::int64_t gradient_waits, curvature_waits;
 
   GradientAndCurvature(const splat::Model<float>& model, const Scene& scene,
                        const gs::TargetView<CpuBackend<float>>& target, const gs::FreeUnknowns& free) {
@@ -83,10 +83,14 @@ struct GradientAndCurvature {
     gs::ViewPasses<B> passes;
     typename B::Vector g(static_cast<Index>(scene.x.size()));
     passes.AddGradient(model, there, scene.background, g.data());
+    std::int64_t& waits = device::CountedHostWork().waits;
+    waits = 0;
     gradient = GradientOf(gs::SeenView<B>{0, model, there, passes.view, passes.workspace.splat_sums.data(),
                                           passes.image, passes.image_gradient},
                           free);
+    gradient_waits = std::exchange(waits, 0);
     curvature = ViewCurvature(free, {scene.background[0], scene.background[1], scene.background[2]}, model, there);
+    curvature_waits = waits;
   }
 };
 
@@ -110,6 +114,10 @@ TEST_F(CudaCameras, GradientAndCurvatureOfAViewAreThoseOfTheHost) {
     ASSERT_EQ(found.gradient.size(), static_cast<std::size_t>(free.num_tangent()));
     EXPECT_LT(RelativeError(found.gradient, expected.gradient), kSumTolerance);
     EXPECT_LT(RelativeError(found.curvature, expected.curvature), kSumTolerance);
+    // As docs/cuda.md has it, of the products of a view's images by channels; and two while the view is built.
+    const int images = free.pose_tangent() + (free.color ? 2 : 0) + free.lens_tangent();
+    EXPECT_EQ(found.gradient_waits, 1 + (free.color ? 6 : 0) + (free.lens ? 1 : 0));
+    EXPECT_EQ(found.curvature_waits, 3 * images * (images + 1) / 2 + 2);
   }
 }
 
