@@ -1,10 +1,18 @@
 // Builds with CUDA.
+#include <algorithm>
+
 #include "apps/device.h"
 #include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/train/device_stages.h"
 
 namespace vesta::app {
+
+void ChooseDevice() {
+  const int k = RankOnThisMachine();
+  UseDeviceOf(k, std::max(k + 1, NumRanksOnThisMachine()));
+}
 
 void CheckDevice(Device device) {
   if (device == Device::kCuda && !QueryDevice().usable) {

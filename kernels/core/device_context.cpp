@@ -1,4 +1,4 @@
-// The one GPU, its stream, its pool of memory, and the readings that lag behind.
+// The GPU in use, its stream, its pool of memory, and the readings that lag behind.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -14,6 +14,35 @@
 #include "kernels/core/device_memory.h"
 
 namespace vesta {
+namespace {
+
+struct Place {
+  int k = 0, processes = 1;
+  bool is_taken = false;  // of a GPU that was asked for already
+};
+Place& ThePlace() {
+  static Place place;
+  return place;
+}
+// Of several GPUs the one in use.
+int ChosenDevice(int count) {
+  ThePlace().is_taken = true;
+  return ThePlace().k % count;
+}
+int NumSharers(int count) {
+  const Place& place = ThePlace();
+  const int device = place.k % count;
+  return std::max(1, (place.processes - device + count - 1) / count);
+}
+
+}  // namespace
+
+void UseDeviceOf(int k, int processes) {
+  VESTA_CHECK(!ThePlace().is_taken, "the GPU of process {} is chosen after it was used", k);
+  VESTA_CHECK(k >= 0 && k < processes, "process {} of {}", k, processes);
+  ThePlace() = {k, processes};
+}
+
 namespace device {
 namespace {
 
@@ -38,14 +67,14 @@ struct Context {
   Context() {
     const DeviceInfo& info = QueryDevice();
     if (!info.usable) Fail("no GPU to use: {}", info.name);
-    CheckCuda(cudaSetDevice(0), "cudaSetDevice");
+    CheckCuda(cudaSetDevice(info.number), "cudaSetDevice");
     CheckCuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "cudaStreamCreate");
     CheckCuda(cudaMallocHost(reinterpret_cast<void**>(&landing), kMaxReadings * sizeof(double)), "cudaMallocHost");
     for (LaggedReading& reading : readings) {
       CheckCuda(cudaEventCreateWithFlags(&reading.arrived, cudaEventDisableTiming), "cudaEventCreate");
     }
     // Freed memory stays in the pool: linearizations come and go with every step, and their sizes repeat.
-    CheckCuda(cudaDeviceGetDefaultMemPool(&pool, 0), "cudaDeviceGetDefaultMemPool");
+    CheckCuda(cudaDeviceGetDefaultMemPool(&pool, info.number), "cudaDeviceGetDefaultMemPool");
     std::uint64_t keep = std::numeric_limits<std::uint64_t>::max();
     CheckCuda(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "cudaMemPoolSetAttribute");
   }
@@ -224,9 +253,12 @@ const DeviceInfo& QueryDevice() {
       result.name = cudaGetErrorString(status);
     } else if (count == 0) {
       result.name = "none was found";
-    } else if (cudaGetDeviceProperties(&properties, 0) != cudaSuccess) {
+    } else if (cudaSetDevice(ChosenDevice(count)) != cudaSuccess ||
+               cudaGetDeviceProperties(&properties, ChosenDevice(count)) != cudaSuccess) {
       result.name = cudaGetErrorString(cudaGetLastError());
     } else {
+      result.number = ChosenDevice(count);
+      result.sharers = NumSharers(count);
       result.name = properties.name;
       result.present = true;
       result.memory = properties.totalGlobalMem;

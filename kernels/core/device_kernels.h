@@ -16,13 +16,13 @@ struct KernelFacts {
 // In the order of the first launch; kernels that share a name follow each other.
 std::vector<KernelFacts> KernelTable();
 
-// Of the host since the program began: kernels that it launched, a sort or a running sum being one, and how often it
+// Of a thread of the host since it began: kernels that it launched, a sort or a running sum being one, and how often it
 // waited for the device. A reading that lags waits where its copy may still be under way.
 struct HostWork {
   std::int64_t launches = 0, waits = 0;
 };
 inline HostWork& CountedHostWork() {
-  static HostWork work;
+  thread_local HostWork work;
   return work;
 }
 

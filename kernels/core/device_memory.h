@@ -26,9 +26,16 @@ struct DeviceInfo {
   std::size_t memory = 0;  // bytes
   int multiprocessors = 0;
   int capability = 0;  // 10 major + minor
+  int number = 0;      // as CUDA counts them
+  int sharers = 1;     // processes of a program that use it, by UseDeviceOf
 };
-// Of the first GPU; asked once.
+// Of the GPU in use; asked once.
 const DeviceInfo& QueryDevice();
+
+// Of several processes on this machine, each on a GPU of its own as far as there are enough: this one is the k-th of
+// `processes` and takes the GPU of that number, counted around. Before anything else of the GPU is asked; without it
+// the first GPU is used.
+void UseDeviceOf(int k, int processes);
 
 namespace device {
 

@@ -39,14 +39,15 @@ void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_siz
 
 namespace {
 
-// The first of these variables of the environment that is a number above 0; 1: none is.
-int CountFrom(std::initializer_list<const char*> names) {
+// The first of these variables of the environment that is a number and not below `least`, which it is where none is.
+int NumberFrom(std::initializer_list<const char*> names, int least) {
   for (const char* name : names) {
     const char* const value = std::getenv(name);
-    const int count = value != nullptr ? std::atoi(value) : 0;
-    if (count > 0) return count;
+    if (value == nullptr) continue;
+    const int number = std::atoi(value);
+    if (number > least) return number;
   }
-  return 1;
+  return least;
 }
 
 }  // namespace
@@ -58,11 +59,16 @@ bool IsStartedInRanks() {
 }
 
 int NumStartedRanks() {
-  return IsStartedInRanks() ? CountFrom({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"}) : 1;
+  return IsStartedInRanks() ? NumberFrom({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"}, 1) : 1;
 }
 
 int NumRanksOnThisMachine() {
-  return IsStartedInRanks() ? CountFrom({"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE"}) : 1;
+  return IsStartedInRanks() ? NumberFrom({"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE"}, 1)
+                            : 1;
+}
+
+int RankOnThisMachine() {
+  return IsStartedInRanks() ? NumberFrom({"OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "SLURM_LOCALID"}, 0) : 0;
 }
 
 std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {

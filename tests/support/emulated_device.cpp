@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <deque>
 #include <map>
+#include <mutex>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -21,10 +23,16 @@ struct Memory {
   std::map<void*, std::size_t> sizes;
   std::size_t total = test::kAmpleDeviceMemory, in_use = 0, peak = 0;
 };
-// Never destroyed: buffers of static life are freed after it.
+// Each thread has a device of its own, as processes may. Never destroyed: buffers of static life are freed after it.
+Memory& NewMemory() {
+  static std::mutex mutex;
+  static auto* all = new std::deque<Memory>;
+  const std::lock_guard lock(mutex);
+  return all->emplace_back();
+}
 Memory& TheMemory() {
-  static auto* memory = new Memory;
-  return *memory;
+  thread_local Memory& memory = NewMemory();
+  return memory;
 }
 
 }  // namespace
@@ -36,7 +44,8 @@ namespace {
 constexpr int kCapability = 75;
 struct Launches {
   int skipped = 0, failing = 0, trims = 0;
-} launches;
+};
+thread_local Launches launches;
 DeviceInfo emulated{true, true, "emulated", test::kAmpleDeviceMemory, 1, kCapability};
 
 }  // namespace
@@ -57,6 +66,7 @@ test::WithoutDeviceCode::WithoutDeviceCode() {
 test::WithoutDeviceCode::~WithoutDeviceCode() { emulated.usable = true, emulated.name = "emulated"; }
 
 const DeviceInfo& QueryDevice() { return emulated; }
+void UseDeviceOf(int, int) {}
 
 namespace device {
 
@@ -106,7 +116,7 @@ std::vector<KernelFacts> KernelTable() { return {}; }
 namespace {
 // What the last call for each scalar saw: as late as a device may be.
 std::map<const double*, double>& Readings() {
-  static std::map<const double*, double> readings;
+  thread_local std::map<const double*, double> readings;
   return readings;
 }
 }  // namespace

@@ -49,7 +49,7 @@ class AdamStage {
   // All that is left to do. On a device throws OutOfDeviceMemory; then what follows may be called.
   void Run() {
     if (!state_) Begin();
-    if (targets_.empty()) targets_.Show(session_.training_views(), near_);
+    if (targets_.empty()) targets_.Show(session_.training_views(), near_, OwnViews().share());
     while (!finished_ && !state_->span.is_last() && !session_.stopped()) Iterate();
     if (!finished_) Finish();
   }
@@ -171,7 +171,7 @@ class AdamStage {
     if (is_coarse && coarse_targets_.empty() && !lacks_halves_) {
       std::vector<View> views = CoarseViews(session_.training_views());
       lacks_halves_ = views.empty();
-      coarse_targets_.Hold(std::move(views), near_);
+      coarse_targets_.Hold(std::move(views), near_, OwnViews().share());
     }
     return coarse_targets_.empty() ? targets_ : coarse_targets_;
   }
@@ -242,7 +242,7 @@ class AdamStage {
       // The loss is read last, so that on a device all of the view's work is under way.
       passes_->views.Add(k, pulls, gradient, [&] { return ViewCost{passes_->loss.Value().objective, values}; });
     }
-    if constexpr (kOnHost) exchange_.Share(session_.ranks(), &passes_->views);
+    exchange_.Share(session_.ranks(), &passes_->views);
     const ViewCost sum = passes_->views.Finish(gradient);
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;
@@ -383,6 +383,7 @@ class AdamStage {
     try {
       state_->model.Average();
     } catch (const OutOfDeviceMemory& error) {
+      if (!session_.trains_alone()) throw;
       state_->averages = false;
       session_.Note(fmt::format("Adam leaves its last parameters, not their mean: {}", error.what()));
     }
@@ -390,6 +391,7 @@ class AdamStage {
 
   // On the GPU as long as that takes no room from what was planned for there.
   void KeepStateBeforeGrowth() {
+    if (!session_.trains_alone()) return;  // several do not go back
     before_growth_ = KeptState();
     growth_at_ = state_->iteration;
     const double bytes = KeptState::ArrayBytes(*state_);

@@ -14,8 +14,13 @@ StageRunners DeviceStages() {
   const DeviceInfo& device = QueryDevice();
   if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
   device::ResetPeak();
-  return {"cuda", RunAdamStage<CudaBackend<float>>, RunLmStage<CudaBackend<float>>, [] {
-            return DeviceMemoryUse{static_cast<double>(device::FreeBytes()), static_cast<double>(device::PeakBytes())};
+  const auto run_lm = [](TrainingSession& session, SplatModel& model, bool hold_batches) {
+    return session.ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
+                           : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
+  };
+  return {"cuda", RunAdamStage<CudaBackend<float>>, run_lm, [] {
+            const double free_bytes = static_cast<double>(device::FreeBytes()) / QueryDevice().sharers;
+            return DeviceMemoryUse{free_bytes, static_cast<double>(device::PeakBytes())};
           }};
 }
 

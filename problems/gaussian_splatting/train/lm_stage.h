@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "solver/distributed/distributed_problem.h"
+#include "solver/distributed/hosted_parts.h"
 
 namespace vesta::gs {
 
@@ -33,38 +35,72 @@ class CountDone {
   int& total_;
 };
 
-// The problem as the engine is to see it: spread over processes, where there are others.
-template <class B>
-class ProblemOverRanks {
+// The problem as an engine in the memory of E is to see it. Of a device alone.
+template <class B, class E>
+class ProblemToSolve {
  public:
-  ProblemOverRanks(Ranks* ranks, SplatProblem<B>& problem) : problem_(problem) {
-    if constexpr (std::is_same_v<typename B::Space, Host>) {
-      if (!ranks) return;
-      parts_ = std::make_unique<SplatParts<B>>(problem);
-      distributed_ = std::make_unique<DistributedProblem<B>>(*ranks, *parts_);
+  ProblemToSolve(Ranks*, SplatProblem<B>& problem) : problem_(problem) {}
+  Problem<E>& operator*() { return problem_; }
+
+ private:
+  SplatProblem<B>& problem_;
+};
+// An engine on the host: spread over processes, where there are any.
+template <class B>
+class ProblemToSolve<B, CpuBackend<float>> {
+ public:
+  using Cpu = CpuBackend<float>;
+  static constexpr bool kOnHost = std::is_same_v<B, Cpu>;
+
+  ProblemToSolve(Ranks* ranks, SplatProblem<B>& problem) : problem_(problem) {
+    if (kOnHost && !ranks) return;
+    parts_.emplace(problem);
+    if constexpr (kOnHost) {
+      distributed_.emplace(*ranks, *parts_);
+    } else {
+      hosted_.emplace(*parts_);
+      distributed_.emplace(*ranks, *hosted_);
     }
   }
-  Problem<B>& operator*() {
-    if constexpr (std::is_same_v<typename B::Space, Host>) {
-      if (distributed_) return *distributed_;
+  Problem<Cpu>& operator*() {
+    if constexpr (kOnHost) {
+      if (!distributed_) return problem_;
     }
-    return problem_;
+    return *distributed_;
   }
 
  private:
   struct Nothing {};
-  static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
   SplatProblem<B>& problem_;
-  std::conditional_t<kOnHost, std::unique_ptr<SplatParts<B>>, Nothing> parts_;
-  std::conditional_t<kOnHost, std::unique_ptr<DistributedProblem<B>>, Nothing> distributed_;
+  std::optional<SplatParts<B>> parts_;
+  std::optional<std::conditional_t<kOnHost, Nothing, HostedParts<B>>> hosted_;
+  std::optional<DistributedProblem<Cpu>> distributed_;
+};
+
+// The best x of a stepper in the memory that the problem is evaluated in.
+template <class B, class E>
+class BestWhereEvaluated {
+ public:
+  splat::Model<float> operator()(const LmStepper<E>& stepper, const splat::ModelLayout& layout) {
+    if constexpr (std::is_same_v<B, E>) {
+      return BestOf(stepper, layout);
+    } else {
+      copy_.CopyFrom(stepper.x());
+      return {copy_.data(), layout, layout.sh_degree};
+    }
+  }
+
+ private:
+  typename B::Vector copy_;  // where the engine's lies elsewhere
 };
 
 // Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
-// vesta::LmOptions has it. Where the memory of a GPU does not suffice after all (the plan counts some views only, and
-// others may use it) the stage goes on from its best model with views built anew, and ends where those do not fit.
-template <class B>
+// vesta::LmOptions has it. E: where the engine's vectors lie; the host where a device is one of several processes'.
+// Where the memory of a GPU does not suffice after all (the plan counts some views only, and others may use it) the
+// stage goes on from its best model with views built anew, and ends where those do not fit.
+template <class B, class E = B>
 std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
-  constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+  constexpr bool kOnHost = std::is_same_v<typename E::Space, Host>;
   const int iterations = session.options().lm.iterations;
   LmStart start(session, model);
   vesta::LmOptions engine = LmEngineOptions(session.options().lm);
@@ -85,16 +121,17 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
     try {
       if (targets.empty())
         targets = MakeTargets<B>(session.training_views(), NearPlane(session.scene()), own, &photographs);
-      B backend;
+      E backend;
       SplatProblem<B> problem = make_problem();
-      ProblemOverRanks<B> solved(session.ranks(), problem);
-      typename B::Vector x;
+      ProblemToSolve<B, E> solved(session.ranks(), problem);
+      typename E::Vector x;
       x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
       engine.max_iterations = iterations - done;
-      LmStepper<B> stepper = std::exchange(resumes, false) ? LmStepper<B>(engine, backend, *solved, start.solve())
-                                                           : LmStepper<B>(engine, backend, *solved, std::move(x));
-      const CountDone<B> count(stepper, done);
+      LmStepper<E> stepper = std::exchange(resumes, false) ? LmStepper<E>(engine, backend, *solved, start.solve())
+                                                           : LmStepper<E>(engine, backend, *solved, std::move(x));
+      const CountDone<E> count(stepper, done);
+      BestWhereEvaluated<B, E> where_evaluated;
       const auto best = [&] { return BestOf(stepper, model); };
       const auto download = [&] {
         model.data.resize(static_cast<std::size_t>(stepper.x().size()));
@@ -102,7 +139,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       };
       const auto on_host = [&] { return kOnHost ? best() : ToKernelModel(model); };
       const auto evaluate = [&] {
-        return EvaluateOrDownload<B>(session, targets, best(), problem.workspace(), on_host);
+        return EvaluateOrDownload<B>(session, targets, where_evaluated(stepper, model), problem.workspace(), on_host);
       };
       std::string report = RunLmSteps(session, stepper, start.shape, {model.count, evaluate, on_host}, [&] {
         if constexpr (!kOnHost) download();
@@ -110,6 +147,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       if constexpr (kOnHost) download();
       return report;
     } catch (const OutOfDeviceMemory& error) {
+      if (!session.trains_alone()) throw;  // the others would not know
       if (rebuilds) {
         if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));

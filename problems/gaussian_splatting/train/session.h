@@ -131,6 +131,8 @@ class TrainingSession {
   void SnapshotWhereDue(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host);
   // Processes that train together; null: this one alone.
   Ranks* ranks() const { return callbacks_.ranks; }
+  // What one process decides by itself, as where its GPU has no room, others do not know of.
+  bool trains_alone() const { return !ranks() || ranks()->size() == 1; }
   // The stage that a resumed training was in; Adam's where nothing is resumed.
   Stage first_stage() const { return callbacks_.resume ? callbacks_.resume->run.stage : Stage::kAdam; }
   const std::optional<std::string>& saved_stage() const { return saved_stage_; }

@@ -25,6 +25,7 @@ class OwnViewsOfIterations {
   bool Has(std::size_t view) const {
     return static_cast<Index>(view) >= own_.begin && static_cast<Index>(view) < own_.end;
   }
+  const Share& share() const { return own_; }
   bool empty() const { return own_.size() == 0; }
   // The k-th of `of` of them, about as far from one another.
   std::size_t At(std::size_t k, std::size_t of) const {
@@ -47,15 +48,16 @@ class OwnViewsOfIterations {
 class ViewExchange {
  public:
   // Once each process has added its own views: then the sum has those of all. The bytes that a process receives are the
-  // terms of the others: a view's are those of the Gaussians that it sees. Nothing is done without others, and of a
-  // single view.
-  void Share(Ranks* others, SumOfViews<Host>* sum) {
+  // terms of the others: a view's are those of the Gaussians that it sees. Those of a device come and go through the
+  // host's memory. Nothing is done without others, and of a single view.
+  template <class Space>
+  void Share(Ranks* others, SumOfViews<Space>* sum) {
     if (!others || others->size() == 1 || sum->num_views() == 1) return;
     Ranks& ranks = *others;
     auto own = sum->TakeParts();
     std::vector<Piece> pieces;
     pieces.reserve(own.size());
-    for (auto& [node, value] : own) pieces.push_back({ranks.rank(), node, value.Bytes().size(), sum->num_gaussians()});
+    for (auto& [node, value] : own) pieces.push_back({ranks.rank(), node, value.NumBytes(), sum->num_gaussians()});
     pieces = GatherValues(ranks, pieces);
     std::vector<std::size_t> counts(static_cast<std::size_t>(ranks.size()));
     Index total = 0, before = 0;
@@ -70,9 +72,8 @@ class ViewExchange {
     // With some room, since each iteration has a little more or less than the last.
     if (bytes_.size() < total) bytes_.ResizeForOverwrite(total + total / 4);
     for (auto& [node, value] : own) {
-      const HostSpan<const unsigned char> bytes = value.Bytes();
-      std::copy_n(bytes.data(), bytes.size(), bytes_.data() + before);
-      before += bytes.size();
+      value.WriteBytes({bytes_.data() + before, value.NumBytes()});
+      before += value.NumBytes();
       sum->AddPart({node, std::move(value)});
     }
     GatherInto(ranks, std::span(bytes_.data(), static_cast<std::size_t>(total)), counts);

@@ -40,11 +40,12 @@ class StageTargets {
     stored_.front()->store()->Expect(numbers);
   }
 
-  // Of photographs that outlive this.
-  void Show(const std::vector<const View*>& views, double near) {
+  // Of photographs that outlive this. own: those of them that are looked at.
+  void Show(const std::vector<const View*>& views, double near, const Share& own) {
     const bool are_stored = std::ranges::any_of(views, [](const View* view) { return view->stored != nullptr; });
     if (!kOnHost || !are_stored) {
-      targets_ = MakeTargets<B>(views, near);
+      std::vector<std::shared_ptr<const Image>> kept;  // none: they are copied, or in memory already
+      targets_ = MakeTargets<B>(views, near, own, &kept);
       return;
     }
     for (const View* view : views) {
@@ -53,11 +54,11 @@ class StageTargets {
     }
   }
   // Of photographs made for the purpose.
-  void Hold(std::vector<View> views, double near) {
+  void Hold(std::vector<View> views, double near, const Share& own) {
     views_ = std::move(views);
     std::vector<const View*> pointers;
     for (const View& view : views_) pointers.push_back(&view);
-    Show(pointers, near);
+    Show(pointers, near, own);
     if constexpr (!kOnHost) views_ = std::vector<View>();
   }
   // The view's camera is another now. view: of any size.

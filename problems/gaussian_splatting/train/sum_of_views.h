@@ -45,7 +45,7 @@ class SumOfViews {
       terms_.Join(layout_, left, std::move(right));
     });
   }
-  // The same of one that came as Bytes() of it.
+  // The same of one that came as its bytes.
   void AddPart(const TreeNode& node, HostSpan<const unsigned char> bytes) {
     Term term = terms_.TakeSpare();
     term.Assign(bytes);

@@ -22,10 +22,13 @@
 namespace vesta::gs {
 namespace {
 
-// The memory that the stages compute in, as it is now.
-StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options) {
-  return stages.device_memory ? DeviceMemory(options.memory, stages.device_memory().free_bytes)
-                              : HostMemory(options.memory);
+// The memory that the stages compute in, as it is now; of several GPUs the one with the least free, so that all
+// processes plan the same.
+StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options, Ranks* ranks) {
+  if (!stages.device_memory) return HostMemory(options.memory);
+  std::vector<double> free_bytes{stages.device_memory().free_bytes};
+  if (ranks) free_bytes = GatherValues(*ranks, free_bytes);
+  return DeviceMemory(options.memory, *std::ranges::min_element(free_bytes));
 }
 
 // A pixel that is no number would make all Gaussians of its view none.
@@ -155,8 +158,9 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;
   const MemoryScene counts = CountMemory(ToKernelModel(model), views, NearPlane(session.scene()), counted, has_cache);
   LmPlan plan{options.lm};
+  const StageMemory memory = MemoryOf(stages, options, session.ranks());
   try {
-    plan = PlanLm(counts, options, MemoryOf(stages, options));
+    plan = PlanLm(counts, options, memory);
     // A device always holds views where they fit, so that choice needs no note.
     const bool as_ever = stages.device_memory && options.lm.jacobian == JacobianKind::kRebuild &&
                          plan.lm.jacobian == JacobianKind::kRecompute;
@@ -198,7 +202,8 @@ void NoteMissedTarget(TrainingSession& session) {
 }
 
 // Clocks and what is measured by one process must not decide what all do, and all must see the same scene.
-void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCallbacks& callbacks, bool is_on_device) {
+void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCallbacks& callbacks,
+                const std::string& device) {
   Ranks* const ranks = callbacks.ranks;
   if (!ranks) return;
   if (options.lm.iterations > 0) {
@@ -209,7 +214,12 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCall
   const auto refuse = [](const std::string& what, const char* why) {
     Fail("{}: several processes train {}; leave it", what, why);
   };
-  if (is_on_device) Fail("several processes train on CPUs alone; use --device=cpu");
+  const std::vector<std::string> devices = GatherWords(*ranks, device);
+  for (std::size_t r = 1; r < devices.size(); ++r) {
+    if (devices[r] == devices[0]) continue;
+    Fail("process {} would train on {}, process 0 on {}; say --device=cpu, or give each a GPU", r, devices[r],
+         devices[0]);
+  }
   if (options.cameras.refines()) refuse("--refine_cameras", "with cameras as given");
   if (options.time_limit > 0) refuse(fmt::format("--time_limit={}", options.time_limit), "by iterations");
   if (options.memory.budget_gib > 0) {
@@ -225,7 +235,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
   CheckTarget(scene, options);
-  CheckRanks(scene, options, callbacks, stages.device_memory != nullptr);
+  CheckRanks(scene, options, callbacks, stages.device);
   CheckStored(scene, options, callbacks.ranks, stages.device_memory != nullptr);
   TrainingSession session(scene, options, seconds_before, callbacks);
   options.memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);
@@ -236,7 +246,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   if (options.memory.budget_gib > 0 || stages.device_memory) {
     const MemoryScene counts = CountMemory(ToKernelModel(model), session.training_views(), NearPlane(scene), 8, false);
-    const StageMemory memory = MemoryOf(stages, options);
+    const StageMemory memory = MemoryOf(stages, options, callbacks.ranks);
     const Index fit = PlanGaussians(counts, options, memory);
     if (stages.device_memory) {
       session.SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));

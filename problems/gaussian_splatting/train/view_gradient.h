@@ -34,17 +34,20 @@ class ViewGradient {
   Index blocks() const { return header_.blocks; }
   Index rows() const { return header_.rows; }
 
-  // One block of memory with all of it, for another process or a file: numbers as this machine has them. Valid until
-  // the term changes.
-  HostSpan<const unsigned char> Bytes() {
-    static_assert(std::is_same_v<Space, Host>, "a device's term is to be copied to the host first");
-    if (bytes_.empty()) Lay(0, 0);
-    std::memcpy(bytes_.data(), &header_, sizeof(header_));
-    return bytes_;
+  // All of it as bytes of the host, for another process or a file: numbers as this machine has them.
+  Index NumBytes() const { return SizeOf(header_); }
+  void WriteBytes(HostSpan<unsigned char> to) const {
+    VESTA_CHECK(to.size() == NumBytes(), "{} bytes for {}", to.size(), NumBytes());
+    if constexpr (std::is_same_v<Space, Host>) {
+      std::copy_n(bytes_.data(), bytes_.size(), to.data());
+    } else {
+      bytes_.CopyTo(to);
+    }
+    std::fill_n(to.data(), kHeaderBytes, static_cast<unsigned char>(0));
+    std::memcpy(to.data(), &header_, sizeof(header_));
   }
-  // Becomes what Bytes() of a term are. Throws Error where they are none.
+  // Becomes the term that wrote these, in the memory of whatever space. Throws Error where none did.
   void Assign(HostSpan<const unsigned char> bytes) {
-    static_assert(std::is_same_v<Space, Host>);
     Header header;
     const bool has_header = bytes.size() >= kHeaderBytes;
     if (has_header) std::memcpy(&header, bytes.data(), sizeof(header));

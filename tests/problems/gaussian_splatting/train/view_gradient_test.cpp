@@ -115,6 +115,12 @@ TEST_F(ViewGradients, AreTheSameBitsInAnyOrder) {
   EXPECT_NE(chain.gradient, expected.gradient);
 }
 
+std::vector<unsigned char> BytesOf(const ViewGradient<Host>& term) {
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(term.NumBytes()));
+  term.WriteBytes({bytes.data(), term.NumBytes()});
+  return bytes;
+}
+
 // Two shares of two, each by itself, and sent as bytes.
 TEST_F(ViewGradients, AreTheSameBitsInShares) {
   const MadeUpViews all(4);
@@ -127,8 +133,7 @@ TEST_F(ViewGradients, AreTheSameBitsInShares) {
     for (const int k : share) Add(all, k, part);
     std::vector<Sum::Part> parts = part.TakeParts();
     ASSERT_EQ(parts.size(), 1u);
-    const HostSpan<const unsigned char> bytes = parts[0].second.Bytes();
-    const std::vector<unsigned char> sent(bytes.begin(), bytes.end());
+    const std::vector<unsigned char> sent = BytesOf(parts[0].second);
     whole.AddPart(parts[0].first, {sent.data(), static_cast<Index>(sent.size())});
   }
   EXPECT_EQ(Finish(all, whole, density), InOrder(all, {0, 1, 2, 3}));
@@ -153,7 +158,7 @@ TEST_F(ViewGradients, HoldWhatIsSeen) {
   ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
   EXPECT_EQ(term.blocks(), 3) << "of five, two of which are out of sight";
   EXPECT_LE(term.rows(), 3 * all.layout.MostRows());
-  EXPECT_NEAR(static_cast<double>(term.Bytes().size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
+  EXPECT_NEAR(static_cast<double>(term.NumBytes()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
 
   std::vector<std::int32_t> nothing(static_cast<std::size_t>(all.gaussians()), -1);
   density::ScreenPulls pulls = all.views[0].pulls();
@@ -190,11 +195,12 @@ TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   gs::ViewGradients<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
   ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
-  const HostSpan<const unsigned char> bytes = term.Bytes();
+  const std::vector<unsigned char> bytes = BytesOf(term);
+  const auto all_bytes = static_cast<Index>(bytes.size());
   ViewGradient<Host> received;
-  received.Assign(bytes);
+  received.Assign({bytes.data(), all_bytes});
   EXPECT_EQ(received.rows(), term.rows());
-  for (const Index size : {Index{0}, Index{10}, bytes.size() - 1}) {
+  for (const Index size : {Index{0}, Index{10}, all_bytes - 1}) {
     EXPECT_THAT(ErrorOf([&] { received.Assign({bytes.data(), size}); }), testing::HasSubstr("cut short"));
   }
 }

@@ -16,10 +16,10 @@ template <class Kernel>
 void Launch(const Kernel& kernel, Index blocks, const char* name) {
   static_assert(sizeof(typename Kernel::Shared) <= 48 * 1024);
   // One for all launches: its stacks take longer to make than most kernels to run.
-  static auto* fibers = new test::FiberBlock(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
+  thread_local test::FiberBlock fibers(Kernel::kThreads, test::ThreadOrder::kShuffled, 1);
   if (blocks == 0) return;
   LaunchOrThrow(test::LaunchFindsMemory, name);
-  test::Emulate(kernel, blocks, *fibers);
+  test::Emulate(kernel, blocks, fibers);
 }
 
 // Backwards: what depends on the order shows.
