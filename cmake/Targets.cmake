@@ -13,6 +13,14 @@ function(vesta_library name)
   target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK})
 endfunction()
 
+# vesta_check_alignment(target)
+# Under the undefined behaviour sanitizer: of what takes numbers out of bytes.
+function(vesta_check_alignment target)
+  if(VESTA_SANITIZE MATCHES undefined)
+    target_compile_options(${target} PRIVATE -fsanitize=alignment)
+  endif()
+endfunction()
+
 # vesta_apart(a.cpp ...)
 # Where several sources are compiled as one (CMAKE_UNITY_BUILD) these are not:
 # each has a name in its unnamed namespace that a neighbour has too. Name them in the folder of their target.

@@ -16,7 +16,7 @@ for group in "$@"; do
   case $group in
     demo) packages="$packages python3-matplotlib" ;;
     tutorial) packages="$packages colmap ffmpeg" ;;
-    ci) packages="$packages git clang clang-format clang-tidy doxygen libclang-rt-dev libopenmpi-dev openmpi-bin" ;;
+    ci) packages="$packages git ccache clang clang-format clang-tidy doxygen libclang-rt-dev libopenmpi-dev openmpi-bin" ;;
     *) echo "install_packages.sh: unknown group '$group'; the groups are demo, tutorial and ci" >&2; exit 2 ;;
   esac
 done

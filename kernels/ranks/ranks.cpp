@@ -63,8 +63,9 @@ int NumStartedRanks() {
 }
 
 int NumRanksOnThisMachine() {
-  return IsStartedInRanks() ? NumberFrom({"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE"}, 1)
-                            : 1;
+  // Slurm's says "2(x3),1", of which the first is the most.
+  const auto names = {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_TASKS_PER_NODE"};
+  return IsStartedInRanks() ? NumberFrom(names, 1) : 1;
 }
 
 int RankOnThisMachine() {

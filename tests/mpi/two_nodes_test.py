@@ -1,6 +1,8 @@
-"""Trains the demo's scene in one process and on two nodes (tools/two_nodes.py): the same splat.
+"""Trains the demo's scene in one process and on two nodes: the same splat.
 
-two_nodes_test.py SOURCE_DIR VESTA VESTA_DEMO_SCENE; ends with 77 where this machine does not let it make nodes.
+two_nodes_test.py link|slurm SOURCE_DIR VESTA VESTA_DEMO_SCENE
+  link: tools/two_nodes.py; slurm: tools/two_slurm_nodes.sh, by srun and by mpirun in a batch job
+Ends with 77 where this machine does not let it make nodes.
 """
 import subprocess
 import sys
@@ -8,20 +10,41 @@ import tempfile
 from pathlib import Path
 
 
-def main(source, vesta, demo_scene):
-    with tempfile.TemporaryDirectory() as folder:
-        scene, alone, together = (Path(folder) / name for name in ("scene", "alone", "together"))
+def on_linked_nodes(tools, folder, train):
+    del folder
+    return subprocess.run([sys.executable, tools / "two_nodes.py", "--", *train], check=False, timeout=120).returncode
+
+
+def by_slurm(tools, folder, train):
+    return subprocess.run([tools / "two_slurm_nodes.sh", "srun", "--nodes=2", "--ntasks=2", "--mpi=pmix", *train], cwd=folder,
+                          check=False, timeout=120).returncode
+
+
+def by_mpirun_under_slurm(tools, folder, train):
+    job = folder / "job.sh"
+    job.write_text("#!/bin/sh\n#SBATCH --nodes=2 --ntasks-per-node=1\n" + " ".join(["exec", "mpirun", *map(str, train)]) + "\n")
+    return subprocess.run([tools / "two_slurm_nodes.sh", "sbatch", "--wait", job], cwd=folder, check=False, timeout=120).returncode
+
+
+def main(kind, source, vesta, demo_scene):
+    ways = {"link": [on_linked_nodes], "slurm": [by_slurm, by_mpirun_under_slurm]}[kind]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        scene = folder / "scene"
         subprocess.run([demo_scene, f"--out={scene}", "--views=8", "--width=64", "--height=48"], check=True)
         train = [vesta, "train", str(scene), "--iterations=60", "--set", "adam.views_per_iteration=2", "--threads=1", "--noreport"]
-        ended = subprocess.run([sys.executable, Path(source) / "tools" / "two_nodes.py", "--", *train, f"--out={together}"],
-                               check=False, timeout=120)
-        if ended.returncode != 0:
-            return ended.returncode
-        subprocess.run([*train, f"--out={alone}"], check=True, timeout=120)
-        splats = [(run / "point_cloud.ply").read_bytes() for run in (alone, together)]
-        if splats[0] != splats[1]:
-            print(f"two nodes came to another splat than one process: {len(splats[1])} for {len(splats[0])} bytes, or other numbers")
-            return 1
+        splats = []
+        for k, way in enumerate(ways):
+            status = way(Path(source) / "tools", folder, [*train, f"--out={folder / str(k)}"])
+            if status != 0:
+                return status
+            splats.append((folder / str(k) / "point_cloud.ply").read_bytes())
+        subprocess.run([*train, f"--out={folder / 'alone'}"], check=True, timeout=120)
+        alone = (folder / "alone" / "point_cloud.ply").read_bytes()
+        for splat in splats:
+            if splat != alone:
+                print(f"two nodes came to another splat than one process: {len(splat)} for {len(alone)} bytes, or other numbers")
+                return 1
         return 0
 
 

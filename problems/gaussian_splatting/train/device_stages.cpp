@@ -18,10 +18,15 @@ StageRunners DeviceStages() {
     return session.ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
                            : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
   };
-  return {"cuda", RunAdamStage<CudaBackend<float>>, run_lm, [] {
+  return {"cuda",
+          RunAdamStage<CudaBackend<float>>,
+          run_lm,
+          [] {
             const double free_bytes = static_cast<double>(device::FreeBytes()) / QueryDevice().sharers;
             return DeviceMemoryUse{free_bytes, static_cast<double>(device::PeakBytes())};
-          }};
+          },
+          {},
+          device.name};
 }
 
 }  // namespace vesta::gs

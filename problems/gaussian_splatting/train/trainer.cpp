@@ -203,7 +203,7 @@ void NoteMissedTarget(TrainingSession& session) {
 
 // Clocks and what is measured by one process must not decide what all do, and all must see the same scene.
 void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCallbacks& callbacks,
-                const std::string& device) {
+                const StageRunners& stages) {
   Ranks* const ranks = callbacks.ranks;
   if (!ranks) return;
   if (options.lm.iterations > 0) {
@@ -214,11 +214,11 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCall
   const auto refuse = [](const std::string& what, const char* why) {
     Fail("{}: several processes train {}; leave it", what, why);
   };
-  const std::vector<std::string> devices = GatherWords(*ranks, device);
+  const std::vector<std::string> devices = GatherWords(*ranks, stages.gpu.empty() ? stages.device : stages.gpu);
   for (std::size_t r = 1; r < devices.size(); ++r) {
     if (devices[r] == devices[0]) continue;
-    Fail("process {} would train on {}, process 0 on {}; say --device=cpu, or give each a GPU", r, devices[r],
-         devices[0]);
+    Fail("process {} would train on {}, process 0 on {}; say --device=cpu, or give each the same kind of GPU", r,
+         devices[r], devices[0]);
   }
   if (options.cameras.refines()) refuse("--refine_cameras", "with cameras as given");
   if (options.time_limit > 0) refuse(fmt::format("--time_limit={}", options.time_limit), "by iterations");
@@ -235,7 +235,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
   CheckTarget(scene, options);
-  CheckRanks(scene, options, callbacks, stages.device);
+  CheckRanks(scene, options, callbacks, stages);
   CheckStored(scene, options, callbacks.ranks, stages.device_memory != nullptr);
   TrainingSession session(scene, options, seconds_before, callbacks);
   options.memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);

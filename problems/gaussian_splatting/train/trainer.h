@@ -102,6 +102,7 @@ struct StageRunners {
   std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
   std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
   std::string note = {};                                // where they run elsewhere than expected: why
+  std::string gpu = {};                                 // its name
 };
 StageRunners HostStages();
 

@@ -91,7 +91,7 @@ TEST(DeviceRanks, RefuseToTrainOnDifferentKinds) {
     vesta::test::OnThreadRanks(2, train);
     FAIL();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("process 1 would train on cpu, process 0 on cuda; say --device=cpu"));
+    EXPECT_THAT(error.what(), HasSubstr("process 1 would train on cpu, process 0 on emulated; say --device=cpu"));
   }
 }
 
