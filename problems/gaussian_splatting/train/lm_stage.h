@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -54,12 +53,12 @@ class ProblemToSolve<B, CpuBackend<float>> {
 
   ProblemToSolve(Ranks* ranks, SplatProblem<B>& problem) : problem_(problem) {
     if (kOnHost && !ranks) return;
-    parts_.emplace(problem);
+    parts_ = std::make_unique<SplatParts<B>>(problem);
     if constexpr (kOnHost) {
-      distributed_.emplace(*ranks, *parts_);
+      distributed_ = std::make_unique<DistributedProblem<Cpu>>(*ranks, *parts_);
     } else {
-      hosted_.emplace(*parts_);
-      distributed_.emplace(*ranks, *hosted_);
+      hosted_ = std::make_unique<HostedParts<B>>(*parts_);
+      distributed_ = std::make_unique<DistributedProblem<Cpu>>(*ranks, *hosted_);
     }
   }
   Problem<Cpu>& operator*() {
@@ -70,11 +69,10 @@ class ProblemToSolve<B, CpuBackend<float>> {
   }
 
  private:
-  struct Nothing {};
   SplatProblem<B>& problem_;
-  std::optional<SplatParts<B>> parts_;
-  std::optional<std::conditional_t<kOnHost, Nothing, HostedParts<B>>> hosted_;
-  std::optional<DistributedProblem<Cpu>> distributed_;
+  std::unique_ptr<SplatParts<B>> parts_;
+  std::unique_ptr<HostedParts<B>> hosted_;  // of a device
+  std::unique_ptr<DistributedProblem<Cpu>> distributed_;
 };
 
 // The best x of a stepper in the memory that the problem is evaluated in.
