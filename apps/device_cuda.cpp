@@ -1,6 +1,4 @@
 // Builds with CUDA.
-#include <algorithm>
-
 #include "apps/device.h"
 #include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
@@ -9,10 +7,7 @@
 
 namespace vesta::app {
 
-void ChooseDevice() {
-  const int k = RankOnThisMachine();
-  UseDeviceOf(k, std::max(k + 1, NumRanksOnThisMachine()));
-}
+void ChooseDevice() { UseDevice(RankOnThisMachine()); }
 
 void CheckDevice(Device device) {
   if (device == Device::kCuda && !QueryDevice().usable) {

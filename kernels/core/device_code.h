@@ -5,7 +5,7 @@
 
 namespace vesta::device {
 
-// Empty where the first GPU can run this program's kernels, else CUDA's reason: no machine code for it, or PTX that is
+// Empty where the GPU in use can run this program's kernels, else CUDA's reason: no machine code for it, or PTX that is
 // too new for the driver.
 std::string WhyNoCodeRuns();
 

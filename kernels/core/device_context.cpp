@@ -16,31 +16,28 @@
 namespace vesta {
 namespace {
 
-struct Place {
-  int k = 0, processes = 1;
-  bool is_taken = false;  // of a GPU that was asked for already
+// Which GPU to use, counted around, and whether one was asked for already.
+struct Choice {
+  int k = 0;
+  bool is_made = false;
 };
-Place& ThePlace() {
-  static Place place;
-  return place;
+Choice& TheChoice() {
+  static Choice choice;
+  return choice;
 }
-// Of several GPUs the one in use.
-int ChosenDevice(int count) {
-  ThePlace().is_taken = true;
-  return ThePlace().k % count;
-}
-int NumSharers(int count) {
-  const Place& place = ThePlace();
-  const int device = place.k % count;
-  return std::max(1, (place.processes - device + count - 1) / count);
+
+std::string IdOf(const cudaDeviceProp& properties) {
+  std::string id;
+  for (const char byte : properties.uuid.bytes) id += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+  return id;
 }
 
 }  // namespace
 
-void UseDeviceOf(int k, int processes) {
-  VESTA_CHECK(!ThePlace().is_taken, "the GPU of process {} is chosen after it was used", k);
-  VESTA_CHECK(k >= 0 && k < processes, "process {} of {}", k, processes);
-  ThePlace() = {k, processes};
+void UseDevice(int k) {
+  VESTA_CHECK(!TheChoice().is_made, "GPU {} is chosen after another was asked for", k);
+  VESTA_CHECK(k >= 0, "GPU {}", k);
+  TheChoice().k = k;
 }
 
 namespace device {
@@ -226,14 +223,19 @@ std::vector<KernelFacts> KernelTable() {
   return table;
 }
 
-std::size_t FreeBytes() {
+std::size_t PooledBytes() {
   const Context& context = TheContext();
-  std::size_t left = 0, total = 0;
   std::uint64_t reserved = 0, used = 0;
-  CheckCuda(cudaMemGetInfo(&left, &total), "cudaMemGetInfo");
   CheckCuda(cudaMemPoolGetAttribute(context.pool, cudaMemPoolAttrReservedMemCurrent, &reserved), "memory of the pool");
   CheckCuda(cudaMemPoolGetAttribute(context.pool, cudaMemPoolAttrUsedMemCurrent, &used), "memory of the pool");
-  return left + static_cast<std::size_t>(reserved - used);
+  return static_cast<std::size_t>(reserved - used);
+}
+
+std::size_t FreeBytes() {
+  const std::size_t pooled = PooledBytes();
+  std::size_t left = 0, total = 0;
+  CheckCuda(cudaMemGetInfo(&left, &total), "cudaMemGetInfo");
+  return left + pooled;
 }
 
 std::size_t BytesInUse() { return TheContext().in_use; }
@@ -246,6 +248,7 @@ const DeviceInfo& QueryDevice() {
   static const DeviceInfo info = [] {
     DeviceInfo result;
     int count = 0;
+    TheChoice().is_made = true;
     const cudaError_t status = cudaGetDeviceCount(&count);
     cudaDeviceProp properties{};
     if (status != cudaSuccess) {
@@ -253,12 +256,12 @@ const DeviceInfo& QueryDevice() {
       result.name = cudaGetErrorString(status);
     } else if (count == 0) {
       result.name = "none was found";
-    } else if (cudaSetDevice(ChosenDevice(count)) != cudaSuccess ||
-               cudaGetDeviceProperties(&properties, ChosenDevice(count)) != cudaSuccess) {
+    } else if (result.number = TheChoice().k % count;
+               cudaSetDevice(result.number) != cudaSuccess ||
+               cudaGetDeviceProperties(&properties, result.number) != cudaSuccess) {
       result.name = cudaGetErrorString(cudaGetLastError());
     } else {
-      result.number = ChosenDevice(count);
-      result.sharers = NumSharers(count);
+      result.id = IdOf(properties);
       result.name = properties.name;
       result.present = true;
       result.memory = properties.totalGlobalMem;

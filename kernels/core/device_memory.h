@@ -2,7 +2,7 @@
 // vesta::core_cuda.
 //
 // All work of the library goes through one stream, in the order of the calls, so that nothing here needs events; calls
-// come from one thread of the host at a time.
+// come from one thread of the host, that which asked first.
 #pragma once
 
 #include <cstddef>
@@ -27,15 +27,14 @@ struct DeviceInfo {
   int multiprocessors = 0;
   int capability = 0;  // 10 major + minor
   int number = 0;      // as CUDA counts them
-  int sharers = 1;     // processes of a program that use it, by UseDeviceOf
+  std::string id;      // of no other GPU in the world
 };
 // Of the GPU in use; asked once.
 const DeviceInfo& QueryDevice();
 
-// Of several processes on this machine, each on a GPU of its own as far as there are enough: this one is the k-th of
-// `processes` and takes the GPU of that number, counted around. Before anything else of the GPU is asked; without it
-// the first GPU is used.
-void UseDeviceOf(int k, int processes);
+// The k-th GPU of this machine, counted around, is used. Before anything else of a GPU is asked; without it the first
+// one is.
+void UseDevice(int k);
 
 namespace device {
 
@@ -60,6 +59,8 @@ void ForgetLagged(const double* first, std::size_t count);
 
 // Bytes that could be allocated now: what the device has left and what the pool keeps unused.
 std::size_t FreeBytes();
+// Of these, what the pool keeps.
+std::size_t PooledBytes();
 // Bytes in use now, and the most there were since the last call of ResetPeak.
 std::size_t BytesInUse();
 std::size_t PeakBytes();

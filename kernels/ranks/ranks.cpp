@@ -1,9 +1,12 @@
 #include "kernels/ranks/ranks.h"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <initializer_list>
+#include <system_error>
 
 #include "kernels/core/check.h"
 
@@ -39,15 +42,24 @@ void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_siz
 
 namespace {
 
-// The first of these variables of the environment that is a number and not below `least`, which it is where none is.
-int NumberFrom(std::initializer_list<const char*> names, int least) {
+// The numbers in the first of these variables of the environment that begins with one that is not below `least`: those
+// of "2(x3),1" are 2 and 1, since what is in brackets says how often.
+std::vector<int> NumbersFrom(std::initializer_list<const char*> names, int least) {
   for (const char* name : names) {
-    const char* const value = std::getenv(name);
-    if (value == nullptr) continue;
-    const int number = std::atoi(value);
-    if (number > least) return number;
+    const char* at = std::getenv(name);
+    std::vector<int> numbers;
+    while (at != nullptr) {
+      const char* const end = at + std::strlen(at);
+      int number = 0;
+      const auto [after, error] = std::from_chars(at, end, number);
+      if (error != std::errc() || number < least) break;
+      numbers.push_back(number);
+      const char* const comma = std::find(after, end, ',');
+      at = comma == end ? nullptr : comma + 1;
+    }
+    if (!numbers.empty()) return numbers;
   }
-  return least;
+  return {least};
 }
 
 }  // namespace
@@ -59,17 +71,19 @@ bool IsStartedInRanks() {
 }
 
 int NumStartedRanks() {
-  return IsStartedInRanks() ? NumberFrom({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"}, 1) : 1;
+  return IsStartedInRanks() ? NumbersFrom({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"}, 1).front() : 1;
 }
 
 int NumRanksOnThisMachine() {
-  // Slurm's says "2(x3),1", of which the first is the most.
+  if (!IsStartedInRanks()) return 1;
+  // Slurm says it of each machine of the step, and not which of them this one is.
   const auto names = {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_TASKS_PER_NODE"};
-  return IsStartedInRanks() ? NumberFrom(names, 1) : 1;
+  return std::ranges::max(NumbersFrom(names, 1));
 }
 
 int RankOnThisMachine() {
-  return IsStartedInRanks() ? NumberFrom({"OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "SLURM_LOCALID"}, 0) : 0;
+  const auto names = {"OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "SLURM_LOCALID"};
+  return IsStartedInRanks() ? NumbersFrom(names, 0).front() : 0;
 }
 
 std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {

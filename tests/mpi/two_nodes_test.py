@@ -10,20 +10,28 @@ import tempfile
 from pathlib import Path
 
 
+def status_of(command, folder):
+    """Of a command that is asked to end where it takes too long, so that it takes its nodes away."""
+    with subprocess.Popen(command, cwd=folder) as process:
+        try:
+            return process.wait(timeout=120)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            raise
+
+
 def on_linked_nodes(tools, folder, train):
-    del folder
-    return subprocess.run([sys.executable, tools / "two_nodes.py", "--", *train], check=False, timeout=120).returncode
+    return status_of([sys.executable, tools / "two_nodes.py", "--", *train], folder)
 
 
 def by_slurm(tools, folder, train):
-    return subprocess.run([tools / "two_slurm_nodes.sh", "srun", "--nodes=2", "--ntasks=2", "--mpi=pmix", *train], cwd=folder,
-                          check=False, timeout=120).returncode
+    return status_of([tools / "two_slurm_nodes.sh", "srun", "--nodes=2", "--ntasks=2", "--mpi=pmix", *train], folder)
 
 
 def by_mpirun_under_slurm(tools, folder, train):
     job = folder / "job.sh"
     job.write_text("#!/bin/sh\n#SBATCH --nodes=2 --ntasks-per-node=1\n" + " ".join(["exec", "mpirun", *map(str, train)]) + "\n")
-    return subprocess.run([tools / "two_slurm_nodes.sh", "sbatch", "--wait", job], cwd=folder, check=False, timeout=120).returncode
+    return status_of([tools / "two_slurm_nodes.sh", "sbatch", "--wait", job], folder)
 
 
 def main(kind, source, vesta, demo_scene):

@@ -2,6 +2,7 @@
 #include "tests/support/emulated_device.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <deque>
 #include <map>
@@ -46,7 +47,17 @@ struct Launches {
   int skipped = 0, failing = 0, trims = 0;
 };
 thread_local Launches launches;
-DeviceInfo emulated{true, true, "emulated", test::kAmpleDeviceMemory, 1, kCapability};
+DeviceInfo& Emulated() {
+  static std::atomic<int> threads = 0;
+  thread_local DeviceInfo info{.present = true,
+                               .usable = true,
+                               .name = "emulated",
+                               .memory = test::kAmpleDeviceMemory,
+                               .multiprocessors = 1,
+                               .capability = kCapability,
+                               .id = fmt::format("of thread {}", threads++)};
+  return info;
+}
 
 }  // namespace
 
@@ -60,13 +71,13 @@ bool test::LaunchFindsMemory() {
 int test::NumTrims() { return launches.trims; }
 
 test::WithoutDeviceCode::WithoutDeviceCode() {
-  emulated.usable = false;
-  emulated.name = device::NoCodeWords("an emulated GPU", kCapability, "no kernel image is available");
+  Emulated().usable = false;
+  Emulated().name = device::NoCodeWords("an emulated GPU", kCapability, "no kernel image is available");
 }
-test::WithoutDeviceCode::~WithoutDeviceCode() { emulated.usable = true, emulated.name = "emulated"; }
+test::WithoutDeviceCode::~WithoutDeviceCode() { Emulated().usable = true, Emulated().name = "emulated"; }
 
-const DeviceInfo& QueryDevice() { return emulated; }
-void UseDeviceOf(int, int) {}
+const DeviceInfo& QueryDevice() { return Emulated(); }
+void UseDevice(int) {}
 
 namespace device {
 
@@ -127,6 +138,7 @@ void ForgetLagged(const double* first, std::size_t count) {
 }
 
 std::size_t FreeBytes() { return TheMemory().total - std::min(TheMemory().total, TheMemory().in_use); }
+std::size_t PooledBytes() { return 0; }
 std::size_t BytesInUse() { return TheMemory().in_use; }
 std::size_t PeakBytes() { return TheMemory().peak; }
 void ResetPeak() { TheMemory().peak = TheMemory().in_use; }

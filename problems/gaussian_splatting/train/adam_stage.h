@@ -123,10 +123,10 @@ class AdamStage {
   StageSpan NextSpan() const {
     const int n = NumIterations(options_.adam), done = state_->iteration;
     const double before = state_->span.after, planned = 1.0 * done / n;
-    const double left = n - done, in_time = IterationsInTime();
+    if (options_.time_limit <= 0) return {planned, (done + 1.0) / n};
+    const double left = n - done, in_time = session_.OfFirst(IterationsInTime());
     // A limit that never binds changes no bit.
-    const bool is_on_plan = before == planned && left <= in_time;
-    if (is_on_plan || options_.time_limit <= 0) return {planned, (done + 1.0) / n};
+    if (before == planned && left <= in_time) return {planned, (done + 1.0) / n};
     return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
   }
   // How many more the time limit allows.
@@ -149,7 +149,8 @@ class AdamStage {
     const auto on_host = [&] { return OnHost(result); };
     targets_.Release(), coarse_targets_.Release();
     const auto evaluate = [&] {
-      return EvaluateOrDownload(session_, targets_.copies(), result, passes_->workspace, on_host);
+      return EvaluateOrDownload(
+          session_, targets_.copies(), [&] { return result; }, passes_->workspace, on_host);
     };
     session_.Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
     recorded_ = state_->iteration;
@@ -276,7 +277,7 @@ class AdamStage {
   }
   double PredictMib(int degree, double gaussians) {
     const MemoryScene now =
-        CountMemory(OnHost(state_->model.kernel_model(degree)), session_.training_views(), near_, 8, false);
+        CountMemory(OnHost(state_->model.kernel_model(degree)), session_.planned_views(), near_, 8, false);
     const MemoryScene then = now.Scaled(static_cast<Index>(gaussians));
     if constexpr (kOnHost) {
       return PredictedMib(then, options_, 0);
@@ -338,8 +339,8 @@ class AdamStage {
     }
     // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
     // stopped it is done for the sake of the state that is saved, and at the end not at all.
-    if (observes && !is_end && (!is_last || session_.saves())) ChangeGaussians(it);
-    if (!is_end && (!is_last || session_.saves())) {
+    if (observes && !is_end && (!is_last || session_.any_saves())) ChangeGaussians(it);
+    if (!is_end && (!is_last || session_.any_saves())) {
       parsimony_.TakeOut(*state_, degree, [&] {
         passes_.emplace(), targets_.Release(), coarse_targets_.Release();
         before_growth_ = KeptState();  // of more than there are now

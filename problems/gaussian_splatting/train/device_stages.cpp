@@ -18,15 +18,17 @@ StageRunners DeviceStages() {
     return session.ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
                            : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
   };
-  return {"cuda",
-          RunAdamStage<CudaBackend<float>>,
-          run_lm,
-          [] {
-            const double free_bytes = static_cast<double>(device::FreeBytes()) / QueryDevice().sharers;
-            return DeviceMemoryUse{free_bytes, static_cast<double>(device::PeakBytes())};
-          },
-          {},
-          device.name};
+  const auto memory = [] {
+    return DeviceMemoryUse{.free_bytes = static_cast<double>(device::FreeBytes()),
+                           .peak_bytes = static_cast<double>(device::PeakBytes()),
+                           .pooled_bytes = static_cast<double>(device::PooledBytes())};
+  };
+  return {.device = "cuda",
+          .adam = RunAdamStage<CudaBackend<float>>,
+          .lm = run_lm,
+          .device_memory = memory,
+          .gpu = device.name,
+          .gpu_id = device.id};
 }
 
 }  // namespace vesta::gs

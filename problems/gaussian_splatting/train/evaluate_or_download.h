@@ -11,13 +11,14 @@
 namespace vesta::gs {
 
 // Evaluate, on the host where a GPU has no room for it. copies: of the training views' photographs, where the memory of
-// B has them. on_host: gives the model in the host's memory.
+// B has them. model(), on_host(): give the model in the memory of B, which may have no room for it, and of the host.
 template <class B>
 Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetView<B>> copies,
-                              const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
+                              const std::function<splat::Model<float>()>& model,
+                              typename SplatBackend<B>::Workspace& workspace,
                               const std::function<splat::Model<float>()>& on_host) {
   try {
-    return Evaluate<B>(session.scene(), session.options().background, copies, model, workspace, session.ranks());
+    return Evaluate<B>(session.scene(), session.options().background, copies, model(), workspace, session.ranks());
   } catch (const OutOfDeviceMemory&) {
     return session.Evaluate(on_host());
   }

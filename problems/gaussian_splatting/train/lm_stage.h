@@ -77,7 +77,7 @@ class ProblemToSolve<B, CpuBackend<float>> {
 
 // The best x of a stepper in the memory that the problem is evaluated in.
 template <class B, class E>
-class BestWhereEvaluated {
+class ModelWhereEvaluated {
  public:
   splat::Model<float> operator()(const LmStepper<E>& stepper, const splat::ModelLayout& layout) {
     if constexpr (std::is_same_v<B, E>) {
@@ -129,7 +129,6 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       LmStepper<E> stepper = std::exchange(resumes, false) ? LmStepper<E>(engine, backend, *solved, start.solve())
                                                            : LmStepper<E>(engine, backend, *solved, std::move(x));
       const CountDone<E> count(stepper, done);
-      BestWhereEvaluated<B, E> where_evaluated;
       const auto best = [&] { return BestOf(stepper, model); };
       const auto download = [&] {
         model.data.resize(static_cast<std::size_t>(stepper.x().size()));
@@ -137,7 +136,9 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       };
       const auto on_host = [&] { return kOnHost ? best() : ToKernelModel(model); };
       const auto evaluate = [&] {
-        return EvaluateOrDownload<B>(session, targets, where_evaluated(stepper, model), problem.workspace(), on_host);
+        ModelWhereEvaluated<B, E> where_evaluated;
+        return EvaluateOrDownload<B>(
+            session, targets, [&] { return where_evaluated(stepper, model); }, problem.workspace(), on_host);
       };
       std::string report = RunLmSteps(session, stepper, start.shape, {model.count, evaluate, on_host}, [&] {
         if constexpr (!kOnHost) download();
@@ -145,7 +146,8 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       if constexpr (kOnHost) download();
       return report;
     } catch (const OutOfDeviceMemory& error) {
-      if (!session.trains_alone()) throw;  // the others would not know
+      // The others would not know, and what was begun for several has no model here to go on from.
+      if (!std::is_same_v<B, E> || !session.trains_alone()) throw;
       if (rebuilds) {
         if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/train/over_ranks.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 
@@ -65,6 +66,7 @@ struct ModelToRecord {
 
 class TrainingSession {
  public:
+  // Made by all of several processes together.
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks)
       : cameras_(scene, options.cameras),
@@ -74,12 +76,15 @@ class TrainingSession {
         clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0)),
         renderer_(options.background, NearPlane(scene)) {
     if (callbacks.resume) Resume(*callbacks.resume);
+    any_saves_ = ranks() ? OnAnyRank(*ranks(), saves()) : saves();
   }
 
   // With the training views' cameras and exposures as they have been found.
   const Scene& scene() const { return cameras_.scene(); }
   const TrainOptions& options() const { return options_; }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
+  // By which memory is planned: as many as the process has that holds the most.
+  std::vector<const View*> planned_views() const { return LargestShare(training_views(), options_, ranks()); }
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
   double Seconds() const { return clock_.Seconds(); }
@@ -115,11 +120,12 @@ class TrainingSession {
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);
   }
-  // Whether the state may be saved after an iteration.
+  // Whether the state may be saved after an iteration, by this process and by any.
   bool saves() const {
     const CheckpointOptions& options = callbacks_.checkpoint;
     return !options.path.empty() && (!options.every.never() || callbacks_.watch.wants_checkpoint);
   }
+  bool any_saves() const { return any_saves_; }
   // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
   // saves at intervals stops; state: writes it. An
   // older checkpoint stays until the new one is complete, and where that cannot be written.
@@ -133,6 +139,8 @@ class TrainingSession {
   Ranks* ranks() const { return callbacks_.ranks; }
   // What one process decides by itself, as where its GPU has no room, others do not know of.
   bool trains_alone() const { return !ranks() || ranks()->size() == 1; }
+  // What the first of several processes says, where each would say something else, as by its clock. Called by all.
+  double OfFirst(double mine) const { return trains_alone() ? mine : GatherValues(*ranks(), std::vector{mine})[0]; }
   // The stage that a resumed training was in; Adam's where nothing is resumed.
   Stage first_stage() const { return callbacks_.resume ? callbacks_.resume->run.stage : Stage::kAdam; }
   const std::optional<std::string>& saved_stage() const { return saved_stage_; }
@@ -165,7 +173,8 @@ class TrainingSession {
   // Whether there is time for a row of the history that is not the last: under a time limit a twentieth of the time
   // may go into such.
   bool HasTimeToRecord(double ahead) const {
-    return options_.time_limit <= 0 || clock_.Paused() + ahead <= 0.05 * (clock_.Total() + ahead);
+    if (options_.time_limit <= 0) return true;
+    return OfFirst(clock_.Paused() + ahead <= 0.05 * (clock_.Total() + ahead) ? 1 : 0) > 0;
   }
   // Seconds that are left for the Adam stage, where time is limited; else more than any.
   double SecondsForAdam(double seconds_per_pixel) const;
@@ -218,7 +227,7 @@ class TrainingSession {
   Timer checkpoint_timer_, snapshot_timer_;
   std::optional<std::string> saved_stage_;
   double latest_evaluation_ = 0;  // seconds; 0: none yet
-  bool stopped_ = false;
+  bool stopped_ = false, any_saves_ = false;
   double spare_device_bytes_ = 0, kept_on_device_ = 0;
   splat::ModelLayout largest_model_;
 };

@@ -7,7 +7,6 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/initialize.h"
@@ -16,20 +15,12 @@
 #include "problems/gaussian_splatting/train/counted_work.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
+#include "problems/gaussian_splatting/train/over_ranks.h"
 #include "problems/gaussian_splatting/train/run_adam_stage.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
 namespace {
-
-// The memory that the stages compute in, as it is now; of several GPUs the one with the least free, so that all
-// processes plan the same.
-StageMemory MemoryOf(const StageRunners& stages, const TrainOptions& options, Ranks* ranks) {
-  if (!stages.device_memory) return HostMemory(options.memory);
-  std::vector<double> free_bytes{stages.device_memory().free_bytes};
-  if (ranks) free_bytes = GatherValues(*ranks, free_bytes);
-  return DeviceMemory(options.memory, *std::ranges::min_element(free_bytes));
-}
 
 // A pixel that is no number would make all Gaussians of its view none.
 void CheckPixels(const std::vector<View>& views) {
@@ -156,9 +147,10 @@ void PlanAndRunLm(TrainingSession& session, TrainOptions& options, SplatModel& m
   const bool has_cache = IsCached(options.lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const int counted = has_cache || options.memory.budget_gib > 0 ? static_cast<int>(views.size()) : some;
-  const MemoryScene counts = CountMemory(ToKernelModel(model), views, NearPlane(session.scene()), counted, has_cache);
+  const MemoryScene counts =
+      CountMemory(ToKernelModel(model), session.planned_views(), NearPlane(session.scene()), counted, has_cache);
   LmPlan plan{options.lm};
-  const StageMemory memory = MemoryOf(stages, options, session.ranks());
+  const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
   try {
     plan = PlanLm(counts, options, memory);
     // A device always holds views where they fit, so that choice needs no note.
@@ -201,41 +193,11 @@ void NoteMissedTarget(TrainingSession& session) {
                   session.held_out_psnr(), session.options().target_psnr));
 }
 
-// Clocks and what is measured by one process must not decide what all do, and all must see the same scene.
-void CheckRanks(const Scene& scene, const TrainOptions& options, const TrainCallbacks& callbacks,
-                const StageRunners& stages) {
-  Ranks* const ranks = callbacks.ranks;
-  if (!ranks) return;
-  if (options.lm.iterations > 0) {
-    CheckOneBatch({options.lm.batches, options.lm.batch_size});
-    CheckTerms(ViewRunsOf(static_cast<Index>(NumTrainingViews(scene))), *ranks);
-  }
-  if (ranks->size() == 1) return;
-  const auto refuse = [](const std::string& what, const char* why) {
-    Fail("{}: several processes train {}; leave it", what, why);
-  };
-  const std::vector<std::string> devices = GatherWords(*ranks, stages.gpu.empty() ? stages.device : stages.gpu);
-  for (std::size_t r = 1; r < devices.size(); ++r) {
-    if (devices[r] == devices[0]) continue;
-    Fail("process {} would train on {}, process 0 on {}; say --device=cpu, or give each the same kind of GPU", r,
-         devices[r], devices[0]);
-  }
-  if (options.cameras.refines()) refuse("--refine_cameras", "with cameras as given");
-  if (options.time_limit > 0) refuse(fmt::format("--time_limit={}", options.time_limit), "by iterations");
-  if (options.memory.budget_gib > 0) {
-    refuse(fmt::format("--memory_budget={}", options.memory.budget_gib), "without a bound, as each has another");
-  }
-  const std::vector<std::uint64_t> scenes = GatherValues(*ranks, std::vector<std::uint64_t>{FingerprintOf(scene)});
-  for (std::size_t r = 1; r < scenes.size(); ++r) {
-    if (scenes[r] != scenes[0]) Fail("process {} reads another scene than process 0; give all the same", r);
-  }
-}
-
 TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options, bool is_given, double seconds_before,
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckViews(scene);
   CheckTarget(scene, options);
-  CheckRanks(scene, options, callbacks, stages);
+  CheckRanks(scene, options, stages, callbacks.ranks);
   CheckStored(scene, options, callbacks.ranks, stages.device_memory != nullptr);
   TrainingSession session(scene, options, seconds_before, callbacks);
   options.memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);
@@ -245,8 +207,8 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
   if (session.first_stage() == Stage::kLm && session.saved_stage()) model = ModelOfLmStage(*session.saved_stage());
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   if (options.memory.budget_gib > 0 || stages.device_memory) {
-    const MemoryScene counts = CountMemory(ToKernelModel(model), session.training_views(), NearPlane(scene), 8, false);
-    const StageMemory memory = MemoryOf(stages, options, callbacks.ranks);
+    const MemoryScene counts = CountMemory(ToKernelModel(model), session.planned_views(), NearPlane(scene), 8, false);
+    const StageMemory memory = MemoryToShare(stages, options.memory, callbacks.ranks);
     const Index fit = PlanGaussians(counts, options, memory);
     if (stages.device_memory) {
       session.SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));

@@ -81,8 +81,8 @@ struct TrainCallbacks {
   // To go on from; null: from the start. Must outlive the training.
   const Checkpoint* resume = nullptr;
   // Processes that train together, all by the same call; null: this one alone. LM's views are theirs in shares. They
-  // end with the same model; of the other callbacks only those of the first write and show. What goes by the clock or
-  // by views held out is refused: --time_limit, --target_psnr.
+  // end with the same model; of the other callbacks only those of the first write and show, and a time limit goes by
+  // its clock.
   Ranks* ranks = nullptr;
 };
 
@@ -90,8 +90,9 @@ class TrainingSession;
 
 // Memory of the GPU.
 struct DeviceMemoryUse {
-  double free_bytes = 0;  // that could be allocated now
-  double peak_bytes = 0;  // most that was in use
+  double free_bytes = 0;    // that could be allocated now, if nobody else does
+  double peak_bytes = 0;    // most that was in use
+  double pooled_bytes = 0;  // of those free: what this process keeps for itself
 };
 
 // What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
@@ -102,7 +103,7 @@ struct StageRunners {
   std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
   std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
   std::string note = {};                                // where they run elsewhere than expected: why
-  std::string gpu = {};                                 // its name
+  std::string gpu = {}, gpu_id = {};                    // its name, and what tells it from others
 };
 StageRunners HostStages();
 

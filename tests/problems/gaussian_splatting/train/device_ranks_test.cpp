@@ -4,12 +4,15 @@
 
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/train/checkpoint.h"
 #include "problems/gaussian_splatting/train/device_stages.h"
 #include "tests/problems/gaussian_splatting/train/training_on_ranks.h"
 #include "tests/support/emulated_device.h"
+#include "tests/support/temp_folder.h"
 
 namespace vesta::gs {
 namespace {
@@ -63,20 +66,87 @@ TEST(DeviceRanks, EndTogetherWhereAGpuHasNoRoom) {
   EXPECT_THAT(words[0], HasSubstr(words[1]));
 }
 
-// How many Gaussians there may be goes by the GPU with the least room.
-TEST(DeviceRanks, PlanForTheSmallestGpu) {
+// Of each of two processes what it says of a training whose GPUs have so much memory free, MiB.
+std::vector<std::vector<std::string>> NotesOfTwo(double first, double second, bool is_one_gpu) {
   const Scene scene = test::TrainingScene();
-  TrainOptions options = test::TrainingOnRanks(6, 0);
-  options.density.max_gaussians = 1 << 20;
+  TrainOptions options = test::TrainingOnRanks(3, 0);
+  options.density.max_gaussians = 1 << 24;
   std::vector<std::vector<std::string>> notes(2);
   vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
     TrainCallbacks callbacks;
     callbacks.ranks = &ranks;
-    if (ranks.rank() == 1) vesta::test::SetDeviceMemory(std::size_t{64} << 20);
-    notes[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, 0, callbacks, DeviceStages()).notes;
+    StageRunners stages = DeviceStages();
+    stages.device_memory = [bytes = (ranks.rank() == 0 ? first : second) * (1 << 20)] {
+      return DeviceMemoryUse{.free_bytes = bytes, .peak_bytes = 0, .pooled_bytes = 0};
+    };
+    if (is_one_gpu) stages.gpu_id = "of both";
+    notes[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, 0, callbacks, stages).notes;
   });
-  EXPECT_THAT(notes[0], testing::Contains(HasSubstr("the GPU has no room for more")));
-  EXPECT_EQ(notes[0], notes[1]);
+  return notes;
+}
+
+// How many Gaussians there may be goes by the GPU with the least room, and by an equal part of one for two.
+TEST(DeviceRanks, PlanForTheSmallestGpu) {
+  const auto alike = NotesOfTwo(64, 64, false);
+  EXPECT_THAT(alike[0], testing::ElementsAre(HasSubstr("the GPU has no room for more")));
+  EXPECT_EQ(alike[0], alike[1]);
+  for (const auto& notes : NotesOfTwo(200, 64, false)) EXPECT_EQ(notes, alike[0]);
+  for (const auto& notes : NotesOfTwo(128, 128, true)) EXPECT_EQ(notes, alike[0]);
+  EXPECT_NE(NotesOfTwo(128, 128, false)[0], alike[0]);
+}
+
+// What Adam has made is not lost (TrainCallbacks::before_lm), and no empty model is handed out: neither by several nor
+// by one that was started as if it were several.
+TEST(DeviceRanks, LmEndsWhereAGpuHasNoRoom) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options = test::TrainingOnRanks(6, 3);
+  for (const int count : {1, 2}) {
+    Index saved = 0;
+    const auto train = [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      if (ranks.rank() == 0) callbacks.before_lm = [&](const SplatModel& model) { saved = model.count; };
+      callbacks.progress = [&](const TrainProgress& p) {
+        if (ranks.rank() == count - 1 && p.stage == Stage::kLm) vesta::test::SetDeviceMemory(device::BytesInUse());
+      };
+      Train(scene, options, 0, callbacks, DeviceStages());
+    };
+    EXPECT_THAT([&] { vesta::test::OnThreadRanks(count, train); },
+                testing::ThrowsMessage<Error>(HasSubstr("the GPU has no room")));
+    EXPECT_GT(saved, 0) << count;
+  }
+}
+
+// Of either stage, by a GPU alone or by several: a state is the same wherever it was saved.
+TEST(DeviceRanks, GoOnFromACheckpoint) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options = test::TrainingOnRanks(12, 2);
+  const TrainResult whole = TrainOn(2, scene, options, DeviceStages());
+  const TempFolder folder;
+  const std::string path = folder / "checkpoint";
+  for (const auto& [stage, at] : {std::pair(Stage::kAdam, 7), std::pair(Stage::kLm, 1)}) {
+    for (const int before : {1, 2}) {
+      vesta::test::OnThreadRanks(before, [&, stage = stage, at = at](Ranks& ranks) {
+        TrainCallbacks callbacks;
+        callbacks.ranks = &ranks;
+        bool reached = false;
+        callbacks.progress = [&](const TrainProgress& p) {
+          reached = reached || (p.stage == stage && p.iteration >= at);
+        };
+        callbacks.stop = [&] { return reached; };
+        if (ranks.rank() == 0) callbacks.checkpoint = {.path = path, .every = {.iterations = 1}, .origin = "of a test"};
+        EXPECT_TRUE(Train(scene, options, 0, callbacks, DeviceStages()).stopped);
+      });
+      const Checkpoint checkpoint = ReadCheckpoint(path);
+      vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+        TrainCallbacks callbacks;
+        callbacks.ranks = &ranks;
+        callbacks.resume = &checkpoint;
+        EXPECT_EQ(Train(scene, options, 0, callbacks, DeviceStages()).model.data, whole.model.data)
+            << StageName(stage) << ", saved by " << before;
+      });
+    }
+  }
 }
 
 TEST(DeviceRanks, RefuseToTrainOnDifferentKinds) {

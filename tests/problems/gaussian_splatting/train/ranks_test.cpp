@@ -1,7 +1,12 @@
 // Trainings by several processes, which are threads of this one. Label threads: run under the thread sanitizer too.
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
+#include "problems/gaussian_splatting/train/checkpoint.h"
 #include "tests/problems/gaussian_splatting/train/training_on_ranks.h"
+#include "tests/support/temp_folder.h"
 
 namespace vesta::gs {
 namespace {
@@ -40,6 +45,54 @@ TEST(TrainingOverRanks, EndsWhereTheViewsHeldOutAreGoodEnough) {
   const TrainResult result = TrainOn(2, scene, options);
   EXPECT_GE(result.history.back().held_out.psnr, 5);
   EXPECT_LT(result.history.back().iteration, 20);
+}
+
+// However different their clocks: one is slow, and the first one's counts.
+TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
+  const Scene scene = test::TrainingScene();
+  for (const int lm_iterations : {0, 2}) {
+    TrainOptions options = test::TrainingOnRanks(1000000, lm_iterations);
+    options.time_limit = 0.5;
+    std::vector<TrainResult> all(2);
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, ranks.rank() == 1 ? -100 : 0, callbacks);
+    });
+    EXPECT_EQ(all[0].model.data, all[1].model.data);
+    EXPECT_LT(all[0].history.back().iteration, 100000);
+    EXPECT_EQ(all[0].history.size(), all[1].history.size());
+    EXPECT_EQ(all[0].history.back().stage, lm_iterations > 0 ? Stage::kLm : Stage::kAdam);
+  }
+}
+
+// The first alone has a checkpoint to write: what is changed for its sake all of them change.
+TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options = test::TrainingOnRanks(30, 1);
+  const TrainResult whole = TrainOn(1, scene, options);
+  const TempFolder folder;
+  const std::string path = folder / "checkpoint";
+  for (int stop = 1; stop < 30; ++stop) {
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      int done = 0;
+      callbacks.progress = [&](const TrainProgress& p) { done = p.iteration; };
+      callbacks.stop = [&] { return ranks.rank() == 1 && done >= stop - 1; };
+      if (ranks.rank() == 0)
+        callbacks.checkpoint = {.path = path, .every = {.iterations = 1000}, .origin = "of a test"};
+      EXPECT_TRUE(Train(scene, options, 0, callbacks).stopped);
+    });
+    const Checkpoint checkpoint = ReadCheckpoint(path);
+    EXPECT_EQ(checkpoint.run.iteration, stop);
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      callbacks.resume = &checkpoint;
+      EXPECT_EQ(Train(scene, options, 0, callbacks).model.data, whole.model.data) << "stopped at " << stop;
+    });
+  }
 }
 
 TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) { test::ExpectOwnPhotographsDo(3, Options()); }
