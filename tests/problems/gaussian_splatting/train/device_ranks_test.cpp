@@ -4,7 +4,6 @@
 
 #include <mutex>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "kernels/core/device_memory.h"
@@ -22,7 +21,7 @@ using testing::HasSubstr;
 
 TEST(DeviceRanks, TrainToTheSameBitsForAnyNumberOfThem) {
   const Scene scene = test::TrainingScene();
-  const TrainOptions options = test::TrainingOnRanks(24, 2);
+  const TrainOptions options = test::TrainingOnRanks(18, 1);
   const TrainResult alone = TrainOn(1, scene, options, DeviceStages());
   EXPECT_GT(alone.history.back().stage, Stage::kAdam);
   for (const int count : {2, 3}) {
@@ -120,32 +119,34 @@ TEST(DeviceRanks, LmEndsWhereAGpuHasNoRoom) {
 // Of either stage, by a GPU alone or by several: a state is the same wherever it was saved.
 TEST(DeviceRanks, GoOnFromACheckpoint) {
   const Scene scene = test::TrainingScene();
-  const TrainOptions options = test::TrainingOnRanks(12, 2);
+  const TrainOptions options = test::TrainingOnRanks(24, 2);  // of three views: 8 iterations
   const TrainResult whole = TrainOn(2, scene, options, DeviceStages());
   const TempFolder folder;
   const std::string path = folder / "checkpoint";
-  for (const auto& [stage, at] : {std::pair(Stage::kAdam, 7), std::pair(Stage::kLm, 1)}) {
-    for (const int before : {1, 2}) {
-      vesta::test::OnThreadRanks(before, [&, stage = stage, at = at](Ranks& ranks) {
-        TrainCallbacks callbacks;
-        callbacks.ranks = &ranks;
-        bool reached = false;
-        callbacks.progress = [&](const TrainProgress& p) {
-          reached = reached || (p.stage == stage && p.iteration >= at);
-        };
-        callbacks.stop = [&] { return reached; };
-        if (ranks.rank() == 0) callbacks.checkpoint = {.path = path, .every = {.iterations = 1}, .origin = "of a test"};
-        EXPECT_TRUE(Train(scene, options, 0, callbacks, DeviceStages()).stopped);
-      });
-      const Checkpoint checkpoint = ReadCheckpoint(path);
-      vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
-        TrainCallbacks callbacks;
-        callbacks.ranks = &ranks;
-        callbacks.resume = &checkpoint;
-        EXPECT_EQ(Train(scene, options, 0, callbacks, DeviceStages()).model.data, whole.model.data)
-            << StageName(stage) << ", saved by " << before;
-      });
-    }
+  struct Break {
+    Stage stage;
+    int iteration, ranks;
+  };
+  for (const Break& at : {Break{Stage::kAdam, 5, 1}, Break{Stage::kLm, 1, 2}}) {
+    vesta::test::OnThreadRanks(at.ranks, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      bool reached = false;
+      callbacks.progress = [&](const TrainProgress& p) {
+        reached = reached || (p.stage == at.stage && p.iteration >= at.iteration);
+      };
+      callbacks.stop = [&] { return reached; };
+      if (ranks.rank() == 0) callbacks.checkpoint = {.path = path, .every = {.iterations = 1}, .origin = "of a test"};
+      EXPECT_TRUE(Train(scene, options, 0, callbacks, DeviceStages()).stopped);
+    });
+    const Checkpoint checkpoint = ReadCheckpoint(path);
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      callbacks.resume = &checkpoint;
+      EXPECT_EQ(Train(scene, options, 0, callbacks, DeviceStages()).model.data, whole.model.data)
+          << StageName(at.stage) << ", saved by " << at.ranks;
+    });
   }
 }
 

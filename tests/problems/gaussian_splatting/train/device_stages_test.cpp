@@ -276,7 +276,8 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   };
   const auto evaluate = [&] {
     splat::DeviceViewWorkspace workspace;
-    return EvaluateOrDownload<CudaBackend<float>>(session, targets, on_device, workspace, on_host);
+    return EvaluateOrDownload<CudaBackend<float>>(
+        session, targets, [&] { return on_device; }, workspace, on_host);
   };
   evaluate();
   EXPECT_EQ(downloads, 0);

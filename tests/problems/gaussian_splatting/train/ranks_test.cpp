@@ -69,7 +69,7 @@ TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
 // The first alone has a checkpoint to write: what is changed for its sake all of them change.
 TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
   const Scene scene = test::TrainingScene();
-  const TrainOptions options = test::TrainingOnRanks(30, 1);
+  const TrainOptions options = test::TrainingOnRanks(90, 1);  // of three views: 30 iterations
   const TrainResult whole = TrainOn(1, scene, options);
   const TempFolder folder;
   const std::string path = folder / "checkpoint";
