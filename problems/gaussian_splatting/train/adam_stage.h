@@ -134,13 +134,13 @@ class AdamStage {
     constexpr double kAny = 1e300;
     const double seconds = session_.SecondsForAdam(SecondsPerPixel());
     if (!pace_.is_known() || seconds >= kAny) return kAny;
-    const StageAhead ahead = Ahead();
-    return (seconds - ahead.change_seconds) / ahead.seconds;
+    return Ahead().IterationsIn(seconds);
   }
   // Needs pace_.is_known().
   StageAhead Ahead() const {
+    const double judging = static_cast<double>(session_.training_views().size()) / options_.adam.views_per_iteration;
     return ForecastStage(pace_, growth_, options_, state_->span.after, state_->model.count(), !lacks_halves_,
-                         state_->before_pruning, static_cast<Index>(session_.training_views().size()));
+                         state_->before_pruning, judging);
   }
 
   void Record() {

@@ -10,7 +10,7 @@
 namespace vesta::gs {
 
 StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
-                         Index gaussians, bool has_halves, Index before_pruning, Index views) {
+                         Index gaussians, bool has_halves, Index before_pruning, double judging) {
   constexpr int kPieces = 100;  // of the whole stage; those that are left are looked at one by one
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
@@ -28,11 +28,11 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
       ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
     }
     if (LowersDegrees(options.parsimony, span)) {
-      ahead.change_seconds += 2 * static_cast<double>(views) * pace.Seconds(false, ahead.gaussians);  // two passes
+      ahead.change_seconds += 2 * judging * pace.Seconds(false, ahead.gaussians);  // two passes
     }
     if (Prunes(options.parsimony, span)) {
       if (before_pruning == 0) before_pruning = static_cast<Index>(ahead.gaussians);
-      ahead.change_seconds += pace.JudgingSeconds(ahead.gaussians, views);
+      ahead.change_seconds += pace.JudgingSeconds(ahead.gaussians, judging);
       const double left = ExpectedAfter(options.parsimony, span, before_pruning);
       ahead.gaussians = std::min(ahead.gaussians, left);
     }

@@ -45,10 +45,11 @@ class StagePace {
   double ChangeSeconds(double gaussians) const {
     return changed_gaussians_ > 0 ? change_seconds_ / changed_gaussians_ * gaussians : 0;
   }
-  // Before any has been seen: a view takes about as long to judge by as to train on.
-  double JudgingSeconds(double gaussians, Index views) const {
+  // By the views of so many iterations. Before any has been seen: a view takes about as long to judge by as to train
+  // on.
+  double JudgingSeconds(double gaussians, double iterations) const {
     if (judged_gaussians_ > 0) return judging_seconds_ / judged_gaussians_ * gaussians;
-    return static_cast<double>(views) * Seconds(false, gaussians);
+    return iterations * Seconds(false, gaussians);
   }
 
  private:

@@ -28,6 +28,18 @@ TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
   ExpectLastRowIsOf(result, scene, {0, 0, 0});
 }
 
+// What it is for, also where an iteration takes several views: the fear of what changes will take must not end it.
+TEST(Trainer, AShortTimeLimitIsUsed) {
+  const Scene scene = TrainingScene();
+  for (const int views : {1, 6}) {
+    TrainOptions options = ShortTraining(1000000, 0);
+    options.parsimony = ParsimonyOptions();
+    options.adam.views_per_iteration = views;
+    options.time_limit = 0.3;
+    EXPECT_GT(Train(scene, options, 0, {}).history.back().iteration, 15) << views;
+  }
+}
+
 TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   Scene scene = TrainingScene();
   HoldOut(&scene.views);

@@ -108,6 +108,13 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
 
 // A clock by hand: iterations of half size take 1, those of full size 3, later 5. The stage ends when time does, and
 // as large a part of it is coarse as was asked for.
+TEST(StageAhead, KeepsTimeForChangesButNotAllOfIt) {
+  const StageAhead ahead{.seconds = 0.1, .change_seconds = 4};
+  EXPECT_DOUBLE_EQ(ahead.IterationsIn(10), 60);
+  EXPECT_DOUBLE_EQ(ahead.IterationsIn(4.8), 12) << "four of 4.8 would be more than three quarters";
+  EXPECT_LT(ahead.IterationsIn(-1), 0);
+}
+
 TEST(ForecastStage, EndsTheStageInTime) {
   constexpr double kTime = 5000;
   TrainOptions options;
