@@ -185,6 +185,15 @@ TEST_F(UnderMpi, EndsTogetherAtATimeLimit) {
   EXPECT_THAT(output.out, HasSubstr("wrote"));
 }
 
+TEST_F(UnderMpi, TrainsForATime) {
+  WriteTinyScene(folder_ / "scene");
+  const ProgramOutput output =
+      RunProgram(Vesta(2, {"train", folder_ / "scene", "--out=" + (folder_ / "out"), "--time_limit=1", "--threads=1",
+                           "--set", "adam.views_per_iteration=2", "--noreport"}));
+  EXPECT_EQ(output.status, 0) << output.err;
+  EXPECT_THAT(output.out, HasSubstr("metrics.json"));
+}
+
 TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
   WriteTinyScene(folder_ / "scene");
   const auto refusal = [&](int count, const std::vector<std::string>& arguments) {
