@@ -1,13 +1,17 @@
 #include "problems/gaussian_splatting/train/over_ranks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <string>
 
 #include "kernels/core/check.h"
+#include "kernels/ranks/sum_over_ranks.h"
 #include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
 
 namespace vesta::gs {
 
