@@ -41,6 +41,11 @@ inline double PartDone(const ParsimonyOptions& parsimony, const StageSpan& span)
   return whole > 0 ? std::clamp((span.after - parsimony.begin) / whole, 0.0, 1.0) : 1;
 }
 
+// Of a time limit the part that may go into judging who is worth its price; what would take more is left out. A stage
+// of 15 s that judged as often as others spent most of it so, at a loss of 2.8 dB
+// (docs/results/2026-11-26-time-limits.md).
+inline constexpr double kJudgingPart = 0.2;
+
 // The price after it: by and by the whole.
 inline double PriceAt(const ParsimonyOptions& parsimony, const StageSpan& span) {
   return parsimony.price * PartDone(parsimony, span);

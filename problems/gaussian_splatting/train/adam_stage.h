@@ -138,9 +138,8 @@ class AdamStage {
   }
   // Needs pace_.is_known().
   StageAhead Ahead() const {
-    const double judging = static_cast<double>(session_.training_views().size()) / options_.adam.views_per_iteration;
     return ForecastStage(pace_, growth_, options_, state_->span.after, state_->model.count(), !lacks_halves_,
-                         state_->before_pruning, judging);
+                         state_->before_pruning, parsimony_.JudgingIterations());
   }
 
   void Record() {

@@ -17,6 +17,7 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
   const auto limit = static_cast<double>(std::max(options.density.max_gaussians, gaussians));
   StageAhead ahead{.gaussians = static_cast<double>(gaussians), .most_gaussians = static_cast<double>(gaussians)};
   int changes = 0;
+  double judged_seconds = 0;
   for (int k = 0; k < pieces; ++k) {
     const StageSpan span{done + k * piece, done + (k + 1) * piece};
     const bool is_coarse = has_halves && IsCoarse(options.adam, span);
@@ -28,15 +29,17 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
       ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
     }
     if (LowersDegrees(options.parsimony, span)) {
-      ahead.change_seconds += 2 * judging * pace.Seconds(false, ahead.gaussians);  // two passes
+      judged_seconds += 2 * judging * pace.Seconds(false, ahead.gaussians);  // two passes
     }
     if (Prunes(options.parsimony, span)) {
       if (before_pruning == 0) before_pruning = static_cast<Index>(ahead.gaussians);
-      ahead.change_seconds += pace.JudgingSeconds(ahead.gaussians, judging);
+      judged_seconds += pace.JudgingSeconds(ahead.gaussians, judging);
       const double left = ExpectedAfter(options.parsimony, span, before_pruning);
       ahead.gaussians = std::min(ahead.gaussians, left);
     }
   }
+  const bool is_limited = options.time_limit > 0 && !options.parsimony.prunes_to_count();
+  ahead.change_seconds += is_limited ? std::min(judged_seconds, kJudgingPart * options.time_limit) : judged_seconds;
   return ahead;
 }
 

@@ -29,9 +29,11 @@ class StageParsimony {
   // degree: of the harmonics in use. before() is called where views judge, and may free what iterations work in.
   template <class Before>
   void TakeOut(AdamStageState<B>& state, int degree, const Before& before) {
-    const bool checks = ChecksSupport(options_, state.span), prunes = Prunes(options_, state.span);
+    const bool checks = ChecksSupport(options_, state.span);
+    const bool prunes = Prunes(options_, state.span) && HasTime(1, PartDone(options_, state.span), state);
     // Not while bands wait for their turn.
-    const bool lowers = LowersDegrees(options_, state.span) && degree > 0 && degree == state.model.sh_degree();
+    const bool lowers = LowersDegrees(options_, state.span) && degree > 0 && degree == state.model.sh_degree() &&
+                        HasTime(2, kPartForDegrees, state);
     if (!checks && !prunes && !lowers) return;
     before();
     session_.NoteModel(state.model.layout());
@@ -42,8 +44,18 @@ class StageParsimony {
     copy_ = SplatModel();
   }
 
+  // Iterations that look at as many views as judge.
+  double JudgingIterations() const {
+    return static_cast<double>(session_.training_views().size()) / session_.options().adam.views_per_iteration;
+  }
+
   // Where the stage is over and more are left than were to be.
   void NoteWhoStayed(const AdamStageState<B>& state) const {
+    if (left_out_ > 0) {
+      session_.Note(fmt::format(
+          "{} rounds of judging Gaussians or harmonics were left out: --time_limit={:g} has no time for them",
+          left_out_, session_.options().time_limit));
+    }
     const Index all = state.before_pruning > 0 ? state.before_pruning : state.model.count();
     const Index wanted = CountAfter(options_, {1, 1}, all);
     if (!options_.prunes_to_count() || state.model.count() <= wanted) return;
@@ -52,6 +64,21 @@ class StageParsimony {
   }
 
  private:
+  static constexpr double kPartForDegrees = 0.5;  // of the time for judging
+
+  // Whether there is time to look at all views `passes` times: of the time for judging such a part is free by now. A
+  // number of Gaussians that was asked for is worth any time.
+  bool HasTime(double passes, double part, const AdamStageState<B>& state) {
+    const double limit = session_.options().time_limit;
+    if (limit <= 0 || options_.prunes_to_count()) return true;
+    const double free = pace_.is_known() ? part * kJudgingPart * limit - judged_seconds_ : 0;
+    const double needed =
+        pace_.is_known() ? passes * pace_.JudgingSeconds(static_cast<double>(state.model.count()), JudgingIterations())
+                         : 1;
+    const bool has_time = session_.OfFirst(needed <= free ? 1 : 0) > 0;
+    if (!has_time) ++left_out_;
+    return has_time;
+  }
   void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state) {
     if (static_cast<Index>(kept.size()) < state.model.count()) state.model.Keep(kept);
   }
@@ -69,8 +96,10 @@ class StageParsimony {
             : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span), ranking.seed, round);
     KeepOnly(kept, state);
     pace_.ObserveJudging(judged, session_.Seconds() - begin);
+    judged_seconds_ += session_.Seconds() - begin;
   }
   void LowerDegrees(AdamStageState<B>& state, int degree) {
+    const double begin = session_.Seconds();
     const splat::Model<float> model = OnHost(state, degree);
     const HarmonicsWorth worth(model, Judges());
     const std::vector<std::uint8_t> degrees = DegreesWorthTheirPrice(model, worth, options_.sh_price);
@@ -78,6 +107,7 @@ class StageParsimony {
       state.model.SetAttribute(a, StandIns(model, worth, degrees, a));
     }
     state.model.SetDegrees(degrees);
+    judged_seconds_ += session_.Seconds() - begin;
   }
   // The attribute of the harmonics of all Gaussians that have it: of those that are lowered what stands in.
   static std::vector<float> StandIns(const splat::Model<float>& model, const HarmonicsWorth& worth,
@@ -111,6 +141,8 @@ class StageParsimony {
   const ParsimonyOptions& options_;
   StagePace& pace_;
   SplatModel copy_;  // of a device's model
+  double judged_seconds_ = 0;
+  int left_out_ = 0;  // passes over the views that there was no time for
 };
 
 }  // namespace vesta::gs

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "problems/gaussian_splatting/parsimony/schedule.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 
 namespace vesta::gs {
@@ -106,8 +107,23 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   EXPECT_LT(pruned.seconds, growing.seconds);
 }
 
-// A clock by hand: iterations of half size take 1, those of full size 3, later 5. The stage ends when time does, and
-// as large a part of it is coarse as was asked for.
+TEST(ForecastStage, JudgesInAPartOfALimitedTime) {
+  StagePace pace;
+  for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 0.1), pace.Observe(false, 100, 0.1);
+  TrainOptions options;
+  options.density.enabled = false;
+  constexpr double kViews = 20;
+  const auto changes = [&] { return ForecastStage(pace, {}, options, 0, 100, true, 0, kViews).change_seconds; };
+  const double all = changes();
+  EXPECT_GT(all, 8 * kViews * 0.1 * 0.6) << "of at least eight rounds";
+  options.time_limit = 2 * all;
+  EXPECT_DOUBLE_EQ(changes(), kJudgingPart * 2 * all);
+  options.time_limit = 10 * all;
+  EXPECT_DOUBLE_EQ(changes(), all);
+  options.time_limit = 2 * all, options.parsimony.keep = 0.5;
+  EXPECT_GT(changes(), kJudgingPart * 2 * all) << "a number that was asked for takes what it takes";
+}
+
 TEST(StageAhead, KeepsTimeForChangesButNotAllOfIt) {
   const StageAhead ahead{.seconds = 0.1, .change_seconds = 4};
   EXPECT_DOUBLE_EQ(ahead.IterationsIn(10), 60);
@@ -115,6 +131,8 @@ TEST(StageAhead, KeepsTimeForChangesButNotAllOfIt) {
   EXPECT_LT(ahead.IterationsIn(-1), 0);
 }
 
+// A clock by hand: iterations of half size take 1, those of full size 3, later 5. The stage ends when time does, and
+// as large a part of it is coarse as was asked for.
 TEST(ForecastStage, EndsTheStageInTime) {
   constexpr double kTime = 5000;
   TrainOptions options;
