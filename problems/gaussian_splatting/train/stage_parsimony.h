@@ -71,11 +71,10 @@ class StageParsimony {
   bool HasTime(double passes, double part, const AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
-    const double free = pace_.is_known() ? part * kJudgingPart * limit - judged_seconds_ : 0;
-    const double needed =
-        pace_.is_known() ? passes * pace_.JudgingSeconds(static_cast<double>(state.model.count()), JudgingIterations())
-                         : 1;
-    const bool has_time = session_.OfFirst(needed <= free ? 1 : 0) > 0;
+    const double free = part * kJudgingPart * limit - judged_seconds_;
+    const auto judged = static_cast<double>(state.model.count());
+    const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, JudgingIterations()) <= free;
+    const bool has_time = session_.OfFirst(fits ? 1 : 0) > 0;
     if (!has_time) ++left_out_;
     return has_time;
   }

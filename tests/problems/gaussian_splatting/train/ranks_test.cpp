@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/train/checkpoint.h"
+#include "problems/gaussian_splatting/train/over_ranks.h"
 #include "tests/problems/gaussian_splatting/train/training_on_ranks.h"
 #include "tests/support/temp_folder.h"
 
@@ -45,6 +46,24 @@ TEST(TrainingOverRanks, EndsWhereTheViewsHeldOutAreGoodEnough) {
   const TrainResult result = TrainOn(2, scene, options);
   EXPECT_GE(result.history.back().held_out.psnr, 5);
   EXPECT_LT(result.history.back().iteration, 20);
+}
+
+// By the same views on all of them, and by no more than a process holds.
+TEST(TrainingOverRanks, PlansByTheLargestShare) {
+  Scene scene = test::TrainingScene();
+  std::vector<const View*> views;
+  for (View& view : scene.views) views.push_back(&view);
+  for (std::size_t v = 8; v < views.size(); ++v) scene.views[v].camera.width = 80;  // the last of three holds the most
+  TrainOptions options = Options();
+  vesta::test::OnThreadRanks(3, [&](Ranks& ranks) {
+    const Share last = ViewsOfProcess(static_cast<Index>(views.size()), 3, 2);
+    EXPECT_EQ(LargestShare(views, options, &ranks),
+              (std::vector<const View*>(views.begin() + last.begin, views.end())));
+    TrainOptions each = options;
+    each.adam.views_per_iteration = 1;
+    EXPECT_EQ(LargestShare(views, each, &ranks), views) << "all train on each view";
+  });
+  EXPECT_EQ(LargestShare(views, options, nullptr), views);
 }
 
 // However different their clocks: one is slow, and the first one's counts.
