@@ -8,18 +8,18 @@
 namespace vesta::gs {
 namespace {
 
-// Of attributes from `first` on, that are there for `rows` Gaussians. Memory bound: reads and writes 16 bytes a
+// Of attributes from `first` on, that are there for `rows` Gaussians, of which `stepped` from a.begin on. Memory bound: reads and writes 16 bytes a
 // parameter that moves, reads 4 of others.
 struct StepOne {
   AdamStepArrays a;
   int first;
-  Index rows, offset{a.layout.Offset(first)};
-  Divisor by_rows{rows};
+  Index rows, stepped, offset{a.layout.Offset(first)};
+  Divisor by_stepped{stepped};
   VESTA_HD void operator()(Index parameter) const {
     const BlockAdamArrays& all = a.blocks;
-    const Index i = offset + parameter;
+    const auto [from_first, from_begin] = by_stepped.Divide(parameter);
+    const Index gaussian = a.begin + from_begin, i = offset + from_first * rows + gaussian;
     if (all.gradient[i] == 0) return;
-    const auto [from_first, gaussian] = by_rows.Divide(parameter);
     const Index attribute = first + from_first;
     const float unit = attribute < splat::kLogScale && all.units ? all.units[gaussian] : 1.0f;
     const float step = AdamStep(all.gradient[i], unit * a.rate[attribute], all.beta2, all.root_correction2,
@@ -31,17 +31,18 @@ struct StepOne {
 
 struct StepBlock {
   BlockAdamArrays a;
-  VESTA_HD void operator()(Index i) const { BlockAdamStep<float>(a, i); }
+  Index begin;
+  VESTA_HD void operator()(Index nth) const { BlockAdamStep<float>(a, begin + nth); }
 };
 
 // Three matrices, which registers do not hold: they are in local memory, for one Gaussian in 25.
 struct TurnOne {
   BlockAdamArrays a;
-  Index first_chunk;
+  Index first_chunk, end;
   VESTA_HD void operator()(Index turned) const {
     const Index chunk = first_chunk + turned / kTurnChunk * kTurnEvery;
     const Index i = chunk * kTurnChunk + turned % kTurnChunk;
-    if (i < a.count) TurnBasis<float>(a, i);
+    if (i < end) TurnBasis<float>(a, i);
   }
 };
 
@@ -84,19 +85,22 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
   if (arrays.first_diagonal > 0) {
     BlockAdamArrays blocks = all;
     blocks.bases = bases.data();
-    device::ForEach(blocks.count, StepBlock{blocks}, "step of Adam's blocks");
-    const Index chunks = (blocks.count + kTurnChunk - 1) / kTurnChunk;
+    device::ForEach(arrays.end - arrays.begin, StepBlock{blocks, arrays.begin}, "step of Adam's blocks");
+    const Index first_chunk = arrays.begin / kTurnChunk, chunks = (arrays.end + kTurnChunk - 1) / kTurnChunk;
+    const auto turns = [](Index chunks_to_go) { return (chunks_to_go + kTurnEvery - 1) / kTurnEvery; };
     for (Index k = 0; k < std::min<Index>(arrays.views, kTurnEvery); ++k) {
-      const Index first = FirstTurned(arrays.seen - k);
-      const Index turned = chunks > first ? (chunks - first + kTurnEvery - 1) / kTurnEvery : 0;
-      device::ForEach(turned * kTurnChunk, TurnOne{blocks, first}, "turn of Adam's bases");
+      Index first = FirstTurned(arrays.seen - k);
+      first += kTurnEvery * turns(std::max<Index>(first_chunk - first, 0));
+      device::ForEach(turns(std::max<Index>(chunks - first, 0)) * kTurnChunk, TurnOne{blocks, first, arrays.end},
+                      "turn of Adam's bases");
     }
   }
   for (int first = arrays.first_diagonal, end = 0; first < arrays.attributes; first = end) {
     const Index rows = arrays.layout.Rows(first);
     // As far as the same Gaussians have them.
     for (end = first; end < arrays.attributes && arrays.layout.Rows(end) == rows;) ++end;
-    device::ForEach((end - first) * rows, StepOne{arrays, first, rows}, "step of Adam");
+    const Index stepped = std::min(arrays.end, rows) - arrays.begin;
+    if (stepped > 0) device::ForEach((end - first) * stepped, StepOne{arrays, first, rows, stepped}, "step of Adam");
   }
 }
 

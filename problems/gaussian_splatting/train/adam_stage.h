@@ -101,6 +101,7 @@ class AdamStage {
     if constexpr (kOnHost) result_.data = std::vector<float>();  // until the stage is done state_ has it
     if (saved_) Restore(*saved_);
     saved_.reset();
+    state_->model.DivideAmong(Sharers());
   }
   void Restore(const std::string& bytes) {
     try {
@@ -208,6 +209,10 @@ class AdamStage {
     for (const std::size_t view : moved_) cameras_.Show(view, &targets_, &coarse_targets_);
     moved_.clear();
   }
+  // The processes that share iterations; null where each does all of them.
+  Ranks* Sharers() const {
+    return options_.adam.views_per_iteration > 1 && !session_.trains_alone() ? session_.ranks() : nullptr;
+  }
   OwnViewsOfIterations OwnViews() const {
     return {session_.ranks(), options_.adam.views_per_iteration, session_.training_views().size()};
   }
@@ -242,7 +247,7 @@ class AdamStage {
       // The loss is read last, so that on a device all of the view's work is under way.
       passes_->views.Add(k, pulls, gradient, [&] { return ViewCost{passes_->loss.Value().objective, values}; });
     }
-    exchange_.Share(session_.ranks(), &passes_->views);
+    if (Ranks* const sharers = Sharers()) exchange_.ToOwners(*sharers, state_->model.owners(), &passes_->views);
     const ViewCost sum = passes_->views.Finish(gradient);
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;
@@ -320,6 +325,9 @@ class AdamStage {
         AddGradients(state_->model.kernel_model(degree), targets, state_->model.gradient(attributes), span);
     if (cameras_.moves(span, state_->cameras)) ShowMovedCameras(span);
     state_->model.Step(attributes, RateFactor(options_.adam, span));
+    if (Ranks* const sharers = Sharers()) {
+      exchange_.FromOwners(*sharers, &passes_->views, state_->model.shared_parameters());
+    }
     state_->iteration = it, state_->span = span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     ForgetGrowthThatHolds();
@@ -349,7 +357,7 @@ class AdamStage {
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_last) PredictWhereDue(degree);
     const auto save = [&](ArchiveWriter& archive) { archive(*state_); };
-    if (!is_end) session_.SaveWhereDue(Stage::kAdam, it, save);
+    if (!is_end) session_.SaveWhereDue(Stage::kAdam, it, save, [&] { state_->model.MakeWhole(); });
     if (!is_last)
       session_.AttendToWatch(
           Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); }, save);

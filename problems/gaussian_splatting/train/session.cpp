@@ -29,12 +29,18 @@ std::string TrainingSession::NoteError(const char* what, const std::function<voi
   return "";
 }
 
-void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state) {
-  if (!saves()) return;
+void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state,
+                                   const std::function<void()>& before) {
+  if (!any_saves()) return;
   const CheckpointOptions& options = callbacks_.checkpoint;
-  const bool is_due = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
-  const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
-  if (is_due || is_asked || (stopped_ && !options.every.never())) Save(stage, iteration, clock_.Seconds(), state);
+  const auto is_due = [&] {
+    const bool is_time = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
+    const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
+    return is_time || is_asked || (stopped_ && !options.every.never());
+  };
+  const bool is_own = saves() && is_due();
+  if (before && (trains_alone() ? is_own : OnAnyRank(*ranks(), is_own))) before();
+  if (is_own) Save(stage, iteration, clock_.Seconds(), state);
 }
 
 void TrainingSession::Save(Stage stage, int iteration, double seconds,
@@ -68,7 +74,7 @@ void TrainingSession::AttendToWatch(Stage stage, int iteration, const std::funct
   const double seconds = clock_.Seconds();
   const TrainingClock::Absence absence(clock_);
   while (watch.waits()) {
-    if (saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
+    if (saves() && trains_alone() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
     show_where_wanted();
   }
 }

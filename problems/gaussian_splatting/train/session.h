@@ -127,10 +127,12 @@ class TrainingSession {
   }
   bool any_saves() const { return any_saves_; }
   // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
-  // saves at intervals stops; state: writes it. An
-  // older checkpoint stays until the new one is complete, and where that cannot be written.
-  void SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state);
-  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does.
+  // saves at intervals stops; state: writes it. An older checkpoint stays until the new one is complete, and where that
+  // cannot be written. before: called before it by each of several processes, if any of them saves.
+  void SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state,
+                    const std::function<void()>& before = {});
+  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does. Where
+  // several train a checkpoint is written once all go on.
   void AttendToWatch(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host,
                      const std::function<void(ArchiveWriter&)>& state);
   // Hands out the model on the way, where that is due. on_host: gives it.

@@ -1,9 +1,9 @@
-// The views of an iteration of Adam, shared by processes: each takes a run of them, and all hand round what theirs
-// tell.
+// The views of an iteration of Adam, shared by processes: each takes some of them, and steps some of the Gaussians.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -11,6 +11,7 @@
 #include "kernels/core/check.h"
 #include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
+#include "problems/gaussian_splatting/train/gaussian_owners.h"
 #include "problems/gaussian_splatting/train/sum_of_views.h"
 
 namespace vesta::gs {
@@ -44,53 +45,106 @@ class OwnViewsOfIterations {
   Share own_;
 };
 
-// Hands round what the views of an iteration came to, and keeps the memory for that.
+// An iteration of processes each of which has taken some of its views and steps some of the Gaussians: what the views
+// tell goes to who steps them, and what became of them goes to all. Of each process come the terms of its views at this
+// one's Gaussians, and those of its Gaussians that a view saw; on a device both go through the host's memory. Keeps the
+// memory for that.
 class ViewExchange {
  public:
-  // Once each process has added its own views: then the sum has those of all. The bytes that a process receives are the
-  // terms of the others: a view's are those of the Gaussians that it sees. Those of a device come and go through the
-  // host's memory. Nothing is done without others, and of a single view.
+  // Once each process has added its own views, of several: then the sum is that of all views, at this process's
+  // Gaussians.
   template <class Space>
-  void Share(Ranks* others, SumOfViews<Space>* sum) {
-    if (!others || others->size() == 1 || sum->num_views() == 1) return;
-    Ranks& ranks = *others;
-    auto own = sum->TakeParts();
-    std::vector<Piece> pieces;
-    pieces.reserve(own.size());
-    for (auto& [node, value] : own) pieces.push_back({ranks.rank(), node, value.NumBytes(), sum->num_gaussians()});
-    pieces = GatherValues(ranks, pieces);
-    std::vector<std::size_t> counts(static_cast<std::size_t>(ranks.size()));
-    Index total = 0, before = 0;
-    for (const Piece& piece : pieces) {
-      // What its blocks are numbered by.
-      VESTA_CHECK(piece.gaussians == sum->num_gaussians(), "processes train {} and {} Gaussians", piece.gaussians,
+  void ToOwners(Ranks& ranks, const GaussianOwners& owners, SumOfViews<Space>* sum) {
+    const auto size = static_cast<std::size_t>(ranks.size()), self = static_cast<std::size_t>(ranks.rank());
+    auto parts = sum->TakeParts();
+    if (rooms_.size() < parts.size()) rooms_.resize(parts.size());
+    // By part and process.
+    std::vector<term::Piece> pieces;
+    pieces.reserve(parts.size() * size);
+    std::vector<std::int64_t> told;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      auto& [node, part] = parts[k];
+      const HostSpan<const unsigned char> bytes = part.Bytes(&rooms_[k]);
+      told.insert(told.end(), {ranks.rank(), node.begin, node.end, sum->num_gaussians()});
+      for (std::size_t r = 0; r < size; ++r) {
+        const Share blocks = owners.BlocksOf(static_cast<int>(r));
+        told.push_back(pieces.emplace_back(bytes, blocks.begin, blocks.end).NumBytes());
+      }
+    }
+    told = GatherValues(ranks, told);
+    const std::vector<std::size_t> sent = Write(pieces, size), received = Received(told, size, self);
+    Resize(static_cast<Index>(std::reduce(received.begin(), received.end())), &received_);
+    ranks.AllToAll(std::as_bytes(std::span(sent_.data(), static_cast<std::size_t>(sent_.size()))), sent,
+                   std::as_writable_bytes(std::span(received_.data(), static_cast<std::size_t>(received_.size()))),
+                   received);
+    for (auto& part : parts) sum->Recycle(std::move(part));
+    const unsigned char* at = received_.data();
+    for (std::size_t k = 0; k < told.size(); k += kToldOf + size) {
+      VESTA_CHECK(told[k + 3] == sum->num_gaussians(), "processes train {} and {} Gaussians", told[k + 3],
                   sum->num_gaussians());
-      counts[static_cast<std::size_t>(piece.rank)] += static_cast<std::size_t>(piece.bytes);
-      total += piece.bytes;
-      if (piece.rank < ranks.rank()) before += piece.bytes;
+      const Index bytes = told[k + kToldOf + self];
+      sum->AddPart({told[k + 1], told[k + 2]}, {at, bytes});
+      at += bytes;
     }
-    // With some room, since each iteration has a little more or less than the last.
-    if (bytes_.size() < total) bytes_.ResizeForOverwrite(total + total / 4);
-    for (auto& [node, value] : own) {
-      value.WriteBytes({bytes_.data() + before, value.NumBytes()});
-      before += value.NumBytes();
-      sum->AddPart({node, std::move(value)});
-    }
-    GatherInto(ranks, std::span(bytes_.data(), static_cast<std::size_t>(total)), counts);
-    const unsigned char* at = bytes_.data();
-    for (const Piece& piece : pieces) {
-      if (piece.rank != ranks.rank()) sum->AddPart(piece.node, {at, piece.bytes});
-      at += piece.bytes;
+  }
+
+  // Once each process has stepped its own Gaussians in x: then x, and what density control has observed, are those of
+  // all.
+  template <class Space>
+  void FromOwners(Ranks& ranks, SumOfViews<Space>* sum, float* x) {
+    const auto size = static_cast<std::size_t>(ranks.size()), self = static_cast<std::size_t>(ranks.rank());
+    rooms_.resize(std::max<std::size_t>(rooms_.size(), 1));
+    const HostSpan<const unsigned char> own = sum->Stepped(x, &rooms_[0]);
+    std::vector<std::size_t> sizes(size);
+    sizes[self] = static_cast<std::size_t>(own.size());
+    GatherInto(ranks, std::span(sizes), std::vector<std::size_t>(size, 1));
+    const auto place = [&](std::size_t r) { return received_.data() + std::reduce(sizes.begin(), sizes.begin() + r); };
+    Resize(static_cast<Index>(std::reduce(sizes.begin(), sizes.end())), &received_);
+    std::copy_n(own.data(), own.size(), place(self));
+    GatherInto(ranks, std::span(received_.data(), static_cast<std::size_t>(received_.size())), sizes);
+    for (std::size_t r = 0; r < size; ++r) {
+      if (r != self) sum->TakeStepped({place(r), static_cast<Index>(sizes[r])}, x);
     }
   }
 
  private:
-  struct Piece {
-    int rank;
-    TreeNode node;
-    std::int64_t bytes, gaussians;
-  };
-  HostBuffer<unsigned char> bytes_;  // of all
+  // Of each part all processes are told who has it, its node, of how many Gaussians it is, and the bytes for each.
+  static constexpr std::size_t kToldOf = 4;
+
+  // With some room, since each iteration has a little more or less than the last.
+  static void Resize(Index bytes, HostBuffer<unsigned char>* buffer) {
+    if (buffer->capacity() < bytes) buffer->ResizeForOverwrite(bytes + bytes / 4);
+    buffer->ResizeForOverwrite(bytes);
+  }
+
+  // To `sent_`, process after process. Returns the bytes for each.
+  std::vector<std::size_t> Write(const std::vector<term::Piece>& pieces, std::size_t processes) {
+    std::vector<std::size_t> sizes(processes);
+    Index total = 0;
+    for (const term::Piece& piece : pieces) total += piece.NumBytes();
+    Resize(total, &sent_);
+    unsigned char* to = sent_.data();
+    for (std::size_t r = 0; r < processes; ++r) {
+      for (std::size_t k = r; k < pieces.size(); k += processes) {
+        pieces[k].Write(to);
+        to += pieces[k].NumBytes();
+        sizes[r] += static_cast<std::size_t>(pieces[k].NumBytes());
+      }
+    }
+    return sizes;
+  }
+  // The bytes from each.
+  static std::vector<std::size_t> Received(const std::vector<std::int64_t>& told, std::size_t processes,
+                                           std::size_t self) {
+    std::vector<std::size_t> sizes(processes);
+    for (std::size_t k = 0; k < told.size(); k += kToldOf + processes) {
+      sizes[static_cast<std::size_t>(told[k])] += static_cast<std::size_t>(told[k + kToldOf + self]);
+    }
+    return sizes;
+  }
+
+  std::vector<HostBuffer<unsigned char>> rooms_;  // of parts that are on a device
+  HostBuffer<unsigned char> sent_, received_;
 };
 
 }  // namespace vesta::gs

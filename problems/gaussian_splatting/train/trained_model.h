@@ -14,6 +14,8 @@
 #include "problems/gaussian_splatting/model/gather_rows.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/train/gaussian_owners.h"
+#include "problems/gaussian_splatting/train/move_adam.h"
 
 namespace vesta::gs {
 
@@ -49,8 +51,22 @@ class TrainedModel {
   }
   // Of what was added since the last step.
   void ForgetGradient() { gradient_ = Vector(); }
-  // Adam's step by the gradient.
-  void Step(int attributes, double factor) { adam_.Step(layout_, x_, gradient(attributes), attributes, factor); }
+  // From now on each of these processes steps Gaussians of its own, and has their moments and bases; null: this one all.
+  void DivideAmong(Ranks* sharers) { sharers_ = sharers; }
+  GaussianOwners owners() const { return {layout_, sharers_ ? sharers_->size() : 1}; }
+  // Adam's step by the gradient, of the Gaussians that are this process's own.
+  void Step(int attributes, double factor) {
+    const GaussianRange own = owners().Of(sharers_ ? sharers_->rank() : 0);
+    adam_.Step(layout_, own, x_, gradient(attributes), attributes, factor);
+    lacks_others_ = sharers_ != nullptr;
+  }
+  // Where Gaussians are divided: the parameters, for what others have stepped.
+  float* shared_parameters() { return x_.data(); }
+  // Before the state is saved: with moments and bases of all Gaussians. Called by all who share.
+  void MakeWhole() {
+    if (!std::exchange(lacks_others_, false)) return;
+    MoveAdam(*sharers_, owners(), [](int, Index) { return true; }, &adam_);
+  }
   // Counts the parameters in their mean, until Gaussians change. On a device throws OutOfDeviceMemory; then there is no
   // mean.
   void Average() { average_.Add(x_); }
@@ -138,13 +154,32 @@ class TrainedModel {
   // Of Gaussians whose sources are in the order of their degrees.
   splat::ModelLayout LayoutOf(const Buffer<std::uint32_t, Space>& source) const {
     if (layout_.is_uniform()) return {.count = source.size(), .sh_degree = sh_degree()};
+    return LayoutOfRows(layout_, OnHost(source));
+  }
+  static std::vector<std::uint32_t> OnHost(const Buffer<std::uint32_t, Space>& rows) {
     if constexpr (std::is_same_v<Space, Host>) {
-      return LayoutOfRows(layout_, {source.begin(), source.end()});
+      return {rows.begin(), rows.end()};
     } else {
-      std::vector<std::uint32_t> rows(static_cast<std::size_t>(source.size()));
-      source.CopyTo({rows.data(), source.size()});
-      return LayoutOfRows(layout_, rows);
+      std::vector<std::uint32_t> copy(static_cast<std::size_t>(rows.size()));
+      rows.CopyTo({copy.data(), rows.size()});
+      return copy;
     }
+  }
+  // Before Gaussian i of a model so laid out becomes what source[i] is: moments and bases of the sources of those that
+  // will be this process's own, as far as others have them.
+  void FetchSources(const splat::ModelLayout& to, const Buffer<std::uint32_t, Space>& source) {
+    const std::vector<std::uint32_t> rows = OnHost(source);
+    const GaussianOwners now = owners(), then(to, now.processes());
+    std::vector<std::vector<bool>> wants;  // by process and chunk
+    for (int r = 0; r < now.processes(); ++r) {
+      std::vector<bool>& chunks = wants.emplace_back(now.ChunksOf(now.processes() - 1).end);
+      const GaussianRange own = then.Of(r);
+      for (Index i = own.begin; i < own.end; ++i) chunks[rows[static_cast<std::size_t>(i)] / kTurnChunk] = true;
+    }
+    const auto wanted = [&](int process, Index chunk) {
+      return wants[static_cast<std::size_t>(process)][static_cast<std::size_t>(chunk)];
+    };
+    MoveAdam(*sharers_, now, wanted, &adam_);
   }
   // Leaves what the order takes, with its moments and its mean. Returns the sources.
   Buffer<std::uint32_t, Space> Take(const DegreeOrder& order) {
@@ -162,6 +197,7 @@ class TrainedModel {
   // Gaussian i becomes a copy of source[i], as far as `layout` has its bands, with its moments where kept[i].
   void Rearrange(const splat::ModelLayout& layout, const Buffer<std::uint32_t, Space>& source,
                  const Buffer<std::uint8_t, Space>& kept) {
+    if (lacks_others_) FetchSources(layout, source);
     adam_.Rearrange(layout_, layout, source, kept);
     Vector x;
     x.ResizeForOverwrite(layout.Size());
@@ -191,6 +227,8 @@ class TrainedModel {
   ParameterMean<B> average_;
   Buffer<splat::PosedCamera, Space> unit_views_;
   double unit_;
+  Ranks* sharers_ = nullptr;
+  bool lacks_others_ = false;  // moments and bases of what others have stepped
 };
 
 }  // namespace vesta::gs

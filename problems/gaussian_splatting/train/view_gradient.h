@@ -5,23 +5,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "kernels/core/buffer.h"
-#include "kernels/core/check.h"
 #include "kernels/core/sort.h"
+#include "problems/gaussian_splatting/train/term_bytes.h"
 #include "problems/gaussian_splatting/train/view_gradient_steps.h"
 
 namespace vesta::gs {
-
-// Sums over the views of a term.
-struct ViewCost {
-  double objective = 0;  // of the photometric loss
-  double values = 0;     // pixels times channels
-};
 
 template <class Space>
 class ViewGradient {
@@ -34,56 +27,38 @@ class ViewGradient {
   Index blocks() const { return header_.blocks; }
   Index rows() const { return header_.rows; }
 
-  // All of it as bytes of the host, for another process or a file: numbers as this machine has them.
-  Index NumBytes() const { return SizeOf(header_); }
-  void WriteBytes(HostSpan<unsigned char> to) const {
-    VESTA_CHECK(to.size() == NumBytes(), "{} bytes for {}", to.size(), NumBytes());
+  // All of it as bytes of the host, for another process or a file: numbers as this machine has them. They lie in the
+  // term itself where that is on the host, else in `room`.
+  HostSpan<const unsigned char> Bytes(HostBuffer<unsigned char>* room) {
     if constexpr (std::is_same_v<Space, Host>) {
-      std::copy_n(bytes_.data(), bytes_.size(), to.data());
+      term::WriteHeader(header_, bytes_.data());
+      return bytes_;
     } else {
-      bytes_.CopyTo(to);
+      room->ResizeForOverwrite(bytes_.size());
+      bytes_.CopyTo(*room);
+      term::WriteHeader(header_, room->data());
+      return *room;
     }
-    std::fill_n(to.data(), kHeaderBytes, static_cast<unsigned char>(0));
-    std::memcpy(to.data(), &header_, sizeof(header_));
   }
-  // Becomes the term that wrote these, in the memory of whatever space. Throws Error where none did.
+  // Becomes the term of these bytes, in the memory of whatever space. Throws Error where they are of none.
   void Assign(HostSpan<const unsigned char> bytes) {
-    Header header;
-    const bool has_header = bytes.size() >= kHeaderBytes;
-    if (has_header) std::memcpy(&header, bytes.data(), sizeof(header));
-    if (!has_header || header.blocks < 0 || header.rows < 0 || SizeOf(header) != bytes.size()) {
-      Fail("{} bytes are not the gradient of a view: they were cut short on their way", bytes.size());
-    }
+    header_ = term::ReadHeader(bytes);
     Reserve(bytes.size());
     bytes_.CopyFrom(bytes);
-    header_ = header;
   }
 
   // Makes room for so many, whose contents mean nothing yet.
   void Lay(Index blocks, Index rows) {
     header_.blocks = blocks, header_.rows = rows;
-    Reserve(SizeOf(header_));
-    bytes_.ResizeForOverwrite(SizeOf(header_));
+    Reserve(term::SizeOf(header_));
+    bytes_.ResizeForOverwrite(term::SizeOf(header_));
   }
-  std::uint32_t* block() { return At<std::uint32_t>(kHeaderBytes); }
-  std::uint32_t* begin() { return At<std::uint32_t>(kHeaderBytes + ListBytes(blocks())); }
-  float* numbers() { return At<float>(kHeaderBytes + 2 * ListBytes(blocks())); }
+  std::uint32_t* block() { return At<std::uint32_t>(term::BlockAt()); }
+  std::uint32_t* begin() { return At<std::uint32_t>(term::BeginAt(blocks())); }
+  float* numbers() { return At<float>(term::RowsAt(blocks())); }
   term::Arrays arrays() { return {block(), begin(), numbers()}; }
 
  private:
-  struct Header {
-    ViewCost cost;
-    Index blocks = 0, rows = 0;
-  };
-  static constexpr Index kAlignment = 64, kHeaderBytes = kAlignment;
-  static_assert(sizeof(Header) <= kHeaderBytes);
-
-  static Index ListBytes(Index blocks) {
-    return (blocks * static_cast<Index>(sizeof(std::uint32_t)) + kAlignment - 1) / kAlignment * kAlignment;
-  }
-  static Index SizeOf(const Header& header) {
-    return kHeaderBytes + 2 * ListBytes(header.blocks) + header.rows * term::kLanes * static_cast<Index>(sizeof(float));
-  }
   // With some room, since a term is recycled for others that are a little larger.
   void Reserve(Index size) {
     if (size > bytes_.capacity()) bytes_.ResizeForOverwrite(size + size / 4);
@@ -93,7 +68,7 @@ class ViewGradient {
     return reinterpret_cast<T*>(bytes_.data() + offset);
   }
 
-  Header header_;
+  term::Header header_;
   Buffer<unsigned char, Space> bytes_;
 };
 
@@ -145,9 +120,13 @@ class ViewGradients {
     Recycle(std::move(right));
   }
 
-  // Puts the gradient into `gradient`, which is zero before.
-  void GiveGradient(const term::Layout& layout, Term& term, float* gradient) const {
-    ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), gradient});
+  // Puts the numbers of its Gaussians into an array laid out as the model: of the gradient, say.
+  void Give(const term::Layout& layout, Term& term, float* to) const {
+    ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), to});
+  }
+  // The other way round: the numbers of its Gaussians become those of such an array.
+  void Renew(const term::Layout& layout, Term& term, const float* from) const {
+    ForEachRow(layout, term, term::RenewRow{{layout, term.block()}, term.begin(), from, term.numbers()});
   }
   // Adds what was observed of each Gaussian: the sum of its pulls, and how many views saw it.
   void GivePulls(const term::Layout& layout, Term& term, float* pull, int* seen) const {

@@ -165,11 +165,30 @@ struct AddRow {
   }
 };
 
-// The rows of gradients, into an array laid out as the model.
+// The same, out of an array that stays as it is; so do lanes without a Gaussian.
+struct RenewRow {
+  RowOfBlock of;
+  const std::uint32_t* begin;
+  const float* from;
+  float* rows;
+
+  VESTA_HD void operator()(Index index) const {
+    of.Visit(index, [&](Index k, Index number, Index row) {
+      if (row < kFirstAttribute) return;
+      const int attribute = static_cast<int>(row) - kFirstAttribute;
+      const Index first = number * kLanes, there = of.layout.model.Rows(attribute) - first;
+      const float* values = from + of.layout.model.Offset(attribute) + first;
+      float* to = rows + (begin[k] + row) * kLanes;
+      for (Index lane = 0; lane < kLanes && lane < there; ++lane) to[lane] = values[lane];
+    });
+  }
+};
+
+// The rows of attributes, into an array laid out as the model.
 struct GiveRow {
   RowOfBlock of;
   Arrays term;
-  float* gradient;
+  float* values;
 
   VESTA_HD void operator()(Index index) const {
     of.Visit(index, [&](Index k, Index number, Index row) {
@@ -177,7 +196,7 @@ struct GiveRow {
       const int attribute = static_cast<int>(row) - kFirstAttribute;
       const Index first = number * kLanes, there = of.layout.model.Rows(attribute) - first;
       const float* from = term.rows + (term.begin[k] + row) * kLanes;
-      float* to = gradient + of.layout.model.Offset(attribute) + first;
+      float* to = values + of.layout.model.Offset(attribute) + first;
       for (Index lane = 0; lane < kLanes && lane < there; ++lane) to[lane] = from[lane];
     });
   }

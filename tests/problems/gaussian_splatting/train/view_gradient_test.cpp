@@ -115,10 +115,9 @@ TEST_F(ViewGradients, AreTheSameBitsInAnyOrder) {
   EXPECT_NE(chain.gradient, expected.gradient);
 }
 
-std::vector<unsigned char> BytesOf(const ViewGradient<Host>& term) {
-  std::vector<unsigned char> bytes(static_cast<std::size_t>(term.NumBytes()));
-  term.WriteBytes({bytes.data(), term.NumBytes()});
-  return bytes;
+std::vector<unsigned char> BytesOf(ViewGradient<Host>& term) {
+  const HostSpan<const unsigned char> bytes = term.Bytes(nullptr);
+  return {bytes.begin(), bytes.end()};
 }
 
 // Two shares of two, each by itself, and sent as bytes.
@@ -158,7 +157,7 @@ TEST_F(ViewGradients, HoldWhatIsSeen) {
   ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
   EXPECT_EQ(term.blocks(), 3) << "of five, two of which are out of sight";
   EXPECT_LE(term.rows(), 3 * all.layout.MostRows());
-  EXPECT_NEAR(static_cast<double>(term.NumBytes()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
+  EXPECT_NEAR(static_cast<double>(BytesOf(term).size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
 
   std::vector<std::int32_t> nothing(static_cast<std::size_t>(all.gaussians()), -1);
   density::ScreenPulls pulls = all.views[0].pulls();
@@ -203,6 +202,30 @@ TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   for (const Index size : {Index{0}, Index{10}, all_bytes - 1}) {
     EXPECT_THAT(ErrorOf([&] { received.Assign({bytes.data(), size}); }), testing::HasSubstr("cut short"));
   }
+}
+
+// Of any runs of blocks, whether the term has these or not: together they are the term.
+TEST_F(ViewGradients, PiecesMakeUpTheWhole) {
+  const MadeUpViews all(1, splat::NumAttributes(3), 200);
+  gs::ViewGradients<Host> terms;
+  std::vector<float> gradient = all.views[0].gradient;
+  ViewGradient<Host> whole = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
+  whole.SetCost(all.views[0].cost);
+  std::vector<float> put_together(gradient.size());
+  Index rows = 0, begin = 0;
+  for (const Index end : {Index{0}, Index{1}, Index{4}, Index{5}, all.layout.Blocks()}) {
+    const term::Piece piece(whole.Bytes(nullptr), begin, end);
+    std::vector<unsigned char> bytes(static_cast<std::size_t>(piece.NumBytes()), 0xff);
+    piece.Write(bytes.data());
+    ViewGradient<Host> part;
+    part.Assign({bytes.data(), piece.NumBytes()});
+    EXPECT_EQ(part.cost().objective, all.views[0].cost.objective);
+    for (Index k = 0; k < part.blocks(); ++k) EXPECT_TRUE(part.block()[k] >= begin && part.block()[k] < end);
+    terms.Give(all.layout, part, put_together.data());
+    rows += part.rows(), begin = end;
+  }
+  EXPECT_EQ(rows, whole.rows());
+  EXPECT_EQ(put_together, all.views[0].gradient);
 }
 
 }  // namespace

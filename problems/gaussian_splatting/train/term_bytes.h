@@ -1,0 +1,93 @@
+// The bytes of a term of a gradient (view_gradient.h), and pieces of them for those who step these Gaussians.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include "kernels/core/check.h"
+#include "kernels/core/span.h"
+#include "problems/gaussian_splatting/train/view_gradient_steps.h"
+
+namespace vesta::gs {
+
+// Sums over the views of a term.
+struct ViewCost {
+  double objective = 0;  // of the photometric loss
+  double values = 0;     // pixels times channels
+};
+
+namespace term {
+
+// What a term begins with. Then come the numbers of its blocks, the row that each begins with, and the rows, each from
+// a multiple of kAlignment bytes on.
+struct Header {
+  ViewCost cost;
+  Index blocks = 0, rows = 0;
+};
+inline constexpr Index kAlignment = 64, kHeaderBytes = kAlignment;
+static_assert(sizeof(Header) <= kHeaderBytes);
+
+constexpr Index ListBytes(Index blocks) {
+  return (blocks * static_cast<Index>(sizeof(std::uint32_t)) + kAlignment - 1) / kAlignment * kAlignment;
+}
+constexpr Index BlockAt() { return kHeaderBytes; }
+constexpr Index BeginAt(Index blocks) { return kHeaderBytes + ListBytes(blocks); }
+constexpr Index RowsAt(Index blocks) { return kHeaderBytes + 2 * ListBytes(blocks); }
+constexpr Index RowBytes(Index rows) { return rows * kLanes * static_cast<Index>(sizeof(float)); }
+constexpr Index SizeOf(const Header& header) { return RowsAt(header.blocks) + RowBytes(header.rows); }
+
+inline void WriteHeader(const Header& header, unsigned char* to) {
+  std::fill_n(to, kHeaderBytes, static_cast<unsigned char>(0));
+  std::memcpy(to, &header, sizeof(header));
+}
+// Throws Error where these are not the bytes of a term.
+inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
+  Header header;
+  const bool has_header = bytes.size() >= kHeaderBytes;
+  if (has_header) std::memcpy(&header, bytes.data(), sizeof(header));
+  if (!has_header || header.blocks < 0 || header.rows < 0 || SizeOf(header) != bytes.size()) {
+    Fail("{} bytes are not the gradient of a view: they were cut short on their way", bytes.size());
+  }
+  return header;
+}
+
+// Of a term's bytes the blocks [begin, end) of the model, as a term of their own, whose cost is that of the whole.
+// Reads the bytes as long as it is there.
+class Piece {
+ public:
+  Piece(HostSpan<const unsigned char> bytes, Index begin, Index end)
+      : bytes_(bytes.data()), whole_(ReadHeader(bytes)), piece_(whole_) {
+    const auto* blocks = List(BlockAt());
+    const auto place = [&](Index block) { return std::lower_bound(blocks, blocks + whole_.blocks, block) - blocks; };
+    first_ = place(begin);
+    const Index last = place(end);
+    first_row_ = RowOf(first_);
+    piece_.blocks = last - first_, piece_.rows = RowOf(last) - first_row_;
+  }
+
+  Index NumBytes() const { return SizeOf(piece_); }
+  // to: room for so many.
+  void Write(unsigned char* to) const {
+    WriteHeader(piece_, to);
+    const Index blocks = piece_.blocks, padding = ListBytes(blocks) / static_cast<Index>(sizeof(std::uint32_t)) - blocks;
+    auto* block = reinterpret_cast<std::uint32_t*>(to + BlockAt());
+    std::fill_n(std::copy_n(List(BlockAt()) + first_, blocks, block), padding, 0);
+    auto* begin = reinterpret_cast<std::uint32_t*>(to + BeginAt(blocks));
+    const auto rebased = [&](std::uint32_t row) { return static_cast<std::uint32_t>(row - first_row_); };
+    const std::uint32_t* of_whole = List(BeginAt(whole_.blocks)) + first_;
+    std::fill_n(std::transform(of_whole, of_whole + blocks, begin, rebased), padding, 0);
+    std::copy_n(bytes_ + RowsAt(whole_.blocks) + RowBytes(first_row_), RowBytes(piece_.rows), to + RowsAt(blocks));
+  }
+
+ private:
+  const std::uint32_t* List(Index offset) const { return reinterpret_cast<const std::uint32_t*>(bytes_ + offset); }
+  Index RowOf(Index k) const { return k < whole_.blocks ? List(BeginAt(whole_.blocks))[k] : whole_.rows; }
+
+  const unsigned char* bytes_;
+  Header whole_, piece_;
+  Index first_ = 0, first_row_ = 0;
+};
+
+}  // namespace term
+}  // namespace vesta::gs
