@@ -34,8 +34,8 @@ class Adam {
   const Vector& units() const { return units_; }
 
   // x -= step, for attributes [0, attributes) of a model so laid out, all rates times `factor`; gradient laid out as
-  // the model, zero afterwards. Of all Gaussians, or of those of `of` alone (begin and end multiples of kTurnChunk, or the
-  // number of all). Moments are made on first use. On a device it does not wait.
+  // the model, zero afterwards. Of all Gaussians, or of those of `of` alone (begin and end multiples of kTurnChunk, or
+  // the number of all). Moments are made on first use. On a device it does not wait.
   void Step(const splat::ModelLayout& layout, typename B::View x, float* gradient, int attributes, double factor) {
     Step(layout, {0, layout.count}, x, gradient, attributes, factor);
   }
@@ -90,8 +90,8 @@ class Adam {
     if (attribute >= rule_.first_diagonal()) clear(second_);
   }
 
-  // f(numbers) until all moments and bases of some Gaussians have come, as Step takes them, in an order that is the same
-  // in every memory space but for how many come at once.
+  // f(numbers) until all moments and bases of some Gaussians have come, as Step takes them, in an order that is the
+  // same in every memory space but for how many come at once.
   template <class F>
   void ForEachRun(const splat::ModelLayout& layout, const GaussianRange& of, const F& f) {
     if (first_.empty()) return;

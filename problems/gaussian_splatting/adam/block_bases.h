@@ -34,8 +34,8 @@ class BlockBases<Host> {
   }
   // BlockAdamArrays::bases for the Gaussians from piece * kTurnChunk on.
   float* piece(Index piece) { return pieces_[static_cast<std::size_t>(piece)].data(); }
-  // f(numbers) until all those of the Gaussians [begin, end) have come, of which each is a multiple of kTurnChunk or the
-  // number of all.
+  // f(numbers) until all those of the Gaussians [begin, end) have come, of which each is a multiple of kTurnChunk or
+  // the number of all.
   template <class F>
   void ForEachRun(Index begin, Index end, const F& f) {
     for (Index at = begin; at < end; at += kTurnChunk) {

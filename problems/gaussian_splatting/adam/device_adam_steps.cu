@@ -8,8 +8,8 @@
 namespace vesta::gs {
 namespace {
 
-// Of attributes from `first` on, that are there for `rows` Gaussians, of which `stepped` from a.begin on. Memory bound: reads and writes 16 bytes a
-// parameter that moves, reads 4 of others.
+// Of attributes from `first` on, that are there for `rows` Gaussians, of which `stepped` from a.begin on. Memory bound:
+// reads and writes 16 bytes a parameter that moves, reads 4 of others.
 struct StepOne {
   AdamStepArrays a;
   int first;

@@ -74,7 +74,8 @@ void TrainingSession::AttendToWatch(Stage stage, int iteration, const std::funct
   const double seconds = clock_.Seconds();
   const TrainingClock::Absence absence(clock_);
   while (watch.waits()) {
-    if (saves() && trains_alone() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
+    if (saves() && trains_alone() && watch.wants_checkpoint && watch.wants_checkpoint())
+      Save(stage, iteration, seconds, state);
     show_where_wanted();
   }
 }

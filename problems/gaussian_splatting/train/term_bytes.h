@@ -70,7 +70,8 @@ class Piece {
   // to: room for so many.
   void Write(unsigned char* to) const {
     WriteHeader(piece_, to);
-    const Index blocks = piece_.blocks, padding = ListBytes(blocks) / static_cast<Index>(sizeof(std::uint32_t)) - blocks;
+    const Index blocks = piece_.blocks,
+                padding = ListBytes(blocks) / static_cast<Index>(sizeof(std::uint32_t)) - blocks;
     auto* block = reinterpret_cast<std::uint32_t*>(to + BlockAt());
     std::fill_n(std::copy_n(List(BlockAt()) + first_, blocks, block), padding, 0);
     auto* begin = reinterpret_cast<std::uint32_t*>(to + BeginAt(blocks));

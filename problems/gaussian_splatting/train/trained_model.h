@@ -51,7 +51,8 @@ class TrainedModel {
   }
   // Of what was added since the last step.
   void ForgetGradient() { gradient_ = Vector(); }
-  // From now on each of these processes steps Gaussians of its own, and has their moments and bases; null: this one all.
+  // From now on each of these processes steps Gaussians of its own, and has their moments and bases; null: this one
+  // all.
   void DivideAmong(Ranks* sharers) { sharers_ = sharers; }
   GaussianOwners owners() const { return {layout_, sharers_ ? sharers_->size() : 1}; }
   // Adam's step by the gradient, of the Gaussians that are this process's own.
@@ -65,7 +66,8 @@ class TrainedModel {
   // Before the state is saved: with moments and bases of all Gaussians. Called by all who share.
   void MakeWhole() {
     if (!std::exchange(lacks_others_, false)) return;
-    MoveAdam(*sharers_, owners(), [](int, Index) { return true; }, &adam_);
+    MoveAdam(
+        *sharers_, owners(), [](int, Index) { return true; }, &adam_);
   }
   // Counts the parameters in their mean, until Gaussians change. On a device throws OutOfDeviceMemory; then there is no
   // mean.

@@ -34,8 +34,8 @@ TEST(DeviceRanks, TrainToTheSameBitsForAnyNumberOfThem) {
 }
 
 TEST(DeviceRanks, AdamsStageIsThatOfAGpuAlone) {
-  const Scene scene = test::TrainingScene();
-  TrainOptions options = test::TrainingOnRanks(24, 0);
+  const Scene scene = test::SceneToDivide();
+  TrainOptions options = test::DividedTraining(24, 0);
   EXPECT_EQ(TrainOn(2, scene, options, DeviceStages()).model.data,
             Train(scene, options, 0, {}, DeviceStages()).model.data);
 }
@@ -118,8 +118,8 @@ TEST(DeviceRanks, LmEndsWhereAGpuHasNoRoom) {
 
 // Of either stage, by a GPU alone or by several: a state is the same wherever it was saved.
 TEST(DeviceRanks, GoOnFromACheckpoint) {
-  const Scene scene = test::TrainingScene();
-  const TrainOptions options = test::TrainingOnRanks(24, 2);  // of three views: 8 iterations
+  const Scene scene = test::SceneToDivide();
+  const TrainOptions options = test::DividedTraining(24, 2);  // of three views: 8 iterations
   const TrainResult whole = TrainOn(2, scene, options, DeviceStages());
   const TempFolder folder;
   const std::string path = folder / "checkpoint";
@@ -127,7 +127,7 @@ TEST(DeviceRanks, GoOnFromACheckpoint) {
     Stage stage;
     int iteration, ranks;
   };
-  for (const Break& at : {Break{Stage::kAdam, 5, 1}, Break{Stage::kLm, 1, 2}}) {
+  for (const Break& at : {Break{Stage::kAdam, 5, 1}, Break{Stage::kAdam, 6, 3}, Break{Stage::kLm, 1, 2}}) {
     vesta::test::OnThreadRanks(at.ranks, [&](Ranks& ranks) {
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;

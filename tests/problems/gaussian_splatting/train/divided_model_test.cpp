@@ -115,8 +115,8 @@ class DividedModels : public testing::Test {
  protected:
   static constexpr Index kCount = 1500;  // six chunks
 
-  // Steps, degrees that change, steps, Gaussians that go, steps; the state as it is saved. ranks: null for one that does
-  // all.
+  // Steps, degrees that change, steps, Gaussians that go, steps; the state as it is saved. ranks: null for one that
+  // does all.
   std::string Train(Ranks* ranks) const {
     DensityOptions options;
     std::vector<const View*> views;

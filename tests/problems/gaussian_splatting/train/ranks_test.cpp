@@ -1,6 +1,7 @@
 // Trainings by several processes, which are threads of this one. Label threads: run under the thread sanitizer too.
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -30,10 +31,12 @@ TEST(TrainingOverRanks, ComesToTheSameBitsForAnyNumberOfThem) {
 }
 
 TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
-  const Scene scene = test::TrainingScene();
-  TrainOptions options = Options();
-  options.lm.iterations = 0;
-  EXPECT_EQ(TrainOn(3, scene, options).model.data, Train(scene, options, 0, {}).model.data);
+  const Scene scene = test::SceneToDivide();
+  TrainOptions options = test::DividedTraining(150, 0);
+  const TrainResult alone = Train(scene, options, 0, {});
+  EXPECT_GT(alone.model.count, kTurnChunk) << "not all are one's";
+  EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
+  EXPECT_EQ(TrainOn(3, scene, options).model.data, alone.model.data);
   options.adam.views_per_iteration = 1;
   EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, 0, {}).model.data);
 }
@@ -86,13 +89,11 @@ TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
 }
 
 // The first alone has a checkpoint to write: what is changed for its sake all of them change.
-TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
-  const Scene scene = test::TrainingScene();
-  const TrainOptions options = test::TrainingOnRanks(90, 1);  // of three views: 30 iterations
+void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, const std::vector<int>& stops) {
   const TrainResult whole = TrainOn(1, scene, options);
   const TempFolder folder;
   const std::string path = folder / "checkpoint";
-  for (int stop = 1; stop < 30; ++stop) {
+  for (const int stop : stops) {
     vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;
@@ -112,6 +113,18 @@ TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
       EXPECT_EQ(Train(scene, options, 0, callbacks).model.data, whole.model.data) << "stopped at " << stop;
     });
   }
+}
+
+TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
+  std::vector<int> all(29);
+  std::iota(all.begin(), all.end(), 1);
+  // Of three views: 30 iterations.
+  ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(90, 1), all);
+}
+
+// The state that is saved has what either has learned of its own Gaussians.
+TEST(TrainingOverRanks, IsStoppedWhereGaussiansAreDividedAndGoesOn) {
+  ExpectToBeStoppedAndGoOn(test::SceneToDivide(), test::DividedTraining(90, 1), {1, 13, 22});
 }
 
 TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) { test::ExpectOwnPhotographsDo(3, Options()); }

@@ -24,6 +24,14 @@ inline TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
   return options;
 }
 
+// With Gaussians enough for three processes to have some of their own.
+inline Scene SceneToDivide() { return TrainingScene(700); }
+inline TrainOptions DividedTraining(int iterations, int lm_iterations) {
+  TrainOptions options = TrainingOnRanks(iterations, lm_iterations);
+  options.density.max_gaussians = 1000;
+  return options;
+}
+
 // By all of them the same; of the first.
 inline TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
                            const StageRunners& stages = HostStages()) {

@@ -10,9 +10,9 @@
 
 namespace vesta::gs::test {
 
-inline Scene TrainingScene() {
+inline Scene TrainingScene(Index gaussians = 60) {
   Scene scene = RingOfCameras(12, 40, 30, true);
-  RenderTruth(RandomModel(60, 1, 7), 0.05, &scene);
+  RenderTruth(RandomModel(gaussians, 1, 7), 0.05, &scene);
   return scene;
 }
 
