@@ -125,7 +125,7 @@ TEST_F(CudaAdam, StepsOfRangesAreThoseOfAll) {
   vesta::test::Random random(6);
   for (const AdamMetric metric : {AdamMetric::kDiagonal, AdamMetric::kBlock}) {
     for (const GaussianRange& own :
-         {GaussianRange{0, kTurnChunk}, {kTurnChunk, 3 * kTurnChunk}, {3 * kTurnChunk, count}}) {
+         {GaussianRange{0, kTurnChunk}, {kTurnChunk, 3 * kTurnChunk}, {3 * kTurnChunk, count}, {count, count}}) {
       Adam<CudaBackend<float>> whole({}, metric, 4), part({}, metric, 4);
       DeviceBuffer<float> x = vesta::test::ToDevice(model.data), own_x = vesta::test::ToDevice(model.data);
       for (int step = 0; step < 30; ++step) {

@@ -8,6 +8,7 @@
 namespace vesta::gs {
 
 void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases) {
+  if (arrays.begin >= arrays.end) return;
   const BlockAdamArrays& all = arrays.blocks;
   const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
   const Index first_chunk = arrays.begin / kTurnChunk;

@@ -81,6 +81,7 @@ BlockBases<Host> BlockBases<Device>::OnHost(Index count) const {
 }
 
 void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& bases) {
+  if (arrays.begin >= arrays.end) return;
   const BlockAdamArrays& all = arrays.blocks;
   if (arrays.first_diagonal > 0) {
     BlockAdamArrays blocks = all;

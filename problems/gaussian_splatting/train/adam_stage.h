@@ -356,11 +356,11 @@ class AdamStage {
     session_.Report({Stage::kAdam, it, ExpectedIterations(), session_.Seconds(), state_->mean_cost,
                      session_.latest_psnr(), state_->model.count(), ""});
     if (!is_last) PredictWhereDue(degree);
-    const auto save = [&](ArchiveWriter& archive) { archive(*state_); };
-    if (!is_end) session_.SaveWhereDue(Stage::kAdam, it, save, [&] { state_->model.MakeWhole(); });
-    if (!is_last)
-      session_.AttendToWatch(
-          Stage::kAdam, it, [&] { return OnHost(state_->model.result(degree)); }, save);
+    const WriteState write = [&](ArchiveWriter& archive) { archive(*state_); };
+    const auto gather = [&](const std::vector<bool>& savers) { state_->model.GatherFor(savers); };
+    if (!is_end) session_.SaveWhereDue(Stage::kAdam, it, write, Sharers() ? BeforeSaving(gather) : BeforeSaving());
+    const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
+    if (!is_last) session_.AttendToWatch(Stage::kAdam, it, on_host, Sharers() ? WriteState() : write);
     if (is_end) Finish();
   }
 

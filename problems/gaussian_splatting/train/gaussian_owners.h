@@ -1,4 +1,4 @@
-// Of processes that train together, which steps which Gaussians, and has Adam's moments and bases of these.
+// Of processes that train together, which steps which Gaussians: it alone knows Adam's moments and bases of these.
 #pragma once
 
 #include <algorithm>
@@ -17,6 +17,7 @@ class GaussianOwners {
   GaussianOwners(const splat::ModelLayout& layout, int processes) : layout_(layout) {
     const Index chunks = (layout.count + kTurnChunk - 1) / kTurnChunk;
     std::vector<Index> numbers{0};  // of the chunks before
+    numbers.reserve(static_cast<std::size_t>(chunks + 1));
     for (Index chunk = 0; chunk < chunks; ++chunk) {
       const int attributes = splat::NumAttributes(layout.DegreeOf(chunk * kTurnChunk));
       numbers.push_back(numbers.back() + kBlockNumbers + 3 * attributes);

@@ -16,18 +16,23 @@ namespace vesta::gs {
 // Gives each process what it wants of the others': wants(process, chunk), the same on all, who all call this.
 template <class B, class Wants>
 void MoveAdam(Ranks& ranks, const GaussianOwners& owners, const Wants& wants, Adam<B>* adam) {
-  constexpr Index kAtOnce = 64;  // of each process's chunks, so that what is on its way takes little memory
+  // Of each process's chunks, so that what is on its way takes little memory.
+  const Index at_once = std::max<Index>(1, 64 / ranks.size());
   const auto size = static_cast<std::size_t>(ranks.size());
   Index rounds = 0;
-  for (int r = 0; r < ranks.size(); ++r) rounds = std::max(rounds, (owners.ChunksOf(r).size() + kAtOnce - 1) / kAtOnce);
+  for (int r = 0; r < ranks.size(); ++r) rounds = std::max(rounds, (owners.ChunksOf(r).size() + at_once - 1) / at_once);
   HostBuffer<float> sent, received;
   for (Index round = 0; round < rounds; ++round) {
     // What `from` has for `to`, run by run of numbers.
     const auto for_each_run = [&](int from, int to, const auto& f) {
+      if (from == to) return;
       const Share own = owners.ChunksOf(from);
-      const Index begin = own.begin + round * kAtOnce;
-      for (Index chunk = begin; from != to && chunk < std::min(own.end, begin + kAtOnce); ++chunk) {
-        if (wants(to, chunk)) adam->ForEachRun(owners.layout(), owners.GaussiansOf({chunk, chunk + 1}), f);
+      const Index first = own.begin + round * at_once, end = std::min(own.end, first + at_once);
+      // Neighbours together: on a device each run is a copy.
+      for (Index begin = first, next = first; begin < end; begin = next) {
+        const bool is_wanted = wants(to, begin);
+        for (next = begin + 1; next < end && wants(to, next) == is_wanted;) ++next;
+        if (is_wanted) adam->ForEachRun(owners.layout(), owners.GaussiansOf({begin, next}), f);
       }
     };
     std::vector<std::size_t> send_sizes(size), receive_sizes(size);

@@ -29,8 +29,7 @@ std::string TrainingSession::NoteError(const char* what, const std::function<voi
   return "";
 }
 
-void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state,
-                                   const std::function<void()>& before) {
+void TrainingSession::SaveWhereDue(Stage stage, int iteration, const WriteState& state, const BeforeSaving& before) {
   if (!any_saves()) return;
   const CheckpointOptions& options = callbacks_.checkpoint;
   const auto is_due = [&] {
@@ -39,12 +38,15 @@ void TrainingSession::SaveWhereDue(Stage stage, int iteration, const std::functi
     return is_time || is_asked || (stopped_ && !options.every.never());
   };
   const bool is_own = saves() && is_due();
-  if (before && (trains_alone() ? is_own : OnAnyRank(*ranks(), is_own))) before();
+  if (before) {
+    const std::vector<std::uint8_t> own{static_cast<std::uint8_t>(is_own ? 1 : 0)};
+    const std::vector<std::uint8_t> all = trains_alone() ? own : GatherValues(*ranks(), own);
+    if (std::ranges::count(all, 1) > 0) before({all.begin(), all.end()});
+  }
   if (is_own) Save(stage, iteration, clock_.Seconds(), state);
 }
 
-void TrainingSession::Save(Stage stage, int iteration, double seconds,
-                           const std::function<void(ArchiveWriter&)>& state) {
+void TrainingSession::Save(Stage stage, int iteration, double seconds, const WriteState& state) {
   const CheckpointOptions& options = callbacks_.checkpoint;
   RunState run{.origin = options.origin,
                .stage = stage,
@@ -60,7 +62,7 @@ void TrainingSession::Save(Stage stage, int iteration, double seconds,
 }
 
 void TrainingSession::AttendToWatch(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host,
-                                    const std::function<void(ArchiveWriter&)>& state) {
+                                    const WriteState& state) {
   const TrainWatch& watch = callbacks_.watch;
   bool is_shown = false;  // in a pause the model stays what it is
   const auto show_where_wanted = [&] {
@@ -74,8 +76,7 @@ void TrainingSession::AttendToWatch(Stage stage, int iteration, const std::funct
   const double seconds = clock_.Seconds();
   const TrainingClock::Absence absence(clock_);
   while (watch.waits()) {
-    if (saves() && trains_alone() && watch.wants_checkpoint && watch.wants_checkpoint())
-      Save(stage, iteration, seconds, state);
+    if (state && saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
     show_where_wanted();
   }
 }

@@ -64,6 +64,10 @@ struct ModelToRecord {
   std::function<splat::Model<float>()> on_host;
 };
 
+// Writes the state of a stage; and what comes before it where others have a part of that: told who saves, by process.
+using WriteState = std::function<void(ArchiveWriter&)>;
+using BeforeSaving = std::function<void(const std::vector<bool>& savers)>;
+
 class TrainingSession {
  public:
   // Made by all of several processes together.
@@ -128,13 +132,13 @@ class TrainingSession {
   bool any_saves() const { return any_saves_; }
   // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
   // saves at intervals stops; state: writes it. An older checkpoint stays until the new one is complete, and where that
-  // cannot be written. before: called before it by each of several processes, if any of them saves.
-  void SaveWhereDue(Stage stage, int iteration, const std::function<void(ArchiveWriter&)>& state,
-                    const std::function<void()>& before = {});
-  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does. Where
-  // several train a checkpoint is written once all go on.
+  // cannot be written. before: called first where any saves. Given by all of several processes
+  // or by none: they agree on it, and may exchange in it.
+  void SaveWhereDue(Stage stage, int iteration, const WriteState& state, const BeforeSaving& before = {});
+  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does. state:
+  // empty where other processes have a part of it; then a checkpoint is written after the next iteration.
   void AttendToWatch(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host,
-                     const std::function<void(ArchiveWriter&)>& state);
+                     const WriteState& state);
   // Hands out the model on the way, where that is due. on_host: gives it.
   void SnapshotWhereDue(Stage stage, int iteration, const std::function<splat::Model<float>()>& on_host);
   // Processes that train together; null: this one alone.
@@ -211,7 +215,7 @@ class TrainingSession {
     double last_seconds_ = 0;
   };
   // seconds: of the run.
-  void Save(Stage stage, int iteration, double seconds, const std::function<void(ArchiveWriter&)>& state);
+  void Save(Stage stage, int iteration, double seconds, const WriteState& state);
   // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
   std::string NoteError(const char* what, const std::function<void()>& write);
   // Throws Error where the checkpoint is of another scene.

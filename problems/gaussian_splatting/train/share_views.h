@@ -45,17 +45,17 @@ class OwnViewsOfIterations {
   Share own_;
 };
 
-// An iteration of processes each of which has taken some of its views and steps some of the Gaussians: what the views
-// tell goes to who steps them, and what became of them goes to all. Of each process come the terms of its views at this
-// one's Gaussians, and those of its Gaussians that a view saw; on a device both go through the host's memory. Keeps the
-// memory for that.
+// An iteration of several views by processes each of which has taken some of them and steps some of the Gaussians: what
+// the views tell goes to who steps them, and what became of them goes to all. From each process come the terms of its
+// views at this one's Gaussians, and then the parameters of those of its Gaussians that a view saw; on a device both go
+// through the host's memory. Keeps the memory for that.
 class ViewExchange {
  public:
-  // Once each process has added its own views, of several: then the sum is that of all views, at this process's
-  // Gaussians.
+  // Once each process has added its own views: then the sum is that of all views, at this process's Gaussians.
   template <class Space>
   void ToOwners(Ranks& ranks, const GaussianOwners& owners, SumOfViews<Space>* sum) {
     const auto size = static_cast<std::size_t>(ranks.size()), self = static_cast<std::size_t>(ranks.rank());
+    VESTA_CHECK(sum->num_views() > 1, "a single view is each process's own");
     auto parts = sum->TakeParts();
     if (rooms_.size() < parts.size()) rooms_.resize(parts.size());
     // By part and process.
@@ -72,6 +72,10 @@ class ViewExchange {
       }
     }
     told = GatherValues(ranks, told);
+    for (std::size_t k = 0; k < told.size(); k += kToldOf + size) {
+      VESTA_CHECK(told[k + 3] == sum->num_gaussians(), "processes train {} and {} Gaussians", told[k + 3],
+                  sum->num_gaussians());
+    }
     const std::vector<std::size_t> sent = Write(pieces, size), received = Received(told, size, self);
     Resize(static_cast<Index>(std::reduce(received.begin(), received.end())), &received_);
     ranks.AllToAll(std::as_bytes(std::span(sent_.data(), static_cast<std::size_t>(sent_.size()))), sent,
@@ -80,8 +84,6 @@ class ViewExchange {
     for (auto& part : parts) sum->Recycle(std::move(part));
     const unsigned char* at = received_.data();
     for (std::size_t k = 0; k < told.size(); k += kToldOf + size) {
-      VESTA_CHECK(told[k + 3] == sum->num_gaussians(), "processes train {} and {} Gaussians", told[k + 3],
-                  sum->num_gaussians());
       const Index bytes = told[k + kToldOf + self];
       sum->AddPart({told[k + 1], told[k + 2]}, {at, bytes});
       at += bytes;

@@ -37,9 +37,15 @@ constexpr Index RowsAt(Index blocks) { return kHeaderBytes + 2 * ListBytes(block
 constexpr Index RowBytes(Index rows) { return rows * kLanes * static_cast<Index>(sizeof(float)); }
 constexpr Index SizeOf(const Header& header) { return RowsAt(header.blocks) + RowBytes(header.rows); }
 
+// Of a term that lies at `to`, the header, and zeros where there is nothing.
 inline void WriteHeader(const Header& header, unsigned char* to) {
   std::fill_n(to, kHeaderBytes, static_cast<unsigned char>(0));
   std::memcpy(to, &header, sizeof(header));
+  const Index used = header.blocks * static_cast<Index>(sizeof(std::uint32_t)),
+              unused = ListBytes(header.blocks) - used;
+  for (const Index list : {BlockAt(), BeginAt(header.blocks)}) {
+    std::fill_n(to + list + used, unused, static_cast<unsigned char>(0));
+  }
 }
 // Throws Error where these are not the bytes of a term.
 inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
@@ -70,14 +76,11 @@ class Piece {
   // to: room for so many.
   void Write(unsigned char* to) const {
     WriteHeader(piece_, to);
-    const Index blocks = piece_.blocks,
-                padding = ListBytes(blocks) / static_cast<Index>(sizeof(std::uint32_t)) - blocks;
-    auto* block = reinterpret_cast<std::uint32_t*>(to + BlockAt());
-    std::fill_n(std::copy_n(List(BlockAt()) + first_, blocks, block), padding, 0);
-    auto* begin = reinterpret_cast<std::uint32_t*>(to + BeginAt(blocks));
+    const Index blocks = piece_.blocks;
+    std::copy_n(List(BlockAt()) + first_, blocks, reinterpret_cast<std::uint32_t*>(to + BlockAt()));
     const auto rebased = [&](std::uint32_t row) { return static_cast<std::uint32_t>(row - first_row_); };
     const std::uint32_t* of_whole = List(BeginAt(whole_.blocks)) + first_;
-    std::fill_n(std::transform(of_whole, of_whole + blocks, begin, rebased), padding, 0);
+    std::transform(of_whole, of_whole + blocks, reinterpret_cast<std::uint32_t*>(to + BeginAt(blocks)), rebased);
     std::copy_n(bytes_ + RowsAt(whole_.blocks) + RowBytes(first_row_), RowBytes(piece_.rows), to + RowsAt(blocks));
   }
 

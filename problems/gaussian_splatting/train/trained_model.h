@@ -51,23 +51,23 @@ class TrainedModel {
   }
   // Of what was added since the last step.
   void ForgetGradient() { gradient_ = Vector(); }
-  // From now on each of these processes steps Gaussians of its own, and has their moments and bases; null: this one
-  // all.
+  // From now on each of these processes steps Gaussians of its own, and its moments and bases of others are out of
+  // date; null: this one steps all.
   void DivideAmong(Ranks* sharers) { sharers_ = sharers; }
   GaussianOwners owners() const { return {layout_, sharers_ ? sharers_->size() : 1}; }
   // Adam's step by the gradient, of the Gaussians that are this process's own.
   void Step(int attributes, double factor) {
-    const GaussianRange own = owners().Of(sharers_ ? sharers_->rank() : 0);
+    const GaussianRange own = sharers_ ? owners().Of(sharers_->rank()) : GaussianRange{0, count()};
     adam_.Step(layout_, own, x_, gradient(attributes), attributes, factor);
-    lacks_others_ = sharers_ != nullptr;
+    is_out_of_date_ = sharers_ != nullptr;
   }
   // Where Gaussians are divided: the parameters, for what others have stepped.
   float* shared_parameters() { return x_.data(); }
-  // Before the state is saved: with moments and bases of all Gaussians. Called by all who share.
-  void MakeWhole() {
-    if (!std::exchange(lacks_others_, false)) return;
-    MoveAdam(
-        *sharers_, owners(), [](int, Index) { return true; }, &adam_);
+  // Before the state is saved by some processes: theirs has the moments and bases of all Gaussians. Called by all who
+  // share.
+  void GatherFor(const std::vector<bool>& savers) {
+    const auto wants = [&](int process, Index) { return savers[static_cast<std::size_t>(process)]; };
+    if (is_out_of_date_) MoveAdam(*sharers_, owners(), wants, &adam_);
   }
   // Counts the parameters in their mean, until Gaussians change. On a device throws OutOfDeviceMemory; then there is no
   // mean.
@@ -145,7 +145,7 @@ class TrainedModel {
   template <class Archive>
   void Visit(Archive& archive) {
     archive(layout_, x_, adam_, average_, density_);
-    if constexpr (Archive::kReads) gradient_ = Vector();
+    if constexpr (Archive::kReads) gradient_ = Vector(), is_out_of_date_ = false;
   }
 
  private:
@@ -199,7 +199,7 @@ class TrainedModel {
   // Gaussian i becomes a copy of source[i], as far as `layout` has its bands, with its moments where kept[i].
   void Rearrange(const splat::ModelLayout& layout, const Buffer<std::uint32_t, Space>& source,
                  const Buffer<std::uint8_t, Space>& kept) {
-    if (lacks_others_) FetchSources(layout, source);
+    if (is_out_of_date_) FetchSources(layout, source);
     adam_.Rearrange(layout_, layout, source, kept);
     Vector x;
     x.ResizeForOverwrite(layout.Size());
@@ -230,7 +230,7 @@ class TrainedModel {
   Buffer<splat::PosedCamera, Space> unit_views_;
   double unit_;
   Ranks* sharers_ = nullptr;
-  bool lacks_others_ = false;  // moments and bases of what others have stepped
+  bool is_out_of_date_ = false;  // of moments and bases those of what others have stepped
 };
 
 }  // namespace vesta::gs

@@ -55,7 +55,8 @@ struct TrainWatch {
   // they are with it, as TrainResult::cameras has them.
   std::function<bool()> wants_model;
   std::function<void(const splat::Model<float>&, const std::vector<ViewUnknowns>& cameras)> show;
-  // Whether the state is to be saved now, to CheckpointOptions::path, and what became of it: why not, else empty.
+  // Whether the state is to be saved now, to CheckpointOptions::path (where processes share iterations it is after the
+  // next one), and what became of it: why not, else empty.
   std::function<bool()> wants_checkpoint;
   std::function<void(int iteration, const std::string& error)> saved;
   // Whether the training is paused: then it may take its time, which no clock of the training counts, and is asked

@@ -57,6 +57,7 @@ class ViewGradient {
   std::uint32_t* begin() { return At<std::uint32_t>(term::BeginAt(blocks())); }
   float* numbers() { return At<float>(term::RowsAt(blocks())); }
   term::Arrays arrays() { return {block(), begin(), numbers()}; }
+  bool has_memory() const { return bytes_.capacity() > 0; }
 
  private:
   // With some room, since a term is recycled for others that are a little larger.
@@ -132,7 +133,9 @@ class ViewGradients {
   void GivePulls(const term::Layout& layout, Term& term, float* pull, int* seen) const {
     ForEach<Space>(term.blocks(), kGrain, term::GivePulls{term.arrays(), layout.model.count, pull, seen});
   }
-  void Recycle(Term term) { spare_.push_back(std::move(term)); }
+  void Recycle(Term term) {
+    if (term.has_memory()) spare_.push_back(std::move(term));
+  }
   // One that was recycled, whose contents mean nothing, or a new one.
   Term TakeSpare() {
     if (spare_.empty()) return {};

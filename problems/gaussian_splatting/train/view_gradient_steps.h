@@ -165,7 +165,7 @@ struct AddRow {
   }
 };
 
-// The same, out of an array that stays as it is; so do lanes without a Gaussian.
+// The rows of attributes become those of an array laid out as the model; lanes without a Gaussian stay.
 struct RenewRow {
   RowOfBlock of;
   const std::uint32_t* begin;

@@ -128,7 +128,7 @@ class DividedModels : public testing::Test {
     const auto steps = [&](int count) {
       for (int k = 0; k < count; ++k) Step(trained, random, ranks);
     };
-    steps(30);
+    steps(8);
     std::vector<std::uint8_t> degrees;
     for (Index i = 0; i < kCount; ++i) degrees.push_back(static_cast<std::uint8_t>(i * i % 4));
     trained.SetDegrees(degrees);
@@ -137,7 +137,7 @@ class DividedModels : public testing::Test {
     for (Index i = 0; i < kCount; i += i % 7 == 0 ? 2 : 1) kept.push_back(i);
     trained.Keep(kept);
     steps(5);
-    trained.MakeWhole();
+    if (ranks) trained.GatherFor(std::vector<bool>(static_cast<std::size_t>(ranks->size()), true));
     std::string bytes;
     ArchiveWriter archive([&](std::string_view more) { bytes += more; });
     archive(trained);
@@ -170,7 +170,7 @@ class DividedModels : public testing::Test {
 
 TEST_F(DividedModels, AreInTheEndWhatOneWouldBe) {
   const std::string expected = Train(nullptr);
-  for (const int processes : {1, 2, 3, 8}) {
+  for (const int processes : {2, 3, 8}) {
     OnThreadRanks(processes, [&](Ranks& ranks) {
       EXPECT_TRUE(Train(&ranks) == expected) << "process " << ranks.rank() << " of " << processes;
     });

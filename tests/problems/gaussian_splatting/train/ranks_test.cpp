@@ -32,7 +32,7 @@ TEST(TrainingOverRanks, ComesToTheSameBitsForAnyNumberOfThem) {
 
 TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
   const Scene scene = test::SceneToDivide();
-  TrainOptions options = test::DividedTraining(150, 0);
+  TrainOptions options = test::DividedTraining(60, 0);
   const TrainResult alone = Train(scene, options, 0, {});
   EXPECT_GT(alone.model.count, kTurnChunk) << "not all are one's";
   EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
@@ -116,15 +116,15 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
 }
 
 TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
-  std::vector<int> all(29);
+  std::vector<int> all(19);
   std::iota(all.begin(), all.end(), 1);
-  // Of three views: 30 iterations.
-  ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(90, 1), all);
+  // Of three views: 20 iterations.
+  ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(60, 1), all);
 }
 
 // The state that is saved has what either has learned of its own Gaussians.
 TEST(TrainingOverRanks, IsStoppedWhereGaussiansAreDividedAndGoesOn) {
-  ExpectToBeStoppedAndGoOn(test::SceneToDivide(), test::DividedTraining(90, 1), {1, 13, 22});
+  ExpectToBeStoppedAndGoOn(test::SceneToDivide(), test::DividedTraining(60, 1), {1, 12});
 }
 
 TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) { test::ExpectOwnPhotographsDo(3, Options()); }
