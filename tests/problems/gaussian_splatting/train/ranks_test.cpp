@@ -116,15 +116,15 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
 }
 
 TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
-  std::vector<int> all(19);
+  std::vector<int> all(14);
   std::iota(all.begin(), all.end(), 1);
-  // Of three views: 20 iterations.
-  ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(60, 1), all);
+  // Of three views: 15 iterations.
+  ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(45, 1), all);
 }
 
 // The state that is saved has what either has learned of its own Gaussians.
 TEST(TrainingOverRanks, IsStoppedWhereGaussiansAreDividedAndGoesOn) {
-  ExpectToBeStoppedAndGoOn(test::SceneToDivide(), test::DividedTraining(60, 1), {1, 12});
+  ExpectToBeStoppedAndGoOn(test::SceneToDivide(), test::DividedTraining(45, 1), {1, 9});
 }
 
 TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) { test::ExpectOwnPhotographsDo(3, Options()); }
