@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "problems/gaussian_splatting/adam/block_adam_formula.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
 #include "problems/gaussian_splatting/train/over_ranks.h"
 #include "tests/problems/gaussian_splatting/train/training_on_ranks.h"
