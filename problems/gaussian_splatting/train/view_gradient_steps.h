@@ -103,6 +103,17 @@ struct RowOfBlock {
     const Index number = block[k];
     if (row < layout.RowsOf(number)) body(k, number, row);
   }
+  // The same of rows of attributes alone: body(k, row in the block, the first of its numbers in an array laid out as
+  // the model, how many it has there).
+  template <class Body>
+  VESTA_HD void VisitAttribute(Index index, const Body& body) const {
+    Visit(index, [&](Index k, Index number, Index row) {
+      if (row < kFirstAttribute) return;
+      const int attribute = static_cast<int>(row) - kFirstAttribute;
+      const Index first = number * kLanes, left = layout.model.Rows(attribute) - first;
+      body(k, row, layout.model.Offset(attribute) + first, left < kLanes ? left : kLanes);
+    });
+  }
 };
 
 // The rows of gradients, out of an array laid out as the model, which is zero afterwards.
@@ -112,12 +123,8 @@ struct TakeRow {
   float *gradient, *rows;
 
   VESTA_HD void operator()(Index index) const {
-    of.Visit(index, [&](Index k, Index number, Index row) {
-      if (row < kFirstAttribute) return;
-      const int attribute = static_cast<int>(row) - kFirstAttribute;
-      const Index first = number * kLanes, there = of.layout.model.Rows(attribute) - first;
-      float* from = gradient + of.layout.model.Offset(attribute) + first;
-      float* to = rows + (begin[k] + row) * kLanes;
+    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
+      float *from = gradient + first, *to = rows + (begin[k] + row) * kLanes;
       for (Index lane = 0; lane < kLanes; ++lane) {
         to[lane] = lane < there ? from[lane] : 0.0f;
         if (lane < there) from[lane] = 0;
@@ -169,17 +176,13 @@ struct AddRow {
 struct RenewRow {
   RowOfBlock of;
   const std::uint32_t* begin;
-  const float* from;
+  const float* values;
   float* rows;
 
   VESTA_HD void operator()(Index index) const {
-    of.Visit(index, [&](Index k, Index number, Index row) {
-      if (row < kFirstAttribute) return;
-      const int attribute = static_cast<int>(row) - kFirstAttribute;
-      const Index first = number * kLanes, there = of.layout.model.Rows(attribute) - first;
-      const float* values = from + of.layout.model.Offset(attribute) + first;
+    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
       float* to = rows + (begin[k] + row) * kLanes;
-      for (Index lane = 0; lane < kLanes && lane < there; ++lane) to[lane] = values[lane];
+      for (Index lane = 0; lane < there; ++lane) to[lane] = values[first + lane];
     });
   }
 };
@@ -191,13 +194,9 @@ struct GiveRow {
   float* values;
 
   VESTA_HD void operator()(Index index) const {
-    of.Visit(index, [&](Index k, Index number, Index row) {
-      if (row < kFirstAttribute) return;
-      const int attribute = static_cast<int>(row) - kFirstAttribute;
-      const Index first = number * kLanes, there = of.layout.model.Rows(attribute) - first;
+    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
       const float* from = term.rows + (term.begin[k] + row) * kLanes;
-      float* to = values + of.layout.model.Offset(attribute) + first;
-      for (Index lane = 0; lane < kLanes && lane < there; ++lane) to[lane] = from[lane];
+      for (Index lane = 0; lane < there; ++lane) values[first + lane] = from[lane];
     });
   }
 };
