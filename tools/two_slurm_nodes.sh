@@ -32,8 +32,8 @@ head -c 1024 /dev/urandom > "$dir/munge.key"
 chmod 0600 "$dir/munge.key"
 munged --force --key-file="$dir/munge.key" --socket="$dir/munge/socket" --pid-file="$dir/munged.pid" \
   --log-file="$dir/munged.log" --seed-file="$dir/munge.seed"
-# Two ports a daemon, of those that nobody has.
-port() { awk -v p="$$" -v k="$1" 'BEGIN { print 20000 + (p * 7 + k) % 20000 }'; }
+# A port a daemon, below those that the system gives to whoever asks for any.
+port() { awk -v p="$$" -v k="$1" 'BEGIN { print 10000 + (p * 7 + k) % 20000 }'; }
 cat > "$dir/slurm.conf" <<CONF
 ClusterName=here
 SlurmctldHost=$host(127.0.0.1)
