@@ -132,8 +132,8 @@ class TrainingSession {
   bool any_saves() const { return any_saves_; }
   // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
   // saves at intervals stops; state: writes it. An older checkpoint stays until the new one is complete, and where that
-  // cannot be written. before: called first where any saves. Given by all of several processes or by none: they agree on
-  // it, and may exchange in it.
+  // cannot be written. before: called first where any saves. Given by all of several processes or by none: they agree
+  // on it, and may exchange in it.
   void SaveWhereDue(Stage stage, int iteration, const WriteState& state, const BeforeSaving& before = {});
   // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does. state:
   // empty where other processes have a part of it; then a checkpoint is written after the next iteration.
