@@ -107,7 +107,8 @@ TEST_F(CudaCameras, GradientAndCurvatureOfAViewAreThoseOfTheHost) {
   const gs::TargetView<CpuBackend<float>> target{scene.view, ViewOf(truth), ViewOf(mask)};
   const DeviceBuffer<float> x = ToDevice(host.x);
   const splat::Model<float> model = {x.data(), scene.layout(), scene.active_sh_degree};
-  for (const gs::FreeUnknowns free : {gs::FreeUnknowns(), gs::FreeUnknowns{true, true, true}}) {
+  for (const gs::FreeUnknowns free :
+       {gs::FreeUnknowns(), gs::FreeUnknowns{true, true, true}, gs::FreeUnknowns{true, true, true, true}}) {
     SCOPED_TRACE(free.num_tangent());
     const GradientAndCurvature<CudaBackend<float>> found(model, scene, target, free);
     const GradientAndCurvature<CpuBackend<float>> expected(host.model, scene, target, free);
@@ -116,7 +117,7 @@ TEST_F(CudaCameras, GradientAndCurvatureOfAViewAreThoseOfTheHost) {
     EXPECT_LT(RelativeError(found.curvature, expected.curvature), kSumTolerance);
     // As docs/cuda.md has it, of the products of a view's images by channels; and two while the view is built.
     const int images = free.pose_tangent() + (free.color ? 2 : 0) + free.lens_tangent();
-    EXPECT_EQ(found.gradient_waits, 1 + (free.color ? 6 : 0) + (free.lens ? 1 : 0));
+    EXPECT_EQ(found.gradient_waits, 1 + (free.color ? 6 : 0) + (free.lens ? 1 : 0) + free.radial_tangent());
     EXPECT_EQ(found.curvature_waits, 3 * images * (images + 1) / 2 + 2);
   }
 }

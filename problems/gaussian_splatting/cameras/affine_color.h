@@ -11,7 +11,8 @@ namespace vesta::gs {
 struct AffineColor {
   std::array<double, 3> gain{1, 1, 1}, offset{};
 
-  bool is_none() const { return gain == std::array<double, 3>{1, 1, 1} && offset == std::array<double, 3>{}; }
+  bool operator==(const AffineColor&) const = default;
+  bool is_none() const { return *this == AffineColor{}; }
   // What takes it back. No gain may be 0.
   AffineColor Inverse() const;
   // First that one, then this.

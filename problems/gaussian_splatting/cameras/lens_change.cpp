@@ -6,7 +6,7 @@ namespace vesta::gs {
 
 bool LensChange::is_sound() const {
   const auto is_within = [](const double v[2], double most) { return std::abs(v[0]) < most && std::abs(v[1]) < most; };
-  return is_within(log_focal, 1) && is_within(shift, 0.5);
+  return is_within(log_focal, 1) && is_within(shift, 0.5) && is_within(radial, 0.5);
 }
 
 splat::Lens LensChange::Of(const splat::Lens& given) const {
@@ -14,11 +14,12 @@ splat::Lens LensChange::Of(const splat::Lens& given) const {
           given.cy + given.fy * shift[1]};
 }
 
-LensChange Compose(const splat::LensTangent& delta, const LensChange& change) {
+LensChange Compose(const LensStepNumbers& delta, const LensChange& change) {
   LensChange composed = change;
   for (int k = 0; k < 2; ++k) {
     composed.shift[k] += std::exp(change.log_focal[k]) * delta.v[2 + k];
     composed.log_focal[k] += delta.v[k];
+    composed.radial[k] += delta.v[splat::kLensTangent + k];
   }
   return composed;
 }

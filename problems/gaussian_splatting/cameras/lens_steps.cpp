@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
+#include <type_traits>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/step_system.h"
@@ -9,13 +11,20 @@
 namespace vesta::gs {
 namespace {
 
-using LensVector = Eigen::Matrix<double, splat::kLensTangent, 1>;
-using LensMatrix = Eigen::Matrix<double, splat::kLensTangent, splat::kLensTangent, Eigen::RowMajor>;
+template <class Matrix>
+auto CurvatureOf(const FreeUnknowns& free, Matrix& system) {
+  return Eigen::Map<std::conditional_t<std::is_const_v<Matrix>, const StepMatrix, StepMatrix>>(
+      system.curvature.data(), free.lens_tangent(), free.lens_tangent());
+}
+template <class Vector>
+auto GradientOf(const FreeUnknowns& free, Vector& system) {
+  return Eigen::Map<std::conditional_t<std::is_const_v<Vector>, const StepVector, StepVector>>(system.gradient.data(),
+                                                                                               free.lens_tangent());
+}
 
 // H = [own, coupling^T; coupling, lens] of a view, its own part solvable.
 struct Parts {
-  StepMatrix own, coupling;
-  LensMatrix lens;
+  StepMatrix own, coupling, lens;
 
   Parts(const FreeUnknowns& free, const std::vector<double>& curvature) {
     const Eigen::Index n = free.num_tangent(), of_view = free.OwnOfView().num_tangent();
@@ -23,8 +32,8 @@ struct Parts {
                 "a curvature of {} numbers for a step of {}, the lens's included", curvature.size(), n);
     const StepMatrix H = StepMatrixOf(curvature);
     own = Damped(H.topLeftCorner(of_view, of_view));
-    coupling = H.bottomLeftCorner(splat::kLensTangent, of_view);
-    lens = H.bottomRightCorner<splat::kLensTangent, splat::kLensTangent>();
+    coupling = H.bottomLeftCorner(n - of_view, of_view);
+    lens = H.bottomRightCorner(n - of_view, n - of_view);
   }
 };
 
@@ -35,32 +44,44 @@ void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, co
   const Parts H(free, curvature);
   const auto solver = H.own.ldlt();
   const Eigen::Map<const StepVector> g(gradient.data(), static_cast<Eigen::Index>(gradient.size()));
-  const LensVector of_lens =
-      g.tail<splat::kLensTangent>() - H.coupling * solver.solve(StepVector(g.head(H.own.rows())));
-  const LensMatrix schur = H.lens - H.coupling * solver.solve(StepMatrix(H.coupling.transpose()));
+  const StepVector of_lens = g.tail(H.lens.rows()) - H.coupling * solver.solve(StepVector(g.head(H.own.rows())));
+  const StepMatrix schur = H.lens - H.coupling * solver.solve(StepMatrix(H.coupling.transpose()));
   if (!of_lens.allFinite() || !schur.allFinite()) return;
-  Eigen::Map<LensVector>(system->gradient.data()) += of_lens;
-  Eigen::Map<LensMatrix>(system->curvature.data()) += schur;
+  GradientOf(free, *system) += of_lens;
+  CurvatureOf(free, *system) += schur;
+  for (int k = 0; k < free.radial_tangent(); ++k) {
+    system->before[static_cast<std::size_t>(k)] += H.lens(free.Radial(k), free.Radial(k));
+  }
   ++system->views;
 }
 
-splat::LensTangent LensStep(const LensSystem& system, double part, double most) {
-  const StepMatrix H = Damped(Eigen::Map<const LensMatrix>(system.curvature.data()));
-  const LensVector step = -part * H.ldlt().solve(Eigen::Map<const LensVector>(system.gradient.data()));
-  splat::LensTangent lens;
-  const double largest = step.cwiseAbs().maxCoeff();
+LensStepNumbers LensStep(const FreeUnknowns& free, const LensSystem& system, double part, const LensLimit& limit) {
+  StepMatrix H = Damped(CurvatureOf(free, system));
+  // What poses and focal lengths do nearly as well is left to them: in that direction gradients are noise for the most
+  // part.
+  constexpr double kHardlyTold = 0.1;
+  for (int k = 0; k < free.radial_tangent(); ++k) {
+    H(free.Radial(k), free.Radial(k)) += kHardlyTold * system.before[static_cast<std::size_t>(k)];
+  }
+  const StepVector step = -part * H.ldlt().solve(GradientOf(free, system));
+  LensStepNumbers lens;
+  StepVector reach = step.cwiseAbs();
+  for (Eigen::Index k = splat::kLensTangent, power = 3; k < step.size(); ++k, power += 2) {
+    reach[k] *= std::pow(limit.corner, power);
+  }
+  const double largest = reach.maxCoeff();
   if (!step.allFinite() || largest == 0) return lens;
-  Eigen::Map<LensVector>(lens.v) = step * std::min(1.0, most / largest);
+  Eigen::Map<StepVector>(lens.v, step.size()) = step * std::min(1.0, limit.most / largest);
   return lens;
 }
 
 std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
-                           const splat::LensTangent& lens) {
+                           const LensStepNumbers& lens) {
   const Parts H(free, curvature);
-  const Eigen::Map<const LensVector> of_lens(lens.v);
+  const Eigen::Map<const StepVector> of_lens(lens.v, free.lens_tangent());
   const StepVector own = -H.own.ldlt().solve(StepVector(H.coupling.transpose() * of_lens));
   std::vector<double> step(own.begin(), own.end());
-  step.insert(step.end(), lens.v, lens.v + splat::kLensTangent);
+  step.insert(step.end(), lens.v, lens.v + free.lens_tangent());
   return step;
 }
 

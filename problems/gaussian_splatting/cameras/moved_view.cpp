@@ -32,20 +32,37 @@ splat::CameraMotion MotionBetween(const View& from, const View& to) {
   return splat::MotionBetween(from.rotation.data(), from.translation.data(), to.rotation.data(), to.translation.data());
 }
 
-std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found) {
-  std::vector<View> views;
-  std::vector<std::pair<Camera, LensChange>> lenses;
-  std::size_t trained = 0;
-  for (const View& view : scene.views) {
-    const bool is_found = view.is_trained() && !found.empty();
-    VESTA_CHECK(!is_found || trained < found.size(), "{} motions are fewer than the training views", found.size());
-    if (is_found) lenses.emplace_back(view.camera, found[trained].lens);
-    views.push_back(AsFound(view, is_found ? found[trained++] : ViewUnknowns{}));
+std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnknowns>& found) {
+  std::vector<LensChange> lenses(scene.views.size());
+  if (found.empty()) return lenses;
+  std::vector<std::pair<const View*, LensChange>> of_cameras;
+  for (std::size_t v = 0, trained = 0; v < lenses.size(); ++v) {
+    if (!scene.views[v].is_trained()) continue;
+    VESTA_CHECK(trained < found.size(), "{} motions are fewer than the training views", found.size());
+    lenses[v] = found[trained++].lens;
+    of_cameras.emplace_back(&scene.views[v], lenses[v]);
   }
-  for (View& view : views) {
+  for (std::size_t v = 0; v < lenses.size(); ++v) {
+    const View& view = scene.views[v];
     if (view.is_trained()) continue;
-    const auto same = std::ranges::find(lenses, view.camera, &std::pair<Camera, LensChange>::first);
-    if (same != lenses.end()) view.camera.lens = same->second.Of(view.camera.lens);
+    const auto same = std::ranges::find_if(of_cameras, [&](const auto& other) {
+      return other.first->camera == view.camera && other.first->bent == view.bent;
+    });
+    if (same != of_cameras.end()) lenses[v] = same->second;
+  }
+  return lenses;
+}
+
+std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found) {
+  const std::vector<LensChange> lenses = LensesOf(scene, found);
+  std::vector<View> views;
+  std::size_t trained = 0;
+  for (std::size_t v = 0; v < lenses.size(); ++v) {
+    const View& view = scene.views[v];
+    ViewUnknowns as_found;
+    if (view.is_trained() && !found.empty()) as_found.motion = found[trained++].motion;
+    as_found.lens = lenses[v];
+    views.push_back(AsFound(view, as_found));
   }
   return views;
 }

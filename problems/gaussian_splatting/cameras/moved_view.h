@@ -19,8 +19,12 @@ View AsFound(const View& view, const ViewUnknowns& found);
 // The motion that brings one view's camera to another's pose.
 splat::CameraMotion MotionBetween(const View& from, const View& to);
 
-// The views of a scene, without images: those that are trained on as found, in their order, the others with the lens
-// that was found of their camera; all as they are where `found` is empty. Else as many as there are training views.
+// What was found of the lens of each view of a scene: of those that are trained on, in their order, and of the others
+// by their camera. Nothing where `found` is empty; else as many as there are training views.
+std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnknowns>& found);
+
+// The views of a scene, without images: those that are trained on as found, the others with the lens that was found of
+// their camera (LensesOf).
 std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);
 
 // How far apart the images of two views are: the median distance in pixels between what they make of the means of the

@@ -34,4 +34,10 @@ FreeUnknowns FreeBy(CameraChoice choice) {
   return free;
 }
 
+FreeUnknowns FreeBy(CameraChoice choice, const View& view) {
+  FreeUnknowns free = FreeBy(choice);
+  free.radial = free.lens && view.bent.has_value();
+  return free;
+}
+
 }  // namespace vesta::gs

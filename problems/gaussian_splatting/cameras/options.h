@@ -3,6 +3,7 @@
 
 #include "kernels/core/schema.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
 
@@ -11,7 +12,7 @@ enum class CameraChoice {
   kNone,
   kPose,
   kPoseAndExposure,
-  kAll,   // lenses too: focal lengths and principal points, shared by the views of a camera
+  kAll,   // lenses too, shared by the views of a camera: focal lengths, principal points, radial distortion
   kAuto,  // what views that are held out gain by (evidence.h)
 };
 inline constexpr schema::Choice<CameraChoice> kCameraChoices[] = {{CameraChoice::kNone, "none"},
@@ -52,5 +53,7 @@ void CheckTogether(const CameraOptions& options);
 
 // What is free by that choice; of kAuto nothing, before it has chosen.
 FreeUnknowns FreeBy(CameraChoice choice);
+// The same of that view: radial distortion is free where its photograph was of a lens that bends.
+FreeUnknowns FreeBy(CameraChoice choice, const View& view);
 
 }  // namespace vesta::gs

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/lens_motion.h"
+#include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -41,7 +42,14 @@ std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free
   }
   if (free.lens) {
     const splat::LensTangent lens = LensCotangent(seen.splats, seen.cotangents);
-    std::copy_n(lens.v, splat::kLensTangent, gradient.begin() + free.Lens(0));
+    std::copy_n(lens.v, free.pinhole_tangent(), gradient.begin() + free.Lens(0));
+  }
+  typename B::Vector column;
+  for (int k = 0; k < free.radial_tangent(); ++k) {
+    column.ResizeForOverwrite(seen.image.size());
+    BendColumn<B>(seen.target.camera, k, seen.image, column.view());
+    gradient[static_cast<std::size_t>(free.Lens(free.Radial(k)))] =
+        Dot(backend, typename B::ConstView(column.view()), seen.image_gradient);
   }
   return gradient;
 }

@@ -13,8 +13,8 @@ namespace vesta::gs {
 
 // A matrix from steps of a view (FreeUnknowns) to images of 3 planes. Each channel has a gain and an offset of its own,
 // so a gain's column and those of the other two channels' make one image, and likewise the offsets': with the pose's
-// six and the lens's four there are twelve. W treats channels by themselves too, so W times the matrix is one of the
-// same form. In the memory of B.
+// six and the lens's six there are fourteen at most. W treats channels by themselves too, so W times the matrix is one
+// of the same form. In the memory of B.
 template <class B>
 class ViewColumns {
  public:
@@ -58,10 +58,11 @@ class ViewColumns {
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
                          typename B::ConstView rendered, typename B::ConstView moves);
-// The derivatives of the image of a view by the numbers of its pose and of its lens that are free, one after the other.
+// The derivatives of the image of a view, `rendered`, by the numbers of its pose and of its lens that are free, one
+// after the other.
 template <class B>
 typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
-                           const splat::Model<typename B::Scalar>& model,
+                           const splat::Model<typename B::Scalar>& model, typename B::ConstView rendered,
                            typename SplatBackend<B>::Workspace& workspace);
 
 // J^T W J, square, free.num_tangent() numbers a side. weighted: unless null becomes W J.

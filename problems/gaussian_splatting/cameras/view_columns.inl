@@ -2,6 +2,7 @@
 // that space (kernels/gaussian_splatting/pose_jacobian.h and lens_jacobian.h, or device_camera.h).
 #pragma once
 
+#include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/view_columns.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
@@ -40,7 +41,7 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
 
 template <class B>
 typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
-                           const splat::Model<typename B::Scalar>& model,
+                           const splat::Model<typename B::Scalar>& model, typename B::ConstView rendered,
                            typename SplatBackend<B>::Workspace& workspace) {
   const Index values = ImageShape::kChannels * view.num_pixels();
   const int pose = free.pose_tangent();
@@ -51,10 +52,13 @@ typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend
     unit.v[k] = 1;
     ApplyPoseJ(view, model, unit, moves.data() + k * values, workspace);
   }
-  for (int k = 0; k < free.lens_tangent(); ++k) {
+  for (int k = 0; k < free.pinhole_tangent(); ++k) {
     splat::LensTangent unit;
     unit.v[k] = 1;
     ApplyLensJ(view, unit, moves.data() + (pose + k) * values, workspace);
+  }
+  for (int k = 0; k < free.radial_tangent(); ++k) {
+    BendColumn<B>(view.camera(), k, rendered, moves.view().subspan((pose + free.Radial(k)) * values, values));
   }
   return moves;
 }

@@ -46,9 +46,9 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
   HostBuffer<S> rendered;
   rendered.ResizeForOverwrite(target_.shape().NumValues());
   view_.Render(rendered.data());
+  HostBuffer<S> moves = MovesOf<CpuBackend<S>>(options_.free, view_, model_, rendered.view(), workspace_);
   return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
-                                                MovesOf<CpuBackend<S>>(options_.free, view_, model_, workspace_),
-                                                loss_);
+                                                std::move(moves), loss_);
 }
 
 template <class S>

@@ -13,7 +13,8 @@ void Pack(const ViewUnknowns& unknowns, HostSpan<double> x) {
   out = std::copy_n(unknowns.color.gain.data(), 3, out);
   out = std::copy_n(unknowns.color.offset.data(), 3, out);
   out = std::copy_n(unknowns.lens.log_focal, 2, out);
-  std::copy_n(unknowns.lens.shift, 2, out);
+  out = std::copy_n(unknowns.lens.shift, 2, out);
+  std::copy_n(unknowns.lens.radial, 2, out);
 }
 
 ViewUnknowns Unpack(HostSpan<const double> x) {
@@ -25,6 +26,7 @@ ViewUnknowns Unpack(HostSpan<const double> x) {
   std::copy_n(x.data() + 10, 3, unknowns.color.offset.data());
   std::copy_n(x.data() + 13, 2, unknowns.lens.log_focal);
   std::copy_n(x.data() + 15, 2, unknowns.lens.shift);
+  std::copy_n(x.data() + 17, 2, unknowns.lens.radial);
   return unknowns;
 }
 
@@ -43,8 +45,8 @@ ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSp
     }
   }
   if (free.lens) {
-    splat::LensTangent step;
-    std::copy_n(delta.data() + free.Lens(0), splat::kLensTangent, step.v);
+    LensStepNumbers step;
+    std::copy_n(delta.data() + free.Lens(0), free.lens_tangent(), step.v);
     moved.lens = Compose(step, unknowns.lens);
   }
   return moved;

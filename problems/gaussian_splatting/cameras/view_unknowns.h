@@ -16,28 +16,34 @@ struct ViewUnknowns {
   LensChange lens = {};
 };
 
-// The same as a vector of the engine: quaternion, translation, gains, offsets, focal lengths, principal point.
-inline constexpr Index kViewParameters = 17;
+// The same as a vector of the engine: quaternion, translation, gains, offsets, focal lengths, principal point,
+// radial coefficients.
+inline constexpr Index kViewParameters = 19;
 void Pack(const ViewUnknowns& unknowns, HostSpan<double> x);
 ViewUnknowns Unpack(HostSpan<const double> x);
 
 // Which of them are to be found. A step is first the pose's six numbers (splat::PoseTangent), then three gains and
-// three offsets, then the lens's four (splat::LensTangent), of those that are.
+// three offsets, then the lens's four, then its radial distortion's two (LensStepNumbers), of those that are.
 struct FreeUnknowns {
   bool pose = true;
   bool color = false;
   bool lens = false;
+  bool radial = false;  // where the lens is
 
   constexpr int pose_tangent() const { return pose ? splat::kPoseTangent : 0; }
   constexpr int color_tangent() const { return color ? 2 * ImageShape::kChannels : 0; }
-  constexpr int lens_tangent() const { return lens ? splat::kLensTangent : 0; }
+  constexpr int pinhole_tangent() const { return lens ? splat::kLensTangent : 0; }
+  constexpr int radial_tangent() const { return lens && radial ? kRadialTangent : 0; }
+  constexpr int lens_tangent() const { return pinhole_tangent() + radial_tangent(); }
   constexpr int num_tangent() const { return pose_tangent() + color_tangent() + lens_tangent(); }
   // Places in a step.
   constexpr int Gain(int channel) const { return pose_tangent() + channel; }
   constexpr int Offset(int channel) const { return Gain(ImageShape::kChannels) + channel; }
   constexpr int Lens(int k) const { return pose_tangent() + color_tangent() + k; }
+  // Of a lens's numbers, that of k1 or k2.
+  constexpr int Radial(int k) const { return pinhole_tangent() + k; }
   // Without the lens, which views may share: the first numbers of a step.
-  constexpr FreeUnknowns OwnOfView() const { return {pose, color, false}; }
+  constexpr FreeUnknowns OwnOfView() const { return {pose, color}; }
 };
 
 // x (+) delta: the retractions of motion and lens (Compose), a sum for the colours. What is not free stays.

@@ -8,16 +8,21 @@
 namespace vesta::gs {
 namespace {
 
+// The model that has all that the lens has.
+ColmapCameraModel ModelOf(const BentCamera& bent) {
+  if (bent.distortion.is_fisheye) return ColmapCameraModel::kOpenCvFisheye;
+  if (!bent.distortion.is_none()) return ColmapCameraModel::kFullOpenCv;
+  return bent.camera.lens.fx == bent.camera.lens.fy ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole;
+}
+
 // The id of the camera, which is added where there is no such one.
-std::uint32_t IdOf(const Camera& camera, std::vector<ColmapCamera>* cameras) {
-  const auto same = std::ranges::find(*cameras, camera, &ColmapCamera::camera);
+std::uint32_t IdOf(const BentCamera& bent, std::vector<ColmapCamera>* cameras) {
+  const auto same = std::ranges::find_if(*cameras, [&](const ColmapCamera& other) {
+    return BentCamera{other.camera, other.distortion} == bent;
+  });
   if (same != cameras->end()) return same->id;
   const auto id = static_cast<std::uint32_t>(cameras->size() + 1);
-  const bool is_simple = camera.lens.fx == camera.lens.fy;
-  cameras->push_back({.id = id,
-                      .model = is_simple ? ColmapCameraModel::kSimplePinhole : ColmapCameraModel::kPinhole,
-                      .camera = camera,
-                      .distortion = {}});
+  cameras->push_back({.id = id, .model = ModelOf(bent), .camera = bent.camera, .distortion = bent.distortion});
   return id;
 }
 
@@ -28,7 +33,7 @@ ColmapModel ColmapOf(const Scene& scene, const std::vector<View>& views) {
   for (const View& view : views) {
     ColmapImage image{.id = static_cast<std::uint32_t>(model.images.size() + 1),
                       .translation = view.translation,
-                      .camera_id = IdOf(view.camera, &model.cameras),
+                      .camera_id = IdOf(view.bent.value_or(BentCamera{view.camera, {}}), &model.cameras),
                       .name = view.name};
     QuaternionFromRotation(view.rotation.data(), image.rotation.data());
     // t = R x + T of the scene's frame is R (x_world - origin) + T.

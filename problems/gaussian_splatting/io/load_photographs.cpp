@@ -64,7 +64,7 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, const std:
       foreseen = ForeseePhotograph(in_files[v], rule);
     }
     view.camera = foreseen.camera;
-    view.distortion = {};
+    if (!view.distortion.is_none()) view.bent = {in_files[v].camera, std::exchange(view.distortion, {})};
     sources[v] = {
         .decode = [in_file = in_files[v], rule, camera = view.camera] { return ReadAgain(in_file, rule, camera); },
         .bytes = foreseen.bytes,

@@ -102,8 +102,6 @@ void CheckSomethingCounts(const View& view, const Image& image) {
 
 }  // namespace
 
-double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
-
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule) {
   double most_bytes = 0;
   Image image = LoadTurned(view, rule.background, &most_bytes);

@@ -23,8 +23,6 @@ struct ViewPhotograph {
 // without image. Throws Error, one line that names the file, for whatever cannot be used.
 ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule);
 
-double BytesOf(const Image& image);
-
 // What ReadPhotograph will make of it, by the header of its file.
 struct ForeseenPhotograph {
   Camera camera;                     // as ViewPhotograph has it

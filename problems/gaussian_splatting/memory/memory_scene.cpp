@@ -39,7 +39,8 @@ MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<cons
     counts[v].pixels = static_cast<double>(camera.width) * camera.height;
     counts[v].tiles = static_cast<double>(tiles(camera.width)) * tiles(camera.height);
   }
-  return {model, std::move(counts)};
+  const bool is_bent = std::ranges::any_of(views, [](const View* v) { return v->bent.has_value(); });
+  return {model, std::move(counts), is_bent};
 }
 
 MemoryScene MemoryScene::Scaled(Index new_gaussians) const {

@@ -15,6 +15,7 @@ using splat::ViewCounts;
 struct MemoryScene {
   splat::ModelLayout layout;
   std::vector<ViewCounts> views;
+  bool is_bent = false;  // of photographs that were undistorted: radial distortion can be found
 
   // The same with another number of Gaussians, what it counts growing in proportion.
   MemoryScene Scaled(Index new_gaussians) const;

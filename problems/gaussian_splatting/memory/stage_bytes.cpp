@@ -32,6 +32,13 @@ class Parts {
   double View() const { return ViewBytes(most_); }
   // What the passes over views work in, but for Gram matrices.
   double Passes() const { return Workspace::BuildBytes(most_, gaussians_) + Workspace::ProductBytes(most_); }
+  // Truths, and the masks that photographs have where bends are found; on the host they are the views' own.
+  double Truths(const CameraOptions& cameras) const {
+    double bytes = 0;
+    const bool has_masks = kIsDevice && scene_.is_bent && FreeBy(cameras.refine).lens;
+    for (const ViewCounts& view : scene_.views) bytes += has_masks ? view.pixels : 0;
+    return bytes + Truths();
+  }
   double Truths() const {
     double bytes = 0;
     for (const ViewCounts& view : scene_.views) bytes += Splats::TruthBytes(view.pixels);
@@ -46,7 +53,8 @@ class Parts {
   double CameraCurvature(const CameraOptions& cameras) const {
     if (!cameras.refines() || cameras.rule != CameraRule::kGaussNewton) return 0;
     // The most that auto may choose.
-    const FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
+    FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
+    free.radial = scene_.is_bent;
     const int moves = free.pose_tangent() + free.lens_tangent(), columns = moves + (free.color ? 2 : 0);
     const int weighted = 2 + LinearizationImages(SsimLinearization::kQuadratic);
     return View() + Passes() + (1 + columns + std::max(moves, weighted)) * Image() +
@@ -72,6 +80,7 @@ class Parts {
   }
 
  private:
+  static constexpr bool kIsDevice = !std::is_same_v<typename B::Space, Host>;
   static constexpr double kWorthBytes = sizeof(splat::Removal<double>) + 2 * sizeof(double) + sizeof(Index);
 
   double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
@@ -95,7 +104,7 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const Parts<B> parts(scene);
   const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
   // The model, two moments and the bases; units, and with density pulls and observations, by Gaussian.
-  const double held = parts.Truths() + 3 * vector + bases +
+  const double held = parts.Truths(options.cameras) + 3 * vector + bases +
                       (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
   // The gradient; the image and its gradient; in the end the mean of the parameters.
   const double step = vector + TermBytes(scene, options.adam.views_per_iteration) + parts.View() + parts.Passes() +

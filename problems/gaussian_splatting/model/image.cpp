@@ -61,6 +61,8 @@ std::size_t CountedPixels(const Image& image) {
   return image.num_pixels() - static_cast<std::size_t>(left_out);
 }
 
+double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
+
 double CountedPart(const Image& image) {
   if (image.mask.empty()) return 1;
   return static_cast<double>(CountedPixels(image)) / static_cast<double>(image.num_pixels());

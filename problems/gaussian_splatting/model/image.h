@@ -28,6 +28,9 @@ struct Image {
 std::size_t CountedPixels(const Image& image);
 double CountedPart(const Image& image);
 
+// That its pixels take.
+double BytesOf(const Image& image);
+
 struct ImageSize {
   int width = 0, height = 0;
 };

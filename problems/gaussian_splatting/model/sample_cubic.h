@@ -12,7 +12,8 @@ namespace vesta::gs {
 // linearly. Beyond the border stands the pixel of the border.
 std::array<float, 3> SampleCubic(const Image& image, double u, double v);
 
-// Whether the four pixels about (u, v), which make up nearly all of that colour, take part (Image::mask).
+// Whether (u, v) lies in the image and the four pixels about it, which make up nearly all of that colour, take part
+// (Image::mask).
 bool CountsAbout(const Image& image, double u, double v);
 
 }  // namespace vesta::gs

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,14 @@ struct Camera {
 // The same camera for its image resized to width x height.
 Camera ResizeCamera(const Camera& camera, int width, int height);
 
+// A camera whose lens bends what a pinhole would show.
+struct BentCamera {
+  Camera camera;  // before its lens bends
+  Distortion distortion;
+
+  bool operator==(const BentCamera&) const = default;
+};
+
 // What a view is for.
 enum class ViewRole {
   kTraining,
@@ -45,6 +54,8 @@ struct View {
   // In place of it where the photographs of the scene do not fit into memory.
   std::shared_ptr<const StoredPhotograph> stored;
   Distortion distortion;  // of the photograph as its file has it; none once LoadScene has undistorted it
+  // The camera that the model has for the photograph in its file, where LoadScene has undistorted it.
+  std::optional<BentCamera> bent;
 
   bool is_trained() const { return role == ViewRole::kTraining; }
   bool is_test() const { return role == ViewRole::kTest; }

@@ -161,7 +161,7 @@ Image UndistortImage(const Image& image, const Camera& camera, const Distortion&
       }
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(pinhole.width) + static_cast<std::size_t>(column);
-      if (!counts) result.mask[pixel] = 0;
+      if (!counts && !result.mask.empty()) result.mask[pixel] = 0;
       const float share = 1.0f / static_cast<float>(samples * samples);
       for (int c = 0; c < 3; ++c) {
         result.plane(c)[pixel] = std::clamp(share * sum[static_cast<std::size_t>(c)], 0.0f, 1.0f);

@@ -147,6 +147,7 @@ class AdamStage {
     const int degree = ActiveDegree(state_->span);
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
+    cameras_.DevelopAll(&targets_, &coarse_targets_);
     targets_.Release(), coarse_targets_.Release();
     const auto evaluate = [&] {
       return EvaluateOrDownload(
@@ -236,6 +237,7 @@ class AdamStage {
       }
       const std::size_t next = NextView(state_->order);
       if (!own.Has(next)) continue;
+      cameras_.Develop(next, &targets_, &coarse_targets_);
       const TargetView<B>& target = targets[next];
       const ImageShape shape = target.shape();
       const auto values = static_cast<double>(shape.NumValues());
@@ -349,6 +351,7 @@ class AdamStage {
     if (observes && !is_end && (!is_last || session_.any_saves())) ChangeGaussians(it);
     if (!is_end && (!is_last || session_.any_saves())) {
       parsimony_.TakeOut(*state_, degree, [&] {
+        cameras_.DevelopAll(&targets_, &coarse_targets_);
         passes_.emplace(), targets_.Release(), coarse_targets_.Release();
         before_growth_ = KeptState();  // of more than there are now
       });

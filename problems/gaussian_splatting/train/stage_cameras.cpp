@@ -30,15 +30,13 @@ ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const st
 }  // namespace
 
 StageCameras::StageCameras(TrainingSession& session)
-    : session_(session),
-      options_(session.options().cameras),
-      depth_(2 * session.scene().extent),
-      is_photograph_new_(session.training_views().size()) {
-  std::vector<Camera> cameras;
+    : session_(session), options_(session.options().cameras), depth_(2 * session.scene().extent) {
+  std::vector<std::pair<Camera, std::optional<BentCamera>>> cameras;
   for (const View* view : session.cameras().given()) {
-    const auto same = std::ranges::find(cameras, view->camera);
+    const std::pair camera(view->camera, view->bent);
+    const auto same = std::ranges::find(cameras, camera);
     lens_of_.push_back(static_cast<std::size_t>(same - cameras.begin()));
-    if (same == cameras.end()) cameras.push_back(view->camera), views_of_lens_.push_back(0);
+    if (same == cameras.end()) cameras.push_back(camera), views_of_lens_.push_back(0);
     ++views_of_lens_[lens_of_.back()];
   }
 }
@@ -78,10 +76,6 @@ void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) con
                             evidence.Words()));
 }
 
-void StageCameras::Set(std::size_t view, const ViewUnknowns& found) {
-  if (session_.cameras().Set(view, found)) is_photograph_new_[view] = true;
-}
-
 bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const {
   return by_curvature() && own.age < CurvatureAge(session_.options().adam, span);
 }
@@ -93,7 +87,7 @@ void StageCameras::NoteLackOfRoom(const std::string& why) {
 
 void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Lens& lens,
                         const std::vector<double>& gradient, StageCamerasState* state) {
-  const FreeUnknowns free = FreeBy(Choice(*state));
+  const FreeUnknowns free = FreeOf(view, *state);
   const ViewUnknowns& found = session_.cameras().found()[view];
   CameraStepState& own = state->views[view];
   const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
@@ -101,7 +95,7 @@ void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Le
     state->lenses.resize(views_of_lens_.size());
     AddToLens(free, gradient, own.curvature, &state->lenses[lens_of_[view]]);
   }
-  Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
+  session_.cameras().Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
   ++state->seen;
 }
 
@@ -119,14 +113,14 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
   return moved;
 }
 
-// Where curvatures are known motions follow the lens at once, exposures when their views are seen: photographs would
-// have to be made anew.
+// Where curvatures are known motions follow the lens at once, exposures when their views are seen.
 void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
-  const FreeUnknowns free = FreeBy(Choice(*state));
   const std::vector<ViewUnknowns>& found = session_.cameras().found();
   const auto first = static_cast<std::size_t>(std::ranges::find(lens_of_, lens) - lens_of_.begin());
-  const double fx = session_.cameras().given()[first]->camera.lens.fx;
-  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonPart(options_, span.before), kMostPixels / fx);
+  const FreeUnknowns free = FreeOf(first, *state);
+  const Camera& camera = session_.cameras().given()[first]->camera;
+  LensStepNumbers step = LensStep(free, state->lenses[lens], GaussNewtonPart(options_, span.before),
+                                  {kMostPixels / camera.lens.fx, CornerOf(camera)});
   if (!Compose(step, found[first].lens).is_sound()) step = {};  // none could need so much
   state->lenses[lens] = {};
   for (std::size_t view = 0; view < lens_of_.size(); ++view) {
@@ -138,7 +132,7 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
       now.motion = Plus(now, free, {all.data(), static_cast<Index>(all.size())}).motion;
     }
     now.lens = Compose(step, now.lens);
-    Set(view, now);
+    session_.cameras().Set(view, now);
   }
 }
 
@@ -147,7 +141,7 @@ void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   if (free.pose) RemoveCommonMotion(session_.cameras().given(), depth_, &found);
   if (free.pose && !span.HasReached(kMeanTurnFree)) RemoveCommonTurn(&found);
   if (free.color) RemoveCommonExposure(&found);
-  for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
+  for (std::size_t i = 0; i < found.size(); ++i) session_.cameras().Set(i, found[i]);
 }
 
 }  // namespace vesta::gs

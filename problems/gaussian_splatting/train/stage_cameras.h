@@ -48,7 +48,7 @@ class StageCameras {
   // the camera stays.
   template <class B>
   void Step(const StageSpan& span, const SeenView<B>& seen, StageCamerasState* state) {
-    const FreeUnknowns free = FreeBy(Choice(*state));
+    const FreeUnknowns free = FreeOf(seen.view, *state);
     state->views.resize(session_.cameras().found().size());
     CameraStepState& own = state->views[seen.view];
     if (IsCurvatureDue(span, own)) {
@@ -64,22 +64,34 @@ class StageCameras {
   // Steps the lenses that it is time for, and takes out what views share once all were through. True where that moved
   // all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
-  // Shows where it stands now, and its photograph. coarse may be empty.
+  // Shows where it stands now. coarse may be empty, here and below.
   template <class B>
   void Show(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     const View& now = *session_.cameras().views()[view];
     for (StageTargets<B>* targets : {full, coarse}) {
-      if (targets->empty()) continue;
-      targets->SetCamera(view, now);
-      if (is_photograph_new_[view]) targets->SetPhotograph(view, now.image);
+      if (!targets->empty()) targets->SetCamera(view, now);
     }
-    is_photograph_new_[view] = false;
+  }
+  // Shows its photograph as it is by what was found; to be called before others look at it. Making it takes time, so
+  // that it is not made for each step of a lens that many views share.
+  template <class B>
+  void Develop(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
+    if (!session_.cameras().Develop(view)) return;
+    for (StageTargets<B>* targets : {full, coarse}) {
+      if (!targets->empty()) targets->SetPhotograph(view, session_.cameras().views()[view]->image);
+    }
+  }
+  template <class B>
+  void DevelopAll(StageTargets<B>* full, StageTargets<B>* coarse) {
+    for (std::size_t view = 0; view < session_.training_views().size(); ++view) Develop(view, full, coarse);
   }
 
  private:
   CameraChoice Choice(const StageCamerasState& state) const;
   bool is_deciding(const StageCamerasState& state) const;
-  void Set(std::size_t view, const ViewUnknowns& found);
+  FreeUnknowns FreeOf(std::size_t view, const StageCamerasState& state) const {
+    return FreeBy(Choice(state), *session_.cameras().given()[view]);
+  }
   // Whether a view's curvature is to be measured now.
   bool IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const;
   bool CanStep(const CameraStepState& own) const { return !by_curvature() || !own.curvature.empty(); }
@@ -97,7 +109,6 @@ class StageCameras {
   double depth_;                      // of what cameras see, world units
   std::vector<std::size_t> lens_of_;  // of each view
   std::vector<int> views_of_lens_;
-  std::vector<bool> is_photograph_new_;  // since it was shown
   bool lacked_room_ = false;
 };
 

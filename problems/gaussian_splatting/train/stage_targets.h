@@ -70,7 +70,7 @@ class StageTargets {
     std::copy_n(posed.centre, 3, camera.centre);
     camera.lens = ResizeCamera(view.camera, camera.width, camera.height).lens;
   }
-  // Its photograph, of any size, has another exposure now. What is merely looked at has it already.
+  // Its photograph, of any size, is another now, and its mask where it has one. What is merely looked at is so already.
   void SetPhotograph(std::size_t i, const Image& image) {
     if (kOnHost && views_.empty()) return;
     const ImageShape shape = targets_[i].shape();
@@ -82,7 +82,9 @@ class StageTargets {
       views_[i].image = std::move(resized);
       SetTruth(i, views_[i].image);
     } else {
-      SplatBackend<B>::Show(ValuesOf(fits ? image : resized), targets_[i].truth);  // the mask stays
+      const Image& shown = fits ? image : resized;
+      SplatBackend<B>::Show(ValuesOf(shown), targets_[i].truth);
+      if (!shown.mask.empty()) targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(shown));
     }
   }
   void Clear() { *this = StageTargets(); }

@@ -228,6 +228,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, TrainOptions options
     if (IsLeftOutByAny(callbacks.ranks, result)) options.lm.iterations = 0;
   }
   const double between = session.Seconds();
+  session.cameras().DevelopAll();
   PlanAndRunLm(session, options, model, stages, result);
   if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;

@@ -16,31 +16,53 @@ TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& option
     if (moved_) own_views_.push_back(&moved_->views[i]);
     views_.push_back(&scene().views[i]);
   }
-  if (moved_) found_.resize(views_.size());
+  if (!moved_) return;
+  found_.resize(views_.size()), developed_.resize(views_.size());
+  for (View* view : own_views_) {
+    Image& image = view->image;
+    if (FreeBy(options.refine, *view).radial && image.mask.empty()) image.mask.assign(image.num_pixels(), 1);
+  }
 }
 
-bool TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
+void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
   const View& given = *given_views_[view];
   View& own = *own_views_[view];
   own.rotation = given.rotation, own.translation = given.translation;
   splat::MovePose(found.motion, own.rotation.data(), own.translation.data());
   own.camera.lens = found.lens.Of(given.camera.lens);
-  const AffineColor &before = found_[view].color, &color = found.color;
-  const bool is_exposed_anew = before.gain != color.gain || before.offset != color.offset;
-  if (is_exposed_anew) {
-    own.image.rgb = given.image.rgb;
-    color.Inverse().Apply(HostSpan<float>{own.image.rgb.data(), static_cast<Index>(own.image.rgb.size())});
-  }
   found_[view] = found;
-  return is_exposed_anew;
+}
+
+bool TrainingCameras::Develop(std::size_t view) {
+  if (found_.empty()) return false;
+  const View& given = *given_views_[view];
+  Image& image = own_views_[view]->image;
+  const ViewUnknowns& found = found_[view];
+  const Development wanted{found.color, Visible(given.camera, found.lens.radial)};
+  if (wanted == developed_[view]) return false;
+  // Copied to where they were before, since others look there.
+  if (image.mask.empty()) {
+    image.rgb = given.image.rgb;
+  } else {
+    const Image unbent = Unbent(given.image, given.camera, wanted.radial);
+    std::ranges::copy(unbent.rgb, image.rgb.begin());
+    std::ranges::copy(unbent.mask, image.mask.begin());
+  }
+  wanted.color.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
+  developed_[view] = wanted;
+  return true;
+}
+
+void TrainingCameras::DevelopAll() {
+  for (std::size_t view = 0; view < found_.size(); ++view) Develop(view);
 }
 
 double TrainingCameras::CopiedMib() const {
-  double values = 0;
+  double bytes = 0;
   if (moved_) {
-    for (const View& view : moved_->views) values += static_cast<double>(view.image.rgb.size());
+    for (const View& view : moved_->views) bytes += BytesOf(view.image);
   }
-  return values * sizeof(float) / (1 << 20);
+  return bytes / (1 << 20);
 }
 
 bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {

@@ -24,6 +24,8 @@ const test::MemoryCase kCases[] = {
      [](TrainOptions& o) { o.adam.iterations = 18, o.adam.views_per_iteration = 3, o.lm.iterations = 0; }},
     {"adam_with_cameras", 60, 64, 48,
      [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }},
+    {"adam_with_bent_lenses", 60, 64, 48,
+     [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }, true},
     {"adam_by_parameters", 1500, 32, 24,
      [](TrainOptions& o) {
        o.adam.iterations = 6, o.adam.metric = AdamMetric::kDiagonal, o.lm.iterations = 0;

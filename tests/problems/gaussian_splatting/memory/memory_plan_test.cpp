@@ -25,6 +25,8 @@ const test::MemoryCase kCases[] = {
      [](TrainOptions& o) { o.adam.iterations = 12, o.adam.views_per_iteration = 4, o.lm.iterations = 0; }},
     {"adam_with_cameras", 300, 320, 240,
      [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }},
+    {"adam_with_bent_lenses", 300, 320, 240,
+     [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }, true},
     {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
     {"whole_gradient", 4000, 64, 48, [](TrainOptions& o) { o.lm.view_agreement = 0; }},
     {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},

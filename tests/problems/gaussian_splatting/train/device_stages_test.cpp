@@ -12,6 +12,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
+#include "tests/problems/gaussian_splatting/cameras/bent_photograph.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 #include "tests/support/emulated_device.h"
@@ -170,6 +171,9 @@ TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
   // Large enough for a coarse one.
   scene.views[2] = test::RingWithImages(model, 8, 144, 128).views[2];
   scene = CamerasOff(std::move(scene));
+  // One lens bends.
+  scene.views[2].image = test::Bent(scene.views[2].image, scene.views[2].camera, {0.3, 0});
+  scene.views[2].bent = BentCamera{scene.views[2].camera, {.radial = {-0.1}}};
   const TrainOptions options = FindingCameras();
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   const TrainResult host = Refine(scene, model, options, 0, {}),
@@ -183,6 +187,9 @@ TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
     EXPECT_LT(Distance(found.motion, expected.motion), 0.05 * Distance(expected.motion, {}));
     for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(found.color.gain[c], expected.color.gain[c], 0.005);
     for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(found.lens.log_focal[k], expected.lens.log_focal[k], 0.002);
+    const Camera& camera = scene.views[v + 1].camera;  // the first is for testing
+    EXPECT_NEAR(CornerBend(camera, found.lens.radial), CornerBend(camera, expected.lens.radial), 0.1);
+    EXPECT_EQ(CornerBend(camera, found.lens.radial) > 0.2, v + 1 == 2);
   }
 }
 

@@ -21,8 +21,6 @@ Scene CoarseScene() {
   return scene;
 }
 
-double BytesOf(const Image& image) { return static_cast<double>(sizeof(float) * image.rgb.size() + image.mask.size()); }
-
 // The scene with its photographs in a store that has room for so many.
 Scene Stored(Scene scene, double room) {
   scene.photographs = std::make_shared<PhotographStore>(room * BytesOf(scene.views[2].image));
