@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/camera_motion.h"
@@ -41,12 +42,14 @@ bool TrainingCameras::Develop(std::size_t view) {
   const Development wanted{found.color, Visible(given.camera, found.lens.radial)};
   if (wanted == developed_[view]) return false;
   // Copied to where they were before, since others look there.
-  if (image.mask.empty()) {
-    image.rgb = given.image.rgb;
-  } else {
+  if (wanted.radial != RadialCoefficients{}) {
     const Image unbent = Unbent(given.image, given.camera, wanted.radial);
     std::ranges::copy(unbent.rgb, image.rgb.begin());
     std::ranges::copy(unbent.mask, image.mask.begin());
+  } else {
+    std::ranges::copy(given.image.rgb, image.rgb.begin());
+    std::ranges::fill(image.mask, std::uint8_t{1});
+    std::ranges::copy(given.image.mask, image.mask.begin());
   }
   wanted.color.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
   developed_[view] = wanted;

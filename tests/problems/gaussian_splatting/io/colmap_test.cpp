@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/io/colmap_camera_models.h"
@@ -178,6 +180,19 @@ TEST(Colmap, OfASceneIsThatScene) {
     }
     EXPECT_EQ(model.points[0].position[1], 2 + scene.origin[1]);
     EXPECT_EQ(model.points[0].color[1], 128);
+    // Photographs that were undistorted have the camera of their files.
+    const BentCamera opencv{{80, 60, {100, 101, 41, 29}}, {.radial = {-0.1, 0.02, 0.01}, .tangential = {0.001, 0}}},
+        fisheye{{80, 60, {100, 101, 41, 29}}, {.is_fisheye = true, .radial = {0.1, 0.02}}};
+    scene.views[0].bent = opencv, scene.views[1].bent = fisheye;
+    const TempFolder folder;
+    WriteColmapModel(ColmapOf(scene, scene.views), folder.path(), ColmapFormat::kText);
+    const ColmapModel bent = ReadColmapModel(folder.path());
+    ASSERT_EQ(bent.cameras.size(), 3U);
+    for (const auto& [v, expected] : {std::pair(0U, opencv), std::pair(1U, fisheye)}) {
+      const auto id = bent.images[v].camera_id;
+      const auto camera = std::ranges::find(bent.cameras, id, &ColmapCamera::id);
+      EXPECT_EQ((BentCamera{camera->camera, camera->distortion}), expected);
+    }
   }
 }
 

@@ -215,9 +215,11 @@ TEST_F(CamerasFoundAlong, OddScenesStayFinite) {
 TEST(TrainingCameras, UnbendPhotographsThatWereUndistorted) {
   Scene given = test::TrainingScene();
   for (View& view : given.views) view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
+  given.views[1].image.mask.assign(given.views[1].image.num_pixels(), 1);
+  given.views[1].image.mask[70] = 0;
   TrainingCameras poses(given, {.refine = CameraChoice::kPoseAndExposure}),
       cameras(given, {.refine = CameraChoice::kAll});
-  EXPECT_TRUE(poses.views()[0]->image.mask.empty());
+  EXPECT_TRUE(poses.views()[1]->image.mask.empty());
   EXPECT_EQ(cameras.views()[0]->image.mask.size(), given.views[0].image.num_pixels());
   EXPECT_GT(cameras.CopiedMib(), poses.CopiedMib());
   std::vector<ViewUnknowns> found = cameras.found();
@@ -230,6 +232,16 @@ TEST(TrainingCameras, UnbendPhotographsThatWereUndistorted) {
   EXPECT_EQ(now.mask, unbent.mask);
   EXPECT_NEAR(now.rgb[0], unbent.rgb[0] / 2, 1e-6);
   EXPECT_EQ(now.rgb.back(), unbent.rgb.back());
+  // And back, to the bit; an exposure alone leaves every pixel where it is.
+  found[2] = {}, found[0].color.gain[0] = 2;
+  ASSERT_TRUE(cameras.Restore(found));
+  cameras.DevelopAll();
+  EXPECT_EQ(now.rgb, before.rgb);
+  EXPECT_EQ(std::ranges::count(now.mask, std::uint8_t{0}), 0);
+  const Image &exposed = cameras.views()[0]->image, &first = cameras.given()[0]->image;
+  ASSERT_FALSE(first.mask.empty());
+  EXPECT_EQ(exposed.mask, first.mask);
+  EXPECT_EQ(exposed.rgb[71], first.rgb[71] / 2);
 }
 
 TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
