@@ -162,8 +162,9 @@ int Main(int argc, char** argv) {
       align.free.color = true;
       const gs::AlignedEvaluation exposed = gs::EvaluateAligned(result.model, judged, align);
       // Test views as stated, training views as found.
-      gs::TrainingCameras cameras(scene, {.refine = gs::CameraChoice::kPoseAndExposure});
+      gs::TrainingCameras cameras(scene, {.refine = gs::CameraChoice::kAll});
       cameras.Restore(result.cameras);
+      cameras.DevelopAll();
       const gs::Evaluation quality =
           gs::Renderer(options.background, gs::NearPlane(scene)).Evaluate(result.model, cameras.scene());
       report.Add({{"scene", setup.scene_name},

@@ -2,18 +2,20 @@
 #pragma once
 
 #include "kernels/core/for_each.h"
-#include "kernels/gaussian_splatting/posed_camera.h"
 #include "problems/gaussian_splatting/cameras/bend_derivative.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
 
 namespace vesta::gs {
 
-// k: 0 for k1, 1 for k2. image, column: three planes of the camera's image, in the memory of B.
+// k: 0 for k1, 1 for k2. image, column: three planes of the target's image, in the memory of B.
 template <class B>
-void BendColumn(const splat::PosedCamera& camera, int k, typename B::ConstView image, typename B::View column) {
+void BendColumn(const TargetView<B>& target, int k, typename B::ConstView image, typename B::View column) {
   constexpr Index kGrain = 1 << 14;  // pixels
-  ForEach<typename B::Space>(
-      Index{camera.width} * camera.height, kGrain,
-      BendDerivative<typename B::Scalar>{image.data(), column.data(), camera.width, camera.height, camera.lens, k + 1});
+  const splat::PosedCamera& camera = target.camera;
+  const std::uint8_t* const mask = target.mask.size() > 0 ? target.mask.data() : nullptr;
+  ForEach<typename B::Space>(Index{camera.width} * camera.height, kGrain,
+                             BendDerivative<typename B::Scalar>{image.data(), mask, column.data(), camera.width,
+                                                                camera.height, camera.lens, k + 1});
 }
 
 }  // namespace vesta::gs

@@ -288,7 +288,7 @@ const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& un
   if (!unit.curvature.empty()) return unit.curvature;
   const ViewColumns<B> columns =
       ColumnsOf(layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
-                MovesOf<B>(layout_.free, unit.view, model_, unit.rendered.view(), *workspace_).view());
+                MovesOf<B>(layout_.free, *unit.target, unit.view, model_, unit.rendered.view(), *workspace_).view());
   unit.curvature = WeightedGram(columns, *loss_, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
   const std::vector<double>& J = unit.prior_jacobian;

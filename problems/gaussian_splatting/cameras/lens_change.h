@@ -14,9 +14,11 @@ struct LensChange {
 
   bool operator==(const LensChange&) const = default;
   bool is_none() const { return *this == LensChange{}; }
-  // Whether it is one that a lens could need: by less than a factor of e, and half a focal length; coefficients below
-  // a half.
+  // Whether it is one that a lens could need: by less than a factor of e, and half a focal length.
   bool is_sound() const;
+  // The same of the bend of an image whose farthest corner is so many focal lengths from the principal point: neither
+  // coefficient moves the corner by half of its distance, and nothing folds.
+  bool is_bend_sound(double corner) const;
   // The pinhole that was given as it is then, which the unbent photograph is of. By no change it keeps every bit.
   splat::Lens Of(const splat::Lens& given) const;
 };

@@ -21,7 +21,7 @@ struct SeenView {
   const TargetView<B>& target;
   const typename SplatBackend<B>::SplatView& splats;
   const splat::SplatTangent<float>* cotangents;  // of the splats, by rank
-  typename B::ConstView image, image_gradient;   // as rendered; of the cost by it
+  typename B::ConstView image, image_gradient;   // as rendered, where it takes part; of the cost by it
 };
 
 // By the view's unknowns, in the order of a step. Its users include what moves a view of B's: pose_jacobian.h and
@@ -47,7 +47,7 @@ std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free
   typename B::Vector column;
   for (int k = 0; k < free.radial_tangent(); ++k) {
     column.ResizeForOverwrite(seen.image.size());
-    BendColumn<B>(seen.target.camera, k, seen.image, column.view());
+    BendColumn<B>(seen.target, k, seen.image, column.view());
     gradient[static_cast<std::size_t>(free.Lens(free.Radial(k)))] =
         Dot(backend, typename B::ConstView(column.view()), seen.image_gradient);
   }

@@ -27,8 +27,9 @@ RadialCoefficients Visible(const Camera& camera, const double radial[2]) {
 }
 
 Image Unbent(const Image& photograph, const Camera& camera, const RadialCoefficients& radial) {
-  Image unbent(photograph.width, photograph.height);
-  unbent.mask.assign(unbent.num_pixels(), 1);
+  Image unbent = photograph;
+  if (unbent.mask.empty()) unbent.mask.assign(unbent.num_pixels(), 1);
+  if (radial == RadialCoefficients{}) return unbent;
   const splat::Lens& lens = camera.lens;
   // What is left of a bend shrinks nothing, so that a sample a pixel is enough, other than in UndistortImage.
   ParallelFor(camera.height, 8, [&](Index row) {
@@ -39,7 +40,7 @@ Image Unbent(const Image& photograph, const Camera& camera, const RadialCoeffici
                    v = lens.fy * factor * y + lens.cy;
       const std::array<float, 3> color = SampleCubic(photograph, u, v);
       const auto pixel = static_cast<std::size_t>(row * camera.width + column);
-      if (!CountsAbout(photograph, u, v)) unbent.mask[pixel] = 0;
+      unbent.mask[pixel] = CountsAbout(photograph, u, v) ? 1 : 0;
       for (int c = 0; c < 3; ++c) unbent.plane(c)[pixel] = std::clamp(color[static_cast<std::size_t>(c)], 0.0f, 1.0f);
     }
   });

@@ -61,7 +61,8 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
 // The derivatives of the image of a view, `rendered`, by the numbers of its pose and of its lens that are free, one
 // after the other.
 template <class B>
-typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+typename B::Vector MovesOf(const FreeUnknowns& free, const TargetView<B>& target,
+                           const typename SplatBackend<B>::SplatView& view,
                            const splat::Model<typename B::Scalar>& model, typename B::ConstView rendered,
                            typename SplatBackend<B>::Workspace& workspace);
 

@@ -40,7 +40,8 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
 }
 
 template <class B>
-typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+typename B::Vector MovesOf(const FreeUnknowns& free, const TargetView<B>& target,
+                           const typename SplatBackend<B>::SplatView& view,
                            const splat::Model<typename B::Scalar>& model, typename B::ConstView rendered,
                            typename SplatBackend<B>::Workspace& workspace) {
   const Index values = ImageShape::kChannels * view.num_pixels();
@@ -58,7 +59,7 @@ typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend
     ApplyLensJ(view, unit, moves.data() + (pose + k) * values, workspace);
   }
   for (int k = 0; k < free.radial_tangent(); ++k) {
-    BendColumn<B>(view.camera(), k, rendered, moves.view().subspan((pose + free.Radial(k)) * values, values));
+    BendColumn<B>(target, k, rendered, moves.view().subspan((pose + free.Radial(k)) * values, values));
   }
   return moves;
 }

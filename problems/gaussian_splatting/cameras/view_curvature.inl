@@ -17,7 +17,7 @@ std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<dou
   image.ResizeForOverwrite(target.shape().NumValues());
   view.Render(image.data());
   const ViewColumns<B> columns =
-      ColumnsOf(free, {}, target, image.view(), MovesOf<B>(free, view, model, image.view(), workspace).view());
+      ColumnsOf(free, {}, target, image.view(), MovesOf<B>(free, target, view, model, image.view(), workspace).view());
   // With the mask in J, that of W need not be: J^T W J is the same.
   typename SplatBackend<B>::Loss loss;
   typename SplatBackend<B>::Loss::Linearization W;

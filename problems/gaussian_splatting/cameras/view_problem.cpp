@@ -46,7 +46,7 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
   HostBuffer<S> rendered;
   rendered.ResizeForOverwrite(target_.shape().NumValues());
   view_.Render(rendered.data());
-  HostBuffer<S> moves = MovesOf<CpuBackend<S>>(options_.free, view_, model_, rendered.view(), workspace_);
+  HostBuffer<S> moves = MovesOf<CpuBackend<S>>(options_.free, target_, view_, model_, rendered.view(), workspace_);
   return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
                                                 std::move(moves), loss_);
 }

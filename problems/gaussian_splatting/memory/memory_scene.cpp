@@ -40,7 +40,9 @@ MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<cons
     counts[v].tiles = static_cast<double>(tiles(camera.width)) * tiles(camera.height);
   }
   const bool is_bent = std::ranges::any_of(views, [](const View* v) { return v->bent.has_value(); });
-  return {model, std::move(counts), is_bent};
+  double mask_bytes = 0;
+  for (const View* v : views) mask_bytes += static_cast<double>(v->image.mask.size());
+  return {model, std::move(counts), is_bent, mask_bytes};
 }
 
 MemoryScene MemoryScene::Scaled(Index new_gaussians) const {

@@ -15,7 +15,8 @@ using splat::ViewCounts;
 struct MemoryScene {
   splat::ModelLayout layout;
   std::vector<ViewCounts> views;
-  bool is_bent = false;  // of photographs that were undistorted: radial distortion can be found
+  bool is_bent = false;   // of photographs that were undistorted: radial distortion can be found
+  double mask_bytes = 0;  // of photographs of which not all takes part
 
   // The same with another number of Gaussians, what it counts growing in proportion.
   MemoryScene Scaled(Index new_gaussians) const;

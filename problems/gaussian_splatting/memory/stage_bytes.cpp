@@ -32,15 +32,9 @@ class Parts {
   double View() const { return ViewBytes(most_); }
   // What the passes over views work in, but for Gram matrices.
   double Passes() const { return Workspace::BuildBytes(most_, gaussians_) + Workspace::ProductBytes(most_); }
-  // Truths, and the masks that photographs have where bends are found; on the host they are the views' own.
-  double Truths(const CameraOptions& cameras) const {
-    double bytes = 0;
-    const bool has_masks = kIsDevice && scene_.is_bent && FreeBy(cameras.refine).lens;
-    for (const ViewCounts& view : scene_.views) bytes += has_masks ? view.pixels : 0;
-    return bytes + Truths();
-  }
+  // With masks; on the host they are the views' own.
   double Truths() const {
-    double bytes = 0;
+    double bytes = kIsDevice ? scene_.mask_bytes : 0;
     for (const ViewCounts& view : scene_.views) bytes += Splats::TruthBytes(view.pixels);
     return bytes;
   }
@@ -104,7 +98,7 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const Parts<B> parts(scene);
   const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
   // The model, two moments and the bases; units, and with density pulls and observations, by Gaussian.
-  const double held = parts.Truths(options.cameras) + 3 * vector + bases +
+  const double held = parts.Truths() + 3 * vector + bases +
                       (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
   // The gradient; the image and its gradient; in the end the mean of the parameters.
   const double step = vector + TermBytes(scene, options.adam.views_per_iteration) + parts.View() + parts.Passes() +

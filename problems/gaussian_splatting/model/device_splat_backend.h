@@ -33,6 +33,7 @@ struct SplatBackend<CudaBackend<float>> {
   static void Show(Span<const float, Space> from, Truth& to) {
     to.CopyFrom(from);
   }
+  static void ShowMask(HostSpan<const std::uint8_t> from, Mask& to) { to.CopyFrom(from); }
 };
 
 }  // namespace vesta::gs

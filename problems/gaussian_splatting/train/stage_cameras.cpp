@@ -85,6 +85,21 @@ void StageCameras::NoteLackOfRoom(const std::string& why) {
   session_.Note(fmt::format("cameras are stepped by older curvatures, or stay where there is none: {}", why));
 }
 
+// The photograph is unbent by coefficients that are rounded (Visible): the gradient at those that were found, by the
+// curvature.
+std::vector<double> StageCameras::AtWhatWasFound(std::size_t view, const FreeUnknowns& free,
+                                                 std::vector<double> gradient,
+                                                 const std::vector<double>& curvature) const {
+  const double* const radial = session_.cameras().found()[view].lens.radial;
+  const RadialCoefficients shown = Visible(session_.cameras().given()[view]->camera, radial);
+  for (int k = 0; k < free.radial_tangent(); ++k) {
+    const auto column = static_cast<std::size_t>(free.Lens(free.Radial(k)));
+    const double off = radial[k] - shown[static_cast<std::size_t>(k)];
+    for (std::size_t i = 0; i < gradient.size(); ++i) gradient[i] += curvature[i * gradient.size() + column] * off;
+  }
+  return gradient;
+}
+
 void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Lens& lens,
                         const std::vector<double>& gradient, StageCamerasState* state) {
   const FreeUnknowns free = FreeOf(view, *state);
@@ -93,7 +108,7 @@ void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Le
   const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
   if (free.lens) {
     state->lenses.resize(views_of_lens_.size());
-    AddToLens(free, gradient, own.curvature, &state->lenses[lens_of_[view]]);
+    AddToLens(free, AtWhatWasFound(view, free, gradient, own.curvature), own.curvature, &state->lenses[lens_of_[view]]);
   }
   session_.cameras().Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
   ++state->seen;
@@ -121,7 +136,9 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
   const Camera& camera = session_.cameras().given()[first]->camera;
   LensStepNumbers step = LensStep(free, state->lenses[lens], GaussNewtonPart(options_, span.before),
                                   {kMostPixels / camera.lens.fx, CornerOf(camera)});
-  if (!Compose(step, found[first].lens).is_sound()) step = {};  // none could need so much
+  // None could need so much.
+  if (!Compose(step, found[first].lens).is_bend_sound(CornerOf(camera))) step.v[4] = step.v[5] = 0;
+  if (!Compose(step, found[first].lens).is_sound()) step = {};
   state->lenses[lens] = {};
   for (std::size_t view = 0; view < lens_of_.size(); ++view) {
     if (lens_of_[view] != lens) continue;

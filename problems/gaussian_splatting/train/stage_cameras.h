@@ -101,6 +101,8 @@ class StageCameras {
   // By its gradient.
   void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
             StageCamerasState* state);
+  std::vector<double> AtWhatWasFound(std::size_t view, const FreeUnknowns& free, std::vector<double> gradient,
+                                     const std::vector<double>& curvature) const;
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
   void FixGauge(const StageSpan& span, const FreeUnknowns& free);
 

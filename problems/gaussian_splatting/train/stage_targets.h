@@ -84,7 +84,7 @@ class StageTargets {
     } else {
       const Image& shown = fits ? image : resized;
       SplatBackend<B>::Show(ValuesOf(shown), targets_[i].truth);
-      if (!shown.mask.empty()) targets_[i].mask = SplatBackend<B>::MakeMask(MaskOf(shown));
+      if (!shown.mask.empty()) SplatBackend<B>::ShowMask(MaskOf(shown), targets_[i].mask);
     }
   }
   void Clear() { *this = StageTargets(); }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/camera_motion.h"
@@ -19,9 +18,11 @@ TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& option
   }
   if (!moved_) return;
   found_.resize(views_.size()), developed_.resize(views_.size());
-  for (View* view : own_views_) {
-    Image& image = view->image;
-    if (FreeBy(options.refine, *view).radial && image.mask.empty()) image.mask.assign(image.num_pixels(), 1);
+  for (std::size_t view = 0; view < own_views_.size(); ++view) {
+    Image& image = own_views_[view]->image;
+    if (!FreeBy(options.refine, *own_views_[view]).radial) continue;
+    if (image.mask.empty()) image.mask.assign(image.num_pixels(), 1);
+    unbent_.emplace(view, image);
   }
 }
 
@@ -40,19 +41,20 @@ bool TrainingCameras::Develop(std::size_t view) {
   Image& image = own_views_[view]->image;
   const ViewUnknowns& found = found_[view];
   const Development wanted{found.color, Visible(given.camera, found.lens.radial)};
-  if (wanted == developed_[view]) return false;
+  Development& developed = developed_[view];
+  if (wanted == developed) return false;
   // Copied to where they were before, since others look there.
-  if (wanted.radial != RadialCoefficients{}) {
-    const Image unbent = Unbent(given.image, given.camera, wanted.radial);
-    std::ranges::copy(unbent.rgb, image.rgb.begin());
-    std::ranges::copy(unbent.mask, image.mask.begin());
+  if (const auto unbent = unbent_.find(view); unbent != unbent_.end()) {
+    if (wanted.radial != developed.radial) {
+      unbent->second = Unbent(given.image, given.camera, wanted.radial);
+      std::ranges::copy(unbent->second.mask, image.mask.begin());
+    }
+    std::ranges::copy(unbent->second.rgb, image.rgb.begin());
   } else {
     std::ranges::copy(given.image.rgb, image.rgb.begin());
-    std::ranges::fill(image.mask, std::uint8_t{1});
-    std::ranges::copy(given.image.mask, image.mask.begin());
   }
   wanted.color.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
-  developed_[view] = wanted;
+  developed = wanted;
   return true;
 }
 
@@ -64,19 +66,23 @@ double TrainingCameras::CopiedMib() const {
   double bytes = 0;
   if (moved_) {
     for (const View& view : moved_->views) bytes += BytesOf(view.image);
+    for (const auto& [view, image] : unbent_) bytes += BytesOf(image);
   }
   return bytes / (1 << 20);
 }
 
 bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
-  const auto is_sound = [](const ViewUnknowns& view) {
+  if (found.size() != found_.size()) return false;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const LensChange& lens = found[i].lens;
     HostBuffer<double> x(kViewParameters);
-    Pack(view, x.view());
+    Pack(found[i], x.view());
     const bool is_finite = std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
-    return is_finite && view.lens.is_sound() &&
-           std::ranges::all_of(view.color.gain, [](double gain) { return gain > 0; });
-  };
-  if (found.size() != found_.size() || !std::ranges::all_of(found, is_sound)) return false;
+    const bool is_bent = lens.radial[0] != 0 || lens.radial[1] != 0;
+    if (!is_finite || !lens.is_sound() || !lens.is_bend_sound(CornerOf(given_views_[i]->camera))) return false;
+    if (is_bent && !unbent_.contains(i)) return false;
+    if (!std::ranges::all_of(found[i].color.gain, [](double gain) { return gain > 0; })) return false;
+  }
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);
   return true;
 }

@@ -2,6 +2,7 @@
 // move from where they were given, and their photographs are brought to one exposure, and unbent.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -32,7 +33,8 @@ class TrainingCameras {
   void DevelopAll();
   // Of photographs that are there twice.
   double CopiedMib() const;
-  // All of them, as they were found before; false where that cannot be: not as many, or no numbers.
+  // All of them, as they were found before; false where that cannot be: not as many, no numbers, or a bend of what was
+  // no photograph of a lens that bends.
   bool Restore(const std::vector<ViewUnknowns>& found);
 
  private:
@@ -49,6 +51,7 @@ class TrainingCameras {
   std::vector<View*> own_views_;
   std::vector<ViewUnknowns> found_;
   std::vector<Development> developed_;
+  std::map<std::size_t, Image> unbent_;  // photographs of lenses whose distortion is found, before their exposure
 };
 
 }  // namespace vesta::gs

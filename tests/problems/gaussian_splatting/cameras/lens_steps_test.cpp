@@ -137,10 +137,13 @@ TEST(LensChange, IsOfTheGivenLensAndComposes) {
   const LensChange bent = Compose({{0, 0, 0, 0, 0.02, -0.01}}, Compose({{0, 0, 0, 0, 0.1, 0.2}}, {}));
   EXPECT_TRUE(bent.Of(given) == given);
   EXPECT_FALSE(bent.is_none());
-  EXPECT_TRUE(bent.is_sound());
+  EXPECT_TRUE(bent.is_bend_sound(1));
   EXPECT_NEAR(bent.radial[0], 0.12, 1e-15);
   EXPECT_NEAR(bent.radial[1], 0.19, 1e-15);
-  EXPECT_FALSE(Compose({{0, 0, 0, 0, 0, 0.5}}, {}).is_sound());
+  EXPECT_TRUE(Compose({{0, 0, 0, 0, 0, 50}}, {}).is_bend_sound(0.25)) << "a long lens";
+  EXPECT_FALSE(bent.is_bend_sound(1.5));
+  EXPECT_FALSE(Compose({{0, 0, 0, 0, -0.4, 0}}, {}).is_bend_sound(1)) << "it folds";
+  EXPECT_FALSE(Compose({{0, 0, 0, 0, NAN, 0}}, {}).is_bend_sound(1));
   // And the same of a smaller image.
   const splat::Lens small = change.Of(given.Scaled(0.5, 0.5));
   EXPECT_NEAR(small.cx, lens.cx / 2, 1e-12);

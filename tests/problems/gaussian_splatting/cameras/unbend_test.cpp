@@ -93,7 +93,8 @@ TEST(BendDerivative, IsThatOfTheBentImage) {
     more[static_cast<std::size_t>(k)] = kStep, less[static_cast<std::size_t>(k)] = -kStep;
     const Image above = test::Bent(image, kCamera, more), below = test::Bent(image, kCamera, less);
     std::vector<float> derivative(image.rgb.size());
-    const BendDerivative<float> of{image.rgb.data(), derivative.data(), image.width, image.height, kCamera.lens, k + 1};
+    const BendDerivative<float> of{image.rgb.data(), nullptr, derivative.data(), image.width, image.height,
+                                   kCamera.lens,     k + 1};
     for (Index pixel = 0; pixel < static_cast<Index>(image.num_pixels()); ++pixel) of(pixel);
     double most = 0, off = 0;
     for (std::size_t i = 0; i < derivative.size(); ++i) {

@@ -242,6 +242,11 @@ TEST(TrainingCameras, UnbendPhotographsThatWereUndistorted) {
   ASSERT_FALSE(first.mask.empty());
   EXPECT_EQ(exposed.mask, first.mask);
   EXPECT_EQ(exposed.rgb[71], first.rgb[71] / 2);
+  // No bend of what no lens has bent, nor one that folds.
+  found[2].lens.radial[0] = 0.1;
+  EXPECT_FALSE(poses.Restore(found));
+  found[2].lens.radial[0] = -10;
+  EXPECT_FALSE(cameras.Restore(found));
 }
 
 TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
