@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <tuple>
 
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/cameras/unbend.h"
 #include "solver/block_problem.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/numeric_diff_cost.h"
@@ -47,8 +47,8 @@ Point PixelOf(const BentCamera& bent, const Point& direction) {
 Point InGiven(const Camera& pinhole, const LensChange& found, const Point& direction) {
   const splat::Lens &given = pinhole.lens, now = found.Of(given);
   const double x = (now.fx * direction[0] + now.cx - given.cx) / given.fx,
-               y = (now.fy * direction[1] + now.cy - given.cy) / given.fy, r2 = x * x + y * y,
-               factor = 1 + r2 * (found.radial[0] + r2 * found.radial[1]);
+               y = (now.fy * direction[1] + now.cy - given.cy) / given.fy,
+               factor = BendFactor(found.radial, x * x + y * y);
   return {factor * x, factor * y};
 }
 

@@ -15,8 +15,8 @@ double CornerOf(const Camera& camera) {
 }
 
 double CornerBend(const Camera& camera, const double radial[2]) {
-  const double r = CornerOf(camera), r2 = r * r;
-  return std::abs(std::max(camera.lens.fx, camera.lens.fy) * r * r2 * (radial[0] + r2 * radial[1]));
+  const double r = CornerOf(camera);
+  return std::abs(std::max(camera.lens.fx, camera.lens.fy) * r * (BendFactor(radial, r * r) - 1));
 }
 
 RadialCoefficients Visible(const Camera& camera, const double radial[2]) {
@@ -35,9 +35,8 @@ Image Unbent(const Image& photograph, const Camera& camera, const RadialCoeffici
   ParallelFor(camera.height, 8, [&](Index row) {
     const double y = (static_cast<double>(row) + 0.5 - lens.cy) / lens.fy;
     for (int column = 0; column < camera.width; ++column) {
-      const double x = (column + 0.5 - lens.cx) / lens.fx, r2 = x * x + y * y,
-                   factor = 1 + r2 * (radial[0] + r2 * radial[1]), u = lens.fx * factor * x + lens.cx,
-                   v = lens.fy * factor * y + lens.cy;
+      const double x = (column + 0.5 - lens.cx) / lens.fx, r2 = x * x + y * y, factor = BendFactor(radial.data(), r2),
+                   u = lens.fx * factor * x + lens.cx, v = lens.fy * factor * y + lens.cy;
       const std::array<float, 3> color = SampleCubic(photograph, u, v);
       const auto pixel = static_cast<std::size_t>(row * camera.width + column);
       unbent.mask[pixel] = CountsAbout(photograph, u, v) ? 1 : 0;

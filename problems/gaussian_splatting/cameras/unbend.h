@@ -11,6 +11,9 @@ namespace vesta::gs {
 
 using RadialCoefficients = std::array<double, 2>;  // k1, k2
 
+// How much farther out something is seen, r2 = r^2.
+inline double BendFactor(const double radial[2], double r2) { return 1 + r2 * (radial[0] + r2 * radial[1]); }
+
 // How far the farthest corner of the image is from the principal point, in focal lengths.
 double CornerOf(const Camera& camera);
 

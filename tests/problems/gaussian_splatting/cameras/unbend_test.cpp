@@ -109,6 +109,27 @@ TEST(BendDerivative, IsThatOfTheBentImage) {
   }
 }
 
+// What is left out may show anything.
+TEST(BendDerivative, LooksAtNothingThatIsLeftOut) {
+  Image image = Waves();
+  image.mask.assign(image.num_pixels(), 1);
+  constexpr std::size_t kLeftOut = 20 * 160 + 30;
+  image.mask[kLeftOut] = 0;
+  const auto derivative = [&] {
+    std::vector<float> values(image.rgb.size());
+    const BendDerivative<float> of{
+        image.rgb.data(), image.mask.data(), values.data(), image.width, image.height, kCamera.lens, 1};
+    for (Index pixel = 0; pixel < static_cast<Index>(image.num_pixels()); ++pixel) of(pixel);
+    for (int c = 0; c < 3; ++c) values[static_cast<std::size_t>(c) * image.num_pixels() + kLeftOut] = 0;
+    return values;
+  };
+  const std::vector<float> before = derivative();
+  for (int c = 0; c < 3; ++c) image.plane(c)[kLeftOut] = 7;
+  EXPECT_EQ(derivative(), before);
+  image.mask[kLeftOut] = 1;
+  EXPECT_NE(derivative(), before);
+}
+
 // A splat as it is in truth and the bent photograph of a wide lens: what Gauss-Newton makes of what the passes left,
 // the pinhole held fast.
 TEST(BendDerivative, LeadsToTheBendOfAPhotograph) {
@@ -172,7 +193,7 @@ class LensOfPhotographs : public testing::Test {
 TEST_F(LensOfPhotographs, SeesWhatWasFound) {
   LensChange found;
   found.radial[0] = 0.04, found.radial[1] = -0.01;
-  EXPECT_GT(Apart(bent_, {}) + CornerBend(kCamera, found.radial), 0.5) << "worth a look";
+  EXPECT_GT(CornerBend(kCamera, found.radial), 0.5) << "worth a look";
   EXPECT_LT(Apart(bent_, found), 0.02);
   found.log_focal[0] = 0.01, found.log_focal[1] = 0.008, found.shift[0] = 0.005, found.shift[1] = -0.004;
   EXPECT_LT(Apart(bent_, found), 0.02);
