@@ -22,6 +22,9 @@ endif()
 # and a flipped cut-off drops a whole term. Fused multiply-adds are written out where they are wanted.
 list(APPEND options -ffp-contract=off)
 
+# No folder of the machine that built it in what is built: the same bits wherever the sources lie, and the same key in a cache.
+list(APPEND options -ffile-prefix-map=${CMAKE_SOURCE_DIR}/=)
+
 if(VESTA_SANITIZE)
   list(APPEND options -fsanitize=${VESTA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   if(VESTA_SANITIZE MATCHES address)

@@ -80,13 +80,19 @@ class TrainingSession {
         clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0)),
         renderer_(options.background, NearPlane(scene)) {
     if (callbacks.resume) Resume(*callbacks.resume);
-    any_saves_ = ranks() ? OnAnyRank(*ranks(), saves()) : saves();
+    any_saves_ = OnAny(saves());
   }
 
   // With the training views' cameras and exposures as they have been found.
   const Scene& scene() const { return cameras_.scene(); }
   const TrainOptions& options() const { return options_; }
+  // For who cannot do what was asked for; all that comes later goes by it.
+  TrainOptions& AdaptOptions() { return options_; }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
+  // Of Adam's, that look at as many views as there are to train on.
+  double IterationsAPass() const {
+    return static_cast<double>(training_views().size()) / options_.adam.views_per_iteration;
+  }
   // By which memory is planned: as many as the process has that holds the most.
   std::vector<const View*> planned_views() const { return LargestShare(training_views(), options_, ranks()); }
   TrainingCameras& cameras() { return cameras_; }
@@ -145,6 +151,8 @@ class TrainingSession {
   Ranks* ranks() const { return callbacks_.ranks; }
   // What one process decides by itself, as where its GPU has no room, others do not know of.
   bool trains_alone() const { return !ranks() || ranks()->size() == 1; }
+  // Whether it is so in any of several processes. Called by all.
+  bool OnAny(bool mine) const { return ranks() ? OnAnyRank(*ranks(), mine) : mine; }
   // What the first of several processes says, where each would say something else, as by its clock. Called by all.
   double OfFirst(double mine) const { return trains_alone() ? mine : GatherValues(*ranks(), std::vector{mine})[0]; }
   // The stage that a resumed training was in; Adam's where nothing is resumed.
@@ -189,8 +197,7 @@ class TrainingSession {
   bool ShouldStop(double ahead = 0) {
     if (options_.time_limit > 0 && clock_.Total() + ahead >= options_.time_limit) stopped_ = true;
     if (callbacks_.stop && callbacks_.stop()) stopped_ = true;
-    if (ranks()) stopped_ = OnAnyRank(*ranks(), stopped_);
-    return stopped_;
+    return stopped_ = OnAny(stopped_);
   }
   bool stopped() const { return stopped_; }
   // Of the latest row; 0: there are no such views.
@@ -223,7 +230,7 @@ class TrainingSession {
 
   TrainingCameras cameras_;
   std::uint64_t fingerprint_;  // of the scene as it was given
-  const TrainOptions& options_;
+  TrainOptions options_;
   const TrainCallbacks& callbacks_;
   TrainingClock clock_;
   Renderer renderer_;

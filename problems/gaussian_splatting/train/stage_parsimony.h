@@ -44,11 +44,6 @@ class StageParsimony {
     copy_ = SplatModel();
   }
 
-  // Iterations that look at as many views as judge.
-  double JudgingIterations() const {
-    return static_cast<double>(session_.training_views().size()) / session_.options().adam.views_per_iteration;
-  }
-
   // Where the stage is over and more are left than were to be.
   void NoteWhoStayed(const AdamStageState<B>& state) const {
     if (left_out_ > 0) {
@@ -73,7 +68,7 @@ class StageParsimony {
     if (limit <= 0 || options_.prunes_to_count()) return true;
     const double free = part * kJudgingPart * limit - judged_seconds_;
     const auto judged = static_cast<double>(state.model.count());
-    const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, JudgingIterations()) <= free;
+    const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, session_.IterationsAPass()) <= free;
     const bool has_time = session_.OfFirst(fits ? 1 : 0) > 0;
     if (!has_time) ++left_out_;
     return has_time;

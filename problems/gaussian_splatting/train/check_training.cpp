@@ -1,0 +1,94 @@
+#include "problems/gaussian_splatting/train/check_training.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
+#include "problems/gaussian_splatting/train/over_ranks.h"
+
+namespace vesta::gs {
+namespace {
+
+// A pixel that is no number would make all Gaussians of its view none.
+void CheckPixels(const std::vector<View>& views) {
+  std::vector<char> is_bad(views.size());
+  ParallelFor(static_cast<Index>(views.size()), 1, [&](Index i) {
+    const auto v = static_cast<std::size_t>(i);
+    is_bad[v] = std::ranges::all_of(views[v].image.rgb, [](float value) { return std::isfinite(value); }) ? 0 : 1;
+  });
+  const auto bad = std::ranges::find(is_bad, 1);
+  if (bad == is_bad.end()) return;
+  Fail("view {}: a colour of its image is not a finite number; mend it or leave the view out",
+       views[static_cast<std::size_t>(bad - is_bad.begin())].name);
+}
+
+void CheckViews(const Scene& scene) {
+  bool has_training = false;
+  for (const View& view : scene.views) {
+    const Camera& camera = view.camera;
+    const Image& image = view.image;
+    const bool is_of_camera = image.width == camera.width && image.height == camera.height;
+    const bool is_there = is_of_camera && !image.empty() && image.rgb.size() == 3 * image.num_pixels();
+    if (!view.stored && !is_there) {
+      Fail("view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it", view.name,
+           camera.width, camera.height);
+    }
+    has_training = has_training || view.is_trained();
+  }
+  if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
+  CheckPixels(scene.views);
+}
+
+// Of the photographs of the training views that this process looks at.
+double OwnBytes(const Scene& scene, const Ranks* ranks) {
+  const std::vector<bool> is_own = OwnViewsOf(scene.views, ranks);
+  double bytes = 0;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    if (is_own[v] && view.is_trained() && view.stored) bytes += view.stored->bytes();
+  }
+  return bytes;
+}
+
+// What needs all photographs at once, or changes them, which those in a store are not for.
+void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* ranks, bool is_on_device) {
+  if (!scene.photographs) return;
+  const auto refuse = [](const std::string& what) {
+    Fail(
+        "{} needs all photographs in memory, which has no room for them; allow more by --photographs_mib, or use "
+        "--downscale",
+        what);
+  };
+  if (options.lm.iterations > 0 && !is_on_device && OwnBytes(scene, ranks) > scene.photographs->budget_bytes()) {
+    refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
+  }
+  const CameraChoice refined = options.cameras.refine;
+  if (options.cameras.refines() && refined != CameraChoice::kPose) {
+    refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
+                       schema::NameOf(refined, kCameraChoices)));
+  }
+}
+
+void CheckTarget(const Scene& scene, const TrainOptions& options) {
+  const auto is_held_out = [](const View& view) { return view.role == ViewRole::kHeldOut; };
+  if (options.target_psnr <= 0 || std::ranges::any_of(scene.views, is_held_out)) return;
+  Fail("train.target_psnr={}: the scene has no views held out to judge by; load it with LoadSceneOptions::hold_out",
+       options.target_psnr);
+}
+
+}  // namespace
+
+void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages, Ranks* ranks) {
+  CheckViews(scene);
+  CheckTarget(scene, options);
+  CheckRanks(scene, options, stages, ranks);
+  CheckStored(scene, options, ranks, stages.device_memory != nullptr);
+}
+
+}  // namespace vesta::gs

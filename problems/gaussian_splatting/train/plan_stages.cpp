@@ -1,0 +1,109 @@
+#include "problems/gaussian_splatting/train/plan_stages.h"
+
+#include <fmt/format.h>
+
+#include "problems/gaussian_splatting/lm/view_batches.h"
+#include "problems/gaussian_splatting/memory/memory_plan.h"
+#include "problems/gaussian_splatting/train/over_ranks.h"
+
+namespace vesta::gs {
+namespace {
+
+Index NumBatches(const TrainingSession& session, const LmStageOptions& lm) {
+  return ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(session.training_views().size()));
+}
+
+// What of LM's options cannot be done, or does nothing.
+void MendOddities(TrainingSession& session, const SplatModel& model, LmStageOptions* lm) {
+  if (lm->iterations == 0) return;
+  const Index batches = NumBatches(session, *lm);
+  if (batches < lm->batches) {
+    session.Note(fmt::format("LM in {} of the lm.batches={} asked for: there are {} training views", batches,
+                             lm->batches, session.training_views().size()));
+  }
+  if (lm->l1_weight == 0 && lm->ssim_weight == 0) {
+    session.Note("LM has nothing to lower: lm.l1_weight and lm.ssim_weight are both 0");
+  }
+  if (lm->preconditioner == LmPreconditioner::kBlockSh && !model.is_uniform()) {
+    lm->preconditioner = LmPreconditioner::kBlock;
+    session.Note("LM with lm.preconditioner=block in place of block_sh: harmonics of different degrees have no blocks");
+  }
+}
+
+MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
+  const TrainOptions& options = session.options();
+  const bool has_cache = IsCached(options.lm.jacobian);
+  const int some = stages.device_memory ? 8 : 4;
+  const auto all = static_cast<int>(session.training_views().size());
+  const int counted = has_cache || options.memory.budget_gib > 0 ? all : some;
+  return CountMemory(ToKernelModel(model), session.planned_views(), NearPlane(session.scene()), counted, has_cache);
+}
+
+// Where there is no room for any, LM is not asked for any more.
+LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const MemoryScene& counts,
+                   TrainResult* result) {
+  const TrainOptions& options = session.options();
+  LmPlan plan{options.lm};
+  const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
+  try {
+    plan = PlanLm(counts, options, memory);
+    const JacobianKind asked = options.lm.jacobian, planned = plan.lm.jacobian;
+    // A device always holds views where they fit, so that choice needs no note.
+    const bool as_ever = stages.device_memory && asked == JacobianKind::kRebuild && planned == JacobianKind::kRecompute;
+    if (planned != asked && !as_ever) {
+      session.Note(fmt::format("LM with lm.jacobian={} in place of {}", schema::NameOf(planned, kJacobianKinds),
+                               schema::NameOf(asked, kJacobianKinds)));
+    }
+  } catch (const Error& error) {
+    // What Adam has made is not lost for want of memory.
+    if (!options.adam.runs()) throw;
+    result->lm_left_out = error.what();
+  }
+  if (session.OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  return plan;
+}
+
+}  // namespace
+
+void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
+  const TrainOptions& options = session.options();
+  if (options.memory.budget_gib == 0 && !stages.device_memory) return;
+  const MemoryScene counts =
+      CountMemory(ToKernelModel(model), session.planned_views(), NearPlane(session.scene()), 8, false);
+  const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
+  const Index fit = PlanGaussians(counts, options, memory);
+  if (stages.device_memory) {
+    session.SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
+  }
+  const bool grows = options.density.enabled && options.adam.runs();
+  if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
+    session.Note(fmt::format("at most {} Gaussians: the GPU has no room for more", fit));
+  }
+  session.AdaptOptions().density.max_gaussians = fit;
+}
+
+void RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model, TrainResult* result) {
+  const TrainOptions& options = session.options();
+  MendOddities(session, *model, &session.AdaptOptions().lm);
+  const Index batches = NumBatches(session, options.lm);
+  const MemoryScene counts = CountForLm(session, stages, *model);
+  LmPlan plan = PlanLmStage(session, stages, counts, result);
+  if (options.lm.iterations > 0 && !session.has_reached_target() && !session.ShouldStop()) {
+    session.AdaptOptions().lm = plan.lm;
+    result->lm_report = stages.lm(session, *model, plan.hold_batches);
+  } else {
+    plan.bytes = 0;
+  }
+  session.NoteModel(*model);
+  const MemoryScene largest = counts.Of(session.largest_model());
+  result->memory.jacobian = plan.lm.jacobian;
+  result->memory.batches = static_cast<int>(batches);
+  if (stages.device_memory) {
+    result->memory.predicted_mib = PredictedMibBesideDevice(largest, options);
+    result->memory.device_predicted_mib = PredictedDeviceMib(largest, options, plan.bytes, session.kept_on_device());
+  } else {
+    result->memory.predicted_mib = PredictedMib(largest, options, plan.bytes);
+  }
+}
+
+}  // namespace vesta::gs
