@@ -1,8 +1,12 @@
 // Parallel loops on plain std::thread: the driver under which the thread sanitizer sees every access. (Debian's oneTBB
 // is not instrumented, and the sanitizer would report false races.)
 #include <atomic>
+#include <condition_variable>
 #include <exception>
+#include <functional>
+#include <memory>
 #include <mutex>
+#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -14,6 +18,61 @@ namespace {
 
 int g_num_threads = 0;
 thread_local bool t_inside = false;  // nested loops run on the thread they are called from
+
+// A thread that works for one caller, loop after loop: under the sanitizer a new one takes longer than most loops. Each
+// has a lock of its own, so that the work of two in one loop is not ordered by it, and the sanitizer sees what they
+// share.
+class Helper {
+ public:
+  Helper() : thread_([this] { Run(); }) {}
+  ~Helper() {
+    Set(nullptr, true);
+    thread_.join();
+  }
+  Helper(const Helper&) = delete;
+  Helper& operator=(const Helper&) = delete;
+
+  // work: may not throw, and stays until Wait returns.
+  void Start(const std::function<void()>& work) { Set(&work, false); }
+  void Wait() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !work_; });
+  }
+
+ private:
+  void Set(const std::function<void()>* work, bool ends) {
+    {
+      const std::lock_guard lock(mutex_);
+      work_ = work, ends_ = ends;
+    }
+    changed_.notify_one();
+  }
+  const std::function<void()>* Next() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return work_ || ends_; });
+    return work_;
+  }
+  void Run() {
+    t_inside = true;
+    while (const std::function<void()>* work = Next()) {
+      (*work)();
+      Set(nullptr, false);
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  const std::function<void()>* work_ = nullptr;
+  bool ends_ = false;
+  std::thread thread_;  // last: it uses the others
+};
+
+// So many of the calling thread's.
+std::span<const std::unique_ptr<Helper>> Helpers(std::size_t count) {
+  thread_local std::vector<std::unique_ptr<Helper>> helpers;
+  while (helpers.size() < count) helpers.push_back(std::make_unique<Helper>());
+  return std::span(helpers).first(count);
+}
 
 }  // namespace
 
@@ -29,11 +88,11 @@ int NumThreads() {
 void ParallelForChunks(Index count, Index grain, const std::function<void(Index, Index)>& body) {
   if (count <= 0) return;
   const Index chunks = (count + grain - 1) / grain;
-  const int helpers = t_inside ? 0 : static_cast<int>(std::min<Index>(NumThreads(), chunks)) - 1;
+  const auto helpers = Helpers(t_inside ? 0 : static_cast<std::size_t>(std::min<Index>(NumThreads(), chunks)) - 1);
   std::atomic<Index> next{0};
   std::exception_ptr failure;
   std::mutex failure_mutex;
-  const auto work = [&] {
+  const std::function<void()> work = [&] {
     const bool outer = std::exchange(t_inside, true);
     try {
       // Relaxed: stronger ordering would hide races between chunks from the sanitizer.
@@ -46,11 +105,9 @@ void ParallelForChunks(Index count, Index grain, const std::function<void(Index,
     }
     t_inside = outer;
   };
-  std::vector<std::thread> threads;
-  threads.reserve(static_cast<std::size_t>(helpers));
-  for (int i = 0; i < helpers; ++i) threads.emplace_back(work);
+  for (const auto& helper : helpers) helper->Start(work);
   work();
-  for (std::thread& thread : threads) thread.join();
+  for (const auto& helper : helpers) helper->Wait();
   if (failure) std::rethrow_exception(failure);
 }
 

@@ -10,13 +10,11 @@
 #include <vector>
 
 #include "kernels/core/device_memory.h"
-#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
-#include "solver/distributed/distributed_problem.h"
-#include "solver/distributed/hosted_parts.h"
+#include "problems/gaussian_splatting/train/problem_to_solve.h"
 
 namespace vesta::gs {
 
@@ -34,64 +32,6 @@ class CountDone {
   int& total_;
 };
 
-// The problem as an engine in the memory of E is to see it. Of a device alone.
-template <class B, class E>
-class ProblemToSolve {
- public:
-  ProblemToSolve(Ranks*, SplatProblem<B>& problem) : problem_(problem) {}
-  Problem<E>& operator*() { return problem_; }
-
- private:
-  SplatProblem<B>& problem_;
-};
-// An engine on the host: spread over processes, where there are any.
-template <class B>
-class ProblemToSolve<B, CpuBackend<float>> {
- public:
-  using Cpu = CpuBackend<float>;
-  static constexpr bool kOnHost = std::is_same_v<B, Cpu>;
-
-  ProblemToSolve(Ranks* ranks, SplatProblem<B>& problem) : problem_(problem) {
-    if (kOnHost && !ranks) return;
-    parts_ = std::make_unique<SplatParts<B>>(problem);
-    if constexpr (kOnHost) {
-      distributed_ = std::make_unique<DistributedProblem<Cpu>>(*ranks, *parts_);
-    } else {
-      hosted_ = std::make_unique<HostedParts<B>>(*parts_);
-      distributed_ = std::make_unique<DistributedProblem<Cpu>>(*ranks, *hosted_);
-    }
-  }
-  Problem<Cpu>& operator*() {
-    if constexpr (kOnHost) {
-      if (!distributed_) return problem_;
-    }
-    return *distributed_;
-  }
-
- private:
-  SplatProblem<B>& problem_;
-  std::unique_ptr<SplatParts<B>> parts_;
-  std::unique_ptr<HostedParts<B>> hosted_;  // of a device
-  std::unique_ptr<DistributedProblem<Cpu>> distributed_;
-};
-
-// The best x of a stepper in the memory that the problem is evaluated in.
-template <class B, class E>
-class ModelWhereEvaluated {
- public:
-  splat::Model<float> operator()(const LmStepper<E>& stepper, const splat::ModelLayout& layout) {
-    if constexpr (std::is_same_v<B, E>) {
-      return BestOf(stepper, layout);
-    } else {
-      copy_.CopyFrom(stepper.x());
-      return {copy_.data(), layout, layout.sh_degree};
-    }
-  }
-
- private:
-  typename B::Vector copy_;  // where the engine's lies elsewhere
-};
-
 // Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
 // vesta::LmOptions has it. E: where the engine's vectors lie; the host where a device is one of several processes'.
 // Where the memory of a GPU does not suffice after all (the plan counts some views only, and others may use it) the
@@ -106,6 +46,9 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   std::vector<std::shared_ptr<const Image>> photographs;  // of own views, out of the store
   std::vector<TargetView<B>> targets;
   const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(session.training_views().size()));
+  const auto make_targets = [&] {
+    return MakeTargets<B>(session.training_views(), NearPlane(session.scene()), own, &photographs);
+  };
   bool rebuilds = false;
   const auto make_problem = [&] {
     SplatProblemOptions options = LmProblemOptions(session, model, start.shape.units);
@@ -117,8 +60,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   bool resumes = start.saved();
   for (;;) {
     try {
-      if (targets.empty())
-        targets = MakeTargets<B>(session.training_views(), NearPlane(session.scene()), own, &photographs);
+      if (targets.empty()) targets = make_targets();
       E backend;
       SplatProblem<B> problem = make_problem();
       ProblemToSolve<B, E> solved(session.ranks(), problem);

@@ -27,6 +27,13 @@ void ExpectSameForAnyNumber(const Make& make) {
   SetNumThreads(before);
 }
 
+// Evaluated once on the way.
+TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
+  TrainOptions options = test::ShortTraining(adam_iterations, lm_iterations);
+  options.adam.evaluations = 2;
+  return options;
+}
+
 template <class S>
 void CheckProblem() {
   test::RingProblem<S> ring(3, 200, 1, 80);
@@ -94,12 +101,12 @@ TEST(GsThreads, TrainingOfDifferentDegrees) {
   degrees.reserve(60);
   for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
   const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), degrees);
-  ExpectSameForAnyNumber([&] { return Refine(scene, start, test::ShortTraining(30, 2), 0, {}).model.data; });
+  ExpectSameForAnyNumber([&] { return Refine(scene, start, ShortTraining(30, 2), 0, {}).model.data; });
 }
 
 TEST(GsThreads, TrainingOfCamerasToo) {
   const Scene scene = test::TrainingScene();
-  TrainOptions options = test::ShortTraining(50, 0);
+  TrainOptions options = ShortTraining(50, 0);
   options.cameras.refine = CameraChoice::kAll;
   ExpectSameForAnyNumber([&] {
     const TrainResult result = Train(scene, options, 0, {});
@@ -135,7 +142,7 @@ TEST(GsThreads, SumsOfViews) {
 
 TEST(GsThreads, TrainingBySeveralViews) {
   const Scene scene = test::TrainingScene();
-  TrainOptions options = test::ShortTraining(50, 0);
+  TrainOptions options = ShortTraining(50, 0);
   options.adam.views_per_iteration = 3;
   options.adam.iterations = 150;
   ExpectSameForAnyNumber([&] {
@@ -147,7 +154,7 @@ TEST(GsThreads, TrainingBySeveralViews) {
 
 TEST(GsThreads, Training) {
   const Scene scene = test::TrainingScene();
-  const TrainOptions options = test::ShortTraining(50, 2);
+  const TrainOptions options = ShortTraining(50, 2);
   ExpectSameForAnyNumber([&] {
     const TrainResult result = Train(scene, options, 0, {});
     EXPECT_GT(result.model.count, 60) << "densification is part of it";

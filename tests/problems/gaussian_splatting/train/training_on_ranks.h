@@ -16,9 +16,10 @@
 
 namespace vesta::gs::test {
 
-// With views that judge.
+// With views that judge, evaluated once on the way.
 inline TrainOptions TrainingOnRanks(int iterations, int lm_iterations) {
   TrainOptions options = ShortTraining(iterations, lm_iterations);
+  options.adam.evaluations = 2;
   options.parsimony = ParsimonyOptions();
   options.adam.views_per_iteration = 3;
   return options;
