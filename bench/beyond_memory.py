@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Begins a training of more photographs than any memory holds: beyond_memory.py VESTA SCENE WORK
-    [--views=2000] [--width=4000] [--iterations=40] [--gib=8] [--whole]
+    [--views=2000] [--width=4000] [--iterations=40] [--gib=8] [--whole [-- OPTIONS]]
 
 Makes the capture as photograph_memory.py does, trains on it with --memory_budget of --gib until so many iterations
 are done, and ends it there. The training is of its usual length: a short one would soon look at all views to see
@@ -8,8 +8,8 @@ which Gaussians to take out, and evaluate all at its end. Prints the seconds and
 until the first iteration is done and of each that follows, and the most memory that was taken (VmHWM), beside the
 same of a capture of as many photographs as SCENE has, which all stay decoded.
 
-With --whole: one training of --iterations from its start to its report, of all --views alone, and what it took. Run it
-where no more than --gib is to be had (a container, a control group) to see that it needs no more."""
+With --whole: one training of --iterations to its end, of all --views alone, by these OPTIONS of train, and what it took.
+Run it where no more than --gib is to be had (a container, a control group) to see that it needs no more."""
 import argparse
 import json
 import os
@@ -17,9 +17,11 @@ import pathlib
 import re
 import resource
 import subprocess
+import sys
 import time
 
 import photograph_memory
+import report
 
 
 def peak_mib(pid):
@@ -53,10 +55,10 @@ def begin_training(vesta, capture, out, gib, iterations):
     raise SystemExit(f"{capture}: the training ended by itself: {' '.join(notes)}")
 
 
-def train_whole(vesta, capture, out, gib, iterations):
+def train_whole(vesta, capture, out, gib, iterations, options):
     command = [vesta, "train", capture, f"--out={out}", f"--memory_budget={gib}", "--seed=1", f"--iterations={iterations}"]
     begin, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command + ["--set", "adam.evaluations=1"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(command + ["--set", "adam.evaluations=1", *options], check=True, stdout=subprocess.DEVNULL)
     seconds, used = time.monotonic() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
     processor = used.ru_utime + used.ru_stime - before.ru_utime - before.ru_stime
     metrics = json.loads((out / "metrics.json").read_text())
@@ -75,12 +77,15 @@ def main():
     parser.add_argument("--iterations", type=int, default=40)
     parser.add_argument("--gib", type=float, default=8)
     parser.add_argument("--whole", action="store_true")
-    arguments = parser.parse_args()
+    own, options = report.split_at_dashes(sys.argv[1:])
+    arguments = parser.parse_args(own)
     if arguments.whole:
         work = arguments.work / str(arguments.views)
         work.mkdir(parents=True, exist_ok=True)
         capture = photograph_memory.make_capture(arguments.scene, work, arguments.views, arguments.width)
-        return train_whole(arguments.vesta, capture, work / "out", arguments.gib, arguments.iterations)
+        return train_whole(
+            arguments.vesta, capture, work / "out", arguments.gib, arguments.iterations, options
+        )
     few = len(photograph_memory.read_images(arguments.scene / "sparse/0/images.bin"))
     print("| photographs | until iteration 1, s | of processor | an iteration, s | of processor | taken, MiB |")
     print("|---|---|---|---|---|---|")
