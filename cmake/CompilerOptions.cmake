@@ -23,7 +23,7 @@ endif()
 list(APPEND options -ffp-contract=off)
 
 # No folder of the machine that built it in what is built: the same bits wherever the sources lie, and the same key in a cache.
-list(APPEND options -ffile-prefix-map=${CMAKE_SOURCE_DIR}/=)
+list(APPEND options -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
 
 if(VESTA_SANITIZE)
   list(APPEND options -fsanitize=${VESTA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
