@@ -7,24 +7,25 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/evaluate/measured_views.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/model/view_owners.h"
 
 namespace vesta::gs {
 
 // Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
-// already; those of the other views are shown to B one at a time. ranks: processes of which each measures its own views
-// (model/view_owners.h), all with the same result; null: this one measures all. Holds its view and two images only
-// while it runs; on a device throws OutOfDeviceMemory.
+// already; those of the other views are shown to B one at a time. Processes that
+// measure together all have the same result. Holds its view and two images only while it runs; on a device throws
+// OutOfDeviceMemory.
 template <class B>
 Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> held,
                     const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
-                    Ranks* ranks = nullptr) {
+                    const MeasuredViews& measured = {}) {
   using Splats = SplatBackend<B>;
-  const std::vector<bool> is_own = OwnViewsOf(scene.views, ranks);
-  std::vector<ViewQuality> measured;
+  const std::vector<bool> is_own = OwnViewsOf(scene.views, measured.ranks);
+  const std::vector<bool> is_measured = AreMeasured(measured, scene.views);
+  std::vector<ViewQuality> qualities;
   typename Splats::QualityMeter meter;
   typename Splats::Loss loss;
   typename Splats::SplatView splats;
@@ -35,7 +36,7 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     const View& view = scene.views[v];
     const std::size_t place = trained;
     if (view.is_trained()) ++trained;
-    if (!is_own[v]) continue;
+    if (!is_own[v] || !is_measured[v]) continue;
     const ImageShape shape{view.camera.width, view.camera.height};
     const std::shared_ptr<const Image> photograph = view.Photograph();
     rendered.ResizeForOverwrite(shape.NumValues());
@@ -50,10 +51,10 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstView(truth), rendered.view());
     // Before the meter, which may write into both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
-    measured.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
+    qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
   }
-  if (ranks) measured = GatherValues(*ranks, measured);
-  return MeanOf(scene.views, std::move(measured));
+  if (measured.ranks) qualities = GatherValues(*measured.ranks, qualities);
+  return MeanOf(scene.views, std::move(qualities));
 }
 
 }  // namespace vesta::gs

@@ -18,8 +18,8 @@ Evaluation Renderer::Evaluate(const SplatModel& model, const Scene& scene) {
   return Evaluate(ToKernelModel(model), scene);
 }
 
-Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene, Ranks* ranks) {
-  return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_, ranks);
+Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured) {
+  return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_, measured);
 }
 
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective) {

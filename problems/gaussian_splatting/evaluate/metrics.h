@@ -5,7 +5,7 @@
 
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/metrics.h"
-#include "kernels/ranks/ranks.h"
+#include "problems/gaussian_splatting/evaluate/measured_views.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
@@ -21,7 +21,7 @@ struct Quality {
 
 struct Evaluation {
   Quality train, held_out, test;  // of no views 0; of no test views NaN
-  double cost = 0;                // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+  double cost = 0;                // mean over measured training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
 };
 
 // What is measured of one view.
@@ -45,8 +45,8 @@ class Renderer {
   // The model seen from the view, not clamped.
   Image Render(const SplatModel& model, const View& view);
   Evaluation Evaluate(const SplatModel& model, const Scene& scene);
-  // The same for a model still in training, with fewer active SH bands. ranks: as gs::Evaluate has it.
-  Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, Ranks* ranks = nullptr);
+  // The same for a model still in training, with fewer active SH bands.
+  Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured = {});
 
  private:
   std::array<double, 3> background_;

@@ -18,7 +18,8 @@ Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetVi
                               typename SplatBackend<B>::Workspace& workspace,
                               const std::function<splat::Model<float>()>& on_host) {
   try {
-    return Evaluate<B>(session.scene(), session.options().background, copies, model(), workspace, session.ranks());
+    return Evaluate<B>(session.scene(), session.options().background, copies, model(), workspace,
+                       session.measured_views());
   } catch (const OutOfDeviceMemory&) {
     return session.Evaluate(on_host());
   }

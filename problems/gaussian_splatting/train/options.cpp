@@ -25,6 +25,10 @@ schema::Table<TrainOptions> OwnFields() {
        {0, 100},
        "end where an eighth of the training views, held out, has so many dB; 0: none",
        "target_psnr"},
+      {"train.evaluated_views",
+       &O::evaluated_views,
+       {1, 1e7},
+       "of the training views evaluations look at so many at most, evenly spread"},
       // Up to what every reader of JSON has exactly.
       {"train.seed", &O::seed, {0, 9007199254740992}, "start of the random numbers", "seed"},
   };

@@ -23,6 +23,7 @@ struct TrainOptions : StageOptions {
   double time_limit = 0;  // seconds from the start of the process; 0: none
   // dB: the Adam stage ends where the views held out (ViewRole::kHeldOut) have as much; 0: none.
   double target_psnr = 0;
+  int evaluated_views = 300;  // training views that evaluations look at, at most; of the others all
 };
 
 // All fields of all rooms, named "room.field"; those of TrainOptions itself "train.field".

@@ -101,7 +101,11 @@ double TrainingSession::EvaluationAhead(double seconds_per_pixel) const {
   constexpr double kShareOfEvaluation = 0.5;
   if (latest_evaluation_ > 0) return latest_evaluation_;
   double pixels = 0;
-  for (const View& view : scene().views) pixels += static_cast<double>(view.camera.width) * view.camera.height;
+  const std::vector<bool> are_measured = AreMeasured(measured_views(), scene().views);
+  for (std::size_t v = 0; v < are_measured.size(); ++v) {
+    const Camera& camera = scene().views[v].camera;
+    if (are_measured[v]) pixels += static_cast<double>(camera.width) * camera.height;
+  }
   return kShareOfEvaluation * seconds_per_pixel * pixels;
 }
 

@@ -107,8 +107,10 @@ class TrainingSession {
   double latest_psnr() const { return history_.empty() ? 0 : history_.back().train.psnr; }
   double latest_cost() const { return history_.empty() ? 0 : history_.back().cost; }
 
+  // By which rows of the history come about.
+  MeasuredViews measured_views() const { return {options_.evaluated_views, ranks()}; }
   // Of a model in the memory of the host.
-  Evaluation Evaluate(const splat::Model<float>& model) { return renderer_.Evaluate(model, scene(), ranks()); }
+  Evaluation Evaluate(const splat::Model<float>& model) { return renderer_.Evaluate(model, scene(), measured_views()); }
   // Evaluates, with the clock stopped, and adds a row to the history.
   void Record(Stage stage, int iteration, const ModelToRecord& model) {
     HistoryRow row;

@@ -83,6 +83,11 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   LimitGaussians(session, stages, model);
   SetOrigins(scene, options, model);
+  const Index trained = NumTrainingViews(scene);
+  if (trained > options.evaluated_views) {
+    session.Note(fmt::format("evaluations look at {} of {} training views; at more by train.evaluated_views",
+                             options.evaluated_views, trained));
+  }
   // What it was shows what is gained. LM records where it starts itself.
   if (is_given && options.adam.runs()) session.Record(Stage::kLm, 0, ToKernelModel(model));
   if (options.adam.runs() && session.first_stage() == Stage::kAdam) {

@@ -81,6 +81,27 @@ TEST(Evaluate, MeansAreOverViews) {
   EXPECT_NEAR(e.test.psnr, -20 * std::log10(kGrey - other), 1e-5);
 }
 
+// Of seven training views three, the last of each run: 2, 4 and 6; the test view, which comes last, always.
+TEST(Evaluate, LooksAtSomeTrainingViewsEvenlySpread) {
+  std::vector<double> truths(8, 2.0 / 255);
+  for (const std::size_t measured : {2, 4, 6}) truths[measured] = 92.0 / 255;
+  const Scene scene = FlatScene(truths, 1);
+  Renderer renderer({kGrey, kGrey, kGrey}, NearPlane(scene));
+  const Evaluation e = renderer.Evaluate(ToKernelModel(NothingToSee()), scene, {.most_trained = 3});
+  EXPECT_EQ(e.train.views, 3);
+  EXPECT_EQ(e.test.views, 1);
+  EXPECT_NEAR(e.train.psnr, -20 * std::log10(kGrey - truths[2]), 1e-5);
+  EXPECT_NEAR(e.test.psnr, -20 * std::log10(kGrey - truths[7]), 1e-5);
+  EXPECT_NEAR(e.cost, 0.8 * (kGrey - truths[2]) + 0.2 * (1 - FlatSsim(kGrey, truths[2])), 1e-6);
+}
+
+TEST(MeasuredViews, AreAllWhereThereAreNoMore) {
+  const Scene scene = FlatScene({0, 0, 0, 0}, 1);
+  EXPECT_EQ(AreMeasured({.most_trained = 3}, scene.views), std::vector<bool>(4, true));
+  EXPECT_EQ(AreMeasured({}, scene.views), std::vector<bool>(4, true));
+  EXPECT_EQ(AreMeasured({.most_trained = 1}, scene.views), (std::vector<bool>{false, false, true, true}));
+}
+
 // Pixels that do not count are as if they were not there, for flat images to the last digits.
 TEST(Evaluate, QualityIsThatOfThePixelsThatCount) {
   const double truth = 51.0 / 255;

@@ -1,4 +1,5 @@
 // Trainings by several processes, which are threads of this one. Label threads: run under the thread sanitizer too.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -50,6 +51,21 @@ TEST(TrainingOverRanks, EndsWhereTheViewsHeldOutAreGoodEnough) {
   const TrainResult result = TrainOn(2, scene, options);
   EXPECT_GE(result.history.back().held_out.psnr, 5);
   EXPECT_LT(result.history.back().iteration, 20);
+}
+
+// Those that are measured are each in the share of one.
+TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = Options();
+  options.evaluated_views = 3;
+  const TrainResult alone = TrainOn(1, scene, options), together = TrainOn(2, scene, options);
+  for (const TrainResult* result : {&alone, &together}) {
+    EXPECT_EQ(result->history.back().train.views, 3);
+    EXPECT_EQ(result->history.back().test.views, 2);
+    EXPECT_THAT(result->notes, testing::Contains(testing::HasSubstr("3 of 10 training views")));
+  }
+  EXPECT_EQ(together.history.back().train.psnr, alone.history.back().train.psnr);
+  EXPECT_EQ(together.history.back().cost, alone.history.back().cost);
 }
 
 // By the same views on all of them, and by no more than a process holds.
