@@ -69,7 +69,7 @@ void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* r
     refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
   }
   const CameraChoice refined = options.cameras.refine;
-  if (options.cameras.refines() && refined != CameraChoice::kPose) {
+  if (options.cameras.refines() && refined != CameraChoice::kPose && refined != CameraChoice::kAuto) {
     refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
                        schema::NameOf(refined, kCameraChoices)));
   }

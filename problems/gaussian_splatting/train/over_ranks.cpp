@@ -31,7 +31,11 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const StageRunn
     Fail("process {} would train on {}, process 0 on {}; say --device=cpu, or give each the same kind of GPU", r,
          devices[r], devices[0]);
   }
-  if (options.cameras.refines()) refuse("--refine_cameras", "with cameras as given");
+  const CameraChoice refined = options.cameras.refine;
+  if (options.cameras.refines() && refined != CameraChoice::kPose && refined != CameraChoice::kAuto) {
+    refuse(fmt::format("--refine_cameras={}", schema::NameOf(refined, kCameraChoices)),
+           "with exposures and lenses as given (--refine_cameras=pose finds poses)");
+  }
   if (options.memory.budget_gib > 0) {
     refuse(fmt::format("--memory_budget={}", options.memory.budget_gib), "without a bound, as each has another");
   }

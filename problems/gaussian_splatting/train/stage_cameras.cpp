@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
+#include "kernels/core/archive.h"
+#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/evidence.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
 #include "problems/gaussian_splatting/cameras/schedule.h"
@@ -112,6 +115,29 @@ void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Le
   }
   session_.cameras().Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
   ++state->seen;
+}
+
+void StageCameras::TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, StageCamerasState* state) {
+  VESTA_CHECK(state->lenses.empty(), "lenses are summed by view, not by process");
+  std::string own;
+  ArchiveWriter writer([&](std::string_view bytes) { own += bytes; });
+  for (std::size_t view : *stepped) {
+    ViewUnknowns found = session_.cameras().found()[view];
+    writer(view, found, state->views[view]);
+  }
+  const std::vector<std::string> all = GatherWords(ranks, own);
+  state->views.resize(session_.cameras().found().size());
+  for (std::size_t r = 0; r < all.size(); ++r) {
+    if (static_cast<int>(r) == ranks.rank()) continue;
+    for (ArchiveReader reader(all[r]); !reader.rest().empty(); ++state->seen) {
+      std::size_t view = 0;
+      ViewUnknowns found;
+      reader(view, found);
+      reader(state->views[view]);
+      session_.cameras().Set(view, found);
+      stepped->push_back(view);
+    }
+  }
 }
 
 bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {

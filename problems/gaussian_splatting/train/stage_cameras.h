@@ -61,6 +61,9 @@ class StageCameras {
     }
     if (CanStep(own)) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
+  // Where processes have shared the views of an iteration: moves what the others have stepped as they did. stepped: the
+  // views that were stepped here, then those of all. Not of lenses.
+  void TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, StageCamerasState* state);
   // Steps the lenses that it is time for, and takes out what views share once all were through. True where that moved
   // all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);

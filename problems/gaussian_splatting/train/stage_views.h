@@ -171,6 +171,7 @@ class StageViews {
   }
   // What views share, after an iteration.
   void MoveShared(const StageSpan& span, AdamStageState<B>* state) {
+    if (Ranks* const all = sharers()) cameras_.TakeSteps(*all, &moved_, &state->cameras);
     if (cameras_.MoveShared(span, &state->cameras)) {
       moved_.resize(full_.size());
       std::iota(moved_.begin(), moved_.end(), std::size_t{0});

@@ -53,6 +53,24 @@ TEST(TrainingOverRanks, EndsWhereTheViewsHeldOutAreGoodEnough) {
   EXPECT_LT(result.history.back().iteration, 20);
 }
 
+TEST(TrainingOverRanks, CamerasMoveAlikeInAllOfThem) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = Options();
+  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAuto}) {
+    options.cameras.refine = choice;
+    const TrainResult alone = TrainOn(1, scene, options);
+    ASSERT_EQ(alone.cameras.size(), 10u);
+    if (choice == CameraChoice::kPose) {
+      for (const ViewUnknowns& view : alone.cameras) EXPECT_NE(view.motion.translation[0], 0);
+    }
+    for (const int count : {2, 3}) {
+      const TrainResult together = TrainOn(count, scene, options);
+      EXPECT_EQ(together.model.data, alone.model.data) << count;
+      test::ExpectSameCameras(together, alone);
+    }
+  }
+}
+
 // Those that are measured are each in the share of one.
 TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
   const Scene scene = test::TrainingScene();
@@ -144,7 +162,34 @@ TEST(TrainingOverRanks, IsStoppedWhereGaussiansAreDividedAndGoesOn) {
   ExpectToBeStoppedAndGoOn(test::SceneToDivide(), test::DividedTraining(45, 1), {1, 9});
 }
 
-TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) { test::ExpectOwnPhotographsDo(3, Options()); }
+TEST(TrainingOverRanks, IsStoppedWhereCamerasMoveAndGoesOn) {
+  TrainOptions options = test::TrainingOnRanks(45, 1);
+  options.cameras.refine = CameraChoice::kPose;
+  ExpectToBeStoppedAndGoOn(test::TrainingScene(), options, {4, 11});
+}
+
+TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
+  TrainOptions options = Options();
+  test::ExpectOwnPhotographsDo(3, options);
+  options.cameras.refine = CameraChoice::kPose;
+  test::ExpectOwnPhotographsDo(3, options);
+}
+
+TEST(TrainingOverRanks, ExposuresAreRefused) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = Options();
+  options.cameras.refine = CameraChoice::kPoseAndExposure;
+  vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+    TrainCallbacks callbacks;
+    callbacks.ranks = &ranks;
+    try {
+      Train(scene, options, 0, callbacks);
+      ADD_FAILURE() << "not refused";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("--refine_cameras=pose+exposure: several processes"));
+    }
+  });
+}
 
 }  // namespace
 }  // namespace vesta::gs

@@ -33,6 +33,16 @@ inline TrainOptions DividedTraining(int iterations, int lm_iterations) {
   return options;
 }
 
+// The same bits of each that was found along.
+inline void ExpectSameCameras(const TrainResult& a, const TrainResult& b) {
+  ASSERT_EQ(a.cameras.size(), b.cameras.size());
+  HostBuffer<double> x(kViewParameters), y(kViewParameters);
+  for (std::size_t v = 0; v < a.cameras.size(); ++v) {
+    Pack(a.cameras[v], x.view()), Pack(b.cameras[v], y.view());
+    for (Index k = 0; k < kViewParameters; ++k) EXPECT_EQ(x[k], y[k]) << v << " " << k;
+  }
+}
+
 // By all of them the same; of the first.
 inline TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
                            const StageRunners& stages = HostStages()) {
@@ -46,6 +56,7 @@ inline TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& op
     EXPECT_EQ(result.model.data, all[0].model.data);
     EXPECT_EQ(result.history.back().test.psnr, all[0].history.back().test.psnr);
     EXPECT_EQ(result.history.back().cost, all[0].history.back().cost);
+    ExpectSameCameras(result, all[0]);
   }
   return std::move(all[0]);
 }
