@@ -40,6 +40,9 @@ struct CameraOptions {
   double step = 1;
   double rest = 0.2;
   double step_at_end = 0.1;
+  // Whether LM finds them too, at once with the splats (train/joint_lm_stage.h). Without an Adam stage it does so
+  // anyway.
+  bool joint = false;
   // Adam's rates at the start: of rotations in radians, of translations in parts of the depth of what cameras see.
   double adam_rotation = 1e-3;
   double adam_translation = 1e-3;

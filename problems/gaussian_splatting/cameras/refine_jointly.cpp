@@ -5,32 +5,44 @@
 #include <utility>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/cameras/joint_problem.h"
 #include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::gs {
-namespace {
-
 using B = CpuBackend<float>;
 
-JointProblemOptions ProblemOptions(const SplatModel& model, const std::vector<const View*>& views,
-                                   const JointOptions& options) {
+JointProblemOptions ProblemOptionsOf(const JointOptions& options, const splat::ModelLayout& layout,
+                                     std::vector<float> units) {
   JointProblemOptions problem;
   SplatProblemOptions& splats = problem.splats;
-  splats = SplatProblemOptionsOf(options.lm, model);
+  splats = SplatProblemOptionsOf(options.lm, layout);
   splats.background = options.background;
   splats.rates = options.rates;
-  splats.units = std::make_shared<const std::vector<float>>(LengthUnits(model, views, options.near, options.extent));
+  splats.units = std::make_shared<const std::vector<float>>(std::move(units));
   problem.free = options.free;
   problem.prior = {options.prior_weight, 2 * options.extent};
   problem.eliminate_views = options.eliminate_views;
   return problem;
 }
 
-}  // namespace
+vesta::LmOptions EngineOptionsOf(const JointOptions& options) {
+  vesta::LmOptions engine = LmEngineOptions(options.lm);
+  engine.max_iterations = options.iterations;
+  engine.batch_mode = BatchMode::kExact;
+  engine.line_search.enabled = false;
+  engine.normal_system.linear_solver = options.eliminate_views ? LinearSolverKind::kReducedPcg : LinearSolverKind::kPcg;
+  return engine;
+}
+
+HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
+                             const std::vector<ViewUnknowns>& views) {
+  HostBuffer<float> x(layout.num_parameters());
+  std::copy(model.data.begin(), model.data.end(), x.begin());
+  for (Index v = 0; v < layout.views; ++v) layout.SetUnknowns(views[static_cast<std::size_t>(v)], v, x.view());
+  return x;
+}
 
 JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& views,
                               const std::vector<ViewUnknowns>& start, const JointOptions& options) {
@@ -42,21 +54,13 @@ JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& 
                 view.color.gain[2]);
   }
   const std::vector<TargetView<B>> targets = MakeTargets<B>(views, options.near);
-  JointProblem<float> problem(ProblemOptions(model, views, options), targets);
+  JointProblem<float> problem(ProblemOptionsOf(options, model, LengthUnits(model, views, options.near, options.extent)),
+                              targets);
   const JointLayout& layout = problem.layout();
-  HostBuffer<float> x(layout.num_parameters());
-  std::copy(model.data.begin(), model.data.end(), x.begin());
-  for (Index v = 0; v < layout.views; ++v) {
-    layout.SetUnknowns(start.empty() ? ViewUnknowns{} : start[static_cast<std::size_t>(v)], v, x.view());
-  }
-  vesta::LmOptions engine = LmEngineOptions(options.lm);
-  engine.max_iterations = options.iterations;
-  engine.batch_mode = BatchMode::kExact;
-  engine.line_search.enabled = false;
-  engine.normal_system.linear_solver = options.eliminate_views ? LinearSolverKind::kReducedPcg : LinearSolverKind::kPcg;
+  HostBuffer<float> x = JointStart(layout, model, start.empty() ? std::vector<ViewUnknowns>(views.size()) : start);
   B backend;
   JointRefinement refined;
-  refined.summary = SolveLm<B>(engine, backend, problem, x);
+  refined.summary = SolveLm<B>(EngineOptionsOf(options), backend, problem, x);
   std::copy_n(x.begin(), model.data.size(), model.data.begin());
   refined.model = std::move(model);
   for (Index v = 0; v < layout.views; ++v) refined.views.push_back(layout.UnknownsOf<float>(x, v));

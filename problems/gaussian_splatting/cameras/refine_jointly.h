@@ -4,11 +4,13 @@
 #include <array>
 #include <vector>
 
+#include "problems/gaussian_splatting/cameras/joint_problem.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/lm/options.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "solver/lm_options.h"
 #include "solver/summary.h"
 
 namespace vesta::gs {
@@ -29,6 +31,14 @@ struct JointOptions {
   // (docs/results/2026-11-25-joint-cameras.md).
   bool eliminate_views = true;
 };
+
+// The problem of that, of splats laid out so; units: of length, of each Gaussian.
+JointProblemOptions ProblemOptionsOf(const JointOptions& options, const splat::ModelLayout& layout,
+                                     std::vector<float> units);
+vesta::LmOptions EngineOptionsOf(const JointOptions& options);
+// x of the problem: the splats' parameters and the views' unknowns, which are as many as the layout has.
+HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
+                             const std::vector<ViewUnknowns>& views);
 
 struct JointRefinement {
   SplatModel model;

@@ -73,6 +73,14 @@ LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const Stage
   throw Error(memory.refusal("LM with one view at a time", plan.bytes));
 }
 
+LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
+  LmPlan plan{options.lm};
+  plan.lm.jacobian = JacobianKind::kRecompute;
+  plan.bytes = JointLmBytes(scene, options);
+  if (plan.bytes > memory.bytes) throw Error(memory.refusal("LM with cameras", plan.bytes));
+  return plan;
+}
+
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
   const bool density = options.density.enabled && options.adam.runs();
   const Index most = density ? std::max(options.density.max_gaussians, scene.layout.count) : scene.layout.count;

@@ -41,6 +41,9 @@ struct LmPlan {
 // how much would do, where one view at a time does not fit.
 LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
+// The same where LM finds cameras too, which it does in one way.
+LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
+
 // The most Gaussians, at most options.density.max_gaussians, of which both stages fit, LM at its most frugal. Throws
 // Error where not even those that `scene` has do.
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);

@@ -149,6 +149,19 @@ double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool ho
   return LmBytesIn<Gpu>(scene, lm, hold_batches);
 }
 
+double JointLmBytes(const MemoryScene& scene, const StageOptions& options) {
+  const Parts<Cpu> parts(scene);
+  LmStageOptions lm = options.lm;
+  lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
+  const FreeUnknowns free = FreeBy(options.cameras.refine);
+  // A moved camera's image before its exposure; W J of the pose, and of gains and offsets, of which each is of a
+  // channel.
+  const int columns = free.pose_tangent() + (free.color ? 2 : 0);
+  double images = 0;
+  for (const ViewCounts& view : scene.views) images += (1 + columns) * kImageBytes * view.pixels;
+  return LmBytes(scene, lm, true) + images;
+}
+
 double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {
   return Parts<Cpu>(scene).Judging(parsimony);
 }

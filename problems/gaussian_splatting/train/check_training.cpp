@@ -82,6 +82,21 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
        options.target_psnr);
 }
 
+// What LM cannot find of cameras, and where.
+void CheckJointLm(const TrainOptions& options, const Ranks* ranks, bool is_on_device) {
+  if (!FindsCamerasByLm(options)) return;
+  const CameraChoice refined = options.cameras.refine;
+  const auto refuse = [&](const char* why) {
+    Fail("cameras.refine={}: {}", schema::NameOf(refined, kCameraChoices), why);
+  };
+  if (refined == CameraChoice::kAll)
+    refuse("LM finds no lenses; choose pose+exposure, or an Adam stage without cameras.joint");
+  if (refined == CameraChoice::kAuto) refuse("LM decides nothing; choose pose, pose+exposure or none");
+  if (is_on_device) refuse("LM finds cameras on the CPU alone; say --device=cpu, or find them in an Adam stage");
+  if (ranks && ranks->size() > 1)
+    refuse("LM finds cameras in one process alone; start it without mpirun, or find them in an Adam stage");
+}
+
 }  // namespace
 
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages, Ranks* ranks) {
@@ -89,6 +104,7 @@ void CheckTraining(const Scene& scene, const TrainOptions& options, const StageR
   CheckTarget(scene, options);
   CheckRanks(scene, options, stages, ranks);
   CheckStored(scene, options, ranks, stages.device_memory != nullptr);
+  CheckJointLm(options, ranks, stages.device_memory != nullptr);
 }
 
 }  // namespace vesta::gs

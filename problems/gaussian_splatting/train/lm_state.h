@@ -11,7 +11,7 @@
 
 namespace vesta::gs {
 
-// What stands before the saved solve (LmStepper::Save), which begins with the model's parameters.
+// What stands before the saved solve (LmStepper::Save), whose x begins with the model's parameters.
 struct LmStageShape {
   splat::ModelLayout layout;
   int done = 0;              // iterations of solves before this one
@@ -30,8 +30,9 @@ inline SplatModel ModelOfLmStage(const std::string& saved) {
   SplatModel model;
   reader(shape, model.data);
   static_cast<splat::ModelLayout&>(model) = shape.layout;
-  VESTA_CHECK(model.IsOfModel() && static_cast<Index>(model.data.size()) == model.Size(),
+  VESTA_CHECK(model.IsOfModel() && static_cast<Index>(model.data.size()) >= model.Size(),
               "a saved model of {} parameters for {} Gaussians", model.data.size(), model.count);
+  model.data.resize(static_cast<std::size_t>(model.Size()));  // then come views, where LM finds them too
   return model;
 }
 

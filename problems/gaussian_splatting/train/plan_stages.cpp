@@ -4,6 +4,7 @@
 
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
+#include "problems/gaussian_splatting/train/joint_lm_stage.h"
 #include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
@@ -16,6 +17,10 @@ Index NumBatches(const TrainingSession& session, const LmStageOptions& lm) {
 // What of LM's options cannot be done, or does nothing.
 void MendOddities(TrainingSession& session, const SplatModel& model, LmStageOptions* lm) {
   if (lm->iterations == 0) return;
+  if (FindsCamerasByLm(session.options()) && (lm->batches > 1 || lm->batch_size > 0)) {
+    lm->batches = 1, lm->batch_size = 0;
+    session.Note("LM takes all views as one batch where it finds cameras");
+  }
   const Index batches = NumBatches(session, *lm);
   if (batches < lm->batches) {
     session.Note(fmt::format("LM in {} of the lm.batches={} asked for: there are {} training views", batches,
@@ -35,7 +40,9 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   const bool has_cache = IsCached(options.lm.jacobian);
   const int some = stages.device_memory ? 8 : 4;
   const auto all = static_cast<int>(session.training_views().size());
-  const int counted = has_cache || options.memory.budget_gib > 0 ? all : some;
+  // Each counted view is built once: all only where LM is to be planned to the last byte.
+  const bool is_exact = options.lm.iterations > 0 && (has_cache || options.memory.budget_gib > 0);
+  const int counted = is_exact ? all : some;
   return CountMemory(ToKernelModel(model), session.planned_views(), NearPlane(session.scene()), counted, has_cache);
 }
 
@@ -46,6 +53,7 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
   LmPlan plan{options.lm};
   const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
   try {
+    if (FindsCamerasByLm(options)) return PlanJointLm(counts, options, memory);
     plan = PlanLm(counts, options, memory);
     const JacobianKind asked = options.lm.jacobian, planned = plan.lm.jacobian;
     // A device always holds views where they fit, so that choice needs no note.
@@ -90,7 +98,8 @@ void RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* mod
   LmPlan plan = PlanLmStage(session, stages, counts, result);
   if (options.lm.iterations > 0 && !session.has_reached_target() && !session.ShouldStop()) {
     session.AdaptOptions().lm = plan.lm;
-    result->lm_report = stages.lm(session, *model, plan.hold_batches);
+    result->lm_report =
+        FindsCamerasByLm(options) ? RunJointLmStage(session, *model) : stages.lm(session, *model, plan.hold_batches);
   } else {
     plan.bytes = 0;
   }

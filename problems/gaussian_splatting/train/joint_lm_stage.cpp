@@ -1,0 +1,62 @@
+#include "problems/gaussian_splatting/train/joint_lm_stage.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "problems/gaussian_splatting/cameras/refine_jointly.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/train/lm_steps.h"
+
+namespace vesta::gs {
+namespace {
+
+using B = CpuBackend<float>;
+
+JointOptions OptionsOf(const TrainingSession& session, int done) {
+  const TrainOptions& options = session.options();
+  return {.free = FreeBy(options.cameras.refine),
+          .iterations = options.lm.iterations - done,
+          .lm = options.lm,
+          .rates = options.rates,
+          .background = options.background,
+          .near = NearPlane(session.scene()),
+          .extent = session.scene().extent};
+}
+
+LmStepper<B> MakeStepper(const vesta::LmOptions& engine, B& backend, JointProblem<float>& problem, LmStart& start,
+                         const SplatModel& model, const std::vector<ViewUnknowns>& found) {
+  if (start.saved()) return {engine, backend, problem, start.solve()};
+  return {engine, backend, problem, JointStart(problem.layout(), model, found)};
+}
+
+}  // namespace
+
+std::string RunJointLmStage(TrainingSession& session, SplatModel& model) {
+  TrainingCameras& cameras = session.cameras();
+  LmStart start(session, model);
+  const JointOptions options = OptionsOf(session, start.shape.done);
+  // What was found is from there, with photographs as they are.
+  const std::vector<const View*>& given = cameras.given();
+  std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
+  const std::vector<TargetView<B>> targets =
+      MakeTargets<B>(given, options.near, {0, static_cast<Index>(given.size())}, &photographs);
+  JointProblem<float> problem(ProblemOptionsOf(options, model, start.shape.units), targets);
+  const JointLayout& layout = problem.layout();
+  B backend;
+  LmStepper<B> stepper = MakeStepper(EngineOptionsOf(options), backend, problem, start, model, cameras.found());
+  model.data = std::vector<float>();  // until the stepper is done its x begins with the model
+  const auto best = [&] { return BestOf(stepper, model); };
+  const auto take_cameras = [&] {
+    for (Index v = 0; v < layout.views; ++v) {
+      cameras.Set(static_cast<std::size_t>(v), layout.UnknownsOf(stepper.x(), v));
+    }
+    cameras.DevelopAll();
+  };
+  const auto evaluate = [&] { return session.Evaluate(best()); };
+  std::string report = RunLmSteps(session, stepper, start.shape, {model.count, evaluate, best}, take_cameras);
+  model.data.assign(stepper.x().begin(), stepper.x().begin() + layout.splats);
+  return report;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,15 @@
+// Stage two where LM finds cameras and exposures too (FindsCamerasByLm): splats and views at once, in the memory of the
+// host (cameras/joint_problem.h).
+#pragma once
+
+#include <string>
+
+#include "problems/gaussian_splatting/train/session.h"
+
+namespace vesta::gs {
+
+// From the cameras that the session has found. Leaves model and cameras at their best and records their last state.
+// Returns the engine's full report.
+std::string RunJointLmStage(TrainingSession& session, SplatModel& model);
+
+}  // namespace vesta::gs

@@ -1,0 +1,166 @@
+// Trainings whose LM stage finds cameras and exposures at once with the splats.
+#include "problems/gaussian_splatting/train/joint_lm_stage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "problems/gaussian_splatting/train/trainer.h"
+#include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/support/temp_folder.h"
+
+namespace vesta::gs {
+namespace {
+
+using testing::HasSubstr;
+
+// A splat and photographs of it, whose cameras are off.
+class JointLm : public testing::Test {
+ protected:
+  void SetUp() override {
+    given_ = truth_;
+    for (std::size_t v = 0; v < given_.views.size(); ++v) {
+      given_.views[v] = test::PerturbedView(truth_.views[v], test::RandomMotion(0.3, 0.01, v));
+      given_.views[v].role = truth_.views[v].role;
+    }
+  }
+  static TrainOptions Options(CameraChoice choice, int iterations) {
+    TrainOptions options = test::ShortTraining(0, iterations);
+    options.cameras.refine = choice;
+    options.lm.min_gain = 0;
+    options.lm.pcg_iterations = 15;
+    return options;
+  }
+  // How far a training view's means are seen from where they should be, the largest, pixels.
+  double Off(const std::vector<ViewUnknowns>& found) const {
+    const std::vector<View> moved = found.empty() ? given_.views : MovedViews(given_, found);
+    double most = 0;
+    for (std::size_t v = 0; v < moved.size(); ++v) {
+      if (truth_.views[v].is_trained()) {
+        most = std::max(most, test::LargestShift(model_, truth_.views[v], moved[v]));
+      }
+    }
+    return most;
+  }
+  std::string Refusal(const TrainOptions& options, const StageRunners& stages = HostStages()) const {
+    try {
+      Refine(given_, model_, options, 0, {}, stages);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  SplatModel model_ = test::RandomModel(60, 1, 7);
+  Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_;
+};
+
+// The splat is that of the true cameras, so that there is no frame but theirs.
+TEST_F(JointLm, FindsCamerasWithoutAnAdamStage) {
+  const double before = Off({});
+  ASSERT_GT(before, 0.5);
+  const TrainResult result = Refine(given_, model_, Options(CameraChoice::kPose, 20), 0, {});
+  ASSERT_EQ(result.cameras.size(), 10U);
+  EXPECT_LT(Off(result.cameras), before / 4);
+  EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 8);
+  EXPECT_NE(result.model.data, model_.data) << "and the splats with them";
+  EXPECT_GT(result.camera_changes.pixels, 0);
+  for (const ViewUnknowns& view : result.cameras) EXPECT_TRUE(view.color.is_none());
+  // What the history says is so of the model and the cameras that are given back.
+  Scene moved = given_;
+  moved.views = MovedViews(given_, result.cameras);
+  for (std::size_t v = 0; v < moved.views.size(); ++v) moved.views[v].image = given_.views[v].image;
+  EXPECT_EQ(Renderer({0, 0, 0}, NearPlane(given_)).Evaluate(result.model, moved).train.psnr,
+            result.history.back().train.psnr);
+}
+
+// Colours are the same from everywhere, so that they cannot stand in for exposures.
+TEST_F(JointLm, FindsExposuresToo) {
+  model_ = test::RandomModel(60, 0, 7);
+  given_ = test::RingWithImages(model_, 12, 80, 60);
+  double log_mean = 0;
+  std::vector<double> gains;
+  for (std::size_t v = 0; v < given_.views.size(); ++v) {
+    if (!given_.views[v].is_trained()) continue;
+    gains.push_back(0.89 + 0.02 * static_cast<double>(v));
+    log_mean += std::log(gains.back()) / 10;
+    for (float& value : given_.views[v].image.rgb) value *= static_cast<float>(gains.back());
+  }
+  const TrainResult result = Refine(given_, model_, Options(CameraChoice::kPoseAndExposure, 20), 0, {});
+  ASSERT_EQ(result.cameras.size(), gains.size());
+  double found_mean = 0;
+  for (const ViewUnknowns& view : result.cameras) found_mean += std::log(view.color.gain[1]) / 10;
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    EXPECT_NEAR(std::log(result.cameras[i].color.gain[1]) - found_mean, std::log(gains[i]) - log_mean, 0.02);
+  }
+  EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 3);
+}
+
+TEST_F(JointLm, GoesOnFromWhatAdamHasFound) {
+  TrainOptions options = Options(CameraChoice::kPose, 3);
+  options.adam.iterations = 60;
+  options.adam.coarse_part = 0;
+  const TrainResult apart = Refine(given_, model_, options, 0, {});
+  options.cameras.joint = true;
+  const TrainResult joint = Refine(given_, model_, options, 0, {});
+  ASSERT_EQ(joint.history.size(), apart.history.size());
+  const auto same = [&](const HistoryRow& row) { return row.stage == Stage::kAdam || row.iteration == 0; };
+  std::size_t k = 0;
+  for (; same(joint.history[k]) && k + 1 < joint.history.size(); ++k) {
+    // From x in float, which holds the cameras too.
+    EXPECT_NEAR(joint.history[k].cost, apart.history[k].cost, 1e-6 * apart.history[k].cost) << k;
+  }
+  EXPECT_EQ(joint.history[k].stage, Stage::kLm);
+  EXPECT_LT(joint.history.back().cost, apart.history.back().cost);
+  EXPECT_NE(joint.cameras[0].motion.translation[0], apart.cameras[0].motion.translation[0]);
+}
+
+TEST_F(JointLm, ABreakChangesNoBit) {
+  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kPoseAndExposure}) {
+    const TrainOptions options = Options(choice, 5);
+    const TrainResult whole = Refine(given_, model_, options, 0, {});
+    for (const int stop : {1, 3}) {
+      const TempFolder folder;
+      TrainCallbacks callbacks;
+      int reached = 0;
+      callbacks.progress = [&](const TrainProgress& p) { reached = p.iteration; };
+      callbacks.stop = [&] { return reached >= stop; };
+      callbacks.checkpoint = {.path = folder / "checkpoint", .every = {.iterations = 1}, .origin = ""};
+      EXPECT_TRUE(Refine(given_, model_, options, 0, callbacks).stopped);
+      const Checkpoint checkpoint = ReadCheckpoint(folder / "checkpoint");
+      TrainCallbacks rest;
+      rest.resume = &checkpoint;
+      const TrainResult result = Refine(given_, model_, options, 0, rest);
+      EXPECT_EQ(result.model.data, whole.model.data) << stop;
+      for (std::size_t i = 0; i < whole.cameras.size(); ++i) {
+        EXPECT_EQ(result.cameras[i].motion.translation[0], whole.cameras[i].motion.translation[0]);
+        EXPECT_EQ(result.cameras[i].color.gain, whole.cameras[i].color.gain);
+      }
+    }
+  }
+}
+
+TEST_F(JointLm, RefusesWhatItCannotFind) {
+  EXPECT_THAT(Refusal(Options(CameraChoice::kAll, 1)), HasSubstr("cameras.refine=all: LM finds no lenses"));
+  EXPECT_THAT(Refusal(Options(CameraChoice::kAuto, 1)), HasSubstr("cameras.refine=auto: LM decides nothing"));
+  StageRunners on_device = HostStages();
+  on_device.device_memory = [] { return DeviceMemoryUse{1e12, 0, 0}; };
+  EXPECT_THAT(Refusal(Options(CameraChoice::kPose, 1), on_device), HasSubstr("--device=cpu"));
+  TrainOptions small = Options(CameraChoice::kPose, 1);
+  small.memory.budget_gib = 0.003;
+  EXPECT_THAT(Refusal(small), HasSubstr("LM with cameras needs"));
+}
+
+TEST_F(JointLm, TakesAllViewsAsOneBatch) {
+  TrainOptions options = Options(CameraChoice::kPose, 2);
+  options.lm.batches = 3;
+  const TrainResult result = Refine(given_, model_, options, 0, {});
+  EXPECT_THAT(result.notes, testing::Contains(HasSubstr("all views as one batch")));
+  options.lm.batches = 1;
+  EXPECT_EQ(result.model.data, Refine(given_, model_, options, 0, {}).model.data);
+}
+
+}  // namespace
+}  // namespace vesta::gs
