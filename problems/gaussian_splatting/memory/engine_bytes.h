@@ -24,6 +24,8 @@ struct PassingBytes {
   double gram = 0;        // measuring Gram matrices
   double cost = 0;        // the cost of a trial
   double evaluation = 0;  // that of x, and its quality, between iterations
+  // Vectors, or matrices, that a sum over parts keeps while it is formed (kernels/ranks/sum_over_ranks.h).
+  double sum_buffers = 0;
 };
 
 // What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all

@@ -42,7 +42,7 @@ MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<cons
   const bool is_bent = std::ranges::any_of(views, [](const View* v) { return v->bent.has_value(); });
   double mask_bytes = 0;
   for (const View* v : views) mask_bytes += static_cast<double>(v->image.mask.size());
-  return {model, std::move(counts), is_bent, mask_bytes};
+  return {.layout = model, .views = std::move(counts), .is_bent = is_bent, .mask_bytes = mask_bytes};
 }
 
 MemoryScene MemoryScene::Scaled(Index new_gaussians) const {

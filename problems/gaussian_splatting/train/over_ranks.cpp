@@ -22,9 +22,6 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const StageRunn
     CheckTerms(ViewRunsOf(static_cast<Index>(NumTrainingViews(scene))), *ranks);
   }
   if (ranks->size() == 1) return;
-  const auto refuse = [](const std::string& what, const char* why) {
-    Fail("{}: several processes train {}; leave it", what, why);
-  };
   const std::vector<std::string> devices = GatherWords(*ranks, stages.gpu.empty() ? stages.device : stages.gpu);
   for (std::size_t r = 1; r < devices.size(); ++r) {
     if (devices[r] == devices[0]) continue;
@@ -33,11 +30,8 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const StageRunn
   }
   const CameraChoice refined = options.cameras.refine;
   if (options.cameras.refines() && refined != CameraChoice::kPose && refined != CameraChoice::kAuto) {
-    refuse(fmt::format("--refine_cameras={}", schema::NameOf(refined, kCameraChoices)),
-           "with exposures and lenses as given (--refine_cameras=pose finds poses)");
-  }
-  if (options.memory.budget_gib > 0) {
-    refuse(fmt::format("--memory_budget={}", options.memory.budget_gib), "without a bound, as each has another");
+    Fail("--refine_cameras={}: several processes train with exposures and lenses as given; choose pose, or auto",
+         schema::NameOf(refined, kCameraChoices));
   }
   const std::vector<std::uint64_t> scenes = GatherValues(*ranks, std::vector<std::uint64_t>{FingerprintOf(scene)});
   for (std::size_t r = 1; r < scenes.size(); ++r) {

@@ -43,7 +43,7 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   // Each counted view is built once: all only where LM is to be planned to the last byte.
   const bool is_exact = options.lm.iterations > 0 && (has_cache || options.memory.budget_gib > 0);
   const int counted = is_exact ? all : some;
-  return CountMemory(ToKernelModel(model), session.planned_views(), NearPlane(session.scene()), counted, has_cache);
+  return session.CountMemory(ToKernelModel(model), counted, has_cache);
 }
 
 // Where there is no room for any, LM is not asked for any more.
@@ -76,8 +76,7 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
 void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
   const TrainOptions& options = session.options();
   if (options.memory.budget_gib == 0 && !stages.device_memory) return;
-  const MemoryScene counts =
-      CountMemory(ToKernelModel(model), session.planned_views(), NearPlane(session.scene()), 8, false);
+  const MemoryScene counts = session.CountMemory(ToKernelModel(model), 8, false);
   const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
   const Index fit = PlanGaussians(counts, options, memory);
   if (stages.device_memory) {

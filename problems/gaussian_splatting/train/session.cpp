@@ -7,6 +7,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/length_units.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 
 namespace vesta::gs {
 
@@ -107,6 +108,15 @@ double TrainingSession::EvaluationAhead(double seconds_per_pixel) const {
     if (are_measured[v]) pixels += static_cast<double>(camera.width) * camera.height;
   }
   return kShareOfEvaluation * seconds_per_pixel * pixels;
+}
+
+MemoryScene TrainingSession::CountMemory(const splat::Model<float>& model, int most, bool with_entries) const {
+  MemoryScene counts = gs::CountMemory(model, planned_views(), NearPlane(scene()), most, with_entries);
+  if (ranks()) {
+    counts.processes = ranks()->size();
+    counts.parts = ViewRunsOf(static_cast<Index>(training_views().size()));
+  }
+  return counts;
 }
 
 std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {

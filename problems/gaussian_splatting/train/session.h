@@ -95,6 +95,8 @@ class TrainingSession {
   }
   // By which memory is planned: as many as the process has that holds the most.
   std::vector<const View*> planned_views() const { return LargestShare(training_views(), options_, ranks()); }
+  // What it goes by, of a model; CountMemory has most and with_entries.
+  MemoryScene CountMemory(const splat::Model<float>& model, int most, bool with_entries) const;
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
   double Seconds() const { return clock_.Seconds(); }
@@ -155,6 +157,10 @@ class TrainingSession {
   bool trains_alone() const { return !ranks() || ranks()->size() == 1; }
   // Whether it is so in any of several processes. Called by all.
   bool OnAny(bool mine) const { return ranks() ? OnAnyRank(*ranks(), mine) : mine; }
+  // The most that one says, by which all plan. Called by all.
+  double MostOfAll(double mine) const {
+    return trains_alone() ? mine : std::ranges::max(GatherValues(*ranks(), std::vector{mine}));
+  }
   // What the first of several processes says, where each would say something else, as by its clock. Called by all.
   double OfFirst(double mine) const { return trains_alone() ? mine : GatherValues(*ranks(), std::vector{mine})[0]; }
   // The stage that a resumed training was in; Adam's where nothing is resumed.

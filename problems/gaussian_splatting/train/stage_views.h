@@ -43,7 +43,6 @@ class StageViews {
   }
   bool are_coarse() const { return !coarse_.empty(); }
   bool have_halves() const { return !lacks_halves_; }
-  double near() const { return near_; }
   // The processes that share iterations; null where each does all of them.
   Ranks* sharers() const {
     return options_.adam.views_per_iteration > 1 && !session_.trains_alone() ? session_.ranks() : nullptr;

@@ -75,7 +75,8 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   CheckTraining(scene, asked, stages, callbacks.ranks);
   TrainingSession session(scene, asked, seconds_before, callbacks);
   const TrainOptions& options = session.options();
-  session.AdaptOptions().memory.before_mib += session.cameras().CopiedMib() + UnfilledMib(scene);
+  double& before_mib = session.AdaptOptions().memory.before_mib;
+  before_mib = session.MostOfAll(before_mib + session.cameras().CopiedMib() + UnfilledMib(scene));
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();

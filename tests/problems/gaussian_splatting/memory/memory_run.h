@@ -12,7 +12,8 @@ struct MemoryCase {
   Index gaussians;
   int width, height;
   void (*apply)(TrainOptions&);
-  bool is_bent = false;  // photographs were undistorted
+  bool is_bent = false;   // photographs were undistorted
+  bool in_parts = false;  // that are summed, as by several processes
 };
 
 // Some iterations of LM, unless the case has it otherwise; the case's part of Adam, and no densification.
@@ -38,8 +39,11 @@ struct MemoryRun {
   }
 
   // Train makes its model, from as many points.
-  TrainResult Run(const StageRunners& stages = HostStages()) const {
-    return options.adam.runs() ? Train(scene, options, 0, {}, stages) : Refine(scene, model, options, 0, {}, stages);
+  TrainResult Run(const StageRunners& stages = HostStages(), Ranks* ranks = nullptr) const {
+    TrainCallbacks callbacks;
+    callbacks.ranks = ranks;
+    return options.adam.runs() ? Train(scene, options, 0, callbacks, stages)
+                               : Refine(scene, model, options, 0, callbacks, stages);
   }
 };
 

@@ -104,6 +104,34 @@ TEST(TrainingOverRanks, PlansByTheLargestShare) {
   EXPECT_EQ(LargestShare(views, options, nullptr), views);
 }
 
+// Whichever of them holds more before they begin: it is the most that they plan by.
+TEST(TrainingOverRanks, ABudgetBindsAllAlike) {
+  const Scene scene = test::SceneToDivide();
+  TrainOptions options = test::DividedTraining(60, 1);
+  const auto train = [&](double budget_gib, double of_second) {
+    std::vector<TrainResult> all(2);
+    options.memory.budget_gib = budget_gib;
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainOptions own = options;
+      own.memory.before_mib = ranks.rank() == 0 ? 10 : of_second;
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      all[static_cast<std::size_t>(ranks.rank())] = Train(scene, own, 0, callbacks);
+    });
+    EXPECT_EQ(all[0].model.data, all[1].model.data);
+    EXPECT_EQ(all[0].memory.predicted_mib, all[1].memory.predicted_mib);
+    return std::move(all[0]);
+  };
+  const TrainResult free = train(0, 10), other = train(0, 15);
+  EXPECT_NEAR(other.memory.predicted_mib, free.memory.predicted_mib + 5, 1e-6);
+  EXPECT_EQ(other.model.data, free.model.data);
+  // Room for all, for fewer, and for not even those that there are at first.
+  EXPECT_EQ(train(18. / 1024, 10).model.data, free.model.data);
+  EXPECT_NE(train(18. / 1024, 13.5).model.data, free.model.data);
+  EXPECT_EQ(train(14.5 / 1024, 10).model.data, train(18. / 1024, 13.5).model.data);
+  EXPECT_THROW(train(18. / 1024, 15), Error);
+}
+
 // However different their clocks: one is slow, and the first one's counts.
 TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
   const Scene scene = test::TrainingScene();
