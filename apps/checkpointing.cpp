@@ -22,8 +22,8 @@ bool IsFixed(const std::string& name, gs::Stage stage) {
   for (const char* fixed : kFixed) {
     if (name == fixed) return true;
   }
-  return stage == gs::Stage::kLm &&
-         (name.starts_with("adam.") || name.starts_with("density.") || name.starts_with("rates."));
+  return stage == gs::Stage::kLm && (name == "cameras.joint" || name.starts_with("adam.") ||
+                                     name.starts_with("density.") || name.starts_with("rates."));
 }
 
 }  // namespace

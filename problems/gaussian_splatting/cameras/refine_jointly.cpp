@@ -11,6 +11,7 @@
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::gs {
+
 using B = CpuBackend<float>;
 
 JointProblemOptions ProblemOptionsOf(const JointOptions& options, const splat::ModelLayout& layout,

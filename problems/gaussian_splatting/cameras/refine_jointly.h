@@ -35,6 +35,7 @@ struct JointOptions {
 // The problem of that, of splats laid out so; units: of length, of each Gaussian.
 JointProblemOptions ProblemOptionsOf(const JointOptions& options, const splat::ModelLayout& layout,
                                      std::vector<float> units);
+// How the engine is to solve it.
 vesta::LmOptions EngineOptionsOf(const JointOptions& options);
 // x of the problem: the splats' parameters and the views' unknowns, which are as many as the layout has.
 HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,

@@ -1,6 +1,7 @@
 // Of which views a model is measured, by which process.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 

@@ -75,10 +75,13 @@ LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const Stage
 
 LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
   LmPlan plan{options.lm};
-  plan.lm.jacobian = JacobianKind::kRecompute;
-  plan.bytes = JointLmBytes(scene, options);
-  if (plan.bytes > memory.bytes) throw Error(memory.refusal("LM with cameras", plan.bytes));
-  return plan;
+  const auto takes = [&](bool eliminate_views, double room) {
+    plan.eliminate_views = eliminate_views;
+    plan.bytes = JointLmBytes(scene, options, eliminate_views);
+    return plan.bytes <= room;
+  };
+  if (takes(true, std::min(memory.bytes, memory.comfortable_bytes)) || takes(false, memory.bytes)) return plan;
+  throw Error(memory.refusal("LM with cameras", plan.bytes));
 }
 
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
@@ -86,9 +89,10 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
   const Index most = density ? std::max(options.density.max_gaussians, scene.layout.count) : scene.layout.count;
   const auto bytes_of = [&](Index gaussians) {
     const MemoryScene scaled = scene.Scaled(gaussians);
+    const double adam = options.adam.runs() ? memory.adam_bytes(scaled, options) : 0;
+    if (FindsCamerasByLm(options)) return std::max(adam, JointLmBytes(scaled, options, false));
     LmStageOptions lm = options.lm;
     lm.jacobian = JacobianKind::kRebuild;
-    const double adam = options.adam.runs() ? memory.adam_bytes(scaled, options) : 0;
     return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, true) : 0.0);
   };
   if (bytes_of(scene.layout.count) > memory.bytes) {

@@ -33,7 +33,8 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 struct LmPlan {
   LmStageOptions lm;  // with jacobian as chosen
   bool hold_batches = true;
-  double bytes = 0;  // lm_bytes of that
+  bool eliminate_views = true;  // where it finds cameras too
+  double bytes = 0;             // lm_bytes of that
 };
 
 // options.lm as it is where that fits, comfortably; else with the Jacobian recomputed; else with views rebuilt, which
@@ -41,7 +42,8 @@ struct LmPlan {
 // how much would do, where one view at a time does not fit.
 LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
-// The same where LM finds cameras too, which it does in one way.
+// The same where LM finds cameras too: with views eliminated where that fits, comfortably, else solved for along.
+// Throws Error where that does not fit.
 LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
 // The most Gaussians, at most options.density.max_gaussians, of which both stages fit, LM at its most frugal. Throws

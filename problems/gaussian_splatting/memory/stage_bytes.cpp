@@ -178,19 +178,20 @@ double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool ho
   return LmBytesIn<Gpu>(scene, lm, hold_batches);
 }
 
-double JointLmBytes(const MemoryScene& scene, const StageOptions& options) {
-  const Parts<Cpu> parts(scene);
+double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
+  MemoryScene alone = scene;  // one process solves it, and sums no parts
+  alone.processes = 1, alone.parts = 0;
   LmStageOptions lm = options.lm;
   lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
   const FreeUnknowns free = FreeBy(options.cameras.refine);
-  // A moved camera's image before its exposure; W J of the pose, and of gains and offsets, of which each is of a
-  // channel.
+  // W J of the pose, and of gains and offsets, of which each is of a channel: of a view where it is made, or of all.
   const int columns = free.pose_tangent() + (free.color ? 2 : 0);
-  double images = 0;
-  for (const ViewCounts& view : scene.views) images += (1 + columns) * kImageBytes * view.pixels;
+  double images = eliminate_views ? 0 : columns * kImageBytes * scene.Largest().pixels;
+  // And a moved camera's image before its exposure.
+  for (const ViewCounts& view : scene.views) images += (eliminate_views ? 1 + columns : 1) * kImageBytes * view.pixels;
   // Gradient and descent, which stay, and the right-hand side without the views.
   constexpr double kVectors = 3;
-  return LmBytes(scene, lm, true) + images + kVectors * VectorBytes(scene);
+  return LmBytes(alone, lm, true) + images + kVectors * VectorBytes(scene);
 }
 
 double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {

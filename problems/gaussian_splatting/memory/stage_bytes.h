@@ -12,8 +12,8 @@ double AdamBytes(const MemoryScene& scene, const StageOptions& options);
 // lm: jacobian, preconditioner, batches and merge_batches count. hold_batches: whether the linearizations of all
 // batches are there at once.
 double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
-// Where LM finds cameras too (cameras/joint_problem.h): views are held, with their columns.
-double JointLmBytes(const MemoryScene& scene, const StageOptions& options);
+// Where LM finds cameras too (cameras/joint_problem.h): views are held, with their columns where they are eliminated.
+double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views);
 // The model and what evaluating it needs: all there is between the stages.
 double ModelBytes(const MemoryScene& scene);
 // What judging Gaussians takes on the host beside the model, wherever the stages are; 0 where options ask for none.

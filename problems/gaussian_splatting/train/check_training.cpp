@@ -86,15 +86,14 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
 void CheckJointLm(const TrainOptions& options, const Ranks* ranks, bool is_on_device) {
   if (!FindsCamerasByLm(options)) return;
   const CameraChoice refined = options.cameras.refine;
-  const auto refuse = [&](const char* why) {
-    Fail("cameras.refine={}: {}", schema::NameOf(refined, kCameraChoices), why);
+  const auto refuse = [&](const char* why, const char* what_to_do) {
+    Fail("cameras.refine={}: {}; {}{}", schema::NameOf(refined, kCameraChoices), why, what_to_do,
+         options.adam.runs() ? ", or leave cameras.joint" : ", or find them in an Adam stage");
   };
-  if (refined == CameraChoice::kAll)
-    refuse("LM finds no lenses; choose pose+exposure, or an Adam stage without cameras.joint");
-  if (refined == CameraChoice::kAuto) refuse("LM decides nothing; choose pose, pose+exposure or none");
-  if (is_on_device) refuse("LM finds cameras on the CPU alone; say --device=cpu, or find them in an Adam stage");
-  if (ranks && ranks->size() > 1)
-    refuse("LM finds cameras in one process alone; start it without mpirun, or find them in an Adam stage");
+  if (refined == CameraChoice::kAll) refuse("LM finds no lenses", "choose pose+exposure");
+  if (refined == CameraChoice::kAuto) refuse("LM decides nothing", "choose pose, pose+exposure or none");
+  if (is_on_device) refuse("LM finds cameras on the CPU alone", "say --device=cpu");
+  if (ranks && ranks->size() > 1) refuse("LM finds cameras in one process alone", "start it without mpirun");
 }
 
 }  // namespace
@@ -102,9 +101,9 @@ void CheckJointLm(const TrainOptions& options, const Ranks* ranks, bool is_on_de
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages, Ranks* ranks) {
   CheckViews(scene);
   CheckTarget(scene, options);
+  CheckJointLm(options, ranks, stages.device_memory != nullptr);
   CheckRanks(scene, options, stages, ranks);
   CheckStored(scene, options, ranks, stages.device_memory != nullptr);
-  CheckJointLm(options, ranks, stages.device_memory != nullptr);
 }
 
 }  // namespace vesta::gs

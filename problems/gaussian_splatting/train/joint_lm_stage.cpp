@@ -13,7 +13,7 @@ namespace {
 
 using B = CpuBackend<float>;
 
-JointOptions OptionsOf(const TrainingSession& session, int done) {
+JointOptions OptionsOf(const TrainingSession& session, int done, bool eliminate_views) {
   const TrainOptions& options = session.options();
   return {.free = FreeBy(options.cameras.refine),
           .iterations = options.lm.iterations - done,
@@ -21,7 +21,8 @@ JointOptions OptionsOf(const TrainingSession& session, int done) {
           .rates = options.rates,
           .background = options.background,
           .near = NearPlane(session.scene()),
-          .extent = session.scene().extent};
+          .extent = session.scene().extent,
+          .eliminate_views = eliminate_views};
 }
 
 LmStepper<B> MakeStepper(const vesta::LmOptions& engine, B& backend, JointProblem<float>& problem, LmStart& start,
@@ -30,12 +31,18 @@ LmStepper<B> MakeStepper(const vesta::LmOptions& engine, B& backend, JointProble
   return {engine, backend, problem, JointStart(problem.layout(), model, found)};
 }
 
+std::vector<ViewUnknowns> UnknownsOf(const JointLayout& layout, const LmStepper<B>& stepper) {
+  std::vector<ViewUnknowns> views;
+  for (Index v = 0; v < layout.views; ++v) views.push_back(layout.UnknownsOf(stepper.x(), v));
+  return views;
+}
+
 }  // namespace
 
-std::string RunJointLmStage(TrainingSession& session, SplatModel& model) {
+std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool eliminate_views) {
   TrainingCameras& cameras = session.cameras();
   LmStart start(session, model);
-  const JointOptions options = OptionsOf(session, start.shape.done);
+  const JointOptions options = OptionsOf(session, start.shape.done, eliminate_views);
   // What was found is from there, with photographs as they are.
   const std::vector<const View*>& given = cameras.given();
   std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
@@ -45,12 +52,12 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model) {
   const JointLayout& layout = problem.layout();
   B backend;
   LmStepper<B> stepper = MakeStepper(EngineOptionsOf(options), backend, problem, start, model, cameras.found());
+  if (start.saved() && !cameras.Restore(UnknownsOf(layout, stepper))) session.RefuseSavedStage();
   model.data = std::vector<float>();  // until the stepper is done its x begins with the model
   const auto best = [&] { return BestOf(stepper, model); };
   const auto take_cameras = [&] {
-    for (Index v = 0; v < layout.views; ++v) {
-      cameras.Set(static_cast<std::size_t>(v), layout.UnknownsOf(stepper.x(), v));
-    }
+    const std::vector<ViewUnknowns> found = UnknownsOf(layout, stepper);
+    for (std::size_t v = 0; v < found.size(); ++v) cameras.Set(v, found[v]);
     cameras.DevelopAll();
   };
   const auto evaluate = [&] { return session.Evaluate(best()); };

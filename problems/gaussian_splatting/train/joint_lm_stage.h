@@ -8,8 +8,8 @@
 
 namespace vesta::gs {
 
-// From the cameras that the session has found. Leaves model and cameras at their best and records their last state.
-// Returns the engine's full report.
-std::string RunJointLmStage(TrainingSession& session, SplatModel& model);
+// From the cameras that the session has found. eliminate_views: JointOptions has it. Leaves model and cameras at their
+// best and records their last state. Returns the engine's full report.
+std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool eliminate_views);
 
 }  // namespace vesta::gs

@@ -26,11 +26,6 @@ struct TrainOptions : StageOptions {
   int evaluated_views = 300;  // training views that evaluations look at, at most; of the others all
 };
 
-// Whether LM solves for cameras and exposures along with the splats.
-inline bool FindsCamerasByLm(const TrainOptions& options) {
-  return options.lm.iterations > 0 && options.cameras.refines() && (options.cameras.joint || !options.adam.runs());
-}
-
 // All fields of all rooms, named "room.field"; those of TrainOptions itself "train.field".
 const schema::Table<TrainOptions>& TrainFields();
 

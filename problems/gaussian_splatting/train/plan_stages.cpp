@@ -17,9 +17,10 @@ Index NumBatches(const TrainingSession& session, const LmStageOptions& lm) {
 // What of LM's options cannot be done, or does nothing.
 void MendOddities(TrainingSession& session, const SplatModel& model, LmStageOptions* lm) {
   if (lm->iterations == 0) return;
-  if (FindsCamerasByLm(session.options()) && (lm->batches > 1 || lm->batch_size > 0)) {
-    lm->batches = 1, lm->batch_size = 0;
-    session.Note("LM takes all views as one batch where it finds cameras");
+  const bool is_plain = lm->batches == 1 && lm->batch_size == 0 && !lm->line_search && !IsCached(lm->jacobian);
+  if (FindsCamerasByLm(session.options()) && !is_plain) {
+    lm->batches = 1, lm->batch_size = 0, lm->line_search = false, lm->jacobian = JacobianKind::kRecompute;
+    session.Note("LM that finds cameras takes all views as one batch, caches no Jacobian and searches no line");
   }
   const Index batches = NumBatches(session, *lm);
   if (batches < lm->batches) {
@@ -53,7 +54,12 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
   LmPlan plan{options.lm};
   const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
   try {
-    if (FindsCamerasByLm(options)) return PlanJointLm(counts, options, memory);
+    if (FindsCamerasByLm(options)) {
+      plan = PlanJointLm(counts, options, memory);
+      if (!plan.eliminate_views)
+        session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
+      return plan;
+    }
     plan = PlanLm(counts, options, memory);
     const JacobianKind asked = options.lm.jacobian, planned = plan.lm.jacobian;
     // A device always holds views where they fit, so that choice needs no note.
@@ -97,8 +103,8 @@ void RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* mod
   LmPlan plan = PlanLmStage(session, stages, counts, result);
   if (options.lm.iterations > 0 && !session.has_reached_target() && !session.ShouldStop()) {
     session.AdaptOptions().lm = plan.lm;
-    result->lm_report =
-        FindsCamerasByLm(options) ? RunJointLmStage(session, *model) : stages.lm(session, *model, plan.hold_batches);
+    result->lm_report = FindsCamerasByLm(options) ? RunJointLmStage(session, *model, plan.eliminate_views)
+                                                  : stages.lm(session, *model, plan.hold_batches);
   } else {
     plan.bytes = 0;
   }

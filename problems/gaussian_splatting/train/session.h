@@ -1,6 +1,7 @@
 // What both stages of a training run share: the views, the clock without evaluation, the history.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <optional>
@@ -187,7 +188,10 @@ class TrainingSession {
   const splat::ModelLayout& largest_model() const { return largest_model_; }
 
   // A line for the user on what is done otherwise than asked for.
-  void Note(std::string line) { notes_.push_back(std::move(line)); }
+  // Once, also where a training that was broken off says it again.
+  void Note(std::string line) {
+    if (std::ranges::find(notes_, line) == notes_.end()) notes_.push_back(std::move(line));
+  }
   std::vector<std::string> TakeNotes() { return std::move(notes_); }
   // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views are trained
   // on; 0: not known.

@@ -64,6 +64,7 @@ bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state
   return is_deciding(state) && span.HasReached(kCamerasDecide);
 }
 
+// Of several processes each looks at all that were held back, whosever they are.
 void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) const {
   std::vector<const View*> judges;
   for (std::size_t i = 0; i < session_.training_views().size(); ++i) {
@@ -129,11 +130,12 @@ void StageCameras::TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, St
   state->views.resize(session_.cameras().found().size());
   for (std::size_t r = 0; r < all.size(); ++r) {
     if (static_cast<int>(r) == ranks.rank()) continue;
-    for (ArchiveReader reader(all[r]); !reader.rest().empty(); ++state->seen) {
+    for (ArchiveReader reader(all[r]); !reader.rest().empty();) {
       std::size_t view = 0;
       ViewUnknowns found;
       reader(view, found);
       reader(state->views[view]);
+      if (CanStep(state->views[view])) ++state->seen;  // as where it was stepped, or was not
       session_.cameras().Set(view, found);
       stepped->push_back(view);
     }

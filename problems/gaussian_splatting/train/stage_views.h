@@ -58,7 +58,7 @@ class StageViews {
     passes().views.Begin({x, attributes}, views, Observes(options_.density, span) ? &state->model.density() : nullptr);
     const OwnViewsOfIterations own = Own();
     for (int k = 0; k < views; ++k) {
-      if (!own.empty()) ExpectViews(own, *state);
+      if (HasToExpect(own, *state)) ExpectViews(own, *state);
       const std::size_t next = NextView(state->order, *state);
       if (own.Has(next)) AddView(k, next, x, span, gradient, state);
     }
@@ -126,6 +126,13 @@ class StageViews {
     while (cameras_.HoldsBack(next, state.cameras)) next = order.Next();
     return next;
   }
+  // Whether any of its own views may be trained on yet.
+  bool HasToExpect(const OwnViewsOfIterations& own, const AdamStageState<B>& state) const {
+    for (Index view = own.share().begin; view < own.share().end; ++view) {
+      if (!cameras_.HoldsBack(static_cast<std::size_t>(view), state.cameras)) return true;
+    }
+    return false;
+  }
   void ExpectViews(const OwnViewsOfIterations& own, const AdamStageState<B>& state) {
     targets().Expect([&] {
       return [&, order = state.order]() mutable { return own.NextOf([&] { return NextView(order, state); }); };
@@ -154,6 +161,7 @@ class StageViews {
   void DecideOnCameras(AdamStageState<B>* state) {
     SplatModel model;  // bands that are not in use yet are 0
     state->model.DownloadParameters(model);
+    full_.Release(), coarse_.Release();
     cameras_.Decide(model, &state->cameras);
   }
   // The camera of the view that a gradient was just added of.

@@ -85,6 +85,9 @@ TEST(StoredPhotographs, PosesAreFoundAlongToTheSameBits) {
     EXPECT_EQ(found.model.data, expected.model.data);
     EXPECT_EQ(found.notes, expected.notes);
     ASSERT_EQ(found.cameras.size(), expected.cameras.size());
+    for (std::size_t v = 0; v < found.cameras.size(); ++v) {
+      EXPECT_EQ(found.cameras[v].motion.translation[0], expected.cameras[v].motion.translation[0]);
+    }
   }
 }
 
