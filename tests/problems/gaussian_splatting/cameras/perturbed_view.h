@@ -62,4 +62,14 @@ inline double LargestShift(const SplatModel& model, const View& a, const View& b
   return largest;
 }
 
+// The scene with each camera off by so much (RandomMotion), another way each.
+inline Scene WithCamerasOff(const Scene& truth, double degrees, double shift) {
+  Scene scene = truth;
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    scene.views[v] = PerturbedView(truth.views[v], RandomMotion(degrees, shift, v));
+    scene.views[v].role = truth.views[v].role;
+  }
+  return scene;
+}
+
 }  // namespace vesta::gs::test

@@ -22,13 +22,6 @@ using testing::HasSubstr;
 // A splat and photographs of it, whose cameras are off by up to half a degree and half a per cent of the distance.
 class CamerasFoundAlong : public testing::Test {
  protected:
-  void SetUp() override {
-    given_ = truth_;
-    for (std::size_t v = 0; v < given_.views.size(); ++v) {
-      given_.views[v] = test::PerturbedView(truth_.views[v], test::RandomMotion(0.5, 0.015, v));
-      given_.views[v].role = truth_.views[v].role;
-    }
-  }
   static TrainOptions Options(CameraChoice choice, int iterations) {
     TrainOptions options = test::ShortTraining(iterations, 0);
     options.cameras.refine = choice;
@@ -62,7 +55,7 @@ class CamerasFoundAlong : public testing::Test {
   }
 
   SplatModel model_ = test::RandomModel(60, 1, 7);
-  Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_;
+  Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_ = test::WithCamerasOff(truth_, 0.5, 0.015);
 };
 
 TEST_F(CamerasFoundAlong, ComeBack) {

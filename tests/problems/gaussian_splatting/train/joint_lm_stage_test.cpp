@@ -21,13 +21,6 @@ using testing::HasSubstr;
 // A splat and photographs of it, whose cameras are off.
 class JointLm : public testing::Test {
  protected:
-  void SetUp() override {
-    given_ = truth_;
-    for (std::size_t v = 0; v < given_.views.size(); ++v) {
-      given_.views[v] = test::PerturbedView(truth_.views[v], test::RandomMotion(0.3, 0.01, v));
-      given_.views[v].role = truth_.views[v].role;
-    }
-  }
   static TrainOptions Options(CameraChoice choice, int iterations) {
     TrainOptions options = test::ShortTraining(0, iterations);
     options.cameras.refine = choice;
@@ -56,7 +49,7 @@ class JointLm : public testing::Test {
   }
 
   SplatModel model_ = test::RandomModel(60, 1, 7);
-  Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_;
+  Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_ = test::WithCamerasOff(truth_, 0.3, 0.01);
 };
 
 // The splat is that of the true cameras, so that there is no frame but theirs.

@@ -56,12 +56,7 @@ TEST(TrainingOverRanks, EndsWhereTheViewsHeldOutAreGoodEnough) {
 
 // A scene of whose training views as many are left, each camera turned and moved.
 Scene WithCamerasOff(int trained) {
-  Scene scene = test::TrainingScene();
-  for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    const ViewRole role = scene.views[v].role;
-    scene.views[v] = test::PerturbedView(scene.views[v], test::RandomMotion(2, 0.05, v));
-    scene.views[v].role = role;
-  }
+  Scene scene = test::WithCamerasOff(test::TrainingScene(), 2, 0.05);
   std::erase_if(scene.views, [&](const View& view) { return view.is_trained() && --trained < 0; });
   return scene;
 }
