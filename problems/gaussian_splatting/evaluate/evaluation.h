@@ -15,9 +15,8 @@
 namespace vesta::gs {
 
 // Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
-// already; those of the other views are shown to B one at a time. Processes that
-// measure together all have the same result. Holds its view and two images only while it runs; on a device throws
-// OutOfDeviceMemory.
+// already; those of the other views are shown to B one at a time. Processes that measure together all have the same
+// result. Holds its view and two images only while it runs; on a device throws OutOfDeviceMemory.
 template <class B>
 Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> held,
                     const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,

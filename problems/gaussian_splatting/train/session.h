@@ -187,8 +187,7 @@ class TrainingSession {
   }
   const splat::ModelLayout& largest_model() const { return largest_model_; }
 
-  // A line for the user on what is done otherwise than asked for.
-  // Once, also where a training that was broken off says it again.
+  // A line for the user on what is done otherwise than asked for; once, though a training that goes on says it again.
   void Note(std::string line) {
     if (std::ranges::find(notes_, line) == notes_.end()) notes_.push_back(std::move(line));
   }

@@ -10,8 +10,8 @@
 #include "problems/gaussian_splatting/train/training_cameras.h"
 #include "tests/problems/gaussian_splatting/cameras/bent_photograph.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
+#include "tests/problems/gaussian_splatting/train/stopped_training.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
-#include "tests/support/test_files.h"
 
 namespace vesta::gs {
 namespace {
@@ -153,17 +153,8 @@ TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
     options.density.every = 0.2;
     const TrainResult whole = Train(given_, options, 0, {});
     for (const int stop : {2, 7, 25, 45}) {
-      const TempFolder folder;
-      TrainCallbacks callbacks;
-      int reached = 0;
-      callbacks.progress = [&](const TrainProgress& p) { reached = p.iteration; };
-      callbacks.stop = [&] { return reached >= stop; };
-      callbacks.checkpoint = {.path = folder / "checkpoint", .every = {.iterations = 1}, .origin = ""};
-      EXPECT_TRUE(Train(given_, options, 0, callbacks).stopped);
-      const Checkpoint checkpoint = ReadCheckpoint(folder / "checkpoint");
-      TrainCallbacks rest;
-      rest.resume = &checkpoint;
-      const TrainResult result = Train(given_, options, 0, rest);
+      const auto train = [&](const TrainCallbacks& callbacks) { return Train(given_, options, 0, callbacks); };
+      const TrainResult result = test::GoneOn(test::StoppedAt(stop, train), train);
       EXPECT_EQ(result.model.data, whole.model.data) << stop;
       ASSERT_EQ(result.cameras.size(), whole.cameras.size());
       for (std::size_t i = 0; i < whole.cameras.size(); ++i) {

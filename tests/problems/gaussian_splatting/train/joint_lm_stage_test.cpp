@@ -9,8 +9,8 @@
 
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
+#include "tests/problems/gaussian_splatting/train/stopped_training.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
-#include "tests/support/temp_folder.h"
 #include "tests/support/thread_ranks.h"
 
 namespace vesta::gs {
@@ -118,17 +118,10 @@ TEST_F(JointLm, ABreakChangesNoBit) {
     const TrainOptions options = Options(choice, 5);
     const TrainResult whole = Refine(given_, model_, options, 0, {});
     for (const int stop : {1, 3}) {
-      const TempFolder folder;
-      TrainCallbacks callbacks;
-      int reached = 0;
-      callbacks.progress = [&](const TrainProgress& p) { reached = p.iteration; };
-      callbacks.stop = [&] { return reached >= stop; };
-      callbacks.checkpoint = {.path = folder / "checkpoint", .every = {.iterations = 1}, .origin = ""};
-      EXPECT_TRUE(Refine(given_, model_, options, 0, callbacks).stopped);
-      const Checkpoint checkpoint = ReadCheckpoint(folder / "checkpoint");
-      TrainCallbacks rest;
-      rest.resume = &checkpoint;
-      const TrainResult result = Refine(given_, model_, options, 0, rest);
+      const auto refine = [&](const TrainCallbacks& callbacks) {
+        return Refine(given_, model_, options, 0, callbacks);
+      };
+      const TrainResult result = test::GoneOn(test::StoppedAt(stop, refine), refine);
       EXPECT_EQ(result.model.data, whole.model.data) << stop;
       for (std::size_t i = 0; i < whole.cameras.size(); ++i) {
         EXPECT_EQ(result.cameras[i].motion.translation[0], whole.cameras[i].motion.translation[0]);
@@ -162,22 +155,14 @@ TEST_F(JointLm, RefusesWhatItCannotFind) {
 // The state of the stage has the cameras a second time, as the run has them.
 TEST_F(JointLm, RefusesASavedStageWhoseCamerasAreNone) {
   const TrainOptions options = Options(CameraChoice::kPoseAndExposure, 3);
-  const TempFolder folder;
-  TrainCallbacks callbacks;
-  int reached = 0;
-  callbacks.progress = [&](const TrainProgress& p) { reached = p.iteration; };
-  callbacks.stop = [&] { return reached >= 1; };
-  callbacks.checkpoint = {.path = folder / "checkpoint", .every = {.iterations = 1}, .origin = ""};
-  Refine(given_, model_, options, 0, callbacks);
-  Checkpoint checkpoint = ReadCheckpoint(folder / "checkpoint");
+  const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, 0, callbacks); };
+  Checkpoint checkpoint = test::StoppedAt(1, refine);
   const auto gain = static_cast<float>(checkpoint.run.cameras[2].color.gain[1]);
   const std::size_t at = checkpoint.stage_state.find(std::string(reinterpret_cast<const char*>(&gain), sizeof(gain)));
   ASSERT_NE(at, std::string::npos);
   const float none = -1;
   checkpoint.stage_state.replace(at, sizeof(none), reinterpret_cast<const char*>(&none), sizeof(none));
-  TrainCallbacks rest;
-  rest.resume = &checkpoint;
-  EXPECT_THROW(Refine(given_, model_, options, 0, rest), Error);
+  EXPECT_THROW(test::GoneOn(checkpoint, refine), Error);
 }
 
 // With columns there is no room for, cameras are found all the same.

@@ -1,0 +1,34 @@
+// Trainings that are broken off, to go on from what they saved.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "problems/gaussian_splatting/train/trainer.h"
+#include "tests/support/temp_folder.h"
+
+namespace vesta::gs::test {
+
+using TrainBy = std::function<TrainResult(const TrainCallbacks&)>;
+
+// What a training saves that is stopped after so many iterations.
+inline Checkpoint StoppedAt(int stop, const TrainBy& train) {
+  const TempFolder folder;
+  TrainCallbacks callbacks;
+  int reached = 0;
+  callbacks.progress = [&](const TrainProgress& p) { reached = p.iteration; };
+  callbacks.stop = [&] { return reached >= stop; };
+  callbacks.checkpoint = {.path = folder / "checkpoint", .every = {.iterations = 1}, .origin = ""};
+  EXPECT_TRUE(train(callbacks).stopped);
+  return ReadCheckpoint(folder / "checkpoint");
+}
+
+// The rest of it.
+inline TrainResult GoneOn(const Checkpoint& checkpoint, const TrainBy& train) {
+  TrainCallbacks callbacks;
+  callbacks.resume = &checkpoint;
+  return train(callbacks);
+}
+
+}  // namespace vesta::gs::test
