@@ -5,10 +5,11 @@
 #include <fmt/format.h>
 #include <glog/logging.h>
 
+#include "bench/collections/more_garbow_hillstrom.h"
+#include "bench/collections/nist.h"
+#include "bench/collections/solve_both.h"
 #include "bench/report.h"
-#include "bench/solve_both.h"
 #include "problems/toy/more_garbow_hillstrom.h"
-#include "problems/toy/nist_models.h"
 
 namespace vesta::bench {
 namespace {
@@ -45,13 +46,14 @@ void AddRow(Report& report, const std::string& problem, const std::string& start
 // Digits of the parameters against the certified ones.
 void Nist(Report& report) {
   Tally tally;
-  nist::ForEachProblem([&]<class Model>(const nist::Problem& problem) {
+  for (const nist::Regression& regression : nist::Regressions()) {
+    const nist::Problem& nist = regression.nist;
     for (const int start : {1, 2}) {
-      const auto both = SolveBoth(nist::Residuals<Model>(problem), start == 1 ? problem.start1 : problem.start2);
-      AddRow(report, problem.name, fmt::format("start {}", start), both, nist::Digits(both.x, problem.certified),
-             nist::Digits(both.x_ceres, problem.certified), tally);
+      const auto both = SolveBoth(regression.problem, start == 1 ? nist.start1 : nist.start2);
+      AddRow(report, nist.name, fmt::format("start {}", start), both, nist::Digits(both.x, nist.certified),
+             nist::Digits(both.x_ceres, nist.certified), tally);
     }
-  });
+  }
   tally.AddTarget(report, "NIST");
   report.AddTarget({"NIST: digits behind Ceres at worst", tally.digits_behind, "", 1, tally.digits_behind <= 1});
 }
@@ -61,27 +63,27 @@ void MoreGarbowHillstrom(Report& report) {
   for (const int factor : {1, 10, 100}) {
     Tally tally;
     const std::string start = fmt::format("{}x", factor);
-    mgh::ForEachProblem([&]<class F>(int number) {
-      std::vector<double> x(std::begin(F::kStart), std::end(F::kStart));
+    for (const mgh::Formula& formula : mgh::Formulas()) {
+      std::vector<double> x(formula.start.begin(), formula.start.end());
       for (double& value : x) value *= factor;
-      const auto both = SolveBoth(std::vector<F>(1), x);
-      AddRow(report, fmt::format("{} {}", number, F::kName), start, both, mgh::Digits(2 * both.cost, F::kSumOfSquares),
-             mgh::Digits(2 * both.cost_ceres, F::kSumOfSquares), tally);
-    });
+      const auto both = SolveBoth(formula.problem, x);
+      AddRow(report, fmt::format("{} {}", formula.number, formula.name), start, both,
+             mgh::Digits(2 * both.cost, formula.sum_of_squares),
+             mgh::Digits(2 * both.cost_ceres, formula.sum_of_squares), tally);
+    }
     tally.AddTarget(report, "More, Garbow, Hillstrom from " + start);
   }
 }
 
 void WithinBounds(Report& report) {
   Tally tally;
-  mgh::ForEachProblem([&]<class F>(int number) {
-    if constexpr (mgh::Bounded<F>) {
-      const auto both = SolveBoth(std::vector<F>(1), F::kStart, nullptr, nullptr, {F::kLower, F::kUpper});
-      AddRow(report, fmt::format("{} {}", number, F::kName), "1x, bounds", both,
-             mgh::Digits(2 * both.cost, F::kBoundedSumOfSquares),
-             mgh::Digits(2 * both.cost_ceres, F::kBoundedSumOfSquares), tally);
-    }
-  });
+  for (const mgh::Formula& formula : mgh::Formulas()) {
+    if (!formula.bounded()) continue;
+    const auto both = SolveBoth(formula.problem, formula.start, nullptr, nullptr, formula.box);
+    AddRow(report, fmt::format("{} {}", formula.number, formula.name), "1x, bounds", both,
+           mgh::Digits(2 * both.cost, formula.bounded_sum_of_squares),
+           mgh::Digits(2 * both.cost_ceres, formula.bounded_sum_of_squares), tally);
+  }
   tally.AddTarget(report, "More, Garbow, Hillstrom within bounds");
 }
 

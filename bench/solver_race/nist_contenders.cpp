@@ -1,37 +1,39 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <concepts>
+#include <memory>
 
+#include "bench/collections/nist.h"
 #include "bench/solver_race/choices.h"
 #include "bench/solver_race/engines.h"
 #include "kernels/core/parallel.h"
-#include "problems/toy/nist_models.h"
-#include "solver/ceres/to_ceres.h"
 #include "solver/levenberg_marquardt.h"
 
 namespace vesta::bench {
 namespace {
 
-template <class Model, class Scalar>
-using Regression = ResidualBlocks<nist::Residual<Model>, CpuBackend<Scalar>>;
-
-template <class Model, class Scalar>
-Regression<Model, Scalar> MakeRegression(const nist::Problem& problem) {
-  return {nist::Residual<Model>::kParameters, nist::Residuals<Model>(problem)};
+template <class Scalar>
+std::unique_ptr<Problem<CpuBackend<Scalar>>> Make(const nist::Regression& regression) {
+  if constexpr (std::same_as<Scalar, float>) {
+    return regression.make_in_float();
+  } else {
+    return regression.problem.make(nullptr);
+  }
 }
 
 // Solves in the scalar; the costs that are recorded are those in double, for one in float may lie under the minimum.
-template <class Model, class Scalar>
-std::vector<Moment> SolveAndJudge(const nist::Problem& problem, std::span<const double> from, const LmOptions& lm,
+template <class Scalar>
+std::vector<Moment> SolveAndJudge(const nist::Regression& regression, std::span<const double> from, const LmOptions& lm,
                                   const RaceOptions& race) {
   using B = CpuBackend<Scalar>;
   SetNumThreads(race.threads);
   const Clock clock;
-  Regression<Model, Scalar> regression = MakeRegression<Model, Scalar>(problem);
+  const auto problem = Make<Scalar>(regression);
   B backend;
-  typename B::Vector x(regression.num_parameters());
+  typename B::Vector x(problem->num_parameters());
   std::transform(from.begin(), from.end(), x.begin(), [](double value) { return static_cast<Scalar>(value); });
-  LmStepper<B> stepper(Limited(lm, race), backend, regression, x.view());
+  LmStepper<B> stepper(Limited(lm, race), backend, *problem, x.view());
   std::vector<Moment> moments{{0, 0, 0}};
   std::vector<double> met(from.begin(), from.end());  // x at each moment, one after another
   const auto record = [&] {
@@ -40,37 +42,33 @@ std::vector<Moment> SolveAndJudge(const nist::Problem& problem, std::span<const 
   };
   for (record(); !stepper.done(); record()) stepper.Step();
 
-  Regression<Model, double> judge = MakeRegression<Model, double>(problem);
-  CpuBackend<double>::Vector at(judge.num_parameters());
+  const auto judge = Make<double>(regression);
+  CpuBackend<double>::Vector at(judge->num_parameters());
   for (std::size_t i = 0; i < moments.size(); ++i) {
     std::copy_n(met.begin() + static_cast<std::ptrdiff_t>(i * from.size()), from.size(), at.begin());
-    const double cost = judge.Cost(at);
+    const double cost = judge->Cost(at);
     moments[i].cost = i == 0 ? cost : std::min(cost, moments[i - 1].cost);
   }
   return moments;
 }
 
-template <class Model, class Scalar>
-Contender Native(const std::string& name, const nist::Problem& problem, std::span<const double> from,
+template <class Scalar>
+Contender Native(const std::string& name, const nist::Regression& regression, std::span<const double> from,
                  const LmOptions& lm, const RaceOptions& race) {
-  return {name, [=, &problem] { return SolveAndJudge<Model, Scalar>(problem, from, lm, race); }};
+  return {name, [=, &regression] { return SolveAndJudge<Scalar>(regression, from, lm, race); }};
 }
 
-template <class Model>
-Contender Bridged(const std::string& name, const nist::Problem& nist_problem, std::span<const double> from,
+Contender Bridged(const std::string& name, const nist::Regression& regression, std::span<const double> from,
                   const LmOptions& lm, const RaceOptions& race) {
-  return {name, [=, &nist_problem] {
+  return {name, [=, &regression] {
             std::vector<double> x(from.begin(), from.end());
             ceres::Problem problem;
-            for (const auto& residual : nist::Residuals<Model>(nist_problem)) {
-              problem.AddResidualBlock(ToCeres(residual), nullptr, x.data());
-            }
+            regression.problem.add_to(problem, nullptr, x.data());
             return SolveByBridge(lm, problem, race);
           }};
 }
 
-template <class Model>
-std::vector<Choice> Choices(const nist::Problem& problem, std::span<const double> from, const RaceOptions& race) {
+std::vector<Choice> Choices(const nist::Regression& regression, std::span<const double> from, const RaceOptions& race) {
   using Kind = LinearSolverKind;
   // What suits parameters of very different sizes (bench/solve_both.h).
   LmOptions lm;
@@ -82,22 +80,20 @@ std::vector<Choice> Choices(const nist::Problem& problem, std::span<const double
   AddChoices(
       solvers, lm, "double",
       [&](const std::string& name, const LmOptions& options) {
-        return Native<Model, double>(name, problem, from, options, race);
+        return Native<double>(name, regression, from, options, race);
       },
       choices);
   AddChoices(
       solvers, lm, "float",
       [&](const std::string& name, const LmOptions& options) {
-        return Native<Model, float>(name, problem, from, options, race);
+        return Native<float>(name, regression, from, options, race);
       },
       choices);
   AddChoices(
       {{"blocks: automatic", Kind::kAuto, PreconditionerKind::kAuto, false},
        {"blocks: sparse Cholesky", Kind::kPcg, PreconditionerKind::kSparseCholesky, false}},
       LmOptions(), "double",
-      [&](const std::string& name, const LmOptions& options) {
-        return Bridged<Model>(name, problem, from, options, race);
-      },
+      [&](const std::string& name, const LmOptions& options) { return Bridged(name, regression, from, options, race); },
       choices);
   return choices;
 }
@@ -106,10 +102,11 @@ std::vector<Choice> Choices(const nist::Problem& problem, std::span<const double
 
 std::vector<SmallRace> NistChoices(int start, const RaceOptions& race) {
   std::vector<SmallRace> races;
-  nist::ForEachProblem([&]<class Model>(const nist::Problem& problem) {
-    races.push_back({fmt::format("{} from {}", problem.name, start), problem.residual_sum_of_squares / 2,
-                     Choices<Model>(problem, start == 1 ? problem.start1 : problem.start2, race)});
-  });
+  for (const nist::Regression& regression : nist::Regressions()) {
+    const nist::Problem& nist = regression.nist;
+    races.push_back({fmt::format("{} from {}", nist.name, start), nist.residual_sum_of_squares / 2,
+                     Choices(regression, start == 1 ? nist.start1 : nist.start2, race)});
+  }
   return races;
 }
 

@@ -1,9 +1,11 @@
+#include "bench/collections/nist.h"
+
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "bench/solve_both.h"
+#include "bench/collections/solve_both.h"
 #include "problems/toy/nist_models.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
@@ -17,18 +19,18 @@ using B = CpuBackend<double>;
 bool HasResidual(const nist::Problem& problem) { return problem.residual_sum_of_squares > 1e-20; }
 
 TEST(Nist, CertifiedValuesBelongToTheDataAndTheModels) {
-  nist::ForEachProblem([]<class Model>(const nist::Problem& problem) {
-    const auto functors = nist::Residuals<Model>(problem);
-    constexpr int n = Model::kParameters;
+  for (const nist::Regression& regression : nist::Regressions()) {
+    const nist::Problem& problem = regression.nist;
+    const int n = regression.problem.num_parameters;
     ASSERT_EQ(static_cast<int>(problem.certified.size()), n) << problem.name;
-    ResidualBlocks<nist::Residual<Model>, B> blocks(n, functors);
+    const auto blocks = regression.problem.make(nullptr);
     B::Vector x(n);
     std::copy(problem.certified.begin(), problem.certified.end(), x.begin());
-    if (!HasResidual(problem)) return;
-    EXPECT_NEAR(2 * blocks.Cost(x), problem.residual_sum_of_squares, 1e-9 * problem.residual_sum_of_squares)
+    if (!HasResidual(problem)) continue;
+    EXPECT_NEAR(2 * blocks->Cost(x), problem.residual_sum_of_squares, 1e-9 * problem.residual_sum_of_squares)
         << problem.name;
     // Standard deviations are the roots of the diagonal of s^2 (J^T J)^-1.
-    const auto linearization = blocks.Linearize(x, 0);
+    const auto linearization = blocks->Linearize(x, 0);
     Eigen::MatrixXd jacobian(linearization->num_residuals(), n);
     B::Vector unit(n), column(linearization->num_residuals());
     for (int k = 0; k < n; ++k) {
@@ -47,7 +49,7 @@ TEST(Nist, CertifiedValuesBelongToTheDataAndTheModels) {
                   1e-4 * problem.deviation[static_cast<std::size_t>(k)])
           << problem.name << " b" << k + 1;
     }
-  });
+  }
 }
 
 TEST(Nist, DerivativesAreTheJets) {
@@ -71,23 +73,25 @@ TEST(Nist, DerivativesAreTheJets) {
 }
 
 TEST(Nist, ProductsAgree) {
-  nist::ForEachProblem([]<class Model>(const nist::Problem& problem) {
-    ResidualBlocks<nist::Residual<Model>, B> blocks(Model::kParameters, nist::Residuals<Model>(problem));
+  for (const nist::Regression& regression : nist::Regressions()) {
+    const nist::Problem& problem = regression.nist;
+    const auto blocks = regression.problem.make(nullptr);
     B backend;
-    B::Vector x(Model::kParameters);
+    B::Vector x(regression.problem.num_parameters);
     std::copy(problem.start2.begin(), problem.start2.end(), x.begin());
-    const auto linearization = blocks.Linearize(x, 0);
+    const auto linearization = blocks->Linearize(x, 0);
     JacobianMap<B> jacobian(*linearization);
-    EXPECT_LE(WorstAdjointError<B>(backend, jacobian, 5, Model::kParameters), 1e-12) << problem.name;
+    EXPECT_LE(WorstAdjointError<B>(backend, jacobian, 5, regression.problem.num_parameters), 1e-12) << problem.name;
     EXPECT_LE(DiagonalError<B>(backend, *linearization), 1e-10) << problem.name;
-  });
+  }
 }
 
 TEST(Nist, VestaReachesTheMinimumFromBothStarts) {
   int four_digits = 0, four_digits_ceres = 0;
-  nist::ForEachProblem([&]<class Model>(const nist::Problem& problem) {
+  for (const nist::Regression& regression : nist::Regressions()) {
+    const nist::Problem& problem = regression.nist;
     for (const auto& start : {problem.start1, problem.start2}) {
-      const auto both = SolveBoth(nist::Residuals<Model>(problem), start);
+      const auto both = SolveBoth(regression.problem, start);
       const double digits = nist::Digits(both.x, problem.certified);
       four_digits += digits >= 4;
       four_digits_ceres += nist::Digits(both.x_ceres, problem.certified) >= 4;
@@ -98,7 +102,7 @@ TEST(Nist, VestaReachesTheMinimumFromBothStarts) {
         EXPECT_GE(digits, 6) << where << "\n" << both.summary.FullReport();
       }
     }
-  });
+  }
   // BoxBOD from its first start leads into another minimum, at b2 = infinity, Ceres too.
   EXPECT_EQ(four_digits, 53);
   EXPECT_EQ(four_digits_ceres, 53);

@@ -2,10 +2,11 @@
 
 #include <cmath>
 
-#include "bench/solve_both.h"
+#include "bench/collections/solve_both.h"
 #include "problems/toy/exponential_fit.h"
 #include "problems/toy/powell.h"
 #include "problems/toy/rosenbrock.h"
+#include "solver/levenberg_marquardt.h"
 
 namespace vesta {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 constexpr double kZero[2] = {0, 0};
 
 TEST(Toy, ExponentialFit) {
-  const auto both = SolveBoth(ExponentialSamples(100), kZero);
+  const auto both = SolveBoth(MakeSmallProblem(ExponentialSamples(100)), kZero);
   EXPECT_TRUE(both.SameMinimum()) << both.summary.FullReport() << both.cost_ceres;
   for (int k = 0; k < 2; ++k) {
     EXPECT_NEAR(both.x[k], both.x_ceres[k], 1e-9);
@@ -22,7 +23,7 @@ TEST(Toy, ExponentialFit) {
 }
 
 TEST(Toy, ExponentialFitWithOutliersNeedsARobustLoss) {
-  const auto samples = ExponentialSamples(100, 10);
+  const auto samples = MakeSmallProblem(ExponentialSamples(100, 10));
   const auto plain = SolveBoth(samples, kZero);
   EXPECT_TRUE(plain.SameMinimum()) << plain.summary.FullReport() << plain.cost_ceres;
   const double plain_error = std::abs(plain.x[1] - kExponentialFitTruth[1]);
@@ -46,20 +47,20 @@ TEST(Toy, ExponentialFitWithOutliersNeedsARobustLoss) {
 TEST(Toy, TukeyFromNearby) {
   // Redescending: only from where the inliers are already within its reach.
   const double start[2] = {0.28, 0.15};
-  const auto robust =
-      SolveBoth(ExponentialSamples(100, 10), start, std::make_shared<TukeyLoss>(0.5), new ceres::TukeyLoss(0.5));
+  const auto robust = SolveBoth(MakeSmallProblem(ExponentialSamples(100, 10)), start, std::make_shared<TukeyLoss>(0.5),
+                                new ceres::TukeyLoss(0.5));
   EXPECT_TRUE(robust.SameMinimum()) << robust.summary.FullReport() << robust.cost_ceres;
   for (int k = 0; k < 2; ++k) EXPECT_NEAR(robust.x[k], kExponentialFitTruth[k], 0.02);
 }
 
 TEST(Toy, Powell) {
-  const auto both = SolveBoth(std::vector<Powell>(1), Powell::kStart);
+  const auto both = SolveBoth(MakeSmallProblem(std::vector<Powell>(1)), Powell::kStart);
   EXPECT_TRUE(both.SameMinimum()) << both.summary.FullReport() << both.cost_ceres;
   EXPECT_LE(both.cost, 1e-14 * both.start_cost);
 }
 
 TEST(Toy, Rosenbrock) {
-  const auto both = SolveBoth(std::vector<Rosenbrock>(1), Rosenbrock::kStart);
+  const auto both = SolveBoth(MakeSmallProblem(std::vector<Rosenbrock>(1)), Rosenbrock::kStart);
   EXPECT_TRUE(both.SameMinimum()) << both.summary.FullReport() << both.cost_ceres;
   for (const double value : both.x) EXPECT_NEAR(value, 1, 1e-9);
 }

@@ -1,0 +1,75 @@
+// Which parameters each residual block reads, and which residual blocks make a batch: what ResidualBlocks knows of its
+// problem whatever the functors are.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernels/core/span.h"
+#include "solver/loss.h"
+
+namespace vesta {
+
+// Which residual blocks make a batch.
+enum class BatchSplit { kStrided, kContiguous };
+
+namespace residual_blocks_internal {
+
+// One parameter's place in the Jacobian: column `column` of residual block `block`.
+struct Entry {
+  Index block;
+  int column;
+};
+
+// The parameters' entries in the Jacobian, one residual block after another: products with J^T gather over them in a
+// fixed order.
+class Transpose {
+ public:
+  // index: parameters_per_block parameters for each residual block, of which `blocks` are these.
+  Transpose(Index num_parameters, int parameters_per_block, std::span<const Index> index,
+            std::span<const Index> blocks);
+  std::span<const Entry> of(Index parameter) const {
+    const auto k = static_cast<std::size_t>(parameter);
+    return std::span(entries_).subspan(first_[k], first_[k + 1] - first_[k]);
+  }
+
+ private:
+  std::vector<std::size_t> first_;
+  std::vector<Entry> entries_;
+};
+
+class Layout {
+ public:
+  // index as in ResidualBlocks. Throws for one of another size, parameters that are not there or are read twice.
+  Layout(Index num_parameters, Index num_blocks, int parameters_per_block, std::vector<Index> index, int num_batches,
+         BatchSplit split);
+
+  Index num_parameters() const { return num_parameters_; }
+  // The parameters that a residual block reads.
+  const Index* parameters(Index block) const { return index_.data() + block * parameters_per_block_; }
+  // The residual blocks of a batch, and their entries by parameter.
+  const std::vector<Index>& blocks(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
+  const Transpose& transpose(int batch) const { return transposes_[static_cast<std::size_t>(batch)]; }
+
+  // What is not finite of a residual block at x, in words; empty: nothing. defined: whether it has a value there; loss:
+  // null for none; jacobian: column after column, empty if nobody asks. For float and double.
+  template <class S>
+  std::string DescribeNonFinite(Index block, std::span<const S> x, const Loss* loss, bool defined,
+                                std::span<const S> residuals, std::span<const S> jacobian) const;
+
+ private:
+  void CheckDifferent(Index block) const;
+
+  Index num_parameters_;
+  int parameters_per_block_;
+  std::vector<Index> index_;
+  std::vector<std::vector<Index>> batches_;
+  std::vector<Transpose> transposes_;
+};
+
+std::string NameOf(Index block, int residual);
+
+}  // namespace residual_blocks_internal
+}  // namespace vesta
