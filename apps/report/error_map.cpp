@@ -8,25 +8,28 @@
 
 #include "apps/report/heat_color.h"
 #include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
 
 namespace vesta::app {
 namespace {
 
 constexpr int kLevels = 255;
 
-// Calls take(pixel, differences of the channels in levels of 8 bits).
+constexpr std::int64_t kGrain = 1 << 14;
+
+// Calls take(pixel, differences of the channels in levels of 8 bits), on all threads.
 template <class Take>
 void ForEachDifference(const gs::Image& render, const gs::Image& truth, const Take& take) {
   VESTA_CHECK(render.width == truth.width && render.height == truth.height && !render.empty() && !truth.empty(),
               "images of {} x {} and {} x {}", render.width, render.height, truth.width, truth.height);
-  for (std::size_t i = 0; i < render.num_pixels(); ++i) {
+  ParallelFor(static_cast<std::int64_t>(render.num_pixels()), kGrain, [&](std::int64_t i) {
     std::array<int, 3> difference;
     for (int c = 0; c < 3; ++c) {
       difference[static_cast<std::size_t>(c)] =
           gs::QuantizeColor(render.plane(c)[i]) - gs::QuantizeColor(truth.plane(c)[i]);
     }
-    take(i, difference);
-  }
+    take(static_cast<std::size_t>(i), difference);
+  });
 }
 
 }  // namespace
@@ -43,13 +46,16 @@ gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth) {
 }
 
 double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth) {
+  std::vector<std::uint32_t> errors(render.num_pixels());
+  ForEachDifference(render, truth, [&](std::size_t pixel, const std::array<int, 3>& d) {
+    errors[pixel] = static_cast<std::uint32_t>(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  });
   std::vector<std::uint32_t> pixels_with(3 * kLevels * kLevels + 1);  // by their squared error
   double all = 0;
-  ForEachDifference(render, truth, [&](std::size_t, const std::array<int, 3>& d) {
-    const int squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    ++pixels_with[static_cast<std::size_t>(squared)];
+  for (const std::uint32_t squared : errors) {
+    ++pixels_with[squared];
     all += squared;
-  });
+  }
   double error = 0, pixels = 0;
   for (std::size_t squared = pixels_with.size() - 1; squared > 0 && error < all / 2; --squared) {
     const double fitting = std::min<double>(pixels_with[squared], (all / 2 - error) / static_cast<double>(squared));
