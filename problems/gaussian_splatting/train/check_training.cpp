@@ -65,7 +65,8 @@ void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* r
         "--downscale",
         what);
   };
-  if (options.lm.iterations > 0 && !is_on_device && OwnBytes(scene, ranks) > scene.photographs->budget_bytes()) {
+  if (OwnBytes(scene, ranks) <= scene.photographs->budget_bytes()) return;
+  if (options.lm.iterations > 0 && !is_on_device) {
     refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
   }
   const CameraChoice refined = options.cameras.refine;

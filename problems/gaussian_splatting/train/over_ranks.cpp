@@ -28,11 +28,6 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const StageRunn
     Fail("process {} would train on {}, process 0 on {}; say --device=cpu, or give each the same kind of GPU", r,
          devices[r], devices[0]);
   }
-  const CameraChoice refined = options.cameras.refine;
-  if (options.cameras.refines() && refined != CameraChoice::kPose && refined != CameraChoice::kAuto) {
-    Fail("--refine_cameras={}: several processes train with exposures and lenses as given; choose pose, or auto",
-         schema::NameOf(refined, kCameraChoices));
-  }
   const std::vector<std::uint64_t> scenes = GatherValues(*ranks, std::vector<std::uint64_t>{FingerprintOf(scene)});
   for (std::size_t r = 1; r < scenes.size(); ++r) {
     if (scenes[r] != scenes[0]) Fail("process {} reads another scene than process 0; give all the same", r);

@@ -110,40 +110,52 @@ void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Le
   const ViewUnknowns& found = session_.cameras().found()[view];
   CameraStepState& own = state->views[view];
   const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
-  if (free.lens) {
-    state->lenses.resize(views_of_lens_.size());
-    AddToLens(free, AtWhatWasFound(view, free, gradient, own.curvature), own.curvature, &state->lenses[lens_of_[view]]);
-  }
+  if (free.lens) told_.push_back({view, AtWhatWasFound(view, free, gradient, own.curvature), own.curvature});
   session_.cameras().Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
   ++state->seen;
 }
 
 void StageCameras::TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, StageCamerasState* state) {
-  VESTA_CHECK(state->lenses.empty(), "lenses are summed by view, not by process");
   std::string own;
   ArchiveWriter writer([&](std::string_view bytes) { own += bytes; });
-  for (std::size_t view : *stepped) {
-    ViewUnknowns found = session_.cameras().found()[view];
-    writer(view, found, state->views[view]);
+  std::vector<ViewUnknowns> found;
+  std::vector<CameraStepState> states;
+  for (const std::size_t view : *stepped) {
+    found.push_back(session_.cameras().found()[view]);
+    states.push_back(state->views[view]);
   }
+  writer(*stepped, found, states, told_);
   const std::vector<std::string> all = GatherWords(ranks, own);
   state->views.resize(session_.cameras().found().size());
   for (std::size_t r = 0; r < all.size(); ++r) {
     if (static_cast<int>(r) == ranks.rank()) continue;
-    for (ArchiveReader reader(all[r]); !reader.rest().empty();) {
-      std::size_t view = 0;
-      ViewUnknowns found;
-      reader(view, found);
-      reader(state->views[view]);
-      if (CanStep(state->views[view])) ++state->seen;  // as where it was stepped, or was not
-      session_.cameras().Set(view, found);
-      stepped->push_back(view);
+    std::vector<std::size_t> views;
+    std::vector<ToLens> told;
+    ArchiveReader reader(all[r]);
+    reader(views, found, states, told);
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (CanStep(states[i])) ++state->seen;  // as where it was stepped, or was not
+      state->views[views[i]] = std::move(states[i]);
+      session_.cameras().Set(views[i], found[i]);
+      stepped->push_back(views[i]);
     }
+    told_.insert(told_.end(), told.begin(), told.end());
+  }
+}
+
+// In the order of the views, whoever has stepped them.
+void StageCameras::SumLenses(StageCamerasState* state) {
+  if (told_.empty()) return;
+  state->lenses.resize(views_of_lens_.size());
+  std::ranges::stable_sort(told_, {}, &ToLens::view);
+  for (const ToLens& told : told_) {
+    AddToLens(FreeOf(told.view, *state), told.gradient, told.curvature, &state->lenses[lens_of_[told.view]]);
   }
 }
 
 bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
   bool moved = false;
+  SumLenses(state);
   for (std::size_t lens = 0; lens < state->lenses.size(); ++lens) {
     if (state->lenses[lens].views < std::min(views_of_lens_[lens], kViewsOfLensStep)) continue;
     StepLens(span, lens, state);

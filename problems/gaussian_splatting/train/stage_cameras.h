@@ -44,6 +44,8 @@ class StageCameras {
   bool Decides(const StageSpan& span, const StageCamerasState& state) const;
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
+  // To be called before the views of an iteration.
+  void BeginIteration() { told_.clear(); }
   // Moves the camera of the view. Where a device has no room for a view's curvature an older one serves; without any
   // the camera stays.
   template <class B>
@@ -62,10 +64,10 @@ class StageCameras {
     if (CanStep(own)) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Where processes have shared the views of an iteration: moves what the others have stepped as they did. stepped: the
-  // views that were stepped here, then those of all. Not of lenses.
+  // views that were stepped here, then those of all.
   void TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, StageCamerasState* state);
-  // Steps the lenses that it is time for, and takes out what views share once all were through. True where that moved
-  // all views.
+  // After the views of an iteration: steps the lenses that it is time for, and takes out what views share once all were
+  // through. True where that moved all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
   // Shows where it stands now. coarse may be empty, here and below.
   template <class B>
@@ -90,6 +92,17 @@ class StageCameras {
   }
 
  private:
+  // What a view tells of its lens when it is stepped: its gradient and curvature by all that is free.
+  struct ToLens {
+    std::size_t view = 0;
+    std::vector<double> gradient, curvature;
+
+    template <class Archive>
+    void Visit(Archive& archive) {
+      archive(view, gradient, curvature);
+    }
+  };
+
   CameraChoice Choice(const StageCamerasState& state) const;
   bool is_deciding(const StageCamerasState& state) const;
   FreeUnknowns FreeOf(std::size_t view, const StageCamerasState& state) const {
@@ -106,6 +119,7 @@ class StageCameras {
             StageCamerasState* state);
   std::vector<double> AtWhatWasFound(std::size_t view, const FreeUnknowns& free, std::vector<double> gradient,
                                      const std::vector<double>& curvature) const;
+  void SumLenses(StageCamerasState* state);
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
   void FixGauge(const StageSpan& span, const FreeUnknowns& free);
 
@@ -114,6 +128,7 @@ class StageCameras {
   double depth_;                      // of what cameras see, world units
   std::vector<std::size_t> lens_of_;  // of each view
   std::vector<int> views_of_lens_;
+  std::vector<ToLens> told_;  // by the iteration
   bool lacked_room_ = false;
 };
 

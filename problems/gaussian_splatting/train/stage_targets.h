@@ -42,7 +42,10 @@ class StageTargets {
 
   // Of photographs that outlive this. own: those of them that are looked at.
   void Show(const std::vector<const View*>& views, double near, const Share& own) {
-    const bool are_stored = std::ranges::any_of(views, [](const View* view) { return view->stored != nullptr; });
+    bool are_stored = false;
+    for (Index i = own.begin; i < std::min(own.end, static_cast<Index>(views.size())); ++i) {
+      are_stored = are_stored || views[static_cast<std::size_t>(i)]->stored;
+    }
     if (!kOnHost || !are_stored) {
       std::vector<std::shared_ptr<const Image>> kept;  // none: they are copied, or in memory already
       targets_ = MakeTargets<B>(views, near, own, &kept);

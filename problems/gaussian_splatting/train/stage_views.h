@@ -52,6 +52,7 @@ class StageViews {
   // have moved. Of several processes each has the gradient of those Gaussians that it steps.
   double AddGradients(const StageSpan& span, int degree, AdamStageState<B>* state) {
     if (cameras_.Decides(span, state->cameras)) DecideOnCameras(state);
+    cameras_.BeginIteration();
     const splat::Model<float> x = state->model.kernel_model(degree);
     const int attributes = splat::NumAttributes(degree), views = options_.adam.views_per_iteration;
     float* const gradient = state->model.gradient(attributes);

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/camera_motion.h"
 
 namespace vesta::gs {
 
-TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& options) : given_(given) {
+TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& options)
+    : given_(given), refined_(options.refine) {
   if (options.refines()) moved_ = given;
   for (std::size_t i = 0; i < given.views.size(); ++i) {
     if (!given.views[i].is_trained()) continue;
@@ -18,13 +20,21 @@ TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& option
   }
   if (!moved_) return;
   found_.resize(views_.size()), developed_.resize(views_.size());
+  if (!FreeBy(options.refine).color) return;  // nor are photographs developed
   for (std::size_t view = 0; view < own_views_.size(); ++view) {
-    Image& image = own_views_[view]->image;
-    if (!FreeBy(options.refine, *own_views_[view]).radial) continue;
+    View& own = *own_views_[view];
+    if (own.stored && own.stored->is_own()) {
+      own.image = *own.stored->Get();
+      own.stored.reset();
+    }
+    Image& image = own.image;
+    if (image.empty() || !Bends(view)) continue;
     if (image.mask.empty()) image.mask.assign(image.num_pixels(), 1);
     unbent_.emplace(view, image);
   }
 }
+
+bool TrainingCameras::Bends(std::size_t view) const { return FreeBy(refined_, *given_views_[view]).radial; }
 
 void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
   const View& given = *given_views_[view];
@@ -39,19 +49,21 @@ bool TrainingCameras::Develop(std::size_t view) {
   if (found_.empty()) return false;
   const View& given = *given_views_[view];
   Image& image = own_views_[view]->image;
+  if (image.empty()) return false;
   const ViewUnknowns& found = found_[view];
   const Development wanted{found.color, Visible(given.camera, found.lens.radial)};
   Development& developed = developed_[view];
   if (wanted == developed) return false;
+  const std::shared_ptr<const Image> photograph = given.Photograph();
   // Copied to where they were before, since others look there.
   if (const auto unbent = unbent_.find(view); unbent != unbent_.end()) {
     if (wanted.radial != developed.radial) {
-      unbent->second = Unbent(given.image, given.camera, wanted.radial);
+      unbent->second = Unbent(*photograph, given.camera, wanted.radial);
       std::ranges::copy(unbent->second.mask, image.mask.begin());
     }
     std::ranges::copy(unbent->second.rgb, image.rgb.begin());
   } else {
-    std::ranges::copy(given.image.rgb, image.rgb.begin());
+    std::ranges::copy(photograph->rgb, image.rgb.begin());
   }
   wanted.color.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
   developed = wanted;
@@ -80,7 +92,7 @@ bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
     const bool is_finite = std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
     const bool is_bent = lens.radial[0] != 0 || lens.radial[1] != 0;
     if (!is_finite || !lens.is_sound() || !lens.is_bend_sound(CornerOf(given_views_[i]->camera))) return false;
-    if (is_bent && !unbent_.contains(i)) return false;
+    if (is_bent && !Bends(i)) return false;
     if (!std::ranges::all_of(found[i].color.gain, [](double gain) { return gain > 0; })) return false;
   }
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);

@@ -14,8 +14,9 @@ namespace vesta::gs {
 
 class TrainingCameras {
  public:
-  // given must outlive this. Where cameras are found along it is copied, photographs and all; where
-  // bends of lenses are, photographs have masks.
+  // given must outlive this. Where cameras are found along it is copied, photographs and all. Where exposures are, a
+  // store's photographs that are this process's own are in memory then; where bends of lenses are, photographs have
+  // masks.
   TrainingCameras(const Scene& given, const CameraOptions& options);
 
   // The scene with the training views as they are now; the others are as they were given.
@@ -28,7 +29,8 @@ class TrainingCameras {
   const std::vector<ViewUnknowns>& found() const { return found_; }
   // Its camera is there at once, its photograph when it is developed.
   void Set(std::size_t view, const ViewUnknowns& found);
-  // Makes the photograph what it is by what was found; false where it is that already.
+  // Makes the photograph what it is by what was found; false where it is that already, or another
+  // process's.
   bool Develop(std::size_t view);
   void DevelopAll();
   // Of photographs that are there twice.
@@ -45,7 +47,11 @@ class TrainingCameras {
     bool operator==(const Development&) const = default;
   };
 
+  // Whether radial distortion of its lens is found.
+  bool Bends(std::size_t view) const;
+
   const Scene& given_;
+  CameraChoice refined_;
   std::optional<Scene> moved_;
   std::vector<const View*> given_views_, views_;
   std::vector<View*> own_views_;

@@ -78,6 +78,31 @@ TEST(TrainingOverRanks, CamerasMoveAlikeInAllOfThem) {
   }
 }
 
+// Exposures, and lenses that all views share: one that bends still, and is stepped by what views of all processes tell.
+TEST(TrainingOverRanks, ExposuresAndLensesAreFoundAlikeByAllOfThem) {
+  Scene scene = WithCamerasOff(10);
+  for (View& view : scene.views) view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
+  for (float& value : scene.views[1].image.rgb) value *= 0.8f;
+  TrainOptions options = Options();
+  for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAll}) {
+    options.cameras.refine = choice;
+    const TrainResult alone = TrainOn(1, scene, options);
+    ASSERT_EQ(alone.cameras.size(), 10u);
+    const bool finds_lenses = choice == CameraChoice::kAll;
+    for (const ViewUnknowns& view : alone.cameras) {
+      EXPECT_NE(view.color.gain[0], 1);
+      EXPECT_EQ(view.lens.log_focal[0] != 0, finds_lenses);
+      EXPECT_EQ(view.lens.radial[0] != 0, finds_lenses);
+    }
+    for (const int count : {2, 3}) {
+      const TrainResult together = TrainOn(count, scene, options);
+      EXPECT_EQ(together.model.data, alone.model.data) << count;
+      test::ExpectSameCameras(together, alone);
+      EXPECT_EQ(together.notes, alone.notes);
+    }
+  }
+}
+
 // Of six views the third of four processes has one, which is held back until it is decided.
 TEST(TrainingOverRanks, OneThatHasOnlyWhatIsHeldBackWaits) {
   const Scene scene = WithCamerasOff(6);
@@ -214,31 +239,19 @@ TEST(TrainingOverRanks, IsStoppedWhereGaussiansAreDividedAndGoesOn) {
 
 TEST(TrainingOverRanks, IsStoppedWhereCamerasMoveAndGoesOn) {
   TrainOptions options = test::TrainingOnRanks(45, 1);
-  options.cameras.refine = CameraChoice::kPose;
-  ExpectToBeStoppedAndGoOn(test::TrainingScene(), options, {4, 11});
+  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAll}) {
+    options.cameras.refine = choice;
+    ExpectToBeStoppedAndGoOn(test::TrainingScene(), options, {4, 11});
+  }
 }
 
 TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
   TrainOptions options = Options();
   test::ExpectOwnPhotographsDo(3, options);
-  options.cameras.refine = CameraChoice::kPose;
-  test::ExpectOwnPhotographsDo(3, options);
-}
-
-TEST(TrainingOverRanks, ExposuresAreRefused) {
-  const Scene scene = test::TrainingScene();
-  TrainOptions options = test::TrainingOnRanks(60, 0);
-  options.cameras.refine = CameraChoice::kPoseAndExposure;
-  vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
-    TrainCallbacks callbacks;
-    callbacks.ranks = &ranks;
-    try {
-      Train(scene, options, 0, callbacks);
-      ADD_FAILURE() << "not refused";
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("--refine_cameras=pose+exposure: several processes"));
-    }
-  });
+  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kPoseAndExposure, CameraChoice::kAll}) {
+    options.cameras.refine = choice;
+    test::ExpectOwnPhotographsDo(3, options);
+  }
 }
 
 }  // namespace
