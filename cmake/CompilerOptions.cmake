@@ -18,6 +18,11 @@ if(VESTA_WARNINGS_AS_ERRORS)
   list(APPEND options -Werror)
 endif()
 
+if(PROJECT_IS_TOP_LEVEL AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  # No hunt for garbage in the compiler's first gigabyte: up to a fifth less time, and a third more memory.
+  list(APPEND options --param=ggc-min-heapsize=1000000)
+endif()
+
 # With contraction left to the compiler, one template gives different values as float and inside a dual number,
 # and a flipped cut-off drops a whole term. Fused multiply-adds are written out where they are wanted.
 list(APPEND options -ffp-contract=off)
@@ -38,9 +43,9 @@ if(VESTA_SANITIZE)
   endif()
   set(VESTA_SANITIZED_TEST_OPTIONS -Og -fno-sanitize=alignment)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
-    # The checks cost the compiler more than the code they are in. The same checks as calls where a function has more
-    # than a few of them, and no hunt for garbage in the first gigabyte: a third less time to compile.
-    list(APPEND options --param=asan-instrumentation-with-call-threshold=20 --param=ggc-min-heapsize=1000000)
+    # The checks cost the compiler more than the code they are in: the same checks as calls where a function has more
+    # than a few of them.
+    list(APPEND options --param=asan-instrumentation-with-call-threshold=20)
   endif()
   add_link_options(-fsanitize=${VESTA_SANITIZE})
   # Eigen allocates in another way under the address sanitizer; a static Ceres, compiled without it, brings the usual one,
