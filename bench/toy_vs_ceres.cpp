@@ -47,11 +47,11 @@ void AddRow(Report& report, const std::string& problem, const std::string& start
 void Nist(Report& report) {
   Tally tally;
   for (const nist::Regression& regression : nist::Regressions()) {
-    const nist::Problem& nist = regression.nist;
+    const nist::Problem& data = regression.data;
     for (const int start : {1, 2}) {
-      const auto both = SolveBoth(regression.problem, start == 1 ? nist.start1 : nist.start2);
-      AddRow(report, nist.name, fmt::format("start {}", start), both, nist::Digits(both.x, nist.certified),
-             nist::Digits(both.x_ceres, nist.certified), tally);
+      const auto both = SolveBoth(regression.problem, start == 1 ? data.start1 : data.start2);
+      AddRow(report, data.name, fmt::format("start {}", start), both, nist::Digits(both.x, data.certified),
+             nist::Digits(both.x_ceres, data.certified), tally);
     }
   }
   tally.AddTarget(report, "NIST");

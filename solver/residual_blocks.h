@@ -63,8 +63,12 @@ class ResidualBlocks final : public Problem<B> {
   int num_batches() const override { return options_.num_batches; }
   // A unit is one functor.
   Index num_units() const override { return static_cast<Index>(functors_.size()); }
-  double Cost(ConstView x) override { return SumOfCosts(x, num_units(), nullptr); }
+  double Cost(ConstView x) override {
+    this->CheckSize(x);
+    return SumOfCosts(x, num_units(), nullptr);
+  }
   double Cost(ConstView x, std::span<const Index> units) override {
+    this->CheckSize(x);
     this->CheckUnits(units);
     return SumOfCosts(x, static_cast<Index>(units.size()), units.data());
   }
@@ -112,7 +116,6 @@ class ResidualBlocks final : public Problem<B> {
   }
   // units: null for 0, 1, ..., count - 1.
   double SumOfCosts(ConstView x, Index count, const Index* units) const {
-    this->CheckSize(x);
     return ParallelSum<double>(count, residual_blocks_internal::kGrain, [&](Index begin, Index end) {
       double sum = 0;
       for (Index i = begin; i < end; ++i) sum += UnitCost(x, units != nullptr ? units[i] : i);

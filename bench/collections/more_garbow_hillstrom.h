@@ -1,7 +1,6 @@
 // The problems of More, Garbow and Hillstrom (problems/toy/more_garbow_hillstrom.h) as problems.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>

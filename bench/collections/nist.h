@@ -1,6 +1,7 @@
 // NIST's regressions (problems/toy/nist.h) as problems.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -10,7 +11,7 @@
 namespace vesta::nist {
 
 struct Regression {
-  const Problem& nist;
+  const Problem& data;
   SmallProblem problem;
   std::function<std::unique_ptr<vesta::Problem<CpuBackend<float>>>()> make_in_float;
 };

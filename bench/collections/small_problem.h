@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "solver/ceres/to_ceres.h"
@@ -13,7 +14,6 @@
 
 namespace vesta {
 
-// An F on the first F::kParameters unknowns each.
 struct SmallProblem {
   using B = CpuBackend<double>;
   int num_parameters;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "solver/bounds.h"
 #include "solver/levenberg_marquardt.h"

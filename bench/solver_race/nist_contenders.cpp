@@ -70,7 +70,7 @@ Contender Bridged(const std::string& name, const nist::Regression& regression, s
 
 std::vector<Choice> Choices(const nist::Regression& regression, std::span<const double> from, const RaceOptions& race) {
   using Kind = LinearSolverKind;
-  // What suits parameters of very different sizes (bench/solve_both.h).
+  // What suits parameters of very different sizes (bench/collections/solve_both.h).
   LmOptions lm;
   lm.column_scaling = ColumnScaling::kOnePlusInverse;
   const std::vector<InnerSolver> solvers{{"dense QR", Kind::kDenseQr, PreconditionerKind::kAuto, false},
@@ -103,9 +103,9 @@ std::vector<Choice> Choices(const nist::Regression& regression, std::span<const 
 std::vector<SmallRace> NistChoices(int start, const RaceOptions& race) {
   std::vector<SmallRace> races;
   for (const nist::Regression& regression : nist::Regressions()) {
-    const nist::Problem& nist = regression.nist;
-    races.push_back({fmt::format("{} from {}", nist.name, start), nist.residual_sum_of_squares / 2,
-                     Choices(regression, start == 1 ? nist.start1 : nist.start2, race)});
+    const nist::Problem& data = regression.data;
+    races.push_back({fmt::format("{} from {}", data.name, start), data.residual_sum_of_squares / 2,
+                     Choices(regression, start == 1 ? data.start1 : data.start2, race)});
   }
   return races;
 }

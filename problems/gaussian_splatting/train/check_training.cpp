@@ -10,6 +10,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
@@ -45,13 +46,14 @@ void CheckViews(const Scene& scene) {
   CheckPixels(scene.views);
 }
 
-// Of the photographs of the training views that this process looks at.
-double OwnBytes(const Scene& scene, const Ranks* ranks) {
-  const std::vector<bool> is_own = OwnViewsOf(scene.views, ranks);
+// Of the photographs of these training views, where they are in a store.
+double StoredBytes(const Scene& scene, const Share& own) {
   double bytes = 0;
-  for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    const View& view = scene.views[v];
-    if (is_own[v] && view.is_trained() && view.stored) bytes += view.stored->bytes();
+  Index place = 0;  // among the training views
+  for (const View& view : scene.views) {
+    if (!view.is_trained()) continue;
+    if (view.stored && place >= own.begin && place < own.end) bytes += view.stored->bytes();
+    ++place;
   }
   return bytes;
 }
@@ -65,12 +67,13 @@ void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* r
         "--downscale",
         what);
   };
-  if (OwnBytes(scene, ranks) <= scene.photographs->budget_bytes()) return;
-  if (options.lm.iterations > 0 && !is_on_device) {
+  const Index views = NumTrainingViews(scene);
+  const double budget = scene.photographs->budget_bytes();
+  if (options.lm.iterations > 0 && !is_on_device && StoredBytes(scene, OwnTrainingViews(ranks, views)) > budget) {
     refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
   }
   const CameraChoice refined = options.cameras.refine;
-  if (options.cameras.refines() && refined != CameraChoice::kPose && refined != CameraChoice::kAuto) {
+  if (FreeBy(refined).color && StoredBytes(scene, OwnTrainedViews(options, ranks, views)) > budget) {
     refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
                        schema::NameOf(refined, kCameraChoices)));
   }

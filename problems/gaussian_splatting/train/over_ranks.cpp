@@ -1,7 +1,5 @@
 #include "problems/gaussian_splatting/train/over_ranks.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <string>
@@ -48,10 +46,17 @@ StageMemory MemoryToShare(const StageRunners& stages, const MemoryOptions& optio
   return memory;
 }
 
+bool AllTrainOnEach(const TrainOptions& options) {
+  return options.adam.runs() && options.adam.views_per_iteration == 1;
+}
+
+Share OwnTrainedViews(const TrainOptions& options, const Ranks* ranks, Index views) {
+  return OwnTrainingViews(AllTrainOnEach(options) ? nullptr : ranks, views);
+}
+
 std::vector<const View*> LargestShare(const std::vector<const View*>& views, const TrainOptions& options,
                                       const Ranks* ranks) {
-  const bool all_train_on_each = options.adam.runs() && options.adam.views_per_iteration == 1;
-  if (!ranks || all_train_on_each) return views;
+  if (!ranks || AllTrainOnEach(options)) return views;
   std::vector<const View*> largest;
   double most = -1;
   for (int r = 0; r < ranks->size(); ++r) {

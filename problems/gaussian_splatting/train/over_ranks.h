@@ -16,6 +16,10 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const StageRunn
 // all plan the same: of what is left on its GPU an equal share with the others that use it.
 StageMemory MemoryToShare(const StageRunners& stages, const MemoryOptions& options, Ranks* ranks);
 
+// Whether each of several processes trains on all views, Adam's being one at a time.
+bool AllTrainOnEach(const TrainOptions& options);
+// Of so many training views those that this process looks at; ranks: null for a process alone.
+Share OwnTrainedViews(const TrainOptions& options, const Ranks* ranks, Index views);
 // Of these training views the ones of the process that holds the most pixels: by them all plan the same.
 std::vector<const View*> LargestShare(const std::vector<const View*>& views, const TrainOptions& options,
                                       const Ranks* ranks);

@@ -115,8 +115,18 @@ MemoryScene TrainingSession::CountMemory(const splat::Model<float>& model, int m
   if (ranks()) {
     counts.processes = ranks()->size();
     counts.parts = ViewRunsOf(static_cast<Index>(training_views().size()));
+    counts.mask_bytes = mask_bytes_;  // of others' photographs nobody has the masks
   }
   return counts;
+}
+
+double TrainingSession::OwnMaskBytes() const {
+  const Share own = OwnTrainedViews(options_, ranks(), static_cast<Index>(training_views().size()));
+  double bytes = 0;
+  for (Index v = own.begin; v < own.end; ++v) {
+    bytes += static_cast<double>(training_views()[static_cast<std::size_t>(v)]->image.mask.size());
+  }
+  return bytes;
 }
 
 std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {

@@ -74,12 +74,13 @@ class TrainingSession {
   // Made by all of several processes together.
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks)
-      : cameras_(scene, options.cameras),
+      : cameras_(scene, options.cameras, OwnTrainedViews(options, callbacks.ranks, NumTrainingViews(scene))),
         fingerprint_(FingerprintOf(scene)),
         options_(options),
         callbacks_(callbacks),
         clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0)),
         renderer_(options.background, NearPlane(scene)) {
+    mask_bytes_ = MostOfAll(OwnMaskBytes());
     if (callbacks.resume) Resume(*callbacks.resume);
     any_saves_ = OnAny(saves());
   }
@@ -236,6 +237,8 @@ class TrainingSession {
   void Save(Stage stage, int iteration, double seconds, const WriteState& state);
   // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
   std::string NoteError(const char* what, const std::function<void()>& write);
+  // Of the photographs in memory that this process trains on.
+  double OwnMaskBytes() const;
   // Throws Error where the checkpoint is of another scene.
   void Resume(const Checkpoint& checkpoint);
 
@@ -250,6 +253,7 @@ class TrainingSession {
   std::vector<Prediction> predictions_;
   Timer checkpoint_timer_, snapshot_timer_;
   std::optional<std::string> saved_stage_;
+  double mask_bytes_ = 0;         // OwnMaskBytes of the process with the most
   double latest_evaluation_ = 0;  // seconds; 0: none yet
   bool stopped_ = false, any_saves_ = false;
   double spare_device_bytes_ = 0, kept_on_device_ = 0;

@@ -110,13 +110,13 @@ void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Le
   const ViewUnknowns& found = session_.cameras().found()[view];
   CameraStepState& own = state->views[view];
   const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
-  if (free.lens) told_.push_back({view, AtWhatWasFound(view, free, gradient, own.curvature), own.curvature});
+  if (free.lens) lens_terms_.push_back({view, AtWhatWasFound(view, free, gradient, own.curvature)});
   session_.cameras().Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
   ++state->seen;
 }
 
 void StageCameras::TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, StageCamerasState* state) {
-  std::string own;
+  std::string own;  // steps, as bytes
   ArchiveWriter writer([&](std::string_view bytes) { own += bytes; });
   std::vector<ViewUnknowns> found;
   std::vector<CameraStepState> states;
@@ -124,32 +124,32 @@ void StageCameras::TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, St
     found.push_back(session_.cameras().found()[view]);
     states.push_back(state->views[view]);
   }
-  writer(*stepped, found, states, told_);
+  writer(*stepped, found, states, lens_terms_);
   const std::vector<std::string> all = GatherWords(ranks, own);
   state->views.resize(session_.cameras().found().size());
   for (std::size_t r = 0; r < all.size(); ++r) {
     if (static_cast<int>(r) == ranks.rank()) continue;
     std::vector<std::size_t> views;
-    std::vector<ToLens> told;
+    std::vector<LensTerm> terms;
     ArchiveReader reader(all[r]);
-    reader(views, found, states, told);
+    reader(views, found, states, terms);
     for (std::size_t i = 0; i < views.size(); ++i) {
       if (CanStep(states[i])) ++state->seen;  // as where it was stepped, or was not
       state->views[views[i]] = std::move(states[i]);
       session_.cameras().Set(views[i], found[i]);
       stepped->push_back(views[i]);
     }
-    told_.insert(told_.end(), told.begin(), told.end());
+    lens_terms_.insert(lens_terms_.end(), terms.begin(), terms.end());
   }
 }
 
 // In the order of the views, whoever has stepped them.
 void StageCameras::SumLenses(StageCamerasState* state) {
-  if (told_.empty()) return;
+  if (lens_terms_.empty()) return;
   state->lenses.resize(views_of_lens_.size());
-  std::ranges::stable_sort(told_, {}, &ToLens::view);
-  for (const ToLens& told : told_) {
-    AddToLens(FreeOf(told.view, *state), told.gradient, told.curvature, &state->lenses[lens_of_[told.view]]);
+  std::ranges::stable_sort(lens_terms_, {}, &LensTerm::view);
+  for (const auto& [view, gradient] : lens_terms_) {
+    AddToLens(FreeOf(view, *state), gradient, state->views[view].curvature, &state->lenses[lens_of_[view]]);
   }
 }
 

@@ -45,7 +45,7 @@ class StageCameras {
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
   // To be called before the views of an iteration.
-  void BeginIteration() { told_.clear(); }
+  void BeginIteration() { lens_terms_.clear(); }
   // Moves the camera of the view. Where a device has no room for a view's curvature an older one serves; without any
   // the camera stays.
   template <class B>
@@ -92,14 +92,14 @@ class StageCameras {
   }
 
  private:
-  // What a view tells of its lens when it is stepped: its gradient and curvature by all that is free.
-  struct ToLens {
+  // What a view tells of its lens when it is stepped, beside its curvature: its gradient by all that is free.
+  struct LensTerm {
     std::size_t view = 0;
-    std::vector<double> gradient, curvature;
+    std::vector<double> gradient;
 
     template <class Archive>
     void Visit(Archive& archive) {
-      archive(view, gradient, curvature);
+      archive(view, gradient);
     }
   };
 
@@ -128,7 +128,7 @@ class StageCameras {
   double depth_;                      // of what cameras see, world units
   std::vector<std::size_t> lens_of_;  // of each view
   std::vector<int> views_of_lens_;
-  std::vector<ToLens> told_;  // by the iteration
+  std::vector<LensTerm> lens_terms_;  // of the iteration
   bool lacked_room_ = false;
 };
 

@@ -73,10 +73,11 @@ void TakeFindings(TrainingSession& session, TrainResult* result) {
 TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool is_given,
                       double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckTraining(scene, asked, stages, callbacks.ranks);
+  const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
   TrainingSession session(scene, asked, seconds_before, callbacks);
   const TrainOptions& options = session.options();
   double& before_mib = session.AdaptOptions().memory.before_mib;
-  before_mib = session.MostOfAll(before_mib + session.cameras().CopiedMib() + UnfilledMib(scene));
+  before_mib = session.MostOfAll(before_mib + session.cameras().CopiedMib() + unfilled_mib);
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <utility>
 
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/camera_motion.h"
 
 namespace vesta::gs {
 
-TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& options)
+TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& options, const Share& own)
     : given_(given), refined_(options.refine) {
   if (options.refines()) moved_ = given;
   for (std::size_t i = 0; i < given.views.size(); ++i) {
@@ -21,14 +21,11 @@ TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& option
   if (!moved_) return;
   found_.resize(views_.size()), developed_.resize(views_.size());
   if (!FreeBy(options.refine).color) return;  // nor are photographs developed
-  for (std::size_t view = 0; view < own_views_.size(); ++view) {
-    View& own = *own_views_[view];
-    if (own.stored && own.stored->is_own()) {
-      own.image = *own.stored->Get();
-      own.stored.reset();
-    }
-    Image& image = own.image;
-    if (image.empty() || !Bends(view)) continue;
+  for (auto view = static_cast<std::size_t>(own.begin); view < static_cast<std::size_t>(own.end); ++view) {
+    View& copy = *own_views_[view];
+    if (const auto stored = std::exchange(copy.stored, nullptr)) copy.image = *stored->Get();
+    if (!Bends(view)) continue;
+    Image& image = copy.image;
     if (image.mask.empty()) image.mask.assign(image.num_pixels(), 1);
     unbent_.emplace(view, image);
   }
@@ -54,16 +51,15 @@ bool TrainingCameras::Develop(std::size_t view) {
   const Development wanted{found.color, Visible(given.camera, found.lens.radial)};
   Development& developed = developed_[view];
   if (wanted == developed) return false;
-  const std::shared_ptr<const Image> photograph = given.Photograph();
   // Copied to where they were before, since others look there.
   if (const auto unbent = unbent_.find(view); unbent != unbent_.end()) {
     if (wanted.radial != developed.radial) {
-      unbent->second = Unbent(*photograph, given.camera, wanted.radial);
+      unbent->second = Unbent(*given.Photograph(), given.camera, wanted.radial);
       std::ranges::copy(unbent->second.mask, image.mask.begin());
     }
     std::ranges::copy(unbent->second.rgb, image.rgb.begin());
   } else {
-    std::ranges::copy(photograph->rgb, image.rgb.begin());
+    std::ranges::copy(given.Photograph()->rgb, image.rgb.begin());
   }
   wanted.color.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
   developed = wanted;

@@ -6,18 +6,22 @@
 #include <optional>
 #include <vector>
 
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/cameras/options.h"
 #include "problems/gaussian_splatting/cameras/unbend.h"
 #include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
 
 namespace vesta::gs {
 
 class TrainingCameras {
  public:
-  // given must outlive this. Where cameras are found along it is copied, photographs and all. Where exposures are, a
-  // store's photographs that are this process's own are in memory then; where bends of lenses are, photographs have
-  // masks.
-  TrainingCameras(const Scene& given, const CameraOptions& options);
+  // given must outlive this. Where cameras are found along it is copied, photographs and all. Where exposures are,
+  // those of a store are in memory then, of `own` of the training views, which this process looks at; where bends of
+  // lenses are, photographs have masks.
+  TrainingCameras(const Scene& given, const CameraOptions& options, const Share& own);
+  TrainingCameras(const Scene& given, const CameraOptions& options)
+      : TrainingCameras(given, options, {0, NumTrainingViews(given)}) {}
 
   // The scene with the training views as they are now; the others are as they were given.
   const Scene& scene() const { return moved_ ? *moved_ : given_; }

@@ -20,7 +20,7 @@ bool HasResidual(const nist::Problem& problem) { return problem.residual_sum_of_
 
 TEST(Nist, CertifiedValuesBelongToTheDataAndTheModels) {
   for (const nist::Regression& regression : nist::Regressions()) {
-    const nist::Problem& problem = regression.nist;
+    const nist::Problem& problem = regression.data;
     const int n = regression.problem.num_parameters;
     ASSERT_EQ(static_cast<int>(problem.certified.size()), n) << problem.name;
     const auto blocks = regression.problem.make(nullptr);
@@ -74,7 +74,7 @@ TEST(Nist, DerivativesAreTheJets) {
 
 TEST(Nist, ProductsAgree) {
   for (const nist::Regression& regression : nist::Regressions()) {
-    const nist::Problem& problem = regression.nist;
+    const nist::Problem& problem = regression.data;
     const auto blocks = regression.problem.make(nullptr);
     B backend;
     B::Vector x(regression.problem.num_parameters);
@@ -89,7 +89,7 @@ TEST(Nist, ProductsAgree) {
 TEST(Nist, VestaReachesTheMinimumFromBothStarts) {
   int four_digits = 0, four_digits_ceres = 0;
   for (const nist::Regression& regression : nist::Regressions()) {
-    const nist::Problem& problem = regression.nist;
+    const nist::Problem& problem = regression.data;
     for (const auto& start : {problem.start1, problem.start2}) {
       const auto both = SolveBoth(regression.problem, start);
       const double digits = nist::Digits(both.x, problem.certified);

@@ -168,7 +168,11 @@ TEST(DeviceRanks, RefuseToTrainOnDifferentKinds) {
 
 // Those of others are not even copied to the GPU.
 TEST(DeviceRanks, LookAtNoPhotographOfOthers) {
-  test::ExpectOwnPhotographsDo(2, test::TrainingOnRanks(6, 1), DeviceStages());
+  TrainOptions options = test::TrainingOnRanks(6, 1);
+  test::ExpectOwnPhotographsDo(2, test::TrainingScene(), options, DeviceStages());
+  options = test::TrainingOnRanks(18, 0);
+  options.cameras.refine = CameraChoice::kAll;
+  test::ExpectOwnPhotographsDo(2, test::SceneThroughTwoLenses(), options, DeviceStages());
 }
 
 }  // namespace

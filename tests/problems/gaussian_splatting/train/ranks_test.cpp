@@ -247,11 +247,22 @@ TEST(TrainingOverRanks, IsStoppedWhereCamerasMoveAndGoesOn) {
 
 TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
   TrainOptions options = Options();
-  test::ExpectOwnPhotographsDo(3, options);
+  test::ExpectOwnPhotographsDo(3, test::TrainingScene(), options);
   for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kPoseAndExposure, CameraChoice::kAll}) {
     options.cameras.refine = choice;
-    test::ExpectOwnPhotographsDo(3, options);
+    test::ExpectOwnPhotographsDo(3, test::TrainingScene(), options);
   }
+}
+
+// Some iterations look at halves. Each process makes the photographs of its own what is found of two lenses.
+TEST(TrainingOverRanks, OwnPhotographsAreDeveloped) {
+  TrainOptions options = test::TrainingOnRanks(45, 1);
+  options.cameras.refine = CameraChoice::kAll;
+  const Scene scene = test::SceneThroughTwoLenses();
+  test::ExpectOwnPhotographsDo(2, scene, options);
+  // All train on each.
+  options.lm.iterations = 0, options.adam.views_per_iteration = 1;
+  EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, 0, {}).model.data);
 }
 
 }  // namespace

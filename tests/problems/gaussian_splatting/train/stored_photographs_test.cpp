@@ -7,6 +7,7 @@
 
 #include "kernels/core/error.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
+#include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 
 namespace vesta::gs {
@@ -131,6 +132,15 @@ TEST(StoredPhotographs, WhatNeedsThemAllIsRefused) {
     options.cameras.refine = choice;
     EXPECT_THAT(refusal(options), testing::HasSubstr("to find exposures"));
   }
+}
+
+TEST(StoredPhotographs, ExposuresAreFoundWhereThoseThatAreTrainedOnFit) {
+  const Scene scene = CoarseScene(), stored = Stored(scene, static_cast<int>(NumTrainingViews(scene)));
+  TrainOptions options = Options();
+  options.cameras.refine = CameraChoice::kAll;
+  const TrainResult found = Train(stored, options, 0, {});
+  EXPECT_NE(found.cameras.front().color.gain[0], 1);
+  EXPECT_EQ(found.model.data, Train(scene, options, 0, {}).model.data);
 }
 
 }  // namespace

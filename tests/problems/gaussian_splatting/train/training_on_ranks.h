@@ -43,6 +43,17 @@ inline void ExpectSameCameras(const TrainResult& a, const TrainResult& b) {
   }
 }
 
+// Large enough for halves, through two lenses of which one bends still.
+inline Scene SceneThroughTwoLenses() {
+  Scene scene = RingOfCameras(12, 144, 128, true);
+  RenderTruth(RandomModel(60, 1, 7), 0.05, &scene);
+  for (std::size_t v = 0; v < scene.views.size(); v += 2) {
+    View& view = scene.views[v];
+    view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
+  }
+  return scene;
+}
+
 // By all of them the same; of the first.
 inline TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& options,
                            const StageRunners& stages = HostStages()) {
@@ -96,8 +107,8 @@ class NotedPhotographs {
 };
 
 // By processes that read their own photographs alone.
-inline void ExpectOwnPhotographsDo(int count, const TrainOptions& options, const StageRunners& stages = HostStages()) {
-  const Scene scene = TrainingScene();
+inline void ExpectOwnPhotographsDo(int count, const Scene& scene, const TrainOptions& options,
+                                   const StageRunners& stages = HostStages()) {
   const TrainResult expected = TrainOn(1, scene, options, stages);
   std::vector<NotedPhotographs> photographs(static_cast<std::size_t>(count));
   vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
