@@ -15,11 +15,11 @@ void CheckSizes(const X& x, const Y& y) {
   }
 }
 
-// Partial results of reductions, which use this memory one after the other in the stream, and the result of those that
-// the host reads at once.
+// Partial results of a thread's reductions, which use this memory one after the other in the stream, and the result of
+// those that the host reads at once.
 double* Partials() {
-  static auto* buffer = new DeviceBuffer<double>(kMaxChunks + 1);
-  return buffer->data();
+  thread_local DeviceBuffer<double> buffer(kMaxChunks + 1);
+  return buffer.data();
 }
 
 struct PartialTerm {

@@ -258,7 +258,7 @@ TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
 TEST(TrainingOverRanks, OwnPhotographsAreDeveloped) {
   TrainOptions options = test::TrainingOnRanks(45, 1);
   options.cameras.refine = CameraChoice::kAll;
-  const Scene scene = test::SceneThroughTwoLenses();
+  const Scene scene = test::SceneThroughTwoLenses(144, 128);  // halves too
   test::ExpectOwnPhotographsDo(2, scene, options);
   // All train on each.
   options.lm.iterations = 0, options.adam.views_per_iteration = 1;

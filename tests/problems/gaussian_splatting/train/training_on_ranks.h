@@ -43,9 +43,9 @@ inline void ExpectSameCameras(const TrainResult& a, const TrainResult& b) {
   }
 }
 
-// Large enough for halves, through two lenses of which one bends still.
-inline Scene SceneThroughTwoLenses() {
-  Scene scene = RingOfCameras(12, 144, 128, true);
+// Through two lenses, of which one bends still.
+inline Scene SceneThroughTwoLenses(int width, int height) {
+  Scene scene = RingOfCameras(12, width, height, true);
   RenderTruth(RandomModel(60, 1, 7), 0.05, &scene);
   for (std::size_t v = 0; v < scene.views.size(); v += 2) {
     View& view = scene.views[v];
