@@ -172,7 +172,7 @@ TEST(DeviceRanks, LookAtNoPhotographOfOthers) {
   test::ExpectOwnPhotographsDo(2, test::TrainingScene(), options, DeviceStages());
   options = test::TrainingOnRanks(18, 0);
   options.cameras.refine = CameraChoice::kAll;
-  test::ExpectOwnPhotographsDo(2, test::SceneThroughTwoLenses(40, 30), options, DeviceStages());
+  test::ExpectOwnPhotographsDo(2, test::SceneThroughTwoLenses(12, 40, 30), options, DeviceStages());
 }
 
 }  // namespace

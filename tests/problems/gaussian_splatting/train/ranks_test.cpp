@@ -94,12 +94,10 @@ TEST(TrainingOverRanks, ExposuresAndLensesAreFoundAlikeByAllOfThem) {
       EXPECT_EQ(view.lens.log_focal[0] != 0, finds_lenses);
       EXPECT_EQ(view.lens.radial[0] != 0, finds_lenses);
     }
-    for (const int count : {2, 3}) {
-      const TrainResult together = TrainOn(count, scene, options);
-      EXPECT_EQ(together.model.data, alone.model.data) << count;
-      test::ExpectSameCameras(together, alone);
-      EXPECT_EQ(together.notes, alone.notes);
-    }
+    const TrainResult together = TrainOn(3, scene, options);
+    EXPECT_EQ(together.model.data, alone.model.data);
+    test::ExpectSameCameras(together, alone);
+    EXPECT_EQ(together.notes, alone.notes);
   }
 }
 
@@ -239,16 +237,14 @@ TEST(TrainingOverRanks, IsStoppedWhereGaussiansAreDividedAndGoesOn) {
 
 TEST(TrainingOverRanks, IsStoppedWhereCamerasMoveAndGoesOn) {
   TrainOptions options = test::TrainingOnRanks(45, 1);
-  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAll}) {
-    options.cameras.refine = choice;
-    ExpectToBeStoppedAndGoOn(test::TrainingScene(), options, {4, 11});
-  }
+  options.cameras.refine = CameraChoice::kAll;
+  ExpectToBeStoppedAndGoOn(test::TrainingScene(), options, {4, 11});
 }
 
 TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
   TrainOptions options = Options();
   test::ExpectOwnPhotographsDo(3, test::TrainingScene(), options);
-  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kPoseAndExposure, CameraChoice::kAll}) {
+  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAll}) {
     options.cameras.refine = choice;
     test::ExpectOwnPhotographsDo(3, test::TrainingScene(), options);
   }
@@ -256,12 +252,13 @@ TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
 
 // Some iterations look at halves. Each process makes the photographs of its own what is found of two lenses.
 TEST(TrainingOverRanks, OwnPhotographsAreDeveloped) {
-  TrainOptions options = test::TrainingOnRanks(45, 1);
+  TrainOptions options = test::TrainingOnRanks(15, 0);
   options.cameras.refine = CameraChoice::kAll;
-  const Scene scene = test::SceneThroughTwoLenses(144, 128);  // halves too
-  test::ExpectOwnPhotographsDo(2, scene, options);
+  const TrainResult found = test::ExpectOwnPhotographsDo(2, test::SceneThroughTwoLenses(6, 144, 128), options);
+  EXPECT_NE(found.cameras[1].color.gain[0], 1);
   // All train on each.
-  options.lm.iterations = 0, options.adam.views_per_iteration = 1;
+  const Scene scene = test::SceneThroughTwoLenses(12, 40, 30);
+  options.adam.views_per_iteration = 1;
   EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, 0, {}).model.data);
 }
 

@@ -44,8 +44,8 @@ inline void ExpectSameCameras(const TrainResult& a, const TrainResult& b) {
 }
 
 // Through two lenses, of which one bends still.
-inline Scene SceneThroughTwoLenses(int width, int height) {
-  Scene scene = RingOfCameras(12, width, height, true);
+inline Scene SceneThroughTwoLenses(int views, int width, int height) {
+  Scene scene = RingOfCameras(views, width, height, true);
   RenderTruth(RandomModel(60, 1, 7), 0.05, &scene);
   for (std::size_t v = 0; v < scene.views.size(); v += 2) {
     View& view = scene.views[v];
@@ -106,10 +106,10 @@ class NotedPhotographs {
   std::set<std::string> decoded_;
 };
 
-// By processes that read their own photographs alone.
-inline void ExpectOwnPhotographsDo(int count, const Scene& scene, const TrainOptions& options,
-                                   const StageRunners& stages = HostStages()) {
-  const TrainResult expected = TrainOn(1, scene, options, stages);
+// By processes that read their own photographs alone; of one that reads all.
+inline TrainResult ExpectOwnPhotographsDo(int count, const Scene& scene, const TrainOptions& options,
+                                          const StageRunners& stages = HostStages()) {
+  TrainResult expected = TrainOn(1, scene, options, stages);
   std::vector<NotedPhotographs> photographs(static_cast<std::size_t>(count));
   vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
     const Scene own = photographs[static_cast<std::size_t>(ranks.rank())].Of(scene, ranks);
@@ -118,6 +118,7 @@ inline void ExpectOwnPhotographsDo(int count, const Scene& scene, const TrainOpt
     EXPECT_EQ(Train(own, options, 0, callbacks, stages).model.data, expected.model.data);
   });
   for (const NotedPhotographs& of_rank : photographs) of_rank.ExpectOwnAlone(scene);
+  return expected;
 }
 
 }  // namespace vesta::gs::test
