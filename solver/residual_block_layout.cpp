@@ -83,14 +83,13 @@ std::string Layout::DescribeNonFinite(Index block, std::span<const S> x, const L
                  [&](Index k) { return static_cast<double>(x[static_cast<std::size_t>(k)]); });
   const std::string at = fmt::format(", at parameters {}", NumbersInWords(read));
   if (!defined) return fmt::format("residual block {} returns false{}", block, at);
-  double square = 0;
   for (std::size_t r = 0; r < residuals.size(); ++r) {
     if (!std::isfinite(residuals[r])) {
       return fmt::format("{} {}{}", NameOf(block, static_cast<int>(r)), ValueInWords(residuals[r]), at);
     }
-    square += static_cast<double>(residuals[r]) * static_cast<double>(residuals[r]);
   }
   if (loss != nullptr) {
+    const double square = SquaredNorm(residuals.data(), residuals.size());
     const double rho = loss->Evaluate(square).rho;
     if (!std::isfinite(rho)) return LossInWords(block, square, rho) + at;
   }

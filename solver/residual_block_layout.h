@@ -69,6 +69,13 @@ class Layout {
   std::vector<Transpose> transposes_;
 };
 
+template <class S>
+double SquaredNorm(const S* f, std::size_t size) {
+  double s = 0;
+  for (std::size_t i = 0; i < size; ++i) s += static_cast<double>(f[i]) * static_cast<double>(f[i]);
+  return s;
+}
+
 std::string NameOf(Index block, int residual);
 
 }  // namespace residual_blocks_internal

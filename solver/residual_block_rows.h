@@ -16,13 +16,6 @@ namespace vesta::residual_blocks_internal {
 
 inline constexpr Index kGrain = 256;
 
-template <int kResiduals, class S>
-double SquaredNorm(const S* f) {
-  double s = 0;
-  for (int i = 0; i < kResiduals; ++i) s += static_cast<double>(f[i]) * static_cast<double>(f[i]);
-  return s;
-}
-
 template <int kResiduals, int kParameters, Backend B>
 class Rows final : public Linearization<B> {
  public:
@@ -54,7 +47,7 @@ class Rows final : public Linearization<B> {
   // Residuals and Jacobian by those of the robust loss (null: as they are).
   void Correct(Index b, const Loss* loss) {
     if (loss == nullptr) return;
-    const double s = SquaredNorm<kResiduals>(residual(b));
+    const double s = SquaredNorm(residual(b), kResiduals);
     LossCorrection(loss->Evaluate(s), s).Apply(kResiduals, kParameters, residual(b), column(b, 0), 1, kResiduals);
   }
 

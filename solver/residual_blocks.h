@@ -129,7 +129,7 @@ class ResidualBlocks final : public Problem<B> {
     if (!InvokeFunctor(functors_[static_cast<std::size_t>(i)], p, r)) {
       return std::numeric_limits<double>::quiet_NaN();
     }
-    const double s = residual_blocks_internal::SquaredNorm<kResiduals>(r);
+    const double s = residual_blocks_internal::SquaredNorm(r, kResiduals);
     return 0.5 * (options_.loss ? options_.loss->Evaluate(s).rho : s);
   }
 
