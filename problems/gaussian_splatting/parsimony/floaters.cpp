@@ -83,8 +83,8 @@ Index TakeIsolated(const SplatModel& model, std::vector<Index>& gaussians) {
 }
 
 Index TakeUnsupported(const SplatModel& model, const JudgingViews& judges, std::vector<Index>& gaussians) {
-  const std::vector<Support> support = MeasureSupport(ToKernelModel(model), judges);
-  return TakeOut(gaussians, [&](std::size_t, Index i) { return support[static_cast<std::size_t>(i)].is_wanting(); });
+  const std::vector<bool> are_wanting = WhichAreWanting(ToKernelModel(model), judges);
+  return TakeOut(gaussians, [&](std::size_t, Index i) { return are_wanting[static_cast<std::size_t>(i)]; });
 }
 
 }  // namespace

@@ -42,9 +42,9 @@ std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
 // Scores with what hardly any view shows below all else.
 std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<float>& model,
                                 const JudgingViews& judges) {
-  const std::vector<Support> support = MeasureSupport(model, judges);
+  const std::vector<bool> are_wanting = WhichAreWanting(model, judges);
   for (std::size_t i = 0; i < scores.size(); ++i) {
-    if (support[i].is_wanting()) scores[i] = -std::numeric_limits<double>::infinity();
+    if (are_wanting[i]) scores[i] = -std::numeric_limits<double>::infinity();
   }
   return scores;
 }

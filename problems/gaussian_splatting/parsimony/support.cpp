@@ -54,39 +54,90 @@ double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat
   return std::min(1.0, 2 * std::numbers::pi * deviation[1] * deviation[2] * largest);
 }
 
-}  // namespace
-
-std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges) {
-  std::vector<Support> support(static_cast<std::size_t>(model.count));
+std::vector<splat::PosedCamera> CamerasOf(const JudgingViews& judges) {
   std::vector<splat::PosedCamera> cameras;
   cameras.reserve(judges.views.size());
   for (const View* view : judges.views) cameras.push_back(ToPosedCamera(*view, judges.near));
+  return cameras;
+}
+
+// Support::shown of each.
+std::vector<double> ShownOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras,
+                            const double* background) {
+  std::vector<double> shown(static_cast<std::size_t>(model.count));
   splat::SplatView<float> projected;
   splat::ViewWorkspace<float> workspace;
   for (const splat::PosedCamera& camera : cameras) {
-    projected.Build(model, camera, judges.background.data(), workspace);
+    projected.Build(model, camera, background, workspace);
     const double pixels = static_cast<double>(camera.width) * camera.height;
     ParallelFor(model.count, 1024, [&](Index i) {
       const std::int32_t rank = projected.rank_of()[i];
       if (rank < 0) return;
-      support[static_cast<std::size_t>(i)].shown +=
+      shown[static_cast<std::size_t>(i)] +=
           FalloffInImage(projected.splats()[rank], camera.width, camera.height) / pixels;
     });
   }
+  return shown;
+}
+
+// Without what they show.
+std::vector<Support> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
+  std::vector<Support> support(static_cast<std::size_t>(model.count));
   ParallelFor(model.count, 1024,
               [&](Index i) { support[static_cast<std::size_t>(i)].body = BodyOf(model, i, cameras); });
   return support;
 }
 
+// The values of some Gaussians, of degree 0: what projects them.
+std::vector<float> GeometryOf(const splat::Model<float>& model, const std::vector<Index>& gaussians) {
+  std::vector<float> values;
+  values.reserve(splat::NumAttributes(0) * gaussians.size());
+  for (int a = 0; a < splat::NumAttributes(0); ++a) {
+    const float* attribute = model.x + model.Offset(a);
+    for (const Index i : gaussians) values.push_back(attribute[i]);
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges) {
+  const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
+  std::vector<Support> support = BodiesOf(model, cameras);
+  const std::vector<double> shown = ShownOf(model, cameras, judges.background.data());
+  for (std::size_t i = 0; i < support.size(); ++i) support[i].shown = shown[i];
+  return support;
+}
+
+std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const JudgingViews& judges) {
+  const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
+  std::vector<Support> support = BodiesOf(model, cameras);
+  std::vector<Index> large;
+  for (Index i = 0; i < model.count; ++i) {
+    if (support[static_cast<std::size_t>(i)].is_large()) large.push_back(i);
+  }
+  std::vector<bool> are_wanting(support.size());
+  if (large.empty()) return are_wanting;
+  const std::vector<float> values = GeometryOf(model, large);
+  const splat::Model<float> them(values.data(), static_cast<Index>(large.size()), 0, 0);
+  const std::vector<double> shown = ShownOf(them, cameras, judges.background.data());
+  for (std::size_t k = 0; k < large.size(); ++k) {
+    const auto i = static_cast<std::size_t>(large[k]);
+    support[i].shown = shown[k];
+    are_wanting[i] = support[i].is_wanting();
+  }
+  return are_wanting;
+}
+
 std::vector<Index> Supported(const splat::Model<float>& model, const JudgingViews& judges) {
-  const std::vector<Support> support = MeasureSupport(model, judges);
+  const std::vector<bool> are_wanting = WhichAreWanting(model, judges);
   std::vector<Index> kept;
-  kept.reserve(support.size());
-  for (std::size_t i = 0; i < support.size(); ++i) {
-    if (!support[i].is_wanting()) kept.push_back(static_cast<Index>(i));
+  kept.reserve(are_wanting.size());
+  for (std::size_t i = 0; i < are_wanting.size(); ++i) {
+    if (!are_wanting[i]) kept.push_back(static_cast<Index>(i));
   }
   if (!kept.empty()) return kept;
-  kept.resize(support.size());
+  kept.resize(are_wanting.size());
   std::iota(kept.begin(), kept.end(), Index{0});
   return kept;
 }

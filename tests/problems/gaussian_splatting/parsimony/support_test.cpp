@@ -74,5 +74,29 @@ TEST(Support, WantsWhereNoViewLooks) {
   EXPECT_FALSE(Measure(OneAt(4, 0.001), scene)[0].is_wanting()) << "too small to hide anything";
 }
 
+TEST(Support, WhichAreWantingIsWhatIsMeasuredOfEach) {
+  const Scene scene = test::RingOfCameras(5, 80, 60, false);
+  SplatModel model = test::RandomModel(200, 2, 8);
+  for (Index i = 0; i < model.count; ++i) {
+    model.attribute(splat::kMean)[i] *= 4;
+    model.attribute(splat::kMean + 1)[i] *= 4;
+    // Small ones among them.
+    for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[i] -= i % 3 == 0 ? 4 : 0;
+  }
+  const JudgingViews judges = TrainingViewsOf(scene, {0, 0, 0});
+  const std::vector<Support> support = Measure(model, scene);
+  const std::vector<bool> are_wanting = WhichAreWanting(ToKernelModel(model), judges);
+  ASSERT_EQ(are_wanting.size(), support.size());
+  int wanting = 0, small = 0;
+  for (std::size_t i = 0; i < support.size(); ++i) {
+    EXPECT_EQ(are_wanting[i], support[i].is_wanting()) << i;
+    wanting += are_wanting[i] ? 1 : 0;
+    small += support[i].is_large() ? 0 : 1;
+  }
+  EXPECT_GT(wanting, 5);
+  EXPECT_LT(wanting, 150);
+  EXPECT_GT(small, 5);
+}
+
 }  // namespace
 }  // namespace vesta::gs
