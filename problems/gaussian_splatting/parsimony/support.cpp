@@ -61,26 +61,30 @@ std::vector<splat::PosedCamera> CamerasOf(const JudgingViews& judges) {
   return cameras;
 }
 
-// Support::shown of each.
-std::vector<double> ShownOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras,
-                            const double* background) {
-  std::vector<double> shown(static_cast<std::size_t>(model.count));
-  splat::SplatView<float> projected;
-  splat::ViewWorkspace<float> workspace;
-  for (const splat::PosedCamera& camera : cameras) {
-    projected.Build(model, camera, background, workspace);
+// What a view shows of Gaussians, one view after another.
+class ShownByView {
+ public:
+  explicit ShownByView(const double* background) : background_(background) {}
+
+  // add(i, Support::shown in this view alone) of each that is seen, in parallel.
+  template <class Add>
+  void ForEach(const splat::Model<float>& model, const splat::PosedCamera& camera, const Add& add) {
+    projected_.Build(model, camera, background_, workspace_);
     const double pixels = static_cast<double>(camera.width) * camera.height;
     ParallelFor(model.count, 1024, [&](Index i) {
-      const std::int32_t rank = projected.rank_of()[i];
+      const std::int32_t rank = projected_.rank_of()[i];
       if (rank < 0) return;
-      shown[static_cast<std::size_t>(i)] +=
-          FalloffInImage(projected.splats()[rank], camera.width, camera.height) / pixels;
+      add(static_cast<std::size_t>(i), FalloffInImage(projected_.splats()[rank], camera.width, camera.height) / pixels);
     });
   }
-  return shown;
-}
 
-// Without what they show.
+ private:
+  const double* background_;
+  splat::SplatView<float> projected_;
+  splat::ViewWorkspace<float> workspace_;
+};
+
+// Of each, without what views show of it.
 std::vector<Support> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
   std::vector<Support> support(static_cast<std::size_t>(model.count));
   ParallelFor(model.count, 1024,
@@ -104,28 +108,37 @@ std::vector<float> GeometryOf(const splat::Model<float>& model, const std::vecto
 std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges) {
   const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
   std::vector<Support> support = BodiesOf(model, cameras);
-  const std::vector<double> shown = ShownOf(model, cameras, judges.background.data());
-  for (std::size_t i = 0; i < support.size(); ++i) support[i].shown = shown[i];
+  ShownByView views(judges.background.data());
+  for (const splat::PosedCamera& camera : cameras) {
+    views.ForEach(model, camera, [&](std::size_t i, double shown) { support[i].shown += shown; });
+  }
   return support;
 }
 
 std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const JudgingViews& judges) {
   const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
   std::vector<Support> support = BodiesOf(model, cameras);
-  std::vector<Index> large;
+  std::vector<Index> wanting;  // by the views so far, of which each can only make them fewer
+  const auto is_wanting = [&](Index i) { return support[static_cast<std::size_t>(i)].is_wanting(); };
   for (Index i = 0; i < model.count; ++i) {
-    if (support[static_cast<std::size_t>(i)].is_large()) large.push_back(i);
+    if (is_wanting(i)) wanting.push_back(i);
+  }
+  ShownByView views(judges.background.data());
+  std::vector<float> values;
+  splat::Model<float> left;
+  for (const splat::PosedCamera& camera : cameras) {
+    if (wanting.empty()) break;
+    const auto count = static_cast<Index>(wanting.size());
+    if (left.count != count) {
+      values = GeometryOf(model, wanting);
+      left = {values.data(), count, 0, 0};
+    }
+    views.ForEach(left, camera,
+                  [&](std::size_t k, double shown) { support[static_cast<std::size_t>(wanting[k])].shown += shown; });
+    std::erase_if(wanting, [&](Index i) { return !is_wanting(i); });
   }
   std::vector<bool> are_wanting(support.size());
-  if (large.empty()) return are_wanting;
-  const std::vector<float> values = GeometryOf(model, large);
-  const splat::Model<float> them(values.data(), static_cast<Index>(large.size()), 0, 0);
-  const std::vector<double> shown = ShownOf(them, cameras, judges.background.data());
-  for (std::size_t k = 0; k < large.size(); ++k) {
-    const auto i = static_cast<std::size_t>(large[k]);
-    support[i].shown = shown[k];
-    are_wanting[i] = support[i].is_wanting();
-  }
+  for (const Index i : wanting) are_wanting[static_cast<std::size_t>(i)] = true;
   return are_wanting;
 }
 

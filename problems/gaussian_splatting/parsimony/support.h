@@ -18,17 +18,17 @@ struct Support {
   double body = 0;
 
   // Small ones are none's concern: they hide little, and are many.
-  bool is_large() const { return body > 0.003; }
   bool is_wanting() const {
-    constexpr double kLeastPart = 0.03;
-    return is_large() && shown < kLeastPart * body;
+    constexpr double kSmall = 0.003, kLeastPart = 0.03;
+    return body > kSmall && shown < kLeastPart * body;
   }
 };
 
 // By Gaussian. Without images: of the cameras alone. Takes less time than rendering all views.
 std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges);
 
-// Which are wanting: what MeasureSupport says of them, in a small part of its time, since few are large.
+// Which are wanting: what MeasureSupport says of them, in a small part of its time, since few are large and most of
+// these are well shown by the first views.
 std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const JudgingViews& judges);
 
 // Those that the views do show, ascending; all where they show none.

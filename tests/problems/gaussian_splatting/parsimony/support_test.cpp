@@ -91,7 +91,7 @@ TEST(Support, WhichAreWantingIsWhatIsMeasuredOfEach) {
   for (std::size_t i = 0; i < support.size(); ++i) {
     EXPECT_EQ(are_wanting[i], support[i].is_wanting()) << i;
     wanting += are_wanting[i] ? 1 : 0;
-    small += support[i].is_large() ? 0 : 1;
+    small += support[i].body < 0.003 ? 1 : 0;
   }
   EXPECT_GT(wanting, 5);
   EXPECT_LT(wanting, 150);
