@@ -2,7 +2,7 @@
 """How a problem scales over processes, and what a model foresees for more of them.
 
   bench/scaling.py SCALING OUT.json [--processes 1,2,4] [--threads 1] [--rounds 3] [--weak] [--networks 1:10,10:0.1,100:0.02]
-                   [--mpirun "mpirun --oversubscribe --bind-to none"] -- bal --cameras 200 --points 100000
+                   [--links_only] [--mpirun "mpirun --oversubscribe --bind-to none"] -- bal --cameras 200 --points 100000
   bench/scaling.py SCALING OUT.json ... -- splats SCENE SPLAT.ply
 
 SCALING: build/release/bench/scaling of a build with VESTA_MPI. Runs it for each number of processes, and once in one process without
@@ -10,11 +10,11 @@ parts, in turn, --rounds times; medians. --weak: P processes get P times as larg
 this machine lets it make nodes, two processes on two nodes (tools/two_nodes.py) over a link that nothing slows and over one of 1 Gbit/s and 10 ms, in
 turn, with messages that announce themselves and with ones that do not, beside what the model says of the second from the first.
 
-The model, of a product of H: T(P) = (W + V) / P + 2 trips latency + bytes(P) / bandwidth, where W is the work of the problem and V what
+The model, of a product of H: T(P) = (W + V) / P + trips latency + bytes(P) / bandwidth, where W is the work of the problem and V what
 cutting it into parts adds, both from the runs with one process (with and without parts); bytes(P) in proportion to (P - 1) / P, those of a
-dense vector of n values, 2 n (P - 1) / P, or fewer, by what 2 processes received. A message takes one trip, or three where it is longer than
-Open MPI sends unannounced over TCP (btl_tcp_eager_limit). It tells for each of --networks (Gbit/s : milliseconds from end to end) at how many
-processes a product stops getting faster by a tenth from doubling them.
+dense vector of n values, 2 n (P - 1) / P, or fewer, by what 2 processes received. There are two exchanges, of messages of different lengths: in
+each a message takes one trip, or three where it is longer than Open MPI sends unannounced over TCP (btl_tcp_eager_limit). It tells for each of
+--networks (Gbit/s : milliseconds from end to end) at how many processes a product stops getting faster by a tenth from doubling them.
 """
 import argparse
 import json
@@ -47,14 +47,22 @@ def medians(rows):
             for name, value in rows[0].items()}
 
 
+def heard(row, name):
+    """Bytes that a process receives in the two exchanges of a product: from all to all, and gathered."""
+    gathered = row[f"{name}_gathered_mib"] * MIB
+    return row[f"{name}_mib"] * MIB - gathered, gathered
+
+
 def exchange_seconds(received_by_two, processes, network, eager=EAGER):
-    """Of a product; network: (Gbit/s, milliseconds)."""
+    """Of a product; received_by_two: heard by two processes; network: (Gbit/s, milliseconds)."""
     if processes == 1:
         return 0
-    received = 2 * received_by_two * (processes - 1) / processes
-    message = received / 2 / (processes - 1)  # two exchanges, in each a message from each other process
-    trips = 1 if message <= eager else 3
-    return 2 * trips * network[1] * 1e-3 + received / (network[0] * 1e9 / 8)
+    seconds = 0
+    for received in received_by_two:
+        message = received * 2 / processes  # from each other process
+        trips = 1 if message <= eager else 3
+        seconds += trips * network[1] * 1e-3 + message * (processes - 1) / (network[0] * 1e9 / 8)
+    return seconds
 
 
 def foresee(one, plain, received_by_two, networks):
@@ -81,13 +89,14 @@ def over_links(program, rounds):
     slow = (f"--gbit={SLOW[0]}", f"--latency_ms={SLOW[1]}")
     for eager in (EAGER, ALL_EAGER):
         pairs = [(on_nodes(eager), on_nodes(eager, slow)) for _ in range(rounds)]
-        for name, heard in (("product", "product_mib"), ("reduced_product", "reduced_mib")):
+        for name, sent in (("product", "product"), ("reduced_product", "reduced")):
             fast, measured = (statistics.median(pair[k][f"{name}_ms"] for pair in pairs) / 1e3 for k in (0, 1))
             if fast == 0:
                 continue
-            foreseen = fast + exchange_seconds(pairs[0][0][heard] * MIB, 2, SLOW, eager)
-            print(f"{name}, messages up to {eager // 1024} KiB unannounced: {fast:.4g} s, over {SLOW[0]:g} Gbit/s and {SLOW[1]:g} ms {measured:.4g} s, "
-                  f"foreseen {foreseen:.4g} s ({foreseen / measured - 1:+.0%})")
+            received = heard(pairs[0][0], sent)
+            foreseen = fast + exchange_seconds(received, 2, SLOW, eager)
+            print(f"{name}, messages of {received[0] / 1024:.0f} and {received[1] / 1024:.0f} KiB, up to {eager // 1024} KiB unannounced: {fast:.4g} s, over "
+                  f"{SLOW[0]:g} Gbit/s and {SLOW[1]:g} ms {measured:.4g} s, foreseen {foreseen:.4g} s ({foreseen / measured - 1:+.0%})")
             rows.append({"kind": f"slow link, {name}", "eager": eager, "fast": fast, "measured": measured, "foreseen": foreseen})
     return rows
 
@@ -107,6 +116,7 @@ def main():
     parser.add_argument("--threads", default="1")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--weak", action="store_true")
+    parser.add_argument("--links_only", action="store_true", help="the two nodes alone")
     parser.add_argument("--networks", default="1:10,10:0.1,100:0.02")
     parser.add_argument("--mpirun", default="mpirun --oversubscribe --bind-to none")
     args = parser.parse_args(own)
@@ -118,6 +128,10 @@ def main():
     networks = [tuple(map(float, n.split(":"))) for n in args.networks.split(",")]
     program = [str(args.scaling), *command]
     mpirun = shlex.split(args.mpirun)
+
+    if args.links_only:
+        report.write_json(args.out, "scaling", over_links(program, args.rounds), [])
+        return
 
     def on(count):
         sized = [str(args.scaling), *larger(command, count)] if args.weak else program
@@ -144,7 +158,7 @@ def main():
         report.write_json(args.out, "scaling", rows, [])
         return
     two = by_kind.get("2 processes")
-    received_by_two = two["product_mib"] * MIB if two else one["parameters"] * one["scalar_bytes"]
+    received_by_two = heard(two, "product") if two else (one["parameters"] * one["scalar_bytes"] / 2,) * 2
     if subprocess.run([sys.executable, TWO_NODES, "--", "true"], check=False).returncode == 0:
         print()
         rows += over_links(program, args.rounds)

@@ -6,8 +6,8 @@
 //
 // bal: a generated bundle adjustment. splats: LM's problem of a scene's training views, all or the first N, at a splat.
 // --plain: the problem as one process solves it, without parts. One row, by the first process: milliseconds, medians;
-// exchanges and MiB that it receives in one product, counted and foreseen; the peak of its memory. bench/scaling.py
-// runs it for several P.
+// exchanges and MiB that it receives in one product, counted (and how many of them are gathered) and foreseen; the peak
+// of its memory. bench/scaling.py runs it for several P.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,14 +40,15 @@ constexpr double kMib = 1 << 20;
 
 // What a process receives in a call of body.
 struct Heard {
-  double exchanges = 0, mib = 0;
+  double exchanges = 0, mib = 0, gathered_mib = 0;
 };
 template <class Body>
 Heard HeardIn(const Ranks& ranks, const Body& body) {
   const RankTraffic before = ranks.traffic();
   body();
   return {static_cast<double>(ranks.traffic().exchanges - before.exchanges),
-          static_cast<double>(ranks.traffic().bytes - before.bytes) / kMib};
+          static_cast<double>(ranks.traffic().bytes - before.bytes) / kMib,
+          static_cast<double>(ranks.traffic().gathered - before.gathered) / kMib};
 }
 
 // Of one problem at x. distributed: null for one that has no parts.
@@ -103,9 +104,11 @@ Row Measure(Ranks& ranks, Problem<B>& problem, DistributedProblem<B>* distribute
           {"step_ms", step},
           {"product_exchanges", heard.exchanges},
           {"product_mib", heard.mib},
+          {"product_gathered_mib", heard.gathered_mib},
           {"product_mib_foreseen", foreseen},
           {"reduced_exchanges", reduced_heard.exchanges},
           {"reduced_mib", reduced_heard.mib},
+          {"reduced_gathered_mib", reduced_heard.gathered_mib},
           {"peak_mib", PeakMemoryMib()}};
 }
 

@@ -25,7 +25,9 @@ void Ranks::Count(std::span<const std::size_t> sizes, const Exchange& exchange) 
 }
 
 void Ranks::AllGather(Bytes all, std::span<const std::size_t> sizes) {
+  const std::int64_t before = traffic_.bytes;
   Count(sizes, [&] { DoAllGather(all, sizes); });
+  traffic_.gathered += traffic_.bytes - before;
 }
 
 void Ranks::AllToAll(ConstBytes send, std::span<const std::size_t> send_sizes, Bytes receive,

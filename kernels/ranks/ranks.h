@@ -24,6 +24,7 @@ class OthersGaveUp : public Error {
 struct RankTraffic {
   std::int64_t exchanges = 0;  // calls of AllGather and AllToAll
   std::int64_t bytes = 0;
+  std::int64_t gathered = 0;  // of these bytes, by AllGather
   double seconds = 0;  // in these calls, waiting for others among them
 };
 

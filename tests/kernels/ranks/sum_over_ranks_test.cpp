@@ -108,10 +108,12 @@ TEST(SumOverRanks, GivesEachRankItsShare) {
 TEST(SumOverRanks, ReceivesWhatThePlanForesees) {
   test::OnThreadRanks(3, [&](Ranks& ranks) {
     SumOverRanks<float> sum(ranks, kTerms, kSize, SupportsOf(TermsOf(kTerms, ranks, ranks.rank())));
-    const std::int64_t before = ranks.traffic().bytes;
+    const RankTraffic before = ranks.traffic();
     std::vector<float> out(kSize);
     sum.Sum(MakeTerm, {out.data(), kSize});
-    EXPECT_EQ(ranks.traffic().bytes - before, 4 * sum.plan().ReceivedValues(ranks.rank()));
+    const Index all = sum.plan().ReceivedValues(ranks.rank());
+    EXPECT_EQ(ranks.traffic().bytes - before.bytes, 4 * all);
+    EXPECT_EQ(ranks.traffic().gathered - before.gathered, 4 * (all - sum.plan().ReceivedValuesOfShare(ranks.rank())));
   });
 }
 
