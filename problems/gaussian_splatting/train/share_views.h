@@ -10,18 +10,16 @@
 
 #include "kernels/core/check.h"
 #include "kernels/ranks/ranks.h"
-#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/gaussian_owners.h"
 #include "problems/gaussian_splatting/train/sum_of_views.h"
 
 namespace vesta::gs {
 
-// Which training views this process takes of iterations of so many.
+// Which training views this process takes of iterations.
 class OwnViewsOfIterations {
  public:
-  // ranks: null for a process alone. A single view at a time is everybody's.
-  OwnViewsOfIterations(const Ranks* ranks, int at_once, std::size_t views)
-      : own_(OwnTrainingViews(at_once > 1 ? ranks : nullptr, static_cast<Index>(views))) {}
+  // own: OwnTrainedViews (over_ranks.h).
+  explicit OwnViewsOfIterations(const Share& own) : own_(own) {}
 
   bool Has(std::size_t view) const {
     return static_cast<Index>(view) >= own_.begin && static_cast<Index>(view) < own_.end;

@@ -14,6 +14,7 @@
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
+#include "problems/gaussian_splatting/train/over_ranks.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/share_views.h"
 #include "problems/gaussian_splatting/train/stage_cameras.h"
@@ -119,7 +120,8 @@ class StageViews {
   StageTargets<B>& targets() { return are_coarse() ? coarse_ : full_; }
   ViewPasses<B>& passes() { return passes_ ? *passes_ : passes_.emplace(); }
   OwnViewsOfIterations Own() const {
-    return {session_.ranks(), options_.adam.views_per_iteration, session_.training_views().size()};
+    return OwnViewsOfIterations(
+        OwnTrainedViews(options_, session_.ranks(), static_cast<Index>(session_.training_views().size())));
   }
   // Of those that may be trained on yet.
   std::size_t NextView(ViewOrder& order, const AdamStageState<B>& state) const {
