@@ -177,6 +177,7 @@ int Main(int argc, char** argv) {
                   {"off_degrees", error.degrees},
                   {"off_pixels", error.pixels},
                   {"off_pixels_most", error.most},
+                  {"off_pixels_near", error.near},
                   {"off_focal", std::abs(found[0]->camera.lens.fx / setup.scene.views[0].camera.lens.fx - 1)},
                   {"off_gain", GainError(scene, gains, result.cameras)},
                   {"psnr", quality.test.psnr},

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <utility>
+#include <vector>
 
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
@@ -21,6 +24,41 @@ std::array<double, 3> Direction(CounterRandom& random) {
   const double length = std::hypot(v[0], v[1], v[2]);
   for (double& x : v) x /= length;
   return v;
+}
+
+using Views = std::vector<const gs::View*>;
+
+// How these of the views stand in `found` beside where they are in `truth`, their best similarity apart.
+std::vector<splat::CameraMotion> ApartFromSimilarity(double depth, const Views& truth, const Views& found,
+                                                     const std::vector<std::size_t>& these) {
+  Views of;
+  std::vector<gs::ViewUnknowns> apart(these.size());
+  for (std::size_t k = 0; k < these.size(); ++k) {
+    of.push_back(truth[these[k]]);
+    apart[k].motion = gs::MotionBetween(*truth[these[k]], *found[these[k]]);
+  }
+  constexpr int kRounds = 10;  // each takes out what is left, to first order
+  for (int round = 0; round < kRounds; ++round) gs::RemoveCommonMotion(of, depth, &apart);
+  std::vector<splat::CameraMotion> motions;
+  for (const gs::ViewUnknowns& unknowns : apart) motions.push_back(unknowns.motion);
+  return motions;
+}
+
+// The view and those that stand next to it.
+std::vector<std::size_t> WithNearest(const Views& views, std::size_t view) {
+  constexpr std::size_t kNearest = 8;
+  std::vector<std::pair<double, std::size_t>> by_distance;
+  const std::array<double, 3> centre = gs::CameraCenter(*views[view]);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::array<double, 3> other = gs::CameraCenter(*views[i]);
+    const double distance = std::hypot(other[0] - centre[0], other[1] - centre[1], other[2] - centre[2]);
+    by_distance.emplace_back(i == view ? -1.0 : distance, i);
+  }
+  std::ranges::sort(by_distance);
+  by_distance.resize(std::min(by_distance.size(), kNearest + 1));
+  std::vector<std::size_t> nearest;
+  for (const auto& [distance, i] : by_distance) nearest.push_back(i);
+  return nearest;
 }
 
 }  // namespace
@@ -48,27 +86,29 @@ gs::Scene Perturbed(const gs::Scene& scene, const Perturbation& by, std::uint64_
 }
 
 PoseError ErrorOf(const gs::Scene& truth, const std::vector<const gs::View*>& found) {
-  std::vector<const gs::View*> true_views;
+  Views true_views;
   for (const gs::View& view : truth.views) {
     if (view.is_trained()) true_views.push_back(&view);
   }
   VESTA_CHECK(true_views.size() == found.size(), "{} training views, {} found", true_views.size(), found.size());
-  std::vector<gs::ViewUnknowns> apart(found.size());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    apart[i].motion = gs::MotionBetween(*true_views[i], *found[i]);
-  }
-  constexpr int kRounds = 10;  // each takes out what is left, to first order
-  for (int round = 0; round < kRounds; ++round) gs::RemoveCommonMotion(true_views, 2 * truth.extent, &apart);
+  std::vector<std::size_t> all(found.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const double depth = 2 * truth.extent;
+  const std::vector<splat::CameraMotion> apart = ApartFromSimilarity(depth, true_views, found, all);
   const gs::SplatModel points = gs::InitializeFromPoints(truth.points, truth.extent, 0, 100'000);
-  std::vector<double> degrees, pixels;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    degrees.push_back(apart[i].motion.Angle() * 180 / std::numbers::pi);
-    gs::View seen = gs::MovedView(*true_views[i], apart[i].motion);
-    seen.camera = found[i]->camera;
-    pixels.push_back(gs::MedianShift(points, *true_views[i], seen, gs::NearPlane(truth)));
+  const auto shift = [&](std::size_t view, const splat::CameraMotion& motion) {
+    gs::View seen = gs::MovedView(*true_views[view], motion);
+    seen.camera = found[view]->camera;
+    return gs::MedianShift(points, *true_views[view], seen, gs::NearPlane(truth));
+  };
+  std::vector<double> degrees, pixels, near;
+  for (const std::size_t i : all) {
+    degrees.push_back(apart[i].Angle() * 180 / std::numbers::pi);
+    pixels.push_back(shift(i, apart[i]));
+    near.push_back(shift(i, ApartFromSimilarity(depth, true_views, found, WithNearest(true_views, i)).front()));
   }
   const double most = *std::ranges::max_element(pixels);
-  return {gs::Median(std::move(degrees)), gs::Median(std::move(pixels)), most};
+  return {gs::Median(std::move(degrees)), gs::Median(std::move(pixels)), most, gs::Median(std::move(near))};
 }
 
 }  // namespace vesta::bench
