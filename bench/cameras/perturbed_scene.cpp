@@ -40,6 +40,7 @@ std::vector<splat::CameraMotion> ApartFromSimilarity(double depth, const Views& 
   constexpr int kRounds = 10;  // each takes out what is left, to first order
   for (int round = 0; round < kRounds; ++round) gs::RemoveCommonMotion(of, depth, &apart);
   std::vector<splat::CameraMotion> motions;
+  motions.reserve(apart.size());
   for (const gs::ViewUnknowns& unknowns : apart) motions.push_back(unknowns.motion);
   return motions;
 }
@@ -57,6 +58,7 @@ std::vector<std::size_t> WithNearest(const Views& views, std::size_t view) {
   std::ranges::sort(by_distance);
   by_distance.resize(std::min(by_distance.size(), kNearest + 1));
   std::vector<std::size_t> nearest;
+  nearest.reserve(by_distance.size());
   for (const auto& [distance, i] : by_distance) nearest.push_back(i);
   return nearest;
 }
