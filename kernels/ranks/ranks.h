@@ -25,7 +25,7 @@ struct RankTraffic {
   std::int64_t exchanges = 0;  // calls of AllGather and AllToAll
   std::int64_t bytes = 0;
   std::int64_t gathered = 0;  // of these bytes, by AllGather
-  double seconds = 0;  // in these calls, waiting for others among them
+  double seconds = 0;         // in these calls, waiting for others among them
 };
 
 // All ranks call the same functions in the same order, each from one thread. Where a rank has called Abandon, or is
