@@ -8,7 +8,8 @@
 SCALING: build/release/bench/scaling of a build with VESTA_MPI. Runs it for each number of processes, and once in one process without
 parts, in turn, --rounds times; medians. --weak: P processes get P times as large a problem (cameras and points, or --views). Then, where
 this machine lets it make nodes, two processes on two nodes (tools/two_nodes.py) over a link that nothing slows and over one of 1 Gbit/s and 10 ms, in
-turn, with messages that announce themselves and with ones that do not, beside what the model says of the second from the first.
+turn, with messages that announce themselves and with ones that do not, beside what the model says of the second from the first; with --links_only
+nothing but that.
 
 The model, of a product of H: T(P) = (W + V) / P + trips latency + bytes(P) / bandwidth, where W is the work of the problem and V what
 cutting it into parts adds, both from the runs with one process (with and without parts); bytes(P) in proportion to (P - 1) / P, those of a
@@ -28,7 +29,7 @@ from pathlib import Path
 import report
 
 MIB = 2**20
-# Open MPI's btl_tcp_eager_limit, bytes, and one that no message here is over.
+# Open MPI's btl_tcp_eager_limit, bytes, and one that only the longest message of a large bundle is over.
 EAGER, ALL_EAGER = 64 * 1024, 4 * MIB
 SLOW = (1.0, 10.0)  # Gbit/s, milliseconds
 TWO_NODES = Path(__file__).parent.parent / "tools" / "two_nodes.py"
@@ -48,7 +49,7 @@ def medians(rows):
 
 
 def heard(row, name):
-    """Bytes that a process receives in the two exchanges of a product: from all to all, and gathered."""
+    """Bytes that the first process receives in the two exchanges of a product: from all to all, and gathered."""
     gathered = row[f"{name}_gathered_mib"] * MIB
     return row[f"{name}_mib"] * MIB - gathered, gathered
 
@@ -97,7 +98,7 @@ def over_links(program, rounds):
             foreseen = fast + exchange_seconds(received, 2, SLOW, eager)
             print(f"{name}, messages of {received[0] / 1024:.0f} and {received[1] / 1024:.0f} KiB, up to {eager // 1024} KiB unannounced: {fast:.4g} s, over "
                   f"{SLOW[0]:g} Gbit/s and {SLOW[1]:g} ms {measured:.4g} s, foreseen {foreseen:.4g} s ({foreseen / measured - 1:+.0%})")
-            rows.append({"kind": f"slow link, {name}", "eager": eager, "fast": fast, "measured": measured, "foreseen": foreseen})
+            rows.append({"kind": f"slow link, {name}", "eager": eager, "to_all_bytes": received[0], "gathered_bytes": received[1], "fast": fast, "measured": measured, "foreseen": foreseen})
     return rows
 
 
@@ -130,6 +131,8 @@ def main():
     mpirun = shlex.split(args.mpirun)
 
     if args.links_only:
+        if subprocess.run([sys.executable, TWO_NODES, "--", "true"], check=False).returncode != 0:
+            parser.error("--links_only: this machine makes no nodes")
         report.write_json(args.out, "scaling", over_links(program, args.rounds), [])
         return
 

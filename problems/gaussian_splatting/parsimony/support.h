@@ -28,7 +28,8 @@ struct Support {
 std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges);
 
 // Which are wanting: what MeasureSupport says of them, in a small part of its time, since few are large and most of
-// these are well shown by the first views.
+// these are well shown by the first views. Of Gaussians whose colours are finite; MeasureSupport holds others for
+// unseen.
 std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const JudgingViews& judges);
 
 // Those that the views do show, ascending; all where they show none.

@@ -87,15 +87,20 @@ TEST(Support, WhichAreWantingIsWhatIsMeasuredOfEach) {
   const std::vector<Support> support = Measure(model, scene);
   const std::vector<bool> are_wanting = WhichAreWanting(ToKernelModel(model), judges);
   ASSERT_EQ(are_wanting.size(), support.size());
-  int wanting = 0, small = 0;
+  JudgingViews first = judges;
+  first.views.resize(1);
+  const std::vector<bool> by_first = WhichAreWanting(ToKernelModel(model), first);
+  int wanting = 0, small = 0, shown_later = 0;
   for (std::size_t i = 0; i < support.size(); ++i) {
     EXPECT_EQ(are_wanting[i], support[i].is_wanting()) << i;
     wanting += are_wanting[i] ? 1 : 0;
+    shown_later += by_first[i] && !are_wanting[i] ? 1 : 0;
     small += support[i].body < 0.003 ? 1 : 0;
   }
   EXPECT_GT(wanting, 5);
   EXPECT_LT(wanting, 150);
   EXPECT_GT(small, 5);
+  EXPECT_GT(shown_later, 5);
 }
 
 }  // namespace
