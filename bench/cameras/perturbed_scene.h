@@ -25,8 +25,8 @@ struct PoseError {
   double degrees = 0;  // median of turns
   double pixels = 0;   // median over the views of the median shift of the scene's points in their images
   double most = 0;     // of the pixels, over the views
-  // As pixels, but of each view the best similarity of it and its nearest neighbours alone is apart: what a slow bend
-  // of the whole capture leaves.
+  // As pixels, but each view beside its eight nearest alone, their best similarity apart: without slow bends of the
+  // whole capture. Smaller for independent errors too, since fewer views share a similarity.
   double near = 0;
 };
 // found: the training views of `truth`, in its order.
