@@ -80,6 +80,10 @@ def foresee(one, plain, received_by_two, networks):
     return rows
 
 
+def can_make_nodes():
+    return subprocess.run([sys.executable, TWO_NODES, "--", "true"], check=False).returncode == 0
+
+
 def over_links(program, rounds):
     """Of two processes on two nodes, over a fast link and a slow one in turn: measured, and foreseen of the slow one by the fast one."""
     def on_nodes(eager, link=()):
@@ -98,7 +102,8 @@ def over_links(program, rounds):
             foreseen = fast + exchange_seconds(received, 2, SLOW, eager)
             print(f"{name}, messages of {received[0] / 1024:.0f} and {received[1] / 1024:.0f} KiB, up to {eager // 1024} KiB unannounced: {fast:.4g} s, over "
                   f"{SLOW[0]:g} Gbit/s and {SLOW[1]:g} ms {measured:.4g} s, foreseen {foreseen:.4g} s ({foreseen / measured - 1:+.0%})")
-            rows.append({"kind": f"slow link, {name}", "eager": eager, "to_all_bytes": received[0], "gathered_bytes": received[1], "fast": fast, "measured": measured, "foreseen": foreseen})
+            rows.append({"kind": f"slow link, {name}", "eager": eager, "to_all_bytes": received[0], "gathered_bytes": received[1],
+                         "fast": fast, "measured": measured, "foreseen": foreseen})
     return rows
 
 
@@ -131,7 +136,7 @@ def main():
     mpirun = shlex.split(args.mpirun)
 
     if args.links_only:
-        if subprocess.run([sys.executable, TWO_NODES, "--", "true"], check=False).returncode != 0:
+        if not can_make_nodes():
             parser.error("--links_only: this machine makes no nodes")
         report.write_json(args.out, "scaling", over_links(program, args.rounds), [])
         return
@@ -162,7 +167,7 @@ def main():
         return
     two = by_kind.get("2 processes")
     received_by_two = heard(two, "product") if two else (one["parameters"] * one["scalar_bytes"] / 2,) * 2
-    if subprocess.run([sys.executable, TWO_NODES, "--", "true"], check=False).returncode == 0:
+    if can_make_nodes():
         print()
         rows += over_links(program, args.rounds)
     rows += [{"kind": "foreseen", **row} for row in foresee(one, plain, received_by_two, networks)]
