@@ -69,17 +69,17 @@ void DistributedLinearization<B>::SumGradients() {
   }
   std::vector<Support> supports;
   supports.reserve(problem_.own().size());
-  for (const OwnPart<B>& part : problem_.own()) {
-    if (!part.tangent.is_identity()) Fail("parts with a descent of their own must have all parameters");
-    supports.push_back(Support::All(2 * n));
-  }
+  for (const OwnPart<B>& part : problem_.own()) supports.push_back(TwiceOver(part.tangent.support(), n));
   SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), 2 * n, supports);
   typename B::Vector both;
   both.ResizeForOverwrite(2 * n);
+  const auto gradient = [](Linearization<B>& part, const OwnPart<B>&, View to) { part.Gradient(to); };
+  const auto squares = [](Linearization<B>& part, const OwnPart<B>&, View to) { part.SquaredGradients(to); };
   sum.Sum(
       [&](Index term, View to) {
-        of(term).Gradient(to.subspan(0, n));
-        of(term).SquaredGradients(to.subspan(n, n));
+        const Index half = to.size() / 2;
+        Term(gradient)(term, to.subspan(0, half));
+        Term(squares)(term, to.subspan(half, half));
       },
       both);
   squares_.ResizeForOverwrite(n);

@@ -42,6 +42,9 @@ class PartMap {
   bool is_identity_ = true, is_compact_ = true;
 };
 
+// The entries of two vectors of so many entries, one after the other, where each has these.
+Support TwiceOver(const Support& support, Index size);
+
 // Where the values of a part's block-diagonal matrix lie in the whole's (BlockDiagonal::all_values), for PartMap.
 // Throws Error where a block of the part is none of the whole.
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,

@@ -12,6 +12,8 @@
 namespace vesta::gs {
 namespace {
 
+constexpr Index kGrain = 16384;  // parameters
+
 // body(channel, place) for every value of a planar image.
 template <class S, class Body>
 void ForChannels(HostSpan<S> image, const Body& body) {
@@ -39,38 +41,29 @@ splat::PoseTangent PoseOf(HostSpan<const S> step) {
 template <class S>
 JointLinearization<S>::JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
                                           std::span<const TargetView<B>> views,
-                                          std::shared_ptr<PhotometricLoss<S>> loss,
-                                          std::shared_ptr<splat::ViewWorkspace<S>> workspace)
+                                          std::shared_ptr<JointScratch<S>> scratch)
     : options_(options),
       layout_(layout),
       x_(x),
       model_(x.data(), options.splats, options.splats.sh_degree),
       views_(views),
-      units_(views.size()),
-      loss_(std::move(loss)),
-      workspace_(std::move(workspace)) {
-  Index largest = 0;
-  for (const TargetView<B>& view : views_) {
-    num_values_ += view.shape().NumValues();
-    largest = std::max(largest, view.shape().NumValues());
-  }
-  image_.ResizeForOverwrite(largest);
-  image2_.ResizeForOverwrite(largest);
-  MakeUnits();
+      scratch_(std::move(scratch)) {
+  for (const TargetView<B>& view : views_) num_values_ += view.shape().NumValues();
+  if (!is_part()) MakeUnits();
 }
 
 template <class S>
 void JointLinearization<S>::MakeUnits() {
-  constexpr Index kGrain = 16384;
   const Index n = layout_.splats;
-  gradient_.Resize(num_parameters());
+  units_.resize(views_.size());
+  gradient_ = HostBuffer<S>(num_parameters());
   const bool steers = has_own_descent();
   HostBuffer<S> of_view;
-  if (steers) of_view.Resize(num_parameters()), descent_.Resize(n);
+  if (steers) of_view.Resize(num_parameters()), descent_ = HostBuffer<S>(n);
   HostBuffer<S> priors(num_priors());
   for (Index v = 0; v < layout_.views; ++v) {
     JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
-    const View image_gradient = image_.view().subspan(0, views_[static_cast<std::size_t>(v)].shape().NumValues());
+    const View image_gradient = scratch_->Image(views_[static_cast<std::size_t>(v)].shape().NumValues());
     Build(v, unit, image_gradient);
     const View g = steers ? of_view.view() : gradient_.view();
     AddViewJT(v, image_gradient, g);
@@ -81,11 +74,14 @@ void JointLinearization<S>::MakeUnits() {
     const View own = layout_.StepOf(gradient_.view(), v);
     std::copy_n(layout_.StepOf(g, v).data(), own.size(), own.data());
   }
-  if (steers) {
-    ForEach<Host>(n, kGrain,
-                  AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement), static_cast<S>(layout_.views),
-                                   gradient_.data(), descent_.data()});
-  }
+  if (steers && !is_part()) DescentOfSplats(layout_.views, gradient_, descent_);
+}
+
+template <class S>
+void JointLinearization<S>::DescentOfSplats(Index units, ConstView gradient, View squares) const {
+  ForEach<Host>(layout_.splats, kGrain,
+                AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement), static_cast<S>(units), gradient.data(),
+                                 squares.data()});
 }
 
 template <class S>
@@ -93,13 +89,14 @@ void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradie
   const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
   unit.target = &target;
   unit.unknowns = layout_.UnknownsOf(x_, v);
-  unit.view.Build(model_, Moved(target.camera, unit.unknowns.motion), options_.splats.background.data(), *workspace_);
+  unit.view.Build(model_, Moved(target.camera, unit.unknowns.motion), options_.splats.background.data(),
+                  scratch_->workspace);
   unit.rendered.ResizeForOverwrite(target.shape().NumValues());
   unit.view.Render(unit.rendered.data());
-  const View shown = Work(unit, image2_);
+  const View shown = scratch_->Weighted(unit.values());
   B().Copy(unit.rendered, shown);
   unit.unknowns.color.Apply(shown);
-  LinearizeLoss(*loss_, target, shown, image_gradient, unit.W);
+  LinearizeLoss(scratch_->loss, target, shown, image_gradient, unit.W);
   unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, unit.values());
   unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, unit.values());
 }
@@ -107,6 +104,7 @@ void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradie
 template <class S>
 auto JointLinearization<S>::residuals() const -> ConstView {
   if (residuals_.empty()) {
+    VESTA_CHECK(!units_.empty(), "the residuals of a part that was not looked at");
     residuals_.ResizeForOverwrite(num_residuals());
     Index at = 0, prior = num_values_;
     for (const JointUnit<S>& unit : units_) {
@@ -123,7 +121,7 @@ auto JointLinearization<S>::residuals() const -> ConstView {
 
 template <class S>
 void JointLinearization<S>::ApplySplatJ(const JointUnit<S>& unit, const S* v, View d_image) {
-  unit.view.ApplyJ(model_, v, d_image.data(), *workspace_);
+  unit.view.ApplyJ(model_, v, d_image.data(), scratch_->workspace);
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   ForChannels(d_image, [&](int c, Index i) { d_image[i] *= gain[static_cast<std::size_t>(c)]; });
   ClearLeftOut<B>(unit.target->mask, d_image);
@@ -134,7 +132,7 @@ void JointLinearization<S>::AddSplatJT(const JointUnit<S>& unit, View u, S* g) {
   ClearLeftOut<B>(unit.target->mask, u);
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   ForChannels(u, [&](int c, Index i) { u[i] *= gain[static_cast<std::size_t>(c)]; });
-  unit.view.AddJT(model_, unit.rendered.data(), u.data(), g, *workspace_);
+  unit.view.AddJT(model_, unit.rendered.data(), u.data(), g, scratch_->workspace);
 }
 
 template <class S>
@@ -142,9 +140,9 @@ void JointLinearization<S>::ApplyViewJ(Index v, ConstView step, View d_image) {
   const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
   const ConstView own = layout_.StepOf(step, v);
   if (layout_.free.pose) {
-    ApplyModelAndPoseJ(unit.view, model_, step.data(), PoseOf(own), d_image.data(), *workspace_);
+    ApplyModelAndPoseJ(unit.view, model_, step.data(), PoseOf(own), d_image.data(), scratch_->workspace);
   } else {
-    unit.view.ApplyJ(model_, step.data(), d_image.data(), *workspace_);
+    unit.view.ApplyJ(model_, step.data(), d_image.data(), scratch_->workspace);
   }
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   std::array<S, 3> d_gain{}, d_offset{};
@@ -173,7 +171,7 @@ void JointLinearization<S>::AddViewJT(Index v, View u, View g) {
   AddSplatJT(unit, u, g.data());
   if (!layout_.free.pose) return;
   // What the adjoint pass has left: the cotangents of the splats.
-  const splat::PoseTangent xi = PoseCotangent(unit.view, model_, workspace_->splat_sums.data());
+  const splat::PoseTangent xi = PoseCotangent(unit.view, model_, scratch_->workspace.splat_sums.data());
   for (int k = 0; k < splat::kPoseTangent; ++k) own[k] += static_cast<S>(xi.v[k]);
 }
 
@@ -205,6 +203,7 @@ void JointLinearization<S>::AddPriorJT(Index v, const S* u, View g) const {
 
 template <class S>
 void JointLinearization<S>::ApplyJ(ConstView v, View u) {
+  EnsureUnits();
   const Index n = layout_.free.num_tangent();
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
@@ -217,11 +216,12 @@ void JointLinearization<S>::ApplyJ(ConstView v, View u) {
 
 template <class S>
 void JointLinearization<S>::ApplyJT(ConstView u, View g) {
+  EnsureUnits();
   const Index n = layout_.free.num_tangent();
   B().Fill(0, g);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
-    const View work = Work(units_[static_cast<std::size_t>(i)], image_);
+    const View work = scratch_->Image(units_[static_cast<std::size_t>(i)].values());
     B().Copy(u.subspan(at, work.size()), work);
     AddViewJT(i, work, g);
     AddPriorJT(i, u.data() + num_values_ + i * n, g);
@@ -231,6 +231,7 @@ void JointLinearization<S>::ApplyJT(ConstView u, View g) {
 
 template <class S>
 void JointLinearization<S>::ApplyW(ConstView u, View Wu) {
+  EnsureUnits();
   Index at = 0;
   for (const JointUnit<S>& unit : units_) {
     ApplyW(unit, u.subspan(at, unit.values()), Wu.subspan(at, unit.values()));
@@ -241,11 +242,12 @@ void JointLinearization<S>::ApplyW(ConstView u, View Wu) {
 
 template <class S>
 void JointLinearization<S>::ApplyH(ConstView v, View Hv) {
+  EnsureUnits();
   B().Fill(0, Hv);
   HostBuffer<S> prior(layout_.free.num_tangent());
   for (Index i = 0; i < layout_.views; ++i) {
     const JointUnit<S>& unit = units_[static_cast<std::size_t>(i)];
-    const View d_image = Work(unit, image_), weighted = Work(unit, image2_);
+    const View d_image = scratch_->Image(unit.values()), weighted = scratch_->Weighted(unit.values());
     ApplyViewJ(i, v, d_image);
     ApplyW(unit, d_image, weighted);
     AddViewJT(i, weighted, Hv);
@@ -256,7 +258,9 @@ void JointLinearization<S>::ApplyH(ConstView v, View Hv) {
 
 template <class S>
 void JointLinearization<S>::Gradient(View g) {
+  if (gradient_.empty()) MakeUnits();
   B().Copy(gradient_, g);
+  if (is_part()) gradient_ = {};
 }
 
 template <class S>
@@ -266,30 +270,48 @@ void JointLinearization<S>::Descent(View d) {
 }
 
 template <class S>
+void JointLinearization<S>::SquaredGradients(View squares) {
+  VESTA_CHECK(is_part(), "the squares of a problem that is no part");
+  if (descent_.empty()) MakeUnits();
+  B().Fill(0, squares);
+  B().Copy(descent_, squares.subspan(0, layout_.splats));
+  descent_ = {};
+}
+
+template <class S>
+void JointLinearization<S>::DescentOf(Index units, ConstView gradient, View squares) const {
+  const Index n = layout_.splats, views = squares.size() - n;
+  DescentOfSplats(units, gradient, squares);
+  B().Axpby(-1.0, gradient.subspan(n, views), 0.0, squares.subspan(n, views));
+}
+
+template <class S>
 const SplatGrams<CpuBackend<S>>& JointLinearization<S>::Grams() {
   if (!grams_.empty()) return grams_;
+  EnsureUnits();
   grams_.Start(model_, options_.splats.sh_blocks);
   for (const JointUnit<S>& unit : units_) {
-    const View omega = Work(unit, image_);
+    const View omega = scratch_->Image(unit.values());
     const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
     ForChannels(omega, [&](int channel, Index i) {
       const S factor = gain[static_cast<std::size_t>(channel)];
       omega[i] = factor * factor * unit.W.diagonal[i];
     });
-    unit.view.AddGram(model_, unit.rendered.data(), omega.data(), grams_.blocks(), grams_.sh_diagonal(), *workspace_,
-                      grams_.sh_blocks());
+    unit.view.AddGram(model_, unit.rendered.data(), omega.data(), grams_.blocks(), grams_.sh_diagonal(),
+                      scratch_->workspace, grams_.sh_blocks());
   }
-  workspace_->pair_grams = {}, workspace_->splat_grams = {};  // the largest of the workspace, and idle until the next x
+  scratch_->workspace.pair_grams = {},
+  scratch_->workspace.splat_grams = {};  // the largest of the workspace, and idle until the next x
   return grams_;
 }
 
 template <class S>
 const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& unit) {
   if (!unit.curvature.empty()) return unit.curvature;
-  const ViewColumns<B> columns =
-      ColumnsOf(layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
-                MovesOf<B>(layout_.free, *unit.target, unit.view, model_, unit.rendered.view(), *workspace_).view());
-  unit.curvature = WeightedGram(columns, *loss_, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
+  const ViewColumns<B> columns = ColumnsOf(
+      layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
+      MovesOf<B>(layout_.free, *unit.target, unit.view, model_, unit.rendered.view(), scratch_->workspace).view());
+  unit.curvature = WeightedGram(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
   const std::vector<double>& J = unit.prior_jacobian;
   for (std::size_t row = 0; row < n; ++row) {
@@ -309,15 +331,12 @@ void JointLinearization<S>::DiagJTJ(View d) {
     const std::vector<double>& H = CurvatureOf(v);
     for (std::size_t k = 0; k < n; ++k) own[static_cast<Index>(k)] = static_cast<S>(H[k * n + k]);
   }
+  if (is_part()) ReleaseGrams();  // others' would be held beside them
 }
 
 template <class S>
 std::vector<BlockGroup> JointLinearization<S>::block_groups() const {
-  std::vector<BlockGroup> groups = SplatBlockGroups(model_, options_.splats.sh_blocks);
-  const int n = layout_.free.num_tangent();
-  groups.push_back(
-      {.size = n, .count = layout_.views, .offset = layout_.splats, .component_stride = 1, .block_stride = n});
-  return groups;
+  return BlockGroupsOf(options_, layout_);
 }
 
 template <class S>
@@ -327,11 +346,12 @@ void JointLinearization<S>::BlockGram(BlockDiagonal<B>& blocks) {
   for (std::size_t v = 0; v < units_.size(); ++v) {
     FillBlock(CurvatureOf(v), layout_.free.num_tangent(), static_cast<Index>(v), layout_.views, values);
   }
-  if (!options_.eliminate_views) grams_.Release();  // nobody asks again unless a step is refused
+  if (!options_.eliminate_views) ReleaseGrams();  // nobody asks again unless a step is refused
 }
 
 template <class S>
 std::unique_ptr<ReducedSystem<CpuBackend<S>>> JointLinearization<S>::MakeReducedSystem() {
+  EnsureUnits();
   return options_.eliminate_views ? std::make_unique<JointReducedSystem<S>>(*this) : nullptr;
 }
 

@@ -35,10 +35,9 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   using typename Linearization<B>::ConstView;
   using typename Linearization<B>::View;
 
-  // loss and workspace are shared with the problem, one call at a time.
+  // scratch is shared with the problem.
   JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
-                     std::span<const TargetView<B>> views, std::shared_ptr<PhotometricLoss<S>> loss,
-                     std::shared_ptr<splat::ViewWorkspace<S>> workspace);
+                     std::span<const TargetView<B>> views, std::shared_ptr<JointScratch<S>> scratch);
 
   // Residuals are the colour differences e = shown - truth, view after view, each 3 planes; then for each view those of
   // the prior.
@@ -55,6 +54,9 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   // The gradient; that of the splats shrunk where the views disagree (lm/view_agreement.h).
   bool has_own_descent() const override { return options_.splats.view_agreement > 0; }
   void Descent(View d) override;
+  void SquaredGradients(View squares) override;
+  // gradient, squares: of the whole.
+  void DescentOf(Index units, ConstView gradient, View squares) const override;
   // Exact for views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(View d) override;
   // Those of the splats, then one block for each view.
@@ -70,18 +72,25 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   // d_image = J of the splats alone; g += its transpose times u, an image, which is overwritten.
   void ApplySplatJ(const JointUnit<S>& unit, const S* v, View d_image);
   void AddSplatJT(const JointUnit<S>& unit, View u, S* g);
-  void ApplyW(const JointUnit<S>& unit, ConstView u, View Wu) { loss_->ApplyW(unit.W, u, Wu); }
+  void ApplyW(const JointUnit<S>& unit, ConstView u, View Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
   // What both hold of the diagonal and the blocks.
   const SplatGrams<B>& Grams();
   const std::vector<double>& CurvatureOf(std::size_t view) { return MakeCurvature(units_[view]); }
+  // Of what a part has of the splats only sums over the parts are held.
+  bool is_part() const { return options_.splats.is_part; }
+  void ReleaseGrams() { grams_.Release(); }
+  JointScratch<S>& scratch() { return *scratch_; }
 
  private:
   Index num_priors() const { return layout_.views * layout_.free.num_tangent(); }
-  HostSpan<S> Work(const JointUnit<S>& unit, HostBuffer<S>& images) const {
-    return images.view().subspan(0, unit.values());
-  }
-  // Builds all views, and sums their gradients, of which comes the descent.
+  // Builds all views, and sums their gradients, of which comes the descent; of a part their squares. A part is built
+  // when it is first asked for something, so that gradients are held of one at a time.
   void MakeUnits();
+  void EnsureUnits() {
+    if (units_.empty()) MakeUnits();
+  }
+  // squares becomes the descent of the splats.
+  void DescentOfSplats(Index units, ConstView gradient, View squares) const;
   void Build(Index v, JointUnit<S>& unit, View image_gradient);
   // d_image = J v of view v, without the prior's; g += J^T u, u overwritten.
   void ApplyViewJ(Index v, ConstView step, View d_image);
@@ -98,12 +107,10 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   std::span<const TargetView<B>> views_;
   std::vector<JointUnit<S>> units_;
   Index num_values_ = 0;
-  std::shared_ptr<PhotometricLoss<S>> loss_;
-  std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
+  std::shared_ptr<JointScratch<S>> scratch_;
   HostBuffer<S> gradient_, descent_;  // the second: the splats', where it is its own
   SplatGrams<B> grams_;
   mutable HostBuffer<S> residuals_;
-  HostBuffer<S> image_, image2_;
 };
 
 }  // namespace vesta::gs

@@ -8,8 +8,11 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/cameras/joint_layout.h"
+#include "problems/gaussian_splatting/cameras/joint_scratch.h"
 #include "problems/gaussian_splatting/cameras/view_prior.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
@@ -24,6 +27,8 @@ struct JointProblemOptions {
   // images a view.
   bool eliminate_views = false;
 };
+
+std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout);
 
 // x: JointLayout; units are views. The motion of a view is from its target.camera, which is in double, so that what x
 // has to hold is small. Costs are infinite where a gain is not above 0. The same bits for any number of threads.
@@ -49,13 +54,21 @@ class JointProblem final : public Problem<CpuBackend<S>> {
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
 
+  // Those of the splats, then one block for each view.
+  std::vector<BlockGroup> block_groups() const { return BlockGroupsOf(options_, layout_); }
+  bool eliminates_views() const { return options_.eliminate_views; }
+  // The same problem on some of its views: at the x of the whole, with steps of the splats and of these views. It works
+  // in the same memory: one call at a time of all of them.
+  std::unique_ptr<JointProblem> MakePart(const Share& views) const;
+
  private:
+  JointProblem(const JointProblem& whole, const Share& views);
+
   JointProblemOptions options_;
   std::span<const TargetView<B>> views_;
   JointLayout layout_;
-  SplatProblem<B> splats_;  // for its metric
-  std::shared_ptr<PhotometricLoss<S>> loss_;
-  std::shared_ptr<splat::ViewWorkspace<S>> workspace_;
+  std::shared_ptr<SplatProblem<B>> splats_;  // for its metric
+  std::shared_ptr<JointScratch<S>> scratch_;
 };
 
 }  // namespace vesta::gs

@@ -6,16 +6,12 @@ namespace vesta::gs {
 
 template <class S>
 JointReducedSystem<S>::JointReducedSystem(JointLinearization<S>& linearization)
-    : linearization_(linearization), layout_(linearization.layout()), views_(layout_.num_tangent() - layout_.splats) {
-  Index largest = 0;
-  for (const JointUnit<S>& unit : linearization.units()) largest = std::max(largest, unit.values());
-  image_.ResizeForOverwrite(largest);
-  weighted_.ResizeForOverwrite(largest);
-}
+    : linearization_(linearization), layout_(linearization.layout()), views_(layout_.num_tangent() - layout_.splats) {}
 
 template <class S>
 void JointReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
-  lambda_ = lambda, metric_ = metric;
+  lambda_ = lambda;
+  metric_ = linearization_.is_part() ? ConstView() : metric.subspan(0, layout_.splats);
   blocks_.clear();
   const int n = layout_.free.num_tangent();
   std::copy(metric.begin() + layout_.splats, metric.end(), views_.begin());
@@ -33,7 +29,7 @@ void JointReducedSystem<S>::ReduceRhs(ConstView rhs, View reduced) {
   std::copy(rhs.begin() + layout_.splats, rhs.end(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<S>& unit = linearization_.units()[v];
-    const View image = image_.view().subspan(0, unit.values());
+    const View image = linearization_.scratch().Image(unit.values());
     B().Fill(0, image);
     SolveView(v);
     unit.weighted.Add(-1, ViewPart(v).data(), image.data());
@@ -44,10 +40,11 @@ void JointReducedSystem<S>::ReduceRhs(ConstView rhs, View reduced) {
 template <class S>
 void JointReducedSystem<S>::Apply(ConstView x, View y) {
   B().Fill(0, y);
-  B().AddScaled(lambda_, metric_.subspan(0, layout_.splats), x, y);
+  if (!metric_.empty()) B().AddScaled(lambda_, metric_, x, y);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<S>& unit = linearization_.units()[v];
-    const View image = image_.view().subspan(0, unit.values()), weighted = weighted_.view().subspan(0, unit.values());
+    const View image = linearization_.scratch().Image(unit.values()),
+               weighted = linearization_.scratch().Weighted(unit.values());
     linearization_.ApplySplatJ(unit, x.data(), image);
     linearization_.ApplyW(unit, image, weighted);
     unit.weighted.Project(image.data(), ViewPart(v).data());
@@ -61,7 +58,7 @@ template <class S>
 void JointReducedSystem<S>::BackSubstitute(ConstView rhs, View step) {
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<S>& unit = linearization_.units()[v];
-    const View image = image_.view().subspan(0, unit.values());
+    const View image = linearization_.scratch().Image(unit.values());
     const HostSpan<double> part = ViewPart(v);
     linearization_.ApplySplatJ(unit, step.data(), image);
     unit.weighted.Project(image.data(), part.data());
@@ -82,7 +79,8 @@ std::vector<BlockGroup> JointReducedSystem<S>::kept_groups() const {
 template <class S>
 void JointReducedSystem<S>::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
   linearization_.Grams().CopyBlocks(diagonal);
-  diagonal.AddToDiagonal(lambda_, metric_.subspan(0, layout_.splats));
+  if (!metric_.empty()) diagonal.AddToDiagonal(lambda_, metric_);
+  if (linearization_.is_part()) linearization_.ReleaseGrams();
 }
 
 template class JointReducedSystem<float>;

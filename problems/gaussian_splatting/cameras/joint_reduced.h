@@ -42,10 +42,9 @@ class JointReducedSystem final : public ReducedSystem<CpuBackend<S>> {
   JointLinearization<S>& linearization_;
   const JointLayout& layout_;
   double lambda_ = 0;
-  ConstView metric_;
+  ConstView metric_;  // of the splats; empty: of a part, whose whole is damped where all are summed
   std::vector<BlockDiagonal<CpuBackend<double>>> blocks_;  // C of each view, its factor
   HostBuffer<double> views_;                               // of all of them
-  HostBuffer<S> image_, weighted_;
 };
 
 }  // namespace vesta::gs

@@ -179,8 +179,6 @@ double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool ho
 }
 
 double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
-  MemoryScene alone = scene;  // one process solves it, and sums no parts
-  alone.processes = 1, alone.parts = 0;
   LmStageOptions lm = options.lm;
   lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
   const FreeUnknowns free = FreeBy(options.cameras.refine);
@@ -191,7 +189,7 @@ double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool 
   for (const ViewCounts& view : scene.views) images += (eliminate_views ? 1 + columns : 1) * kImageBytes * view.pixels;
   // Gradient and descent, which stay, and the right-hand side without the views.
   constexpr double kVectors = 3;
-  return LmBytes(alone, lm, true) + images + kVectors * VectorBytes(scene);
+  return LmBytes(scene, lm, true) + images + kVectors * VectorBytes(scene);
 }
 
 double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {

@@ -87,7 +87,7 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
 }
 
 // What LM cannot find of cameras, and where.
-void CheckJointLm(const TrainOptions& options, const Ranks* ranks, bool is_on_device) {
+void CheckJointLm(const TrainOptions& options, bool is_on_device) {
   if (!FindsCamerasByLm(options)) return;
   const CameraChoice refined = options.cameras.refine;
   const auto refuse = [&](const char* why, const char* what_to_do) {
@@ -97,7 +97,6 @@ void CheckJointLm(const TrainOptions& options, const Ranks* ranks, bool is_on_de
   if (refined == CameraChoice::kAll) refuse("LM finds no lenses", "choose pose+exposure");
   if (refined == CameraChoice::kAuto) refuse("LM decides nothing", "choose pose, pose+exposure or none");
   if (is_on_device) refuse("LM finds cameras on the CPU alone", "say --device=cpu");
-  if (ranks && ranks->size() > 1) refuse("LM finds cameras in one process alone", "start it without mpirun");
 }
 
 }  // namespace
@@ -105,7 +104,7 @@ void CheckJointLm(const TrainOptions& options, const Ranks* ranks, bool is_on_de
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages, Ranks* ranks) {
   CheckViews(scene);
   CheckTarget(scene, options);
-  CheckJointLm(options, ranks, stages.device_memory != nullptr);
+  CheckJointLm(options, stages.device_memory != nullptr);
   CheckRanks(scene, options, stages, ranks);
   CheckStored(scene, options, ranks, stages.device_memory != nullptr);
 }

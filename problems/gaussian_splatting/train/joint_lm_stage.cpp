@@ -1,12 +1,16 @@
 #include "problems/gaussian_splatting/train/joint_lm_stage.h"
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "problems/gaussian_splatting/cameras/joint_parts.h"
 #include "problems/gaussian_splatting/cameras/refine_jointly.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
+#include "solver/distributed/distributed_problem.h"
 
 namespace vesta::gs {
 namespace {
@@ -25,10 +29,24 @@ JointOptions OptionsOf(const TrainingSession& session, int done, bool eliminate_
           .eliminate_views = eliminate_views};
 }
 
-LmStepper<B> MakeStepper(const vesta::LmOptions& engine, B& backend, JointProblem<float>& problem, LmStart& start,
-                         const SplatModel& model, const std::vector<ViewUnknowns>& found) {
+// Spread over processes, where there are any.
+class SharedProblem {
+ public:
+  SharedProblem(Ranks* ranks, JointProblem<float>& problem) : problem_(problem), parts_(problem) {
+    if (ranks) distributed_.emplace(*ranks, parts_);
+  }
+  Problem<B>& operator*() { return distributed_ ? static_cast<Problem<B>&>(*distributed_) : problem_; }
+
+ private:
+  JointProblem<float>& problem_;
+  JointParts<float> parts_;
+  std::optional<DistributedProblem<B>> distributed_;
+};
+
+LmStepper<B> MakeStepper(const vesta::LmOptions& engine, B& backend, Problem<B>& problem, const JointLayout& layout,
+                         LmStart& start, const SplatModel& model, const std::vector<ViewUnknowns>& found) {
   if (start.saved()) return {engine, backend, problem, start.solve()};
-  return {engine, backend, problem, JointStart(problem.layout(), model, found)};
+  return {engine, backend, problem, JointStart(layout, model, found)};
 }
 
 std::vector<ViewUnknowns> UnknownsOf(const JointLayout& layout, const LmStepper<B>& stepper) {
@@ -46,12 +64,13 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
   // What was found is from there, with photographs as they are.
   const std::vector<const View*>& given = cameras.given();
   std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
-  const std::vector<TargetView<B>> targets =
-      MakeTargets<B>(given, options.near, {0, static_cast<Index>(given.size())}, &photographs);
+  const std::vector<TargetView<B>> targets = MakeTargets<B>(
+      given, options.near, OwnTrainingViews(session.ranks(), static_cast<Index>(given.size())), &photographs);
   JointProblem<float> problem(ProblemOptionsOf(options, model, start.shape.units), targets);
   const JointLayout& layout = problem.layout();
+  SharedProblem shared(session.ranks(), problem);
   B backend;
-  LmStepper<B> stepper = MakeStepper(EngineOptionsOf(options), backend, problem, start, model, cameras.found());
+  LmStepper<B> stepper = MakeStepper(EngineOptionsOf(options), backend, *shared, layout, start, model, cameras.found());
   if (start.saved() && !cameras.Restore(UnknownsOf(layout, stepper))) session.RefuseSavedStage();
   model.data = std::vector<float>();  // until the stepper is done its x begins with the model
   const auto best = [&] { return BestOf(stepper, model); };

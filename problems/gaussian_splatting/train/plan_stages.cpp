@@ -51,29 +51,30 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
 LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const MemoryScene& counts,
                    TrainResult* result) {
   const TrainOptions& options = session.options();
+  const bool finds_cameras = FindsCamerasByLm(options);
   LmPlan plan{options.lm};
   const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
   try {
-    if (FindsCamerasByLm(options)) {
-      plan = PlanJointLm(counts, options, memory);
-      if (!plan.eliminate_views)
-        session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
-      return plan;
-    }
-    plan = PlanLm(counts, options, memory);
-    const JacobianKind asked = options.lm.jacobian, planned = plan.lm.jacobian;
-    // A device always holds views where they fit, so that choice needs no note.
-    const bool as_ever = stages.device_memory && asked == JacobianKind::kRebuild && planned == JacobianKind::kRecompute;
-    if (planned != asked && !as_ever) {
-      session.Note(fmt::format("LM with lm.jacobian={} in place of {}", schema::NameOf(planned, kJacobianKinds),
-                               schema::NameOf(asked, kJacobianKinds)));
-    }
+    plan = finds_cameras ? PlanJointLm(counts, options, memory) : PlanLm(counts, options, memory);
   } catch (const Error& error) {
     // What Adam has made is not lost for want of memory.
     if (!options.adam.runs()) throw;
     result->lm_left_out = error.what();
   }
   if (session.OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  if (finds_cameras) {
+    plan.eliminate_views = !session.OnAny(!plan.eliminate_views);  // all solve one system
+    if (!plan.eliminate_views) {
+      session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
+    }
+  }
+  const JacobianKind asked = options.lm.jacobian, planned = plan.lm.jacobian;
+  // A device always holds views where they fit, so that choice needs no note.
+  const bool as_ever = stages.device_memory && asked == JacobianKind::kRebuild && planned == JacobianKind::kRecompute;
+  if (planned != asked && !as_ever) {
+    session.Note(fmt::format("LM with lm.jacobian={} in place of {}", schema::NameOf(planned, kJacobianKinds),
+                             schema::NameOf(asked, kJacobianKinds)));
+  }
   return plan;
 }
 

@@ -140,16 +140,6 @@ TEST_F(JointLm, RefusesWhatItCannotFind) {
   TrainOptions small = Options(CameraChoice::kPose, 1);
   small.memory.budget_gib = 0.003;
   EXPECT_THAT(Refusal(small), HasSubstr("--memory_budget=0.003: "));
-  vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
-    TrainCallbacks callbacks;
-    callbacks.ranks = &ranks;
-    try {
-      Refine(given_, model_, Options(CameraChoice::kPose, 1), 0, callbacks);
-      ADD_FAILURE() << "not refused";
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr("without mpirun, or find them in an Adam stage"));
-    }
-  });
 }
 
 // The state of the stage has the cameras a second time, as the run has them.

@@ -1,0 +1,41 @@
+// Splats, cameras and exposures cut into runs of views, to be spread over processes.
+#pragma once
+
+#include <vector>
+
+#include "problems/gaussian_splatting/cameras/joint_problem.h"
+#include "problems/gaussian_splatting/model/view_owners.h"
+#include "solver/distributed/problem_parts.h"
+
+namespace vesta::gs {
+
+// Each part has all Gaussians, a run of the views, and their cameras and exposures, which are eliminated part by part.
+// Of views that fall to others nothing is looked at.
+template <class S>
+class JointParts final : public ProblemParts<CpuBackend<S>> {
+ public:
+  using B = CpuBackend<S>;
+
+  // As many as SplatParts has. whole must outlive this object.
+  explicit JointParts(JointProblem<S>& whole) : whole_(whole), layout_(whole.layout()) {}
+
+  int num_parts() const override { return ViewRunsOf(layout_.views); }
+  ProblemPart<B> Make(int part) override {
+    const Share run = ViewsOfRun(layout_.views, part);
+    const Index n = layout_.free.num_tangent();
+    return {whole_.MakePart(run),
+            {},
+            {{0, 0, layout_.splats}, {layout_.splats, layout_.splats + run.begin * n, run.size() * n}}};
+  }
+  Index num_parameters() const override { return layout_.num_parameters(); }
+  Index num_tangent() const override { return layout_.num_tangent(); }
+  std::vector<BlockGroup> block_groups() const override { return whole_.block_groups(); }
+  Problem<B>* geometry() override { return &whole_; }
+  bool eliminates() const override { return whole_.eliminates_views(); }
+
+ private:
+  JointProblem<S>& whole_;
+  const JointLayout& layout_;
+};
+
+}  // namespace vesta::gs
