@@ -1,22 +1,31 @@
 // Where the numbers of splats and views lie in a vector of the engine.
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
 
 namespace vesta::gs {
 
-// x: first the splats' parameters, then for each view kViewParameters. A step: the splats', then those of each view
-// that are free.
+// x: first the splats' parameters, then for each view kViewParameters, its lens among them. A step: the splats', then
+// each lens's, which views share, then those of each view that are free and its own.
 struct JointLayout {
   Index splats = 0;  // parameters of all Gaussians
   Index views = 0;
   FreeUnknowns free = {};
+  // Where lenses are free: how many there are, and which of them each view of x has.
+  Index lenses = 0;
+  std::vector<std::size_t> lens_of = {};
   // Of a part of a problem: x is that of the whole, which has so many more views before and after these.
   Index views_before = 0, views_after = 0;
 
   Index num_parameters() const { return PlaceOf(views + views_after); }
-  Index num_tangent() const { return splats + views * free.num_tangent(); }
+  FreeUnknowns own() const { return free.OwnOfView(); }
+  // Entries of a step that are no view's own.
+  Index shared() const { return splats + lenses * free.lens_tangent(); }
+  Index num_tangent() const { return shared() + views * own().num_tangent(); }
 
   // Of view v, in double.
   template <class S>
@@ -34,10 +43,23 @@ struct JointLayout {
     Pack(unknowns, {numbers, kViewParameters});
     for (Index k = 0; k < kViewParameters; ++k) x[PlaceOf(v) + k] = static_cast<S>(numbers[k]);
   }
-  // The part of a step, or of a gradient, that is view v's.
+  // The part of a step, or of a gradient, that is view v's; that is its lens's.
   template <class T>
   HostSpan<T> StepOf(HostSpan<T> step, Index v) const {
-    return step.subspan(splats + v * free.num_tangent(), free.num_tangent());
+    return step.subspan(shared() + v * own().num_tangent(), own().num_tangent());
+  }
+  template <class T>
+  HostSpan<T> LensStepOf(HostSpan<T> step, Index v) const {
+    return step.subspan(splats + (lenses > 0 ? LensOf(v) * free.lens_tangent() : 0), free.lens_tangent());
+  }
+  Index LensOf(Index v) const { return static_cast<Index>(lens_of[static_cast<std::size_t>(views_before + v)]); }
+  // Both, as ViewUnknowns has a step.
+  template <class T>
+  std::vector<double> WholeStepOf(HostSpan<T> step, Index v) const {
+    const HostSpan<T> of_view = StepOf(step, v), of_lens = LensStepOf(step, v);
+    std::vector<double> whole(of_view.begin(), of_view.end());
+    whole.insert(whole.end(), of_lens.begin(), of_lens.end());
+    return whole;
   }
 
  private:

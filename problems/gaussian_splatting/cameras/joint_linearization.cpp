@@ -1,11 +1,14 @@
 #include "problems/gaussian_splatting/cameras/joint_linearization.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include "kernels/core/for_each.h"
+#include "kernels/gaussian_splatting/lens_jacobian.h"
 #include "kernels/gaussian_splatting/pose_jacobian.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/joint_reduced.h"
+#include "problems/gaussian_splatting/cameras/joint_view.h"
 #include "problems/gaussian_splatting/lm/view_agreement.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 
@@ -13,6 +16,16 @@ namespace vesta::gs {
 namespace {
 
 constexpr Index kGrain = 16384;  // parameters
+
+// Rows and columns [begin, end) of a square matrix, n numbers a side.
+std::vector<double> SquareOf(const std::vector<double>& H, int n, int begin, int end) {
+  std::vector<double> square;
+  for (int row = begin; row < end; ++row) {
+    const auto at = H.begin() + static_cast<std::ptrdiff_t>(row) * n;
+    square.insert(square.end(), at + begin, at + end);
+  }
+  return square;
+}
 
 // body(channel, place) for every value of a planar image.
 template <class S, class Body>
@@ -74,6 +87,7 @@ void JointLinearization<S>::MakeUnits() {
     const View own = layout_.StepOf(gradient_.view(), v);
     std::copy_n(layout_.StepOf(g, v).data(), own.size(), own.data());
   }
+  if (steers) std::copy_n(of_view.data() + n, layout_.shared() - n, gradient_.data() + n);
   if (steers && !is_part()) DescentOfSplats(layout_.views, gradient_, descent_);
 }
 
@@ -89,13 +103,14 @@ void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradie
   const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
   unit.target = &target;
   unit.unknowns = layout_.UnknownsOf(x_, v);
-  unit.view.Build(model_, Moved(target.camera, unit.unknowns.motion), options_.splats.background.data(),
+  unit.unbent_by = BendOf(options_, layout_, v);
+  unit.view.Build(model_, AsFound(target.camera, unit.unknowns), options_.splats.background.data(),
                   scratch_->workspace);
   unit.rendered.ResizeForOverwrite(target.shape().NumValues());
   unit.view.Render(unit.rendered.data());
   const View shown = scratch_->Weighted(unit.values());
   B().Copy(unit.rendered, shown);
-  unit.unknowns.color.Apply(shown);
+  ShowAsFound(unit.unknowns, unit.unbent_by, target, *scratch_, shown);
   LinearizeLoss(scratch_->loss, target, shown, image_gradient, unit.W);
   unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, unit.values());
   unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, unit.values());
@@ -110,7 +125,7 @@ auto JointLinearization<S>::residuals() const -> ConstView {
     for (const JointUnit<S>& unit : units_) {
       const View part = residuals_.view().subspan(at, unit.values());
       B().Copy(unit.rendered, part);
-      unit.unknowns.color.Apply(part);
+      ShowAsFound(unit.unknowns, unit.unbent_by, *unit.target, *scratch_, part);
       B().Axpby(-1.0, unit.target->truth, 1.0, part);
       at += unit.values();
       for (const double r : unit.prior) residuals_[prior++] = static_cast<S>(r);
@@ -120,30 +135,61 @@ auto JointLinearization<S>::residuals() const -> ConstView {
 }
 
 template <class S>
-void JointLinearization<S>::ApplySplatJ(const JointUnit<S>& unit, const S* v, View d_image) {
-  unit.view.ApplyJ(model_, v, d_image.data(), scratch_->workspace);
+void JointLinearization<S>::ApplyImageJ(Index v, ConstView step, const splat::PoseTangent* pose, View d_image) {
+  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+  splat::LensTangent lens;
+  const ConstView of_lens = layout_.LensStepOf(step, v);
+  for (int k = 0; k < layout_.free.pinhole_tangent(); ++k) lens.v[k] = static_cast<double>(of_lens[k]);
+  ApplyModelAndCameraJ(unit.view, model_, step.data(), pose, layout_.free.lens ? &lens : nullptr, d_image.data(),
+                       scratch_->workspace);
+}
+
+template <class S>
+void JointLinearization<S>::AddBendJ(Index v, ConstView step, View d_image) {
+  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+  const ConstView of_lens = layout_.LensStepOf(step, v);
+  for (int k = 0; unit.unbent_by && k < kRadialTangent; ++k) {
+    const View column = scratch_->Column(unit.values());
+    PhotographBend(*unit.target, k, column);
+    B().Axpby(static_cast<double>(of_lens[layout_.free.Radial(k)]), column, 1.0, d_image);
+  }
+}
+
+template <class S>
+void JointLinearization<S>::ApplySharedJ(Index v, ConstView step, View d_image) {
+  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+  ApplyImageJ(v, step, nullptr, d_image);
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   ForChannels(d_image, [&](int c, Index i) { d_image[i] *= gain[static_cast<std::size_t>(c)]; });
+  AddBendJ(v, step, d_image);
   ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
 template <class S>
-void JointLinearization<S>::AddSplatJT(const JointUnit<S>& unit, View u, S* g) {
+void JointLinearization<S>::AddSharedJT(Index v, View u, View g) {
+  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+  const View of_lens = layout_.LensStepOf(g, v);
   ClearLeftOut<B>(unit.target->mask, u);
+  for (int k = 0; unit.unbent_by && k < kRadialTangent; ++k) {
+    const View column = scratch_->Column(unit.values());
+    PhotographBend(*unit.target, k, column);
+    of_lens[layout_.free.Radial(k)] += static_cast<S>(Dot(column.data(), u.data(), unit.values()));
+  }
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   ForChannels(u, [&](int c, Index i) { u[i] *= gain[static_cast<std::size_t>(c)]; });
-  unit.view.AddJT(model_, unit.rendered.data(), u.data(), g, scratch_->workspace);
+  unit.view.AddJT(model_, unit.rendered.data(), u.data(), g.data(), scratch_->workspace);
+  if (!layout_.free.lens) return;
+  // What the adjoint pass has left: the cotangents of the splats.
+  const splat::LensTangent lens = LensCotangent(unit.view, scratch_->workspace.splat_sums.data());
+  for (int k = 0; k < layout_.free.pinhole_tangent(); ++k) of_lens[k] += static_cast<S>(lens.v[k]);
 }
 
 template <class S>
 void JointLinearization<S>::ApplyViewJ(Index v, ConstView step, View d_image) {
   const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
   const ConstView own = layout_.StepOf(step, v);
-  if (layout_.free.pose) {
-    ApplyModelAndPoseJ(unit.view, model_, step.data(), PoseOf(own), d_image.data(), scratch_->workspace);
-  } else {
-    unit.view.ApplyJ(model_, step.data(), d_image.data(), scratch_->workspace);
-  }
+  const splat::PoseTangent pose = layout_.free.pose ? PoseOf(own) : splat::PoseTangent();
+  ApplyImageJ(v, step, layout_.free.pose ? &pose : nullptr, d_image);
   const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
   std::array<S, 3> d_gain{}, d_offset{};
   for (int c = 0; layout_.free.color && c < ImageShape::kChannels; ++c) {
@@ -154,6 +200,7 @@ void JointLinearization<S>::ApplyViewJ(Index v, ConstView step, View d_image) {
     const auto c = static_cast<std::size_t>(channel);
     d_image[i] = gain[c] * d_image[i] + (d_gain[c] * unit.rendered[i] + d_offset[c]);
   });
+  AddBendJ(v, step, d_image);
   ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
@@ -168,9 +215,8 @@ void JointLinearization<S>::AddViewJT(Index v, View u, View g) {
     own[layout_.free.Gain(c)] += static_cast<S>(Dot(unit.rendered.data() + c * plane, channel, plane));
     own[layout_.free.Offset(c)] += static_cast<S>(Sum(channel, plane));
   }
-  AddSplatJT(unit, u, g.data());
+  AddSharedJT(v, u, g);
   if (!layout_.free.pose) return;
-  // What the adjoint pass has left: the cotangents of the splats.
   const splat::PoseTangent xi = PoseCotangent(unit.view, model_, scratch_->workspace.splat_sums.data());
   for (int k = 0; k < splat::kPoseTangent; ++k) own[k] += static_cast<S>(xi.v[k]);
 }
@@ -178,12 +224,11 @@ void JointLinearization<S>::AddViewJT(Index v, View u, View g) {
 template <class S>
 void JointLinearization<S>::ApplyPriorJ(Index v, ConstView step, S* out) const {
   const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
-  const ConstView own = layout_.StepOf(step, v);
-  for (Index i = 0; i < own.size(); ++i) {
+  const std::vector<double> whole = layout_.WholeStepOf(step, v);
+  const std::size_t n = whole.size();
+  for (std::size_t i = 0; i < n; ++i) {
     double sum = 0;
-    for (Index j = 0; j < own.size(); ++j) {
-      sum += J[static_cast<std::size_t>(i * own.size() + j)] * static_cast<double>(own[j]);
-    }
+    for (std::size_t j = 0; j < n; ++j) sum += J[i * n + j] * whole[j];
     out[i] = static_cast<S>(sum);
   }
 }
@@ -191,13 +236,25 @@ void JointLinearization<S>::ApplyPriorJ(Index v, ConstView step, S* out) const {
 template <class S>
 void JointLinearization<S>::AddPriorJT(Index v, const S* u, View g) const {
   const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
-  const View own = layout_.StepOf(g, v);
-  for (Index j = 0; j < own.size(); ++j) {
+  const View own = layout_.StepOf(g, v), of_lens = layout_.LensStepOf(g, v);
+  const Index n = own.size() + of_lens.size();
+  for (Index j = 0; j < n; ++j) {
     double sum = 0;
-    for (Index i = 0; i < own.size(); ++i) {
-      sum += J[static_cast<std::size_t>(i * own.size() + j)] * static_cast<double>(u[i]);
-    }
-    own[j] += static_cast<S>(sum);
+    for (Index i = 0; i < n; ++i) sum += J[static_cast<std::size_t>(i * n + j)] * static_cast<double>(u[i]);
+    (j < own.size() ? own[j] : of_lens[j - own.size()]) += static_cast<S>(sum);
+  }
+}
+
+template <class S>
+void JointLinearization<S>::AddPriorOfLens(Index v, ConstView x, View y) const {
+  const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
+  const ConstView of_lens = layout_.LensStepOf(x, v);
+  const View to = layout_.LensStepOf(y, v);
+  const Index n = layout_.free.num_tangent();
+  for (Index k = 0; k < of_lens.size(); ++k) {
+    const Index at = layout_.free.Lens(static_cast<int>(k));  // where J is diagonal
+    const double j = J[static_cast<std::size_t>(at * n + at)];
+    to[k] += static_cast<S>(j * j * static_cast<double>(of_lens[k]));
   }
 }
 
@@ -308,10 +365,17 @@ const SplatGrams<CpuBackend<S>>& JointLinearization<S>::Grams() {
 template <class S>
 const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& unit) {
   if (!unit.curvature.empty()) return unit.curvature;
-  const ViewColumns<B> columns = ColumnsOf(
+  ViewColumns<B> columns = ColumnsOf(
       layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
       MovesOf<B>(layout_.free, *unit.target, unit.view, model_, unit.rendered.view(), scratch_->workspace).view());
+  for (int k = 0; k < layout_.free.radial_tangent(); ++k) {
+    const View column = columns.image(columns.num_images() - kRadialTangent + k);
+    B().Fill(0, column);
+    if (unit.unbent_by) PhotographBend(*unit.target, k, column);
+    ClearLeftOut<B>(unit.target->mask, column);
+  }
   unit.curvature = WeightedGram(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
+  if (options_.eliminate_views && layout_.free.lens) unit.weighted = unit.weighted.OwnOfView();
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
   const std::vector<double>& J = unit.prior_jacobian;
   for (std::size_t row = 0; row < n; ++row) {
@@ -325,28 +389,46 @@ const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& un
 template <class S>
 void JointLinearization<S>::DiagJTJ(View d) {
   Grams().CopyDiagonal(d.subspan(0, layout_.splats));
-  const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
+  B().Fill(0, d.subspan(layout_.splats, layout_.shared() - layout_.splats));
+  const Index n = layout_.free.num_tangent();
   for (std::size_t v = 0; v < units_.size(); ++v) {
-    const View own = layout_.StepOf(d, static_cast<Index>(v));
+    const View own = layout_.StepOf(d, static_cast<Index>(v)), of_lens = layout_.LensStepOf(d, static_cast<Index>(v));
     const std::vector<double>& H = CurvatureOf(v);
-    for (std::size_t k = 0; k < n; ++k) own[static_cast<Index>(k)] = static_cast<S>(H[k * n + k]);
+    const auto at = [&](Index k) { return static_cast<S>(H[static_cast<std::size_t>(k * n + k)]); };
+    for (Index k = 0; k < own.size(); ++k) own[k] = at(k);
+    for (Index k = 0; k < of_lens.size(); ++k) of_lens[k] += at(own.size() + k);
   }
   if (is_part()) ReleaseGrams();  // others' would be held beside them
 }
 
 template <class S>
-std::vector<BlockGroup> JointLinearization<S>::block_groups() const {
-  return BlockGroupsOf(options_, layout_);
+void JointLinearization<S>::BlockGram(BlockDiagonal<B>& blocks) {
+  Grams().CopyBlocks(blocks);
+  const int own = layout_.own().num_tangent(), all = layout_.free.num_tangent(),
+            of_views = static_cast<int>(blocks.groups().size()) - 1;
+  for (std::size_t v = 0; v < units_.size(); ++v) {
+    const std::vector<double> block = SquareOf(CurvatureOf(v), all, 0, own);
+    FillBlock(block, own, static_cast<Index>(v), layout_.views, blocks.values(of_views));
+  }
+  if (layout_.lenses > 0) {
+    AddLensBlocks([&](Index v) { return SquareOf(CurvatureOf(static_cast<std::size_t>(v)), all, own, all); },
+                  blocks.values(of_views - 1));
+  }
+  if (!options_.eliminate_views) ReleaseGrams();  // nobody asks again unless a step is refused
 }
 
 template <class S>
-void JointLinearization<S>::BlockGram(BlockDiagonal<B>& blocks) {
-  Grams().CopyBlocks(blocks);
-  const auto values = blocks.values(static_cast<int>(blocks.groups().size()) - 1);
-  for (std::size_t v = 0; v < units_.size(); ++v) {
-    FillBlock(CurvatureOf(v), layout_.free.num_tangent(), static_cast<Index>(v), layout_.views, values);
+void JointLinearization<S>::AddLensBlocks(const std::function<std::vector<double>(Index)>& of_view, View values) const {
+  const int n = layout_.free.lens_tangent();
+  std::vector<std::vector<double>> sums(static_cast<std::size_t>(layout_.lenses),
+                                        std::vector<double>(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)));
+  for (Index v = 0; v < layout_.views; ++v) {
+    std::vector<double>& sum = sums[static_cast<std::size_t>(layout_.LensOf(v))];
+    std::ranges::transform(sum, of_view(v), sum.begin(), std::plus());
   }
-  if (!options_.eliminate_views) ReleaseGrams();  // nobody asks again unless a step is refused
+  for (Index lens = 0; lens < layout_.lenses; ++lens) {
+    FillBlock(sums[static_cast<std::size_t>(lens)], n, lens, layout_.lenses, values);
+  }
 }
 
 template <class S>

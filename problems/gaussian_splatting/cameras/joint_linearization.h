@@ -1,7 +1,9 @@
 // Splats, cameras and exposures at one x.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,12 +18,13 @@ template <class S>
 struct JointUnit {
   const TargetView<CpuBackend<S>>* target = nullptr;
   ViewUnknowns unknowns;
+  std::optional<RadialCoefficients> unbent_by;  // BendOf
   splat::SplatView<S> view;
   HostBuffer<S> rendered;  // before the exposure
   typename PhotometricLoss<S>::Linearization W;
   std::vector<double> prior, prior_jacobian;  // ViewPrior's
-  // J_c^T W J_c of the view's own unknowns, the prior's included; made when it is asked for. W J_c: only where views
-  // may be eliminated.
+  // J_c^T W J_c of the view's own unknowns and then of its lens, the prior's included; made when it is asked for. W J_c
+  // of its own: only where views may be eliminated.
   std::vector<double> curvature;
   ViewColumns<CpuBackend<S>> weighted;
 
@@ -57,10 +60,9 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   void SquaredGradients(View squares) override;
   // gradient, squares: of the whole.
   void DescentOf(Index units, ConstView gradient, View squares) const override;
-  // Exact for views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
+  // Exact for lenses and views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(View d) override;
-  // Those of the splats, then one block for each view.
-  std::vector<BlockGroup> block_groups() const override;
+  std::vector<BlockGroup> block_groups() const override { return BlockGroupsOf(options_, layout_); }
   void BlockGram(BlockDiagonal<B>& blocks) override;
   // Null unless the options have it.
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
@@ -69,9 +71,14 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   const JointLayout& layout() const { return layout_; }
   const std::vector<JointUnit<S>>& units() const { return units_; }
   bool sh_blocks() const { return options_.splats.sh_blocks; }
-  // d_image = J of the splats alone; g += its transpose times u, an image, which is overwritten.
-  void ApplySplatJ(const JointUnit<S>& unit, const S* v, View d_image);
-  void AddSplatJT(const JointUnit<S>& unit, View u, S* g);
+  // d_image = J of view v by what is no view's own, splats and lens; g += its transpose times u, an image, which is
+  // overwritten.
+  void ApplySharedJ(Index v, ConstView step, View d_image);
+  void AddSharedJT(Index v, View u, View g);
+  // y += what view v's prior adds to H x of its lens.
+  void AddPriorOfLens(Index v, ConstView x, View y) const;
+  // values of the lenses' block group = the sums over each one's views of what is given of a view.
+  void AddLensBlocks(const std::function<std::vector<double>(Index)>& of_view, View values) const;
   void ApplyW(const JointUnit<S>& unit, ConstView u, View Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
   // What both hold of the diagonal and the blocks.
   const SplatGrams<B>& Grams();
@@ -99,6 +106,9 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   void ApplyPriorJ(Index v, ConstView step, S* out) const;
   void AddPriorJT(Index v, const S* u, View g) const;
   const std::vector<double>& MakeCurvature(JointUnit<S>& unit);
+  // d_image = the derivative of what is rendered, and what bends add to that of what is shown.
+  void ApplyImageJ(Index v, ConstView step, const splat::PoseTangent* pose, View d_image);
+  void AddBendJ(Index v, ConstView step, View d_image);
 
   JointProblemOptions options_;
   JointLayout layout_;

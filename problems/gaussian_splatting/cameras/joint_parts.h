@@ -9,7 +9,8 @@
 
 namespace vesta::gs {
 
-// Each part has all Gaussians, a run of the views, and their cameras and exposures, which are eliminated part by part.
+// Each part has all Gaussians and lenses, a run of the views, and their poses and exposures, which are eliminated part
+// by part.
 // Of views that fall to others nothing is looked at.
 template <class S>
 class JointParts final : public ProblemParts<CpuBackend<S>> {
@@ -22,10 +23,8 @@ class JointParts final : public ProblemParts<CpuBackend<S>> {
   int num_parts() const override { return ViewRunsOf(layout_.views); }
   ProblemPart<B> Make(int part) override {
     const Share run = ViewsOfRun(layout_.views, part);
-    const Index n = layout_.free.num_tangent();
-    return {whole_.MakePart(run),
-            {},
-            {{0, 0, layout_.splats}, {layout_.splats, layout_.splats + run.begin * n, run.size() * n}}};
+    const Index n = layout_.own().num_tangent(), shared = layout_.shared();
+    return {whole_.MakePart(run), {}, {{0, 0, shared}, {shared, shared + run.begin * n, run.size() * n}}};
   }
   Index num_parameters() const override { return layout_.num_parameters(); }
   Index num_tangent() const override { return layout_.num_tangent(); }

@@ -8,6 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/joint_linearization.h"
+#include "problems/gaussian_splatting/cameras/joint_view.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 
@@ -15,9 +16,13 @@ namespace vesta::gs {
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout) {
   std::vector<BlockGroup> groups = SplatBlockGroups(options.splats, options.splats.sh_blocks);
-  const int n = layout.free.num_tangent();
+  const int lens = layout.free.lens_tangent(), own = layout.own().num_tangent();
+  if (lens > 0) {
+    groups.push_back(
+        {.size = lens, .count = layout.lenses, .offset = layout.splats, .component_stride = 1, .block_stride = lens});
+  }
   groups.push_back(
-      {.size = n, .count = layout.views, .offset = layout.splats, .component_stride = 1, .block_stride = n});
+      {.size = own, .count = layout.views, .offset = layout.shared(), .component_stride = 1, .block_stride = own});
   return groups;
 }
 
@@ -29,8 +34,17 @@ JointProblem<S>::JointProblem(const JointProblemOptions& options, std::span<cons
       splats_(std::make_shared<SplatProblem<B>>(options.splats, views)),
       scratch_(std::make_shared<JointScratch<S>>(options.splats.weights)) {
   VESTA_CHECK(!views.empty(), "no views to find cameras of");
-  VESTA_CHECK(options.free.num_tangent() > 0, "views with neither pose nor colour to find");
-  VESTA_CHECK(!options.free.lens, "lenses are no unknowns of the joint problem: views share them");
+  VESTA_CHECK(layout_.own().num_tangent() > 0, "views with neither pose nor colour to find");
+  if (options.free.lens) {
+    VESTA_CHECK(options.lens_of.size() == views.size(), "lenses of {} views, of {}", options.lens_of.size(),
+                views.size());
+    layout_.lens_of = options.lens_of;
+    layout_.lenses = static_cast<Index>(*std::ranges::max_element(options.lens_of)) + 1;
+  }
+  if (options.free.radial_tangent() > 0) {
+    VESTA_CHECK(options.unbent_by.size() == views.size(), "bends of {} views, of {}", options.unbent_by.size(),
+                views.size());
+  }
   VESTA_CHECK(options.prior.weight >= 0 && std::isfinite(options.prior.weight),
               "a prior of weight {}; choose 0 or more", options.prior.weight);
   VESTA_CHECK(options.prior.depth > 0 && std::isfinite(options.prior.depth), "a depth of {}; it must be above 0",
@@ -72,13 +86,12 @@ double JointProblem<S>::Cost(ConstView x, std::span<const Index> units) {
   for (const Index v : units) {
     const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
     const ViewUnknowns unknowns = layout_.UnknownsOf(x, v);
-    if (!std::ranges::all_of(unknowns.color.gain, [](double gain) { return gain > 0; })) {
-      return std::numeric_limits<double>::infinity();
-    }
-    view.Build(model, Moved(target.camera, unknowns.motion), options_.splats.background.data(), scratch_->workspace);
+    const bool has_gains = std::ranges::all_of(unknowns.color.gain, [](double gain) { return gain > 0; });
+    if (!has_gains || !IsLens(unknowns.lens, target.camera)) return std::numeric_limits<double>::infinity();
+    view.Build(model, AsFound(target.camera, unknowns), options_.splats.background.data(), scratch_->workspace);
     image.ResizeForOverwrite(target.truth.size());
     view.Render(image.data());
-    unknowns.color.Apply(image.view());
+    ShowAsFound(unknowns, BendOf(options_, layout_, v), target, *scratch_, image.view());
     cost += EvaluateLoss(scratch_->loss, target, image.view()).cost;
     for (const double r : options_.prior.Residuals(unknowns, options_.free, image.size())) cost += r * r / 2;
   }
@@ -106,9 +119,9 @@ void JointProblem<S>::Plus(B& backend, ConstView x, ConstView delta, View out) {
   backend.Copy(x, out);
   backend.Axpby(1.0, delta.subspan(0, n), 1.0, out.subspan(0, n));
   for (Index v = 0; v < layout_.views; ++v) {
-    const auto own = layout_.StepOf(delta, v);
-    const std::vector<double> step(own.begin(), own.end());
-    layout_.SetUnknowns(gs::Plus(layout_.UnknownsOf(x, v), options_.free, {step.data(), own.size()}), v, out);
+    const std::vector<double> step = layout_.WholeStepOf(delta, v);
+    const HostSpan<const double> numbers(step.data(), static_cast<Index>(step.size()));
+    layout_.SetUnknowns(gs::Plus(layout_.UnknownsOf(x, v), options_.free, numbers), v, out);
   }
 }
 

@@ -6,18 +6,24 @@ namespace vesta::gs {
 
 template <class S>
 JointReducedSystem<S>::JointReducedSystem(JointLinearization<S>& linearization)
-    : linearization_(linearization), layout_(linearization.layout()), views_(layout_.num_tangent() - layout_.splats) {}
+    : linearization_(linearization),
+      layout_(linearization.layout()),
+      views_(layout_.num_tangent() - layout_.shared()) {}
 
 template <class S>
 void JointReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
   lambda_ = lambda;
-  metric_ = linearization_.is_part() ? ConstView() : metric.subspan(0, layout_.splats);
+  metric_ = linearization_.is_part() ? ConstView() : metric.subspan(0, layout_.shared());
   blocks_.clear();
-  const int n = layout_.free.num_tangent();
-  std::copy(metric.begin() + layout_.splats, metric.end(), views_.begin());
+  const int n = layout_.own().num_tangent(), all = layout_.free.num_tangent();
+  std::copy(metric.begin() + layout_.shared(), metric.end(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     BlockDiagonal<CpuBackend<double>>& C = blocks_.emplace_back(n, std::vector<BlockGroup>{{.size = n, .count = 1}});
-    FillBlock(linearization_.CurvatureOf(v), n, 0, 1, C.values(0));
+    const std::vector<double>& H = linearization_.CurvatureOf(v);
+    for (int row = 0; row < n; ++row) {
+      for (int col = 0; col <= row; ++col)
+        C.values(0)[PackedLower(row, col)] = H[static_cast<std::size_t>(row * all + col)];
+    }
     C.AddToDiagonal(lambda, ViewPart(v));
     C.Factorize();
   }
@@ -25,15 +31,15 @@ void JointReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
 
 template <class S>
 void JointReducedSystem<S>::ReduceRhs(ConstView rhs, View reduced) {
-  B().Copy(rhs.subspan(0, layout_.splats), reduced);
-  std::copy(rhs.begin() + layout_.splats, rhs.end(), views_.begin());
+  B().Copy(rhs.subspan(0, layout_.shared()), reduced);
+  std::copy(rhs.begin() + layout_.shared(), rhs.end(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<S>& unit = linearization_.units()[v];
     const View image = linearization_.scratch().Image(unit.values());
     B().Fill(0, image);
     SolveView(v);
     unit.weighted.Add(-1, ViewPart(v).data(), image.data());
-    linearization_.AddSplatJT(unit, image, reduced.data());
+    linearization_.AddSharedJT(static_cast<Index>(v), image, reduced);
   }
 }
 
@@ -45,12 +51,13 @@ void JointReducedSystem<S>::Apply(ConstView x, View y) {
     const JointUnit<S>& unit = linearization_.units()[v];
     const View image = linearization_.scratch().Image(unit.values()),
                weighted = linearization_.scratch().Weighted(unit.values());
-    linearization_.ApplySplatJ(unit, x.data(), image);
+    linearization_.ApplySharedJ(static_cast<Index>(v), x, image);
     linearization_.ApplyW(unit, image, weighted);
     unit.weighted.Project(image.data(), ViewPart(v).data());
     SolveView(v);
     unit.weighted.Add(-1, ViewPart(v).data(), weighted.data());
-    linearization_.AddSplatJT(unit, weighted, y.data());
+    linearization_.AddSharedJT(static_cast<Index>(v), weighted, y);
+    linearization_.AddPriorOfLens(static_cast<Index>(v), x, y);
   }
 }
 
@@ -60,13 +67,13 @@ void JointReducedSystem<S>::BackSubstitute(ConstView rhs, View step) {
     const JointUnit<S>& unit = linearization_.units()[v];
     const View image = linearization_.scratch().Image(unit.values());
     const HostSpan<double> part = ViewPart(v);
-    linearization_.ApplySplatJ(unit, step.data(), image);
+    linearization_.ApplySharedJ(static_cast<Index>(v), step, image);
     unit.weighted.Project(image.data(), part.data());
     const ConstView own = layout_.StepOf(rhs, static_cast<Index>(v));
     for (Index k = 0; k < part.size(); ++k) part[k] = static_cast<double>(own[k]) - part[k];
     SolveView(v);
   }
-  std::copy(views_.begin(), views_.end(), step.begin() + layout_.splats);
+  std::copy(views_.begin(), views_.end(), step.begin() + layout_.shared());
 }
 
 template <class S>
@@ -77,8 +84,31 @@ std::vector<BlockGroup> JointReducedSystem<S>::kept_groups() const {
 }
 
 template <class S>
+std::vector<double> JointReducedSystem<S>::LensSchur(std::size_t view) {
+  const std::vector<double>& H = linearization_.CurvatureOf(view);
+  const int own = layout_.own().num_tangent(), lens = layout_.free.lens_tangent(), all = own + lens;
+  const auto at = [&](int row, int col) { return H[static_cast<std::size_t>(row * all + col)]; };
+  std::vector<double> schur;
+  const HostSpan<double> part = ViewPart(view);
+  for (int row = 0; row < lens; ++row) {
+    for (int k = 0; k < own; ++k) part[k] = at(own + row, k);
+    SolveView(view);
+    for (int col = 0; col < lens; ++col) {
+      double eliminated = 0;
+      for (int k = 0; k < own; ++k) eliminated += part[k] * at(k, own + col);
+      schur.push_back(at(own + row, own + col) - eliminated);
+    }
+  }
+  return schur;
+}
+
+template <class S>
 void JointReducedSystem<S>::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
   linearization_.Grams().CopyBlocks(diagonal);
+  if (layout_.lenses > 0) {
+    linearization_.AddLensBlocks([&](Index v) { return LensSchur(static_cast<std::size_t>(v)); },
+                                 diagonal.values(static_cast<int>(diagonal.groups().size()) - 1));
+  }
   if (!metric_.empty()) diagonal.AddToDiagonal(lambda_, metric_);
   if (linearization_.is_part()) linearization_.ReleaseGrams();
 }

@@ -14,9 +14,10 @@ class JointScratch {
 
   PhotometricLoss<S> loss;
   splat::ViewWorkspace<S> workspace;
-  // Two images of so many values, each until it is asked for again.
+  // Images of so many values, each until it is asked for again.
   HostSpan<S> Image(Index values) { return Of(values, image_); }
   HostSpan<S> Weighted(Index values) { return Of(values, weighted_); }
+  HostSpan<S> Column(Index values) { return Of(values, column_); }
 
  private:
   static HostSpan<S> Of(Index values, HostBuffer<S>& images) {
@@ -24,7 +25,7 @@ class JointScratch {
     return images.view().subspan(0, values);
   }
 
-  HostBuffer<S> image_, weighted_;
+  HostBuffer<S> image_, weighted_, column_;
 };
 
 }  // namespace vesta::gs

@@ -1,10 +1,13 @@
 #include "problems/gaussian_splatting/cameras/refine_jointly.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/shared_lenses.h"
 #include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/model/targets.h"
@@ -15,7 +18,8 @@ namespace vesta::gs {
 using B = CpuBackend<float>;
 
 JointProblemOptions ProblemOptionsOf(const JointOptions& options, const splat::ModelLayout& layout,
-                                     std::vector<float> units) {
+                                     std::vector<float> units, const std::vector<const View*>& given,
+                                     const std::vector<RadialCoefficients>& unbent_by) {
   JointProblemOptions problem;
   SplatProblemOptions& splats = problem.splats;
   splats = SplatProblemOptionsOf(options.lm, layout);
@@ -25,6 +29,13 @@ JointProblemOptions ProblemOptionsOf(const JointOptions& options, const splat::M
   problem.free = options.free;
   problem.prior = {options.prior_weight, 2 * options.extent};
   problem.eliminate_views = options.eliminate_views;
+  if (options.free.lens) problem.lens_of = LensesSharedBy(given).of;
+  if (options.free.radial_tangent() > 0) {
+    for (std::size_t v = 0; v < given.size(); ++v) {
+      std::optional<RadialCoefficients>& own = problem.unbent_by.emplace_back();
+      if (given[v]->bent) own = unbent_by.empty() ? RadialCoefficients{} : unbent_by[v];
+    }
+  }
   return problem;
 }
 
@@ -55,8 +66,8 @@ JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& 
                 view.color.gain[2]);
   }
   const std::vector<TargetView<B>> targets = MakeTargets<B>(views, options.near);
-  JointProblem<float> problem(ProblemOptionsOf(options, model, LengthUnits(model, views, options.near, options.extent)),
-                              targets);
+  JointProblem<float> problem(
+      ProblemOptionsOf(options, model, LengthUnits(model, views, options.near, options.extent), views), targets);
   const JointLayout& layout = problem.layout();
   HostBuffer<float> x = JointStart(layout, model, start.empty() ? std::vector<ViewUnknowns>(views.size()) : start);
   B backend;

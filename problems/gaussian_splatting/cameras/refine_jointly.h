@@ -1,4 +1,4 @@
-// Splats, cameras and exposures refined at once, by Levenberg-Marquardt on all views.
+// Splats, cameras, lenses and exposures refined at once, by Levenberg-Marquardt on all views.
 #pragma once
 
 #include <array>
@@ -32,9 +32,11 @@ struct JointOptions {
   bool eliminate_views = true;
 };
 
-// The problem of that, of splats laid out so; units: of length, of each Gaussian.
+// The problem of that, of splats laid out so; units: of length, of each Gaussian; given: as RefineJointly has views;
+// unbent_by: what their photographs have been unbent by, of those of lenses that bend; empty: by nothing.
 JointProblemOptions ProblemOptionsOf(const JointOptions& options, const splat::ModelLayout& layout,
-                                     std::vector<float> units);
+                                     std::vector<float> units, const std::vector<const View*>& given,
+                                     const std::vector<RadialCoefficients>& unbent_by = {});
 // How the engine is to solve it.
 vesta::LmOptions EngineOptionsOf(const JointOptions& options);
 // x of the problem: the splats' parameters and the views' unknowns, which are as many as the layout has.
@@ -48,9 +50,10 @@ struct JointRefinement {
 };
 
 // From the model and `start`, one for each view, from as it was given; empty: as given. Views must have their images.
-// What is found has a cost no higher than the start's. Throws Error without views, where nothing of them is free, for
-// images of another size than their cameras', for starts that are not as many as the views or whose gains are not all
-// above 0, and for options out of range. The same bits for any number of threads.
+// Views whose cameras were given alike share a lens. What is found has a cost no higher than the start's. Throws Error
+// without views, where nothing of them is free, for images of another size than their cameras', for starts that are not
+// as many as the views or whose gains are not all above 0, and for options out of range. The same bits for any number
+// of threads.
 JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& views,
                               const std::vector<ViewUnknowns>& start, const JointOptions& options);
 

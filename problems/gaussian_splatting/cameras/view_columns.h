@@ -37,6 +37,8 @@ class ViewColumns {
   // First the pose's, then the gains', then the offsets', then the lens's.
   View image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   ConstView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
+  // A copy without the lens's.
+  ViewColumns OwnOfView() const;
   // Of a step, the number that image k is of in that channel.
   int Place(int k, int channel) const;
 

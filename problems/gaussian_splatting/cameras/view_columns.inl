@@ -18,6 +18,13 @@ int ViewColumns<B>::Place(int k, int channel) const {
 }
 
 template <class B>
+ViewColumns<B> ViewColumns<B>::OwnOfView() const {
+  ViewColumns own(free_.OwnOfView(), shape_);
+  B().Copy(images_.view().subspan(0, own.images_.size()), own.images_.view());
+  return own;
+}
+
+template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
                          typename B::ConstView rendered, typename B::ConstView moves) {
   B backend;

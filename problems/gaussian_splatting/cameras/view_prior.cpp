@@ -15,6 +15,11 @@ std::vector<double> ViewPrior::Residuals(const ViewUnknowns& view, const FreeUnk
     for (const double gain : view.color.gain) r.push_back(root * (gain - 1));
     for (const double offset : view.color.offset) r.push_back(root * offset);
   }
+  if (free.lens) {
+    for (const double log_focal : view.lens.log_focal) r.push_back(root * log_focal);
+    for (const double shift : view.lens.shift) r.push_back(root * shift);
+    for (int k = 0; k < free.radial_tangent(); ++k) r.push_back(root * view.lens.radial[k]);
+  }
   return r;
 }
 
@@ -38,6 +43,8 @@ std::vector<double> ViewPrior::Jacobian(const ViewUnknowns& view, const FreeUnkn
     }
   }
   for (int i = pose; i < n; ++i) at(i, i) = root;
+  // A step of the principal point is in focal lengths as they are (Compose).
+  for (int k = 0; k < 2 && free.lens; ++k) at(free.Lens(2 + k), free.Lens(2 + k)) *= std::exp(view.lens.log_focal[k]);
   return J;
 }
 

@@ -33,16 +33,10 @@ ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const st
 }  // namespace
 
 StageCameras::StageCameras(TrainingSession& session)
-    : session_(session), options_(session.options().cameras), depth_(2 * session.scene().extent) {
-  std::vector<std::pair<Camera, std::optional<BentCamera>>> cameras;
-  for (const View* view : session.cameras().given()) {
-    const std::pair camera(view->camera, view->bent);
-    const auto same = std::ranges::find(cameras, camera);
-    lens_of_.push_back(static_cast<std::size_t>(same - cameras.begin()));
-    if (same == cameras.end()) cameras.push_back(camera), views_of_lens_.push_back(0);
-    ++views_of_lens_[lens_of_.back()];
-  }
-}
+    : session_(session),
+      options_(session.options().cameras),
+      depth_(2 * session.scene().extent),
+      lenses_(LensesSharedBy(session.cameras().given())) {}
 
 CameraChoice StageCameras::Choice(const StageCamerasState& state) const {
   return options_.refine == CameraChoice::kAuto ? state.chosen.value_or(CameraChoice::kNone) : options_.refine;
@@ -146,10 +140,10 @@ void StageCameras::TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, St
 // In the order of the views, whoever has stepped them.
 void StageCameras::SumLenses(StageCamerasState* state) {
   if (lens_terms_.empty()) return;
-  state->lenses.resize(views_of_lens_.size());
+  state->lenses.resize(lenses_.size());
   std::ranges::stable_sort(lens_terms_, {}, &LensTerm::view);
   for (const auto& [view, gradient] : lens_terms_) {
-    AddToLens(FreeOf(view, *state), gradient, state->views[view].curvature, &state->lenses[lens_of_[view]]);
+    AddToLens(FreeOf(view, *state), gradient, state->views[view].curvature, &state->lenses[lenses_.of[view]]);
   }
 }
 
@@ -157,11 +151,11 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
   bool moved = false;
   SumLenses(state);
   for (std::size_t lens = 0; lens < state->lenses.size(); ++lens) {
-    if (state->lenses[lens].views < std::min(views_of_lens_[lens], kViewsOfLensStep)) continue;
+    if (state->lenses[lens].views < std::min(lenses_.views[lens], kViewsOfLensStep)) continue;
     StepLens(span, lens, state);
     moved = true;
   }
-  if (state->seen > 0 && state->seen % lens_of_.size() == 0) {
+  if (state->seen > 0 && state->seen % lenses_.of.size() == 0) {
     FixGauge(span, FreeBy(Choice(*state)));
     moved = true;
   }
@@ -171,7 +165,7 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
 // Where curvatures are known motions follow the lens at once, exposures when their views are seen.
 void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
   const std::vector<ViewUnknowns>& found = session_.cameras().found();
-  const auto first = static_cast<std::size_t>(std::ranges::find(lens_of_, lens) - lens_of_.begin());
+  const auto first = static_cast<std::size_t>(std::ranges::find(lenses_.of, lens) - lenses_.of.begin());
   const FreeUnknowns free = FreeOf(first, *state);
   const Camera& camera = session_.cameras().given()[first]->camera;
   LensStepNumbers step = LensStep(free, state->lenses[lens], GaussNewtonPart(options_, span.before),
@@ -180,8 +174,8 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
   if (!Compose(step, found[first].lens).is_bend_sound(CornerOf(camera))) step.v[4] = step.v[5] = 0;
   if (!Compose(step, found[first].lens).is_sound()) step = {};
   state->lenses[lens] = {};
-  for (std::size_t view = 0; view < lens_of_.size(); ++view) {
-    if (lens_of_[view] != lens) continue;
+  for (std::size_t view = 0; view < lenses_.of.size(); ++view) {
+    if (lenses_.of[view] != lens) continue;
     ViewUnknowns now = found[view];
     const std::vector<double>& curvature = state->views[view].curvature;
     if (!curvature.empty()) {

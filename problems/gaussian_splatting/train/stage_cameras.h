@@ -13,6 +13,7 @@
 #include "problems/gaussian_splatting/cameras/lens_steps.h"
 #include "problems/gaussian_splatting/cameras/schedule.h"
 #include "problems/gaussian_splatting/cameras/seen_view.h"
+#include "problems/gaussian_splatting/cameras/shared_lenses.h"
 #include "problems/gaussian_splatting/cameras/view_curvature.h"
 #include "problems/gaussian_splatting/model/stage_span.h"
 #include "problems/gaussian_splatting/train/session.h"
@@ -125,9 +126,8 @@ class StageCameras {
 
   TrainingSession& session_;
   const CameraOptions& options_;
-  double depth_;                      // of what cameras see, world units
-  std::vector<std::size_t> lens_of_;  // of each view
-  std::vector<int> views_of_lens_;
+  double depth_;  // of what cameras see, world units
+  SharedLenses lenses_;
   std::vector<LensTerm> lens_terms_;  // of the iteration
   bool lacked_room_ = false;
 };

@@ -12,6 +12,7 @@
 #include "kernels/gaussian_splatting/camera_motion.h"
 #include "kernels/gaussian_splatting/color.h"
 #include "kernels/gaussian_splatting/isa_kernels.h"
+#include "kernels/gaussian_splatting/lens_jacobian.h"
 #include "tests/kernels/gaussian_splatting/image_derivative.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/cpu_isas.h"
@@ -137,21 +138,32 @@ void CheckAdjointness(const Scene& scene, double tolerance) {
   }
 }
 
-// By one raster pass what two make.
-TEST_P(PoseJacobian, OfParametersAndPoseIsTheSum) {
+// By one raster pass what three make.
+TEST_P(PoseJacobian, OfParametersPoseAndLensIsTheSum) {
   const Scene scene = test::RandomScene(GetParam(), 89);
   RenderedView<double> rendered(scene);
   test::Random random(90);
   const std::vector<double> dx = random.NormalVector<double>(scene.x.size());
   PoseTangent xi;
   for (double& value : xi.v) value = random.Normal();
-  std::vector<double> of_model(rendered.image.size()), of_pose(of_model.size()), both(of_model.size());
+  LensTangent delta;
+  for (double& value : delta.v) value = random.Normal();
+  std::vector<double> of_model(rendered.image.size()), of_pose(of_model.size()), of_lens(of_model.size()),
+      all(of_model.size()), two(of_model.size());
   rendered.view.ApplyJ(rendered.model, dx.data(), of_model.data(), rendered.workspace);
   ApplyPoseJ(rendered.view, rendered.model, xi, of_pose.data(), rendered.workspace);
-  ApplyModelAndPoseJ(rendered.view, rendered.model, dx.data(), xi, both.data(), rendered.workspace);
+  ApplyLensJ(rendered.view, delta, of_lens.data(), rendered.workspace);
+  ApplyModelAndCameraJ(rendered.view, rendered.model, dx.data(), &xi, &delta, all.data(), rendered.workspace);
+  ApplyModelAndCameraJ<double>(rendered.view, rendered.model, dx.data(), nullptr, &delta, two.data(),
+                               rendered.workspace);
   double scale = 0;
-  for (std::size_t i = 0; i < both.size(); ++i) scale = std::max({scale, std::abs(of_model[i]), std::abs(of_pose[i])});
-  for (std::size_t i = 0; i < both.size(); ++i) ASSERT_NEAR(both[i], of_model[i] + of_pose[i], 1e-11 * scale) << i;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    scale = std::max({scale, std::abs(of_model[i]), std::abs(of_pose[i]), std::abs(of_lens[i])});
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    ASSERT_NEAR(two[i], of_model[i] + of_lens[i], 1e-11 * scale) << i;
+    ASSERT_NEAR(all[i], two[i] + of_pose[i], 1e-11 * scale) << i;
+  }
 }
 
 // Behind opaque Gaussians the adjoint is a small difference of images (jacobian_test.cpp).

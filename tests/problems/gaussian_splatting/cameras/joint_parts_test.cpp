@@ -17,8 +17,8 @@ using B = CpuBackend<double>;
 
 constexpr int kViews = 5;
 
-test::JointSetup<double> SetupOf(bool eliminate_views) {
-  test::JointSetup<double> setup({.pose = true, .color = true}, kViews, 20, 1, 3);
+test::JointSetup<double> SetupOf(bool eliminate_views, const FreeUnknowns& free = {true, true}) {
+  test::JointSetup<double> setup(free, kViews, 20, 1, 3);
   setup.options.eliminate_views = eliminate_views;
   setup.options.splats.view_agreement = 0.3;
   return setup;
@@ -65,31 +65,35 @@ std::vector<double> Asked(Problem<B>& problem, const std::vector<BlockGroup>& gr
   return told;
 }
 
+void ExpectToBeOne(const test::JointSetup<double>& setup) {
+  JointProblem<double> whole = setup.Make();
+  const std::vector<double> expected = Asked(whole, whole.block_groups(), setup.x.view());
+  std::vector<double> of_one;
+  for (const int count : {1, 2, 3}) {
+    std::mutex mutex;
+    vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
+      JointProblem<double> problem = setup.Make();
+      JointParts<double> parts(problem);
+      DistributedProblem<B> distributed(ranks, parts);
+      const std::vector<double> told = Asked(distributed, whole.block_groups(), setup.x.view());
+      const std::lock_guard lock(mutex);
+      ASSERT_EQ(told.size(), expected.size());
+      if (of_one.empty()) of_one = told;
+      EXPECT_EQ(told, of_one) << count;
+      double most = 0, largest = 0;
+      for (std::size_t k = 0; k < told.size(); ++k) {
+        most = std::max(most, std::abs(told[k] - expected[k]) / (1e-3 + std::abs(expected[k])));
+        largest = std::max(largest, std::abs(expected[k]));
+      }
+      EXPECT_LT(most, 1e-9) << "beside up to " << largest;
+    });
+  }
+}
+
 TEST(JointParts, AreTheProblemThatIsOne) {
   for (const bool eliminates : {true, false}) {
-    const test::JointSetup<double> setup = SetupOf(eliminates);
-    JointProblem<double> whole = setup.Make();
-    const std::vector<double> expected = Asked(whole, whole.block_groups(), setup.x.view());
-    std::vector<double> of_one;
-    for (const int count : {1, 2, 3}) {
-      std::mutex mutex;
-      vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
-        JointProblem<double> problem = setup.Make();
-        JointParts<double> parts(problem);
-        DistributedProblem<B> distributed(ranks, parts);
-        const std::vector<double> told = Asked(distributed, whole.block_groups(), setup.x.view());
-        const std::lock_guard lock(mutex);
-        ASSERT_EQ(told.size(), expected.size());
-        if (of_one.empty()) of_one = told;
-        EXPECT_EQ(told, of_one) << count;
-        double most = 0, largest = 0;
-        for (std::size_t k = 0; k < told.size(); ++k) {
-          most = std::max(most, std::abs(told[k] - expected[k]) / (1e-3 + std::abs(expected[k])));
-          largest = std::max(largest, std::abs(expected[k]));
-        }
-        EXPECT_LT(most, 1e-9) << "beside up to " << largest;
-      });
-    }
+    ExpectToBeOne(SetupOf(eliminates));
+    ExpectToBeOne(SetupOf(eliminates, {true, true, true, true}));
   }
 }
 

@@ -104,9 +104,10 @@ TEST(TrainingOverRanks, ExposuresAndLensesAreFoundAlikeByAllOfThem) {
 
 // By LM, at once with the splats, after Adam's stage.
 TEST(TrainingOverRanks, LmFindsCamerasAlikeInAllOfThem) {
-  const Scene scene = WithCamerasOff(10);
+  Scene scene = WithCamerasOff(10);
+  for (View& view : scene.views) view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
   TrainOptions options = Options();
-  options.cameras.refine = CameraChoice::kPoseAndExposure;
+  options.cameras.refine = CameraChoice::kAll;
   options.cameras.joint = true;
   const TrainResult alone = TrainOn(1, scene, options);
   EXPECT_EQ(alone.history.back().stage, Stage::kLm);

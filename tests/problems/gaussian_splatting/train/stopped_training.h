@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <optional>
 
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/support/temp_folder.h"
@@ -12,12 +13,12 @@ namespace vesta::gs::test {
 
 using TrainBy = std::function<TrainResult(const TrainCallbacks&)>;
 
-// What a training saves that is stopped after so many iterations.
-inline Checkpoint StoppedAt(int stop, const TrainBy& train) {
+// What a training saves that is stopped after so many iterations, of that stage if one is given.
+inline Checkpoint StoppedAt(int stop, const TrainBy& train, std::optional<Stage> stage = std::nullopt) {
   const TempFolder folder;
   TrainCallbacks callbacks;
   int reached = 0;
-  callbacks.progress = [&](const TrainProgress& p) { reached = p.iteration; };
+  callbacks.progress = [&](const TrainProgress& p) { reached = p.stage == stage.value_or(p.stage) ? p.iteration : 0; };
   callbacks.stop = [&] { return reached >= stop; };
   callbacks.checkpoint = {.path = folder / "checkpoint", .every = {.iterations = 1}, .origin = ""};
   EXPECT_TRUE(train(callbacks).stopped);

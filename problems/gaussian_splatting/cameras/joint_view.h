@@ -1,0 +1,49 @@
+// How a view is shown in the joint problem: from the camera that was found, exposed, and bent by what its photograph is
+// bent still.
+#pragma once
+
+#include <optional>
+
+#include "problems/gaussian_splatting/cameras/bend_column.h"
+#include "problems/gaussian_splatting/cameras/joint_problem.h"
+
+namespace vesta::gs {
+
+inline splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found) {
+  splat::PosedCamera camera = Moved(given, found.motion);
+  camera.lens = found.lens.Of(given.lens);
+  return camera;
+}
+
+inline bool IsLens(const LensChange& change, const splat::PosedCamera& given) {
+  return change.is_sound() && change.is_bend_sound(CornerOf({given.width, given.height, given.lens}));
+}
+
+// What view v's truth has been unbent by; none where no bend of it is found.
+inline std::optional<RadialCoefficients> BendOf(const JointProblemOptions& options, const JointLayout& layout,
+                                                Index v) {
+  if (options.free.radial_tangent() == 0) return std::nullopt;
+  return options.unbent_by[static_cast<std::size_t>(layout.views_before + v)];
+}
+
+// The derivative of what is shown by k1 (k = 0) or k2: how the photograph changes as it is bent. Of the photograph and
+// not of what is rendered, so that what is shown is linear in the coefficients, and its derivative exact, as long as
+// they are near to those it was unbent by.
+template <class S>
+void PhotographBend(const TargetView<CpuBackend<S>>& target, int k, HostSpan<S> column) {
+  BendColumn<CpuBackend<S>>(target, k, target.truth, column);
+}
+
+// image, as rendered, becomes what is compared with the photograph.
+template <class S>
+void ShowAsFound(const ViewUnknowns& found, const std::optional<RadialCoefficients>& unbent_by,
+                 const TargetView<CpuBackend<S>>& target, JointScratch<S>& scratch, HostSpan<S> image) {
+  found.color.Apply(image);
+  for (int k = 0; unbent_by && k < kRadialTangent; ++k) {
+    const HostSpan<S> column = scratch.Column(image.size());
+    PhotographBend(target, k, column);
+    CpuBackend<S>().Axpby(found.lens.radial[k] - (*unbent_by)[static_cast<std::size_t>(k)], column, 1.0, image);
+  }
+}
+
+}  // namespace vesta::gs
