@@ -34,11 +34,15 @@ double Number(const Arguments& arguments, const char* flag, const char* fallback
   return std::stod(arguments.Flag(flag, fallback));
 }
 
+// What of cameras is off.
+gs::CameraChoice WhatIsOff(const Perturbation& by) {
+  if (by.focal != 0) return gs::CameraChoice::kAll;
+  return by.exposure != 0 ? gs::CameraChoice::kPoseAndExposure : gs::CameraChoice::kPose;
+}
+
 // Sets what the method's name says.
 void Choose(const std::string& method, const Perturbation& by, gs::CameraOptions* cameras) {
-  const auto free = by.focal != 0      ? gs::CameraChoice::kAll
-                    : by.exposure != 0 ? gs::CameraChoice::kPoseAndExposure
-                                       : gs::CameraChoice::kPose;
+  const gs::CameraChoice free = WhatIsOff(by);
   if (method == "exact" || method == "none" || method == "late") {
     cameras->refine = gs::CameraChoice::kNone;
   } else if (method == "gauss_newton") {
@@ -56,9 +60,10 @@ void Choose(const std::string& method, const Perturbation& by, gs::CameraOptions
   }
 }
 
-gs::JointOptions JointOptionsOf(const gs::Scene& scene, const gs::TrainOptions& options, const Arguments& arguments) {
+gs::JointOptions JointOptionsOf(const gs::Scene& scene, const gs::TrainOptions& options, gs::CameraChoice off,
+                                const Arguments& arguments) {
   gs::JointOptions joint;
-  joint.free = options.cameras.refines() ? gs::FreeBy(options.cameras.refine) : gs::FreeUnknowns{};
+  joint.free = gs::FreeBy(options.cameras.refines() ? options.cameras.refine : off);
   joint.lm = options.lm;
   joint.lm.min_gain = 0;
   joint.lm.pcg_iterations = arguments.Count("joint_pcg", 4);
@@ -79,8 +84,8 @@ struct LatestTraining {
 
 // Trained on one scene and ended on the other, which differ in their cameras alone. products: RunEnding's.
 gs::TrainResult TrainAndEnd(const std::string& name, const gs::Scene& trained, const gs::Scene& scene,
-                            gs::TrainOptions options, Ending ending, const Arguments& arguments, LatestTraining* latest,
-                            int* products) {
+                            gs::TrainOptions options, Ending ending, gs::CameraChoice off, const Arguments& arguments,
+                            LatestTraining* latest, int* products) {
   if (ending == Ending::kLm) {
     if (&trained != &scene)
       throw Error("late: what follows begins where the training has ended; choose another ending than lm");
@@ -96,7 +101,7 @@ gs::TrainResult TrainAndEnd(const std::string& name, const gs::Scene& trained, c
     if (view.is_trained()) views.push_back(&view);
   }
   Ended ended = RunEnding(ending, std::move(result.model), views, result.cameras,
-                          {JointOptionsOf(scene, options, arguments), arguments.Count("rounds", 4)});
+                          {JointOptionsOf(scene, options, off, arguments), arguments.Count("rounds", 4)});
   result.model = std::move(ended.model);
   result.cameras = std::move(ended.views);
   result.lm_seconds = ended.seconds;
@@ -145,7 +150,7 @@ int Main(int argc, char** argv) {
       std::string name = training;
       name.append(" ").append(seed);
       const gs::TrainResult result = TrainAndEnd(name, training == "late" ? setup.scene : scene, scene, options, ending,
-                                                 arguments, &latest, &products);
+                                                 WhatIsOff(by), arguments, &latest, &products);
       if (arguments.Flag("reports", "") == "yes") fmt::print("{}\n", result.lm_report);
       const std::vector<gs::View> views = gs::MovedViews(scene, result.cameras);
       std::vector<const gs::View*> found;

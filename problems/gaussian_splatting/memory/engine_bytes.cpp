@@ -41,6 +41,8 @@ double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
                                               : 0;
 }
 
+double GramBytes(const MemoryScene& scene, const LmStageOptions& lm) { return BlocksOf(scene, lm).gram; }
+
 double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing) {
   vesta::LmOptions engine = LmEngineOptions(lm);

@@ -19,6 +19,9 @@ double PerGaussianBytes(const MemoryScene& scene);
 // The bases of Adam's blocks, where it has them.
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
+// Of the Gram matrices of all Gaussians.
+double GramBytes(const MemoryScene& scene, const LmStageOptions& lm);
+
 // What passes over views work in and give back.
 struct PassingBytes {
   double gram = 0;        // measuring Gram matrices

@@ -181,15 +181,25 @@ double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool ho
 double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
   LmStageOptions lm = options.lm;
   lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
-  const FreeUnknowns free = FreeBy(options.cameras.refine);
+  FreeUnknowns free = FreeBy(options.cameras.refine);
+  free.radial = scene.is_bent;
   // W J of the pose, and of gains and offsets, of which each is of a channel: of a view where it is made, or of all.
-  const int columns = free.pose_tangent() + (free.color ? 2 : 0);
-  double images = eliminate_views ? 0 : columns * kImageBytes * scene.Largest().pixels;
-  // And a moved camera's image before its exposure.
-  for (const ViewCounts& view : scene.views) images += (eliminate_views ? 1 + columns : 1) * kImageBytes * view.pixels;
+  const int columns = free.pose_tangent() + (free.color ? 2 : 0), of_lens = free.lens_tangent();
+  double beside = eliminate_views ? 0 : columns * kImageBytes * scene.Largest().pixels;
+  // Lenses are of none, so that J and W J by them are held where they are made alone, beside J by the rest.
+  if (free.lens) beside += (columns + 2 * of_lens) * kImageBytes * scene.Largest().pixels;
+  // And a moved camera's image before its exposure, and a photograph unbent.
+  const int others = 1 + (free.radial_tangent() > 0 ? 1 : 0);
+  for (const ViewCounts& view : scene.views) {
+    beside += (others + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
+  }
+  // Of what is left sums over parts are held beside those of the whole, and a part's blocks twice over.
+  if (eliminate_views && scene.parts > 0) {
+    beside += SumBuffers(scene) * VectorBytes(scene) + 2 * GramBytes(scene, lm);
+  }
   // Gradient and descent, which stay, and the right-hand side without the views.
   constexpr double kVectors = 3;
-  return LmBytes(scene, lm, true) + images + kVectors * VectorBytes(scene);
+  return LmBytes(scene, lm, true) + beside + kVectors * VectorBytes(scene);
 }
 
 double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {
