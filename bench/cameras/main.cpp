@@ -60,6 +60,9 @@ void Choose(const std::string& method, const Perturbation& by, gs::CameraOptions
   }
 }
 
+// Whether an ending looks for what is off where no method says what is looked for; the others find poses.
+bool FindsAll(Ending ending) { return ending == Ending::kJoint || ending == Ending::kReduced; }
+
 gs::JointOptions JointOptionsOf(const gs::Scene& scene, const gs::TrainOptions& options, gs::CameraChoice off,
                                 const Arguments& arguments) {
   gs::JointOptions joint;
@@ -149,8 +152,9 @@ int Main(int argc, char** argv) {
       int products = 0;
       std::string name = training;
       name.append(" ").append(seed);
-      const gs::TrainResult result = TrainAndEnd(name, training == "late" ? setup.scene : scene, scene, options, ending,
-                                                 WhatIsOff(by), arguments, &latest, &products);
+      const gs::TrainResult result =
+          TrainAndEnd(name, training == "late" ? setup.scene : scene, scene, options, ending,
+                      FindsAll(ending) ? WhatIsOff(by) : gs::CameraChoice::kPose, arguments, &latest, &products);
       if (arguments.Flag("reports", "") == "yes") fmt::print("{}\n", result.lm_report);
       const std::vector<gs::View> views = gs::MovedViews(scene, result.cameras);
       std::vector<const gs::View*> found;

@@ -1,7 +1,7 @@
 #include "solver/distributed/part_map.h"
 
 #include <algorithm>
-#include <unordered_map>
+#include <optional>
 #include <utility>
 
 #include "kernels/core/check.h"
@@ -95,6 +95,17 @@ struct BlockPlace {
   Index block = 0;
 };
 
+// The block that begins with that parameter; none of that size: no group.
+std::optional<BlockPlace> BlockAt(const std::vector<BlockGroup>& groups, Index parameter, int size) {
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const BlockGroup& group = groups[g];
+    const Index from = parameter - group.offset, stride = std::max<Index>(group.block_stride, 1);
+    if (group.size == size && from >= 0 && from % stride == 0 && from / stride < group.count)
+      return {{g, from / stride}};
+  }
+  return std::nullopt;
+}
+
 // Of each group's values among all.
 std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
   std::vector<Index> first;
@@ -112,18 +123,13 @@ std::vector<Index> FirstValues(const std::vector<BlockGroup>& groups) {
 std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, const std::vector<BlockGroup>& whole,
                                        const PartMap& tangent) {
   if (tangent.is_identity()) return {};
-  std::unordered_map<Index, BlockPlace> block_at;  // by the first parameter
-  for (std::size_t g = 0; g < whole.size(); ++g) {
-    for (Index i = 0; i < whole[g].count; ++i) block_at[whole[g].Parameter(i, 0)] = {g, i};
-  }
   std::vector<PartSegment> by_local = tangent.segments();
   std::sort(by_local.begin(), by_local.end(),
             [](const PartSegment& a, const PartSegment& b) { return a.local < b.local; });
-  const auto whole_entry = [&](Index local) {
-    const auto after = std::upper_bound(by_local.begin(), by_local.end(), local,
-                                        [](Index at, const PartSegment& s) { return at < s.local; });
-    const PartSegment& s = *(after - 1);
-    return s.whole + local - s.local;
+  const auto segment_of = [&](Index local) -> const PartSegment& {
+    return *(std::upper_bound(by_local.begin(), by_local.end(), local,
+                              [](Index at, const PartSegment& s) { return at < s.local; }) -
+             1);
   };
   const std::vector<Index> part_first = FirstValues(part), whole_first = FirstValues(whole);
   std::vector<PartSegment> segments;
@@ -131,16 +137,20 @@ std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, cons
     const BlockGroup& group = part[g];
     for (Index i = 0; i < group.count;) {
       const auto place_of = [&](Index block) {
-        const auto found = block_at.find(whole_entry(group.Parameter(block, 0)));
-        const bool is_block = found != block_at.end() && whole[found->second.group].size == group.size;
-        if (!is_block) Fail("block {} of a part's group {} is no block of the whole", block, g);
-        return found->second;
+        const Index local = group.Parameter(block, 0);
+        const PartSegment& segment = segment_of(local);
+        const auto found = BlockAt(whole, segment.whole + local - segment.local, group.size);
+        if (!found) Fail("block {} of a part's group {} is no block of the whole", block, g);
+        return *found;
       };
       const BlockPlace first = place_of(i);
       Index run = 1;
-      for (; i + run < group.count; ++run) {
-        const BlockPlace next = place_of(i + run);
-        if (next.group != first.group || next.block != first.block + run) break;
+      // Those in one segment lie as far apart in the whole.
+      if (group.block_stride > 0 && group.block_stride == whole[first.group].block_stride) {
+        const Index begin = group.Parameter(i, 0);
+        const PartSegment& segment = segment_of(begin);
+        run = std::min({group.count - i, whole[first.group].count - first.block,
+                        (segment.local + segment.size - 1 - begin) / group.block_stride + 1});
       }
       for (int value = 0; value < group.size * (group.size + 1) / 2; ++value) {
         segments.push_back({part_first[g] + value * group.count + i,

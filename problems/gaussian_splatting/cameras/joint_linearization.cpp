@@ -1,8 +1,8 @@
 #include "problems/gaussian_splatting/cameras/joint_linearization.h"
 
 #include <algorithm>
-#include <cstddef>
 
+#include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
 #include "kernels/gaussian_splatting/lens_jacobian.h"
 #include "kernels/gaussian_splatting/pose_jacobian.h"
@@ -16,16 +16,6 @@ namespace vesta::gs {
 namespace {
 
 constexpr Index kGrain = 16384;  // parameters
-
-// Rows and columns [begin, end) of a square matrix, n numbers a side.
-std::vector<double> SquareOf(const std::vector<double>& H, int n, int begin, int end) {
-  std::vector<double> square;
-  for (int row = begin; row < end; ++row) {
-    const auto at = H.begin() + static_cast<std::ptrdiff_t>(row) * n;
-    square.insert(square.end(), at + begin, at + end);
-  }
-  return square;
-}
 
 // body(channel, place) for every value of a planar image.
 template <class S, class Body>
@@ -101,6 +91,7 @@ void JointLinearization<S>::DescentOfSplats(Index units, ConstView gradient, Vie
 template <class S>
 void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradient) {
   const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
+  CheckTruth<S>(target);
   unit.target = &target;
   unit.unknowns = layout_.UnknownsOf(x_, v);
   unit.unbent_by = BendOf(options_, layout_, v);
@@ -112,8 +103,9 @@ void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradie
   B().Copy(unit.rendered, shown);
   ShowAsFound(unit.unknowns, unit.unbent_by, target, *scratch_, shown);
   LinearizeLoss(scratch_->loss, target, shown, image_gradient, unit.W);
-  unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, unit.values());
-  unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, unit.values());
+  const ImageOfPrior of_image{unit.values(), CornerOf(target.camera)};
+  unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, of_image);
+  unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, of_image);
 }
 
 template <class S>
@@ -322,13 +314,14 @@ void JointLinearization<S>::Gradient(View g) {
 
 template <class S>
 void JointLinearization<S>::Descent(View d) {
+  VESTA_CHECK(!is_part(), "the descent of a part");
   B().Axpby(-1.0, gradient_, 0.0, d);
   if (has_own_descent()) B().Copy(descent_, d.subspan(0, layout_.splats));
 }
 
 template <class S>
 void JointLinearization<S>::SquaredGradients(View squares) {
-  VESTA_CHECK(is_part(), "the squares of a problem that is no part");
+  VESTA_CHECK(is_part() && has_own_descent(), "the squares of a problem that is no part, or has no descent of its own");
   if (descent_.empty()) MakeUnits();
   B().Fill(0, squares);
   B().Copy(descent_, squares.subspan(0, layout_.splats));
@@ -375,6 +368,7 @@ const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& un
     ClearLeftOut<B>(unit.target->mask, column);
   }
   unit.curvature = WeightedGram(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
+  columns = {};  // before the copy takes its room
   if (options_.eliminate_views && layout_.free.lens) unit.weighted = unit.weighted.OwnOfView();
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
   const std::vector<double>& J = unit.prior_jacobian;

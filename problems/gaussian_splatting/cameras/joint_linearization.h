@@ -1,4 +1,4 @@
-// Splats, cameras and exposures at one x.
+// Splats, cameras, lenses and exposures at one x.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace vesta::gs {
 
-// One view: what is shown is color of the image that is rendered from the moved camera.
+// One view, as joint_view.h shows it.
 template <class S>
 struct JointUnit {
   const TargetView<CpuBackend<S>>* target = nullptr;
@@ -70,7 +70,6 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   // The parts that the reduced system is made of.
   const JointLayout& layout() const { return layout_; }
   const std::vector<JointUnit<S>>& units() const { return units_; }
-  bool sh_blocks() const { return options_.splats.sh_blocks; }
   // d_image = J of view v by what is no view's own, splats and lens; g += its transpose times u, an image, which is
   // overwritten.
   void ApplySharedJ(Index v, ConstView step, View d_image);
@@ -106,8 +105,9 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   void ApplyPriorJ(Index v, ConstView step, S* out) const;
   void AddPriorJT(Index v, const S* u, View g) const;
   const std::vector<double>& MakeCurvature(JointUnit<S>& unit);
-  // d_image = the derivative of what is rendered, and what bends add to that of what is shown.
+  // d_image = the derivative of what is rendered.
   void ApplyImageJ(Index v, ConstView step, const splat::PoseTangent* pose, View d_image);
+  // d_image += what the lens's bend adds to the derivative of what is shown.
   void AddBendJ(Index v, ConstView step, View d_image);
 
   JointProblemOptions options_;

@@ -1,4 +1,4 @@
-// Splats, cameras and exposures cut into runs of views, to be spread over processes.
+// Splats, cameras, lenses and exposures cut into runs of views, to be spread over processes.
 #pragma once
 
 #include <vector>

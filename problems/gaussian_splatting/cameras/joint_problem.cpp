@@ -36,7 +36,9 @@ JointProblem<S>::JointProblem(const JointProblemOptions& options, std::span<cons
   VESTA_CHECK(!views.empty(), "no views to find cameras of");
   VESTA_CHECK(layout_.own().num_tangent() > 0, "views with neither pose nor colour to find");
   if (options.free.lens) {
-    VESTA_CHECK(options.lens_of.size() == views.size(), "lenses of {} views, of {}", options.lens_of.size(),
+    const bool has_each = options.lens_of.size() == views.size() &&
+                          std::ranges::all_of(options.lens_of, [&](std::size_t lens) { return lens < views.size(); });
+    VESTA_CHECK(has_each, "lenses of {} views, of {}, or one beyond their number", options.lens_of.size(),
                 views.size());
     layout_.lens_of = options.lens_of;
     layout_.lenses = static_cast<Index>(*std::ranges::max_element(options.lens_of)) + 1;
@@ -85,6 +87,7 @@ double JointProblem<S>::Cost(ConstView x, std::span<const Index> units) {
   double cost = 0;
   for (const Index v : units) {
     const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
+    CheckTruth<S>(target);
     const ViewUnknowns unknowns = layout_.UnknownsOf(x, v);
     const bool has_gains = std::ranges::all_of(unknowns.color.gain, [](double gain) { return gain > 0; });
     if (!has_gains || !IsLens(unknowns.lens, target.camera)) return std::numeric_limits<double>::infinity();
@@ -93,7 +96,8 @@ double JointProblem<S>::Cost(ConstView x, std::span<const Index> units) {
     view.Render(image.data());
     ShowAsFound(unknowns, BendOf(options_, layout_, v), target, *scratch_, image.view());
     cost += EvaluateLoss(scratch_->loss, target, image.view()).cost;
-    for (const double r : options_.prior.Residuals(unknowns, options_.free, image.size())) cost += r * r / 2;
+    const ImageOfPrior of_image{image.size(), CornerOf(target.camera)};
+    for (const double r : options_.prior.Residuals(unknowns, options_.free, of_image)) cost += r * r / 2;
   }
   return cost;
 }

@@ -1,5 +1,5 @@
-// Splats, cameras and exposures as one least-squares problem of the engine: bundle adjustment by photographs, with
-// Gaussians for points.
+// Splats, cameras, lenses and exposures as one least-squares problem of the engine: bundle adjustment by photographs,
+// with Gaussians for points.
 //
 // To its view a camera's motion is a rigid motion of all Gaussians (kernels/gaussian_splatting/camera_block.h), so that
 // J v is still one tangent pass for each view and J^T u one adjoint pass. So is what a lens does, which all its views
@@ -30,7 +30,8 @@ struct JointProblemOptions {
   // images a view.
   bool eliminate_views = false;
   // Where lenses are free: which of them each view has; and where their radial distortion is, what its truth has been
-  // unbent by already, unless the view is no photograph of a lens that bends.
+  // unbent by already, unless the view is no photograph of a lens that bends. What x has of distortion that is not free
+  // is passed over.
   std::vector<std::size_t> lens_of = {};
   std::vector<std::optional<RadialCoefficients>> unbent_by = {};
 };
@@ -48,8 +49,8 @@ class JointProblem final : public Problem<CpuBackend<S>> {
   using typename Problem<B>::View;
 
   // views must outlive the problem. Throws Error where there are none, where neither pose nor colour of them is free,
-  // for a truth that is not of its view's size, for lenses that are not one for each view, and for a prior out of
-  // range.
+  // for lenses that are not one for each view, and for a prior out of range; for a truth that is not of its view's size
+  // where it is looked at: those of views of other processes may be empty.
   JointProblem(const JointProblemOptions& options, std::span<const TargetView<B>> views);
 
   const JointLayout& layout() const { return layout_; }

@@ -19,11 +19,7 @@ void JointReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
   std::copy(metric.begin() + layout_.shared(), metric.end(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     BlockDiagonal<CpuBackend<double>>& C = blocks_.emplace_back(n, std::vector<BlockGroup>{{.size = n, .count = 1}});
-    const std::vector<double>& H = linearization_.CurvatureOf(v);
-    for (int row = 0; row < n; ++row) {
-      for (int col = 0; col <= row; ++col)
-        C.values(0)[PackedLower(row, col)] = H[static_cast<std::size_t>(row * all + col)];
-    }
+    FillBlock(SquareOf(linearization_.CurvatureOf(v), all, 0, n), n, 0, 1, C.values(0));
     C.AddToDiagonal(lambda, ViewPart(v));
     C.Factorize();
   }
@@ -87,7 +83,9 @@ template <class S>
 std::vector<double> JointReducedSystem<S>::LensSchur(std::size_t view) {
   const std::vector<double>& H = linearization_.CurvatureOf(view);
   const int own = layout_.own().num_tangent(), lens = layout_.free.lens_tangent(), all = own + lens;
-  const auto at = [&](int row, int col) { return H[static_cast<std::size_t>(row * all + col)]; };
+  const auto at = [&](int row, int col) {
+    return H[static_cast<std::size_t>(row) * static_cast<std::size_t>(all) + static_cast<std::size_t>(col)];
+  };
   std::vector<double> schur;
   const HostSpan<double> part = ViewPart(view);
   for (int row = 0; row < lens; ++row) {

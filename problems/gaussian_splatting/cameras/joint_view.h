@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/joint_problem.h"
 
@@ -15,8 +16,17 @@ inline splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnk
   return camera;
 }
 
+inline double CornerOf(const splat::PosedCamera& given) {
+  return CornerOf(Camera{given.width, given.height, given.lens});
+}
 inline bool IsLens(const LensChange& change, const splat::PosedCamera& given) {
-  return change.is_sound() && change.is_bend_sound(CornerOf({given.width, given.height, given.lens}));
+  return change.is_sound() && change.is_bend_sound(CornerOf(given));
+}
+// Of a view that is looked at.
+template <class S>
+void CheckTruth(const TargetView<CpuBackend<S>>& target) {
+  VESTA_CHECK(target.truth.size() == target.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
+              target.truth.size(), target.camera.width, target.camera.height);
 }
 
 // What view v's truth has been unbent by; none where no bend of it is found.

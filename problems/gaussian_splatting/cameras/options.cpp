@@ -15,7 +15,7 @@ const schema::Table<CameraOptions>& CameraFields() {
       {"rest", &O::rest, {0, 1}, "last part of the Adam stage, in which it falls"},
       {"step_at_end", &O::step_at_end, {1e-6, 1}, "the same at the end of the stage"},
       {"joint", &O::joint,
-       "LM finds cameras and exposures at once with the splats; without an Adam stage it does anyway"},
+       "LM finds what is looked for of cameras at once with the splats; without an Adam stage it does anyway"},
       {"adam_rotation", &O::adam_rotation, {0, 1}, "Adam's rate of rotations, radians"},
       {"adam_translation", &O::adam_translation, {0, 1}, "Adam's rate of translations, parts of the depth"},
   };

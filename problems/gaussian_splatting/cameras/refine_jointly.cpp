@@ -56,6 +56,23 @@ HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
   return x;
 }
 
+namespace {
+
+void CheckLenses(const std::vector<const View*>& views, const std::vector<ViewUnknowns>& start,
+                 const FreeUnknowns& free) {
+  const SharedLenses lenses = LensesSharedBy(views);
+  for (std::size_t v = 0; v < start.size(); ++v) {
+    const LensChange& lens = start[v].lens;
+    const auto first = static_cast<std::size_t>(std::ranges::find(lenses.of, lenses.of[v]) - lenses.of.begin());
+    VESTA_CHECK(!free.lens || lens == start[first].lens, "views {} and {} have one lens, and start from two", first, v);
+    VESTA_CHECK(lens.is_sound() && lens.is_bend_sound(CornerOf(views[v]->camera)), "view {} starts from no lens", v);
+    VESTA_CHECK(free.radial_tangent() > 0 || (lens.radial[0] == 0 && lens.radial[1] == 0),
+                "view {} starts from a bend, which is not to be found; unbend its photograph first", v);
+  }
+}
+
+}  // namespace
+
 JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& views,
                               const std::vector<ViewUnknowns>& start, const JointOptions& options) {
   VESTA_CHECK(start.empty() || start.size() == views.size(), "{} views, but {} to start from", views.size(),
@@ -65,6 +82,7 @@ JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& 
                 "a view with gains {}, {} and {}; they must be above 0", view.color.gain[0], view.color.gain[1],
                 view.color.gain[2]);
   }
+  CheckLenses(views, start, options.free);
   const std::vector<TargetView<B>> targets = MakeTargets<B>(views, options.near);
   JointProblem<float> problem(
       ProblemOptionsOf(options, model, LengthUnits(model, views, options.near, options.extent), views), targets);

@@ -52,8 +52,8 @@ struct JointRefinement {
 // From the model and `start`, one for each view, from as it was given; empty: as given. Views must have their images.
 // Views whose cameras were given alike share a lens. What is found has a cost no higher than the start's. Throws Error
 // without views, where nothing of them is free, for images of another size than their cameras', for starts that are not
-// as many as the views or whose gains are not all above 0, and for options out of range. The same bits for any number
-// of threads.
+// as many as the views or whose gains are not all above 0, for one from no lens, or from another than views with the
+// same start from, and for options out of range. The same bits for any number of threads.
 JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& views,
                               const std::vector<ViewUnknowns>& start, const JointOptions& options);
 

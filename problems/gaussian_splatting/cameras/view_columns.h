@@ -1,6 +1,7 @@
 // The derivatives of a view's image by its own unknowns, held as images.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
@@ -73,6 +74,16 @@ template <class B>
 std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
                                  const typename SplatBackend<B>::Loss::Linearization& W,
                                  ViewColumns<B>* weighted = nullptr);
+
+// Rows and columns [begin, end) of a square matrix, n numbers a side.
+inline std::vector<double> SquareOf(const std::vector<double>& H, int n, int begin, int end) {
+  std::vector<double> square;
+  for (int row = begin; row < end; ++row) {
+    const auto at = H.begin() + static_cast<std::ptrdiff_t>(row) * n;
+    square.insert(square.end(), at + begin, at + end);
+  }
+  return square;
+}
 
 // A block of the engine from the whole of a symmetric matrix, n numbers a side: number `block` of so many of its group.
 template <class T>

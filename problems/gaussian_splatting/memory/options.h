@@ -26,7 +26,7 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether LM solves for cameras and exposures along with the splats (train/joint_lm_stage.h).
+// Whether LM solves for cameras, lenses and exposures along with the splats (train/joint_lm_stage.h).
 inline bool FindsCamerasByLm(const StageOptions& options) {
   return options.lm.iterations > 0 && options.cameras.refines() && (options.cameras.joint || !options.adam.runs());
 }

@@ -184,10 +184,10 @@ double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool 
   FreeUnknowns free = FreeBy(options.cameras.refine);
   free.radial = scene.is_bent;
   // W J of the pose, and of gains and offsets, of which each is of a channel: of a view where it is made, or of all.
-  const int columns = free.pose_tangent() + (free.color ? 2 : 0), of_lens = free.lens_tangent();
+  const int columns = free.pose_tangent() + (free.color ? 2 : 0);
   double beside = eliminate_views ? 0 : columns * kImageBytes * scene.Largest().pixels;
-  // Lenses are of none, so that J and W J by them are held where they are made alone, beside J by the rest.
-  if (free.lens) beside += (columns + 2 * of_lens) * kImageBytes * scene.Largest().pixels;
+  // J and W J by a lens, which no view holds, where they are made.
+  beside += 2 * free.lens_tangent() * kImageBytes * scene.Largest().pixels;
   // And a moved camera's image before its exposure, and a photograph unbent.
   const int others = 1 + (free.radial_tangent() > 0 ? 1 : 0);
   for (const ViewCounts& view : scene.views) {

@@ -220,7 +220,7 @@ class AdamStage {
     session_.Predict(outlook_.Foretell(Progress(), ahead, is_first_guess, PredictMib(degree, ahead.most_gaussians)));
   }
   double PredictMib(int degree, double gaussians) {
-    const MemoryScene now = session_.CountMemory(OnHost(state_->model.kernel_model(degree)), 8, false);
+    const MemoryScene now = session_.CountMemory(OnHost(state_->model.kernel_model(degree)), Stage::kAdam, 8, false);
     const MemoryScene then = now.Scaled(static_cast<Index>(gaussians));
     if constexpr (kOnHost) {
       return PredictedMib(then, options_, 0);

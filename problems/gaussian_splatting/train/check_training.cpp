@@ -94,7 +94,7 @@ void CheckJointLm(const TrainOptions& options, bool is_on_device) {
     Fail("cameras.refine={}: {}; {}{}", schema::NameOf(refined, kCameraChoices), why, what_to_do,
          options.adam.runs() ? ", or leave cameras.joint" : ", or find them in an Adam stage");
   };
-  if (refined == CameraChoice::kAuto) refuse("LM decides nothing", "choose pose, pose+exposure or none");
+  if (refined == CameraChoice::kAuto) refuse("LM decides nothing", "choose pose, pose+exposure, all or none");
   if (is_on_device) refuse("LM finds cameras on the CPU alone", "say --device=cpu");
 }
 

@@ -109,14 +109,15 @@ std::vector<ViewUnknowns> UnknownsOf(const JointLayout& layout, const LmStepper<
 std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool eliminate_views) {
   TrainingCameras& cameras = session.cameras();
   LmStart start(session, model);
-  const JointOptions options = OptionsOf(session, start.shape.done, eliminate_views);
+  if (!start.saved()) start.shape.eliminates_views = eliminate_views;
+  const JointOptions options = OptionsOf(session, start.shape.done, start.shape.eliminates_views);
   // What was found is from there, with photographs as they are, but for what they are unbent by.
   const std::vector<const View*>& given = cameras.given();
   const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(given.size()));
   std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
   std::vector<TargetView<B>> targets = MakeTargets<B>(given, options.near, own, &photographs);
   if (options.free.radial && !start.saved()) start.shape.unbent_by = BendsFound(cameras);
-  if (!AreBendsOf(given, options.free, start.shape.unbent_by)) session.RefuseSavedStage();
+  if (start.saved() && !AreBendsOf(given, options.free, start.shape.unbent_by)) session.RefuseSavedStage();
   const UnbentPhotographs unbent(given, own, start.shape.unbent_by, targets);
   JointProblem<float> problem(ProblemOptionsOf(options, model, start.shape.units, given, start.shape.unbent_by),
                               targets);

@@ -20,10 +20,11 @@ struct LmStageShape {
   // where lenses are found.
   std::vector<float> units;
   std::vector<RadialCoefficients> unbent_by = {};
+  bool eliminates_views = false;  // where cameras are found
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(layout, done, units, unbent_by);
+    archive(layout, done, units, unbent_by, eliminates_views);
   }
 };
 

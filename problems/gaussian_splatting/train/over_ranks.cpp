@@ -54,9 +54,8 @@ Share OwnTrainedViews(const TrainOptions& options, const Ranks* ranks, Index vie
   return OwnTrainingViews(AllTrainOnEach(options) ? nullptr : ranks, views);
 }
 
-std::vector<const View*> LargestShare(const std::vector<const View*>& views, const TrainOptions& options,
-                                      const Ranks* ranks) {
-  if (!ranks || AllTrainOnEach(options)) return views;
+std::vector<const View*> LargestShare(const std::vector<const View*>& views, const Ranks* ranks) {
+  if (!ranks) return views;
   std::vector<const View*> largest;
   double most = -1;
   for (int r = 0; r < ranks->size(); ++r) {

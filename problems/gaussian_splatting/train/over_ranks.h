@@ -21,7 +21,6 @@ bool AllTrainOnEach(const TrainOptions& options);
 // Of so many training views those that this process looks at; ranks: null for a process alone.
 Share OwnTrainedViews(const TrainOptions& options, const Ranks* ranks, Index views);
 // Of these training views the ones of the process that holds the most pixels: by them all plan the same.
-std::vector<const View*> LargestShare(const std::vector<const View*>& views, const TrainOptions& options,
-                                      const Ranks* ranks);
+std::vector<const View*> LargestShare(const std::vector<const View*>& views, const Ranks* ranks);
 
 }  // namespace vesta::gs

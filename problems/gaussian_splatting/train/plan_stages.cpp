@@ -44,7 +44,7 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   // Each counted view is built once: all only where LM is to be planned to the last byte.
   const bool is_exact = options.lm.iterations > 0 && (has_cache || options.memory.budget_gib > 0);
   const int counted = is_exact ? all : some;
-  return session.CountMemory(ToKernelModel(model), counted, has_cache);
+  return session.CountMemory(ToKernelModel(model), Stage::kLm, counted, has_cache);
 }
 
 // Where there is no room for any, LM is not asked for any more.
@@ -83,7 +83,7 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
 void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
   const TrainOptions& options = session.options();
   if (options.memory.budget_gib == 0 && !stages.device_memory) return;
-  const MemoryScene counts = session.CountMemory(ToKernelModel(model), 8, false);
+  const MemoryScene counts = session.CountMemory(ToKernelModel(model), Stage::kAdam, 8, false);
   const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
   const Index fit = PlanGaussians(counts, options, memory);
   if (stages.device_memory) {
@@ -110,7 +110,10 @@ void RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* mod
     plan.bytes = 0;
   }
   session.NoteModel(*model);
-  const MemoryScene largest = counts.Of(session.largest_model());
+  // Adam's stage may have held more views.
+  const bool differ = session.PlannedViews(Stage::kAdam).size() != session.PlannedViews(Stage::kLm).size();
+  const MemoryScene of_adam = differ ? session.CountMemory(ToKernelModel(*model), Stage::kAdam, 4, false) : counts,
+                    largest = of_adam.Of(session.largest_model());
   result->memory.jacobian = plan.lm.jacobian;
   result->memory.batches = static_cast<int>(batches);
   if (stages.device_memory) {

@@ -110,9 +110,11 @@ double TrainingSession::EvaluationAhead(double seconds_per_pixel) const {
   return kShareOfEvaluation * seconds_per_pixel * pixels;
 }
 
-MemoryScene TrainingSession::CountMemory(const splat::Model<float>& model, int most, bool with_entries) const {
-  MemoryScene counts = gs::CountMemory(model, planned_views(), NearPlane(scene()), most, with_entries);
+MemoryScene TrainingSession::CountMemory(const splat::Model<float>& model, Stage stage, int most,
+                                         bool with_entries) const {
+  MemoryScene counts = gs::CountMemory(model, PlannedViews(stage), NearPlane(scene()), most, with_entries);
   if (ranks()) {
+    counts.is_bent = std::ranges::any_of(training_views(), [](const View* view) { return view->bent.has_value(); });
     counts.processes = ranks()->size();
     counts.parts = ViewRunsOf(static_cast<Index>(training_views().size()));
     counts.mask_bytes = mask_bytes_;  // of others' photographs nobody has the masks

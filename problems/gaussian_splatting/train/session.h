@@ -95,10 +95,12 @@ class TrainingSession {
   double IterationsAPass() const {
     return static_cast<double>(training_views().size()) / options_.adam.views_per_iteration;
   }
-  // By which memory is planned: as many as the process has that holds the most.
-  std::vector<const View*> planned_views() const { return LargestShare(training_views(), options_, ranks()); }
+  // By which memory of a stage is planned: as many as the process looks at that holds the most.
+  std::vector<const View*> PlannedViews(Stage stage) const {
+    return LargestShare(training_views(), stage == Stage::kAdam && AllTrainOnEach(options_) ? nullptr : ranks());
+  }
   // What it goes by, of a model; CountMemory has most and with_entries.
-  MemoryScene CountMemory(const splat::Model<float>& model, int most, bool with_entries) const;
+  MemoryScene CountMemory(const splat::Model<float>& model, Stage stage, int most, bool with_entries) const;
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
   double Seconds() const { return clock_.Seconds(); }

@@ -5,7 +5,9 @@
 
 #include <mutex>
 
+#include "kernels/core/error.h"
 #include "solver/distributed/distributed_problem.h"
+#include "solver/levenberg_marquardt.h"
 #include "solver/normal_equations/reduced_system.h"
 #include "tests/problems/gaussian_splatting/cameras/joint_setup.h"
 #include "tests/support/thread_ranks.h"
@@ -97,6 +99,40 @@ TEST(JointParts, AreTheProblemThatIsOne) {
   }
 }
 
+// As the engine solves it, by PCG with the views eliminated or along with the splats, in shards.
+TEST(JointParts, AreSolvedToTheSameBits) {
+  for (const bool eliminates : {true, false}) {
+    const test::JointSetup<double> setup = SetupOf(eliminates, {true, true, true, true});
+    LmOptions options;
+    options.max_iterations = 3;
+    options.normal_system.linear_solver = eliminates ? LinearSolverKind::kReducedPcg : LinearSolverKind::kPcg;
+    const auto solve = [&](Problem<B>& problem) {
+      B backend;
+      HostBuffer<double> x(setup.x.size());
+      std::copy(setup.x.begin(), setup.x.end(), x.begin());
+      const LmSummary summary = SolveLm<B>(options, backend, problem, x);
+      EXPECT_LT(summary.final_cost, 0.9 * summary.initial_cost);
+      return std::vector<double>(x.begin(), x.end());
+    };
+    std::vector<double> of_one;
+    for (const int count : {1, 2, 3}) {
+      std::mutex mutex;
+      vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
+        JointProblem<double> whole = setup.Make();
+        JointParts<double> parts(whole);
+        DistributedProblem<B> distributed(ranks, parts);
+        const std::vector<double> x = solve(distributed);
+        const std::lock_guard lock(mutex);
+        if (of_one.empty()) of_one = x;
+        EXPECT_EQ(x, of_one) << count;
+      });
+    }
+    JointProblem<double> alone = setup.Make();
+    const std::vector<double> x = solve(alone);
+    for (std::size_t k = 0; k < x.size(); ++k) ASSERT_NEAR(x[k], of_one[k], 1e-6 * (1 + std::abs(x[k]))) << k;
+  }
+}
+
 // A part is asked again after what it had was given away: nothing is added up twice.
 TEST(JointParts, APartTellsTheSameTwice) {
   const test::JointSetup<double> setup = SetupOf(true);
@@ -128,6 +164,8 @@ TEST(JointParts, LookAtTheirOwnViewsAlone) {
   JointParts<double>(whole).Make(2).problem->Linearize(setup.x.view(), 0)->Gradient(of_whole.view());
   EXPECT_EQ(std::vector(of_lacking.begin(), of_lacking.end()), std::vector(of_whole.begin(), of_whole.end()));
   EXPECT_NE(of_whole[n - 1], 0);
+  EXPECT_THROW(lacking.Cost(setup.x.view()), Error);
+  EXPECT_THROW(lacking.Linearize(setup.x.view(), 0), Error);
 }
 
 }  // namespace

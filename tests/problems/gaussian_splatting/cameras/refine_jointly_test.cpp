@@ -123,6 +123,14 @@ TEST(RefineJointly, RefusesWhatIsNoStart) {
   EXPECT_THROW(RefineJointly(known.model, known.views, start, known.options), Error);
   EXPECT_THROW(RefineJointly(known.model, known.views, std::vector<ViewUnknowns>(7), known.options), Error);
   EXPECT_THROW(RefineJointly(known.model, {}, {}, known.options), Error);
+  start = std::vector<ViewUnknowns>(8);
+  start[3].lens.radial[0] = 0.01;
+  EXPECT_THROW(RefineJointly(known.model, known.views, start, known.options), Error) << "the photograph is bent";
+  known.options.free = {.lens = true};
+  start[3].lens = {.log_focal = {0.01, 0.01}};
+  EXPECT_THROW(RefineJointly(known.model, known.views, start, known.options), Error) << "the others have that lens too";
+  for (ViewUnknowns& view : start) view.lens = {.log_focal = {2, 2}};
+  EXPECT_THROW(RefineJointly(known.model, known.views, start, known.options), Error) << "no lens is so long";
   known.options.free = {false, false};
   EXPECT_THROW(RefineJointly(known.model, known.views, {}, known.options), Error);
 }

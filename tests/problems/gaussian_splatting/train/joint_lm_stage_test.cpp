@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 
+#include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/cameras/bent_photograph.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
@@ -161,10 +162,35 @@ TEST_F(JointLmOfBent, ABreakChangesNoBit) {
   const TrainResult result = test::GoneOn(checkpoint, refine);
   EXPECT_EQ(result.model.data, whole.model.data);
   for (std::size_t i = 0; i < whole.cameras.size(); ++i) EXPECT_EQ(result.cameras[i].lens, whole.cameras[i].lens);
-  // What photographs were unbent by is part of the state.
-  Checkpoint other = checkpoint;
-  for (View& view : given_.views) view.bent.reset();
-  EXPECT_THROW(test::GoneOn(other, refine), Error);
+}
+
+// What they were unbent by is part of the state.
+TEST_F(JointLmOfBent, RefusesASavedStageWhoseBendsAreNone) {
+  const TrainOptions options = Options(CameraChoice::kAll, 3);
+  const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, 0, callbacks); };
+  const Checkpoint checkpoint = test::StoppedAt(1, refine);
+  const auto with_shape = [&](const auto& change) {
+    ArchiveReader reader(checkpoint.stage_state);
+    LmStageShape shape;
+    reader(shape);
+    EXPECT_EQ(shape.unbent_by.size(), 10U);
+    EXPECT_TRUE(shape.eliminates_views);
+    change(shape);
+    Checkpoint changed = checkpoint;
+    changed.stage_state.clear();
+    ArchiveWriter writer([&](std::string_view bytes) { changed.stage_state += bytes; });
+    writer(shape);
+    changed.stage_state += reader.rest();
+    return changed;
+  };
+  EXPECT_NO_THROW(test::GoneOn(with_shape([](LmStageShape&) {}), refine));
+  EXPECT_THROW(test::GoneOn(with_shape([](LmStageShape& shape) { shape.unbent_by.pop_back(); }), refine), Error);
+  EXPECT_THROW(test::GoneOn(with_shape([](LmStageShape& shape) { shape.unbent_by[3] = {-10, 0}; }), refine), Error);
+  EXPECT_THROW(test::GoneOn(with_shape([](LmStageShape& shape) {
+                              shape.unbent_by[3] = {std::nan(""), 0};
+                            }),
+                            refine),
+               Error);
 }
 
 TEST_F(JointLm, GoesOnFromWhatAdamHasFound) {

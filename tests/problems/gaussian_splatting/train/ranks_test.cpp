@@ -160,16 +160,24 @@ TEST(TrainingOverRanks, PlansByTheLargestShare) {
   std::vector<const View*> views;
   for (View& view : scene.views) views.push_back(&view);
   for (std::size_t v = 8; v < views.size(); ++v) scene.views[v].camera.width = 80;  // the last of three holds the most
-  TrainOptions options = Options();
   vesta::test::OnThreadRanks(3, [&](Ranks& ranks) {
     const Share last = ViewsOfProcess(static_cast<Index>(views.size()), 3, 2);
-    EXPECT_EQ(LargestShare(views, options, &ranks),
-              (std::vector<const View*>(views.begin() + last.begin, views.end())));
-    TrainOptions each = options;
-    each.adam.views_per_iteration = 1;
-    EXPECT_EQ(LargestShare(views, each, &ranks), views) << "all train on each view";
+    EXPECT_EQ(LargestShare(views, &ranks), (std::vector<const View*>(views.begin() + last.begin, views.end())));
   });
-  EXPECT_EQ(LargestShare(views, options, nullptr), views);
+  EXPECT_EQ(LargestShare(views, nullptr), views);
+}
+
+// Though all train on each view, LM has a share of them in each: of two processes half of what takes the most.
+TEST(TrainingOverRanks, LmIsPlannedByItsOwnShare) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = Options();
+  options.adam.views_per_iteration = 1;
+  options.cameras.refine = CameraChoice::kPoseAndExposure;
+  options.cameras.joint = true;
+  options.lm.iterations = 1;
+  const double one = TrainOn(1, scene, options).memory.predicted_mib,
+               two = TrainOn(2, scene, options).memory.predicted_mib;
+  EXPECT_LT(two, 0.75 * one);
 }
 
 // Whichever of them holds more before they begin: it is the most that they plan by.
@@ -280,9 +288,9 @@ TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
     options.cameras.refine = choice;
     test::ExpectOwnPhotographsDo(3, test::TrainingScene(), options);
   }
-  options.cameras.refine = CameraChoice::kPose;
+  // LM looks at them as they were given, and at those of one of two lenses unbent.
   options.cameras.joint = true;
-  test::ExpectOwnPhotographsDo(3, test::TrainingScene(), options);
+  test::ExpectOwnPhotographsDo(2, test::SceneThroughTwoLenses(8, 48, 36), options);
 }
 
 // Some iterations look at halves. Each process makes the photographs of its own what is found of two lenses.
