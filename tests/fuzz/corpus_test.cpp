@@ -48,6 +48,13 @@ TEST_P(FuzzCorpus, HoldsNoFinding) {
 
 INSTANTIATE_TEST_SUITE_P(All, FuzzCorpus, testing::ValuesIn(kTargets), testing::PrintToStringParamName());
 
+// Seeds of an earlier form would be refused at once, and nothing behind that be reached.
+TEST(FuzzCorpusSeeds, CheckpointsAreOfThisVersion) {
+  for (const char* seed : {"adam", "lm"}) {
+    EXPECT_TRUE(ReadsCheckpoint(ReadFile((kCorpus / "checkpoint" / seed).string()))) << seed << ": see docs/fuzzing.md";
+  }
+}
+
 TEST(FuzzCorpusFolders, AreThoseOfTheTargets) {
   std::set<std::string> names, folders;
   for (const Target& target : kTargets) names.insert(target.name);

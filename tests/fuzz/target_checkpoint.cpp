@@ -23,7 +23,7 @@ std::string Beginning(const ScratchFolder& folder) {
 
 }  // namespace
 
-void FuzzCheckpoint(std::string_view bytes) {
+bool ReadsCheckpoint(std::string_view bytes) {
   static const ScratchFolder folder;
   static const std::string beginning = Beginning(folder);
   std::string file = beginning + std::string(bytes);
@@ -32,17 +32,21 @@ void FuzzCheckpoint(std::string_view bytes) {
   file.append(reinterpret_cast<const char*>(&checksum), sizeof(checksum));
   const std::string path = folder.Write("checkpoint.vesta", file);
   gs::Checkpoint checkpoint;
-  if (!Reads(path, [&] { checkpoint = gs::ReadCheckpoint(path); })) return;
+  if (!Reads(path, [&] { checkpoint = gs::ReadCheckpoint(path); })) return false;
   const gs::Stage stage = checkpoint.run.stage;
   Promise(stage == gs::Stage::kAdam || stage == gs::Stage::kLm, "no stage");
   Promise(checkpoint.iteration() >= 0, "iterations below zero");
   app::Origin origin;
-  if (Reads(path, [&] { origin = app::ReadOrigin(checkpoint); })) PromiseOptions(origin.settings.options);
-  if (stage != gs::Stage::kLm) return;
+  const bool has_origin = Reads(path, [&] { origin = app::ReadOrigin(checkpoint); });
+  if (has_origin) PromiseOptions(origin.settings.options);
+  if (stage != gs::Stage::kLm) return has_origin;
   gs::SplatModel model;
-  if (!Reads("", [&] { model = gs::ModelOfLmStage(checkpoint.stage_state); })) return;
+  if (!Reads("", [&] { model = gs::ModelOfLmStage(checkpoint.stage_state); })) return false;
   Promise(model.sh_degree >= 0 && model.sh_degree <= 3 && static_cast<Index>(model.data.size()) == model.Size(),
           "a model of another number of values");
+  return has_origin;
 }
+
+void FuzzCheckpoint(std::string_view bytes) { ReadsCheckpoint(bytes); }
 
 }  // namespace vesta::fuzz

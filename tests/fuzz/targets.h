@@ -20,6 +20,9 @@ void FuzzPointPly(std::string_view bytes);
 void FuzzSplatPly(std::string_view bytes);
 void FuzzSpz(std::string_view bytes);  // before compression, a line "vesta..." for the comment; or compressed
 
+// Whether a checkpoint is read down to where the training came from, and to the model of LM's stage.
+bool ReadsCheckpoint(std::string_view bytes);
+
 // One word a line.
 void FuzzCommandLine(std::string_view bytes);
 
