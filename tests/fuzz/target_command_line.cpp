@@ -28,7 +28,9 @@ void FuzzCommandLine(std::string_view bytes) {
     const app::CommandLine line = app::ParseCommandLine(Lines(bytes));
     if (!line.command) return;
     if (line.flags.resume.empty()) {
-      Promise(line.arguments.size() == line.command->arguments.size(), "arguments of another number");
+      const std::size_t given = line.arguments.size(), least = line.command->arguments.size();
+      const bool may_be_more = line.command->repeats || (line.command->optional && given == least + 1);
+      Promise(given == least || (given > least && may_be_more), "arguments of another number");
     }
     app::ParseInterval("checkpoint_every", line.flags.checkpoint_every);
     const std::string& preset = line.flags.preset;
