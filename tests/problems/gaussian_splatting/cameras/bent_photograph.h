@@ -10,6 +10,7 @@
 #include "problems/gaussian_splatting/cameras/unbend.h"
 #include "problems/gaussian_splatting/model/sample_cubic.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs::test {
 
@@ -40,6 +41,23 @@ inline void Widen(float factor, SplatModel* model) {
       model->attribute(splat::kLogScale + k)[i] += std::log(factor);
     }
   }
+}
+
+struct BentScene {
+  Scene truth, given;
+};
+// Photographs all round the model, which is widened to fill them: right, and as a lens that bends still has left them.
+inline BentScene PhotographsBentBy(const RadialCoefficients& radial, SplatModel* model) {
+  Widen(3, model);
+  BentScene scene{RingOfCameras(12, 120, 90, true), {}};
+  for (View& view : scene.truth.views) view.camera.lens.fx = view.camera.lens.fy = 84;
+  RenderTruth(*model, 0, &scene.truth);
+  scene.given = scene.truth;
+  for (View& view : scene.given.views) {
+    view.image = Bent(view.image, view.camera, radial);
+    view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
+  }
+  return scene;
 }
 
 // The 90th percentile, over the camera's image, of the pixels between where a photograph bent by `radial` shows

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "problems/gaussian_splatting/cameras/gauge.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
@@ -109,15 +110,8 @@ TEST_F(CamerasFoundAlong, LensesComeBack) {
 // Photographs that were undistorted by wrong coefficients, so that they are bent still, of a model that fills them.
 TEST_F(CamerasFoundAlong, RadialDistortionComesBack) {
   const RadialCoefficients radial{0.08, -0.03};
-  test::Widen(3, &model_);
-  truth_ = test::RingOfCameras(12, 120, 90, true);
-  for (View& view : truth_.views) view.camera.lens.fx = view.camera.lens.fy = 84;
-  test::RenderTruth(model_, 0, &truth_);
-  given_ = truth_;
-  for (View& view : given_.views) {
-    view.image = test::Bent(view.image, view.camera, radial);
-    view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
-  }
+  test::BentScene scene = test::PhotographsBentBy(radial, &model_);
+  truth_ = std::move(scene.truth), given_ = std::move(scene.given);
   TrainOptions options = Options(CameraChoice::kAll, 400);
   options.adam.rate_factor = 0.03;  // the splat is right
   const TrainResult result = Refine(given_, model_, options, 0, {});

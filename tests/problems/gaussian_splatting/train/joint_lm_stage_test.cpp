@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/trainer.h"
@@ -122,15 +123,8 @@ TEST_F(JointLm, FindsLensesToo) {
 class JointLmOfBent : public JointLm {
  protected:
   JointLmOfBent() {
-    test::Widen(3, &model_);
-    truth_ = test::RingOfCameras(12, 120, 90, true);
-    for (View& view : truth_.views) view.camera.lens.fx = view.camera.lens.fy = 84;
-    test::RenderTruth(model_, 0, &truth_);
-    given_ = truth_;
-    for (View& view : given_.views) {
-      view.image = test::Bent(view.image, view.camera, kRadial);
-      view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
-    }
+    test::BentScene scene = test::PhotographsBentBy(kRadial, &model_);
+    truth_ = std::move(scene.truth), given_ = std::move(scene.given);
   }
   static constexpr RadialCoefficients kRadial{0.03, -0.01};
 };
