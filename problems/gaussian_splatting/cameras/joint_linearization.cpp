@@ -91,7 +91,7 @@ void JointLinearization<S>::DescentOfSplats(Index units, ConstView gradient, Vie
 template <class S>
 void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradient) {
   const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
-  CheckTruth<S>(target);
+  CheckTruth(target);
   unit.target = &target;
   unit.unknowns = layout_.UnknownsOf(x_, v);
   unit.unbent_by = BendOf(options_, layout_, v);

@@ -87,7 +87,7 @@ double JointProblem<S>::Cost(ConstView x, std::span<const Index> units) {
   double cost = 0;
   for (const Index v : units) {
     const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
-    CheckTruth<S>(target);
+    CheckTruth(target);
     const ViewUnknowns unknowns = layout_.UnknownsOf(x, v);
     const bool has_gains = std::ranges::all_of(unknowns.color.gain, [](double gain) { return gain > 0; });
     if (!has_gains || !IsLens(unknowns.lens, target.camera)) return std::numeric_limits<double>::infinity();

@@ -4,7 +4,6 @@
 
 #include <optional>
 
-#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/joint_problem.h"
 
@@ -21,12 +20,6 @@ inline double CornerOf(const splat::PosedCamera& given) {
 }
 inline bool IsLens(const LensChange& change, const splat::PosedCamera& given) {
   return change.is_sound() && change.is_bend_sound(CornerOf(given));
-}
-// Of a view that is looked at.
-template <class S>
-void CheckTruth(const TargetView<CpuBackend<S>>& target) {
-  VESTA_CHECK(target.truth.size() == target.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
-              target.truth.size(), target.camera.width, target.camera.height);
 }
 
 // What view v's truth has been unbent by; none where no bend of it is found.

@@ -71,7 +71,6 @@ class SplatProblem : public Problem<B> {
 
  private:
   SplatProblem(const SplatProblem& whole, std::span<const TargetView<B>> views);
-  static void CheckTruth(const TargetView<B>& view);
   // To be looked at.
   const TargetView<B>& ViewAt(Index unit) const;
 

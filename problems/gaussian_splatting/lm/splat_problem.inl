@@ -35,12 +35,6 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
 }
 
 template <Backend B>
-void SplatProblem<B>::CheckTruth(const TargetView<B>& view) {
-  VESTA_CHECK(view.truth.size() == view.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
-              view.truth.size(), view.camera.width, view.camera.height);
-}
-
-template <Backend B>
 const TargetView<B>& SplatProblem<B>::ViewAt(Index unit) const {
   const TargetView<B>& view = views_[static_cast<std::size_t>(unit)];
   CheckTruth(view);

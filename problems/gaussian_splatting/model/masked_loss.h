@@ -8,6 +8,7 @@
 // Without a mask nothing is done, and no bit differs.
 #pragma once
 
+#include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
 #include "problems/gaussian_splatting/model/mask_pixels.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -15,6 +16,13 @@
 namespace vesta::gs {
 
 inline constexpr Index kMaskGrain = 1 << 15;
+
+// Throws Error where the truth is not of its view's size, or missing.
+template <class B>
+void CheckTruth(const TargetView<B>& view) {
+  VESTA_CHECK(view.truth.size() == view.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
+              view.truth.size(), view.camera.width, view.camera.height);
+}
 
 // mask: a byte a pixel, in the memory of B, or empty. image: its three planes.
 template <class B, class Mask>
