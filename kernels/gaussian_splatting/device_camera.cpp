@@ -6,7 +6,8 @@ namespace vesta::splat {
 
 void ApplyPoseJ(const DeviceSplatView& view, const Model<float>& model, const PoseTangent& xi, float* d_image,
                 DeviceViewWorkspace& workspace) {
-  device_passes::PoseTangents(model, view.camera(), view.rank_of().data(), xi, view.SplatTangents(workspace));
+  device_passes::PoseTangents(model, view.camera(), view.rank_of().data(), xi,
+                              view.SplatTangents(workspace.splat_sums));
   view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
 }
 
@@ -17,8 +18,26 @@ PoseTangent PoseCotangent(const DeviceSplatView& view, const Model<float>& model
 
 void ApplyLensJ(const DeviceSplatView& view, const LensTangent& delta, float* d_image, DeviceViewWorkspace& workspace) {
   device_passes::LensTangents(view.splats().data(), view.num_splats(), view.camera().lens, delta,
-                              view.SplatTangents(workspace));
+                              view.SplatTangents(workspace.splat_sums));
   view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
+}
+
+void ApplyModelAndCameraJ(const DeviceSplatView& view, const Model<float>& model, const float* dx,
+                          const PoseTangent* xi, const LensTangent* delta, float* d_image,
+                          DeviceViewWorkspace& workspace) {
+  const PosedCamera& camera = view.camera();
+  SplatTangent<float>* const sum = view.SplatTangents(workspace.splat_sums);
+  device_passes::ProjectTangent(model, camera, view.rank_of().data(), dx, sum);
+  SplatTangent<float>* const moved = view.SplatTangents(workspace.pair_sums);
+  if (xi) {
+    device_passes::PoseTangents(model, camera, view.rank_of().data(), *xi, moved);
+    device_passes::AddTangents(moved, view.num_splats(), sum);
+  }
+  if (delta) {
+    device_passes::LensTangents(view.splats().data(), view.num_splats(), camera.lens, *delta, moved);
+    device_passes::AddTangents(moved, view.num_splats(), sum);
+  }
+  view.ApplyRasterJ(sum, d_image);
 }
 
 LensTangent LensCotangent(const DeviceSplatView& view, const SplatTangent<float>* cotangents) {

@@ -47,6 +47,14 @@ struct LensTangentOne {
   VESTA_HD void operator()(Index rank) const { tangents[rank] = LensRows(splats[rank], lens).Tangent<float>(delta); }
 };
 
+struct AddTangentOne {
+  const SplatTangent<float>* tangents;
+  SplatTangent<float>* sum;
+  VESTA_HD void operator()(Index rank) const {
+    for (int k = 0; k < kSplatTangent; ++k) sum[rank].w[k] += tangents[rank].w[k];
+  }
+};
+
 struct LensCotangentOne {
   Lens lens;
   const Splat<float>* splats;
@@ -106,6 +114,10 @@ PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, co
 void LensTangents(const Splat<float>* splats, Index count, const Lens& lens, const LensTangent& delta,
                   SplatTangent<float>* tangents) {
   device::ForEach(count, LensTangentOne{lens, delta, splats, tangents}, "tangent of the lens");
+}
+
+void AddTangents(const SplatTangent<float>* tangents, Index count, SplatTangent<float>* sum) {
+  device::ForEach(count, AddTangentOne{tangents, sum}, "sum of tangents");
 }
 
 LensTangent LensCotangent(const Splat<float>* splats, Index count, const Lens& lens,

@@ -31,6 +31,8 @@ PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, co
                           const SplatTangent<float>* cotangents);
 void LensTangents(const Splat<float>* splats, Index count, const Lens& lens, const LensTangent& delta,
                   SplatTangent<float>* tangents);
+// sum += tangents.
+void AddTangents(const SplatTangent<float>* tangents, Index count, SplatTangent<float>* sum);
 LensTangent LensCotangent(const Splat<float>* splats, Index count, const Lens& lens,
                           const SplatTangent<float>* cotangents);
 

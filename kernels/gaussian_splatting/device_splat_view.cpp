@@ -102,7 +102,7 @@ void DeviceSplatView::Render(float* image) const { device_passes::Forward(Lists(
 
 void DeviceSplatView::ApplyJ(const Model<float>& model, const float* dx, float* d_image,
                              DeviceViewWorkspace& workspace) const {
-  device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, SplatTangents(workspace));
+  device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, SplatTangents(workspace.splat_sums));
   ApplyRasterJ(workspace.splat_sums.data(), d_image);
 }
 
@@ -111,9 +111,9 @@ void DeviceSplatView::ApplyRasterJ(const SplatTangent<float>* tangents, float* d
   device_passes::Tangent(Lists(), tangents, d_image);
 }
 
-SplatTangent<float>* DeviceSplatView::SplatTangents(DeviceViewWorkspace& workspace) const {
-  EnsureSize(workspace.splat_sums, num_splats());
-  return workspace.splat_sums.data();
+SplatTangent<float>* DeviceSplatView::SplatTangents(DeviceBuffer<SplatTangent<float>>& room) const {
+  EnsureSize(room, num_splats());
+  return room.data();
 }
 
 void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const float* u, float* g,

@@ -77,9 +77,10 @@ class DeviceSplatView {
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
   void ApplyJ(const Model<float>& model, const float* dx, float* d_image, DeviceViewWorkspace& workspace) const;
-  // d_image = J_raster tangents, by rank; and where tangents may be put for that.
+  // d_image = J_raster tangents, by rank; and where tangents may be put for that: in workspace.splat_sums, or in
+  // pair_sums, which no tangent pass takes.
   void ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const;
-  SplatTangent<float>* SplatTangents(DeviceViewWorkspace& workspace) const;
+  SplatTangent<float>* SplatTangents(DeviceBuffer<SplatTangent<float>>& room) const;
   // As SplatView's, one pass after the other.
   void RenderAndApplyJ(const Model<float>& model, const float* dx, float* image, float* d_image,
                        DeviceViewWorkspace& workspace) const {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "solver/distributed/problem_parts.h"
+#include "solver/normal_equations/reduced_system.h"
 
 namespace vesta {
 
@@ -53,6 +54,47 @@ class HostedVectors {
   Vector copies_[2], made_;
   std::weak_ptr<const Vector> shared_;
   HostBuffer<S> x_;  // what shared_ is a copy of
+};
+
+// Borrows the linearization of B's memory that it is of.
+template <Backend B>
+class HostedReducedSystem final : public ReducedSystem<CpuBackend<typename B::Scalar>> {
+ public:
+  using Cpu = CpuBackend<typename B::Scalar>;
+  using typename ReducedSystem<Cpu>::ConstView;
+  using typename ReducedSystem<Cpu>::View;
+
+  HostedReducedSystem(std::shared_ptr<HostedVectors<B>> vectors, std::unique_ptr<ReducedSystem<B>> there)
+      : vectors_(std::move(vectors)), there_(std::move(there)) {}
+
+  Index size() const override { return there_->size(); }
+  void SetDamping(double lambda, ConstView metric) override {
+    metric_.ResizeForOverwrite(metric.size());
+    vectors_->backend().FromHost(metric, metric_);
+    there_->SetDamping(lambda, metric_);
+  }
+  void ReduceRhs(ConstView rhs, View reduced) override {
+    vectors_->Make([&](auto to) { there_->ReduceRhs(vectors_->Copy(rhs), to); }, reduced);
+  }
+  void Apply(ConstView x, View y) override {
+    vectors_->Make([&](auto to) { there_->Apply(vectors_->Copy(x), to); }, y);
+  }
+  void BackSubstitute(ConstView rhs, View step) override {
+    const auto completed = vectors_->Copy(step, 1);
+    there_->BackSubstitute(vectors_->Copy(rhs), completed);
+    vectors_->backend().ToHost(completed, step);
+  }
+  std::vector<BlockGroup> kept_groups() const override { return there_->kept_groups(); }
+  void DiagonalBlocks(BlockDiagonal<Cpu>& diagonal) override {
+    BlockDiagonal<B> made(size(), diagonal.groups());
+    there_->DiagonalBlocks(made);
+    vectors_->backend().ToHost(made.all_values(), diagonal.all_values());
+  }
+
+ private:
+  std::shared_ptr<HostedVectors<B>> vectors_;
+  std::unique_ptr<ReducedSystem<B>> there_;
+  typename B::Vector metric_;  // which the system may go on reading
 };
 
 template <Backend B>
@@ -114,6 +156,10 @@ class HostedLinearization final : public Linearization<CpuBackend<typename B::Sc
     vectors_->backend().ToHost(made.all_values(), blocks.all_values());
   }
   bool blocks_give_diagonal() const override { return there_->blocks_give_diagonal(); }
+  std::unique_ptr<ReducedSystem<Cpu>> MakeReducedSystem() override {
+    auto made = there_->MakeReducedSystem();
+    return made ? std::make_unique<HostedReducedSystem<B>>(vectors_, std::move(made)) : nullptr;
+  }
 
  private:
   template <class F>
@@ -223,8 +269,7 @@ class HostedParts final : public ProblemParts<CpuBackend<typename B::Scalar>> {
   Index num_tangent() const override { return there_.num_tangent(); }
   std::vector<BlockGroup> block_groups() const override { return there_.block_groups(); }
   Problem<Cpu>* geometry() override { return geometry_.get(); }
-  // A reduced system is made where its vectors lie: none of these.
-  bool eliminates() const override { return false; }
+  bool eliminates() const override { return there_.eliminates(); }
 
  private:
   ProblemParts<B>& there_;

@@ -1,7 +1,7 @@
 #include "problems/gaussian_splatting/cameras/affine_color.h"
 
-#include "kernels/core/parallel.h"
-#include "kernels/image/image_shape.h"
+#include "kernels/core/vector_backend.h"
+#include "problems/gaussian_splatting/cameras/exposed_colors.h"
 
 namespace vesta::gs {
 
@@ -25,14 +25,7 @@ AffineColor AffineColor::After(const AffineColor& first) const {
 
 template <class S>
 void AffineColor::Apply(HostSpan<S> image) const {
-  constexpr Index kGrain = 1 << 15;  // pixels
-  const Index plane = image.size() / ImageShape::kChannels;
-  for (int c = 0; c < ImageShape::kChannels; ++c) {
-    const auto channel = static_cast<std::size_t>(c);
-    const S factor = static_cast<S>(gain[channel]), shift = static_cast<S>(offset[channel]);
-    S* values = image.data() + c * plane;
-    ParallelFor(plane, kGrain, [&](Index i) { values[i] = factor * values[i] + shift; });
-  }
+  Expose<CpuBackend<S>>(*this, image);
 }
 template void AffineColor::Apply(HostSpan<float> image) const;
 template void AffineColor::Apply(HostSpan<double> image) const;

@@ -12,7 +12,7 @@
 namespace vesta::gs {
 namespace {
 
-using Backend = CpuBackend<double>;
+using DoubleBackend = CpuBackend<double>;
 
 constexpr int kLeastSide = 32;  // pixels: three windows of SSIM
 
@@ -89,7 +89,7 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
   if (IsFlat(view.image)) return end_with(AlignStatus::kFlatImage);
   const ViewProblemOptions problem_options{options.free, options.background, options.weights};
   const splat::Model<float> kernel_model = ToKernelModel(model);
-  Backend backend;
+  DoubleBackend backend;
   HostBuffer<double> start(kViewParameters), x(kViewParameters);
   Pack({}, start);
   x.CopyFrom(start);
@@ -105,7 +105,7 @@ Alignment AlignView(const SplatModel& model, const View& view, const AlignOption
       // What was found on smaller images may be a wrong turn.
       if (!(problem.Cost(x) < before)) x.CopyFrom(start);
     }
-    const LmSummary summary = SolveLm<Backend>(EngineOptions(options, level), backend, problem, x);
+    const LmSummary summary = SolveLm<DoubleBackend>(EngineOptions(options, level), backend, problem, x);
     alignment.iterations += static_cast<int>(summary.iterations.size()) - 1;
     if (level > 0) continue;
     alignment.cost_after = summary.final_cost / values;

@@ -8,10 +8,10 @@
 namespace vesta::gs {
 namespace {
 
-using Backend = CpuBackend<double>;
+using DoubleBackend = CpuBackend<double>;
 
 // ViewProblem with a camera that stands still: the image is rendered once.
-class ExposureProblem final : public Problem<Backend> {
+class ExposureProblem final : public Problem<DoubleBackend> {
  public:
   ExposureProblem(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
                   const PhotometricWeights& weights, HostSpan<const std::uint8_t> mask)
@@ -27,14 +27,14 @@ class ExposureProblem final : public Problem<Backend> {
     Unpack(x).color.Apply(image_.view());
     return EvaluateLoss(*loss_, target_, image_.view()).cost;
   }
-  std::unique_ptr<Linearization<Backend>> Linearize(ConstView x, int batch) override {
+  std::unique_ptr<Linearization<DoubleBackend>> Linearize(ConstView x, int batch) override {
     this->CheckBatch(batch);
     HostBuffer<float> rendered;
     rendered.CopyFrom(rendered_);
     return std::make_unique<ViewLinearization<float>>(kFree, Unpack(x).color, target_, std::move(rendered),
                                                       HostBuffer<float>(), loss_);
   }
-  void Plus(Backend& /*backend*/, ConstView x, ConstView delta, View out) override {
+  void Plus(DoubleBackend& /*backend*/, ConstView x, ConstView delta, View out) override {
     Pack(gs::Plus(Unpack(x), kFree, delta), out);
   }
 
@@ -54,10 +54,10 @@ AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> tr
   VESTA_CHECK(rendered.size() == shape.NumValues() && truth.size() == shape.NumValues(),
               "rendered {}, truth {} values, want {}", rendered.size(), truth.size(), shape.NumValues());
   ExposureProblem problem(rendered, truth, shape, weights, mask);
-  Backend backend;
+  DoubleBackend backend;
   HostBuffer<double> x(kViewParameters);
   Pack({}, x);
-  SolveLm<Backend>({}, backend, problem, x);
+  SolveLm<DoubleBackend>({}, backend, problem, x);
   return Unpack(x).color;
 }
 

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "kernels/core/parallel.h"
 #include "kernels/core/vector_backend.h"
+#include "kernels/image/image_shape.h"
 
 namespace vesta::gs {
 
@@ -20,36 +23,67 @@ double SumOver(Index n, const Of& of) {
   });
 }
 
-template <class S, class U>
-double Dot(const S* a, const U* b, Index n) {
-  return SumOver(n, [&](Index i) { return static_cast<double>(a[i]) * static_cast<double>(b[i]); });
-}
-
-template <class S>
-double Sum(const S* a, Index n) {
-  return SumOver(n, [&](Index i) { return static_cast<double>(a[i]); });
-}
-
-// The same in the memory of B, read back at once.
+// Sums over images in the memory of B, asked for one after the other and read all at once: on a device they are waited
+// for once. What was asked for may change before it is read.
 template <class B>
-double Dot(B& backend, typename B::ConstView a, typename B::ConstView b) {
-  if constexpr (std::is_same_v<typename B::Space, Host>) {
-    return Dot(a.data(), b.data(), a.size());
-  } else {
-    return backend.Dot(a, b);
-  }
-}
+class ImageProducts {
+ public:
+  using Space = typename B::Space;
+  using ConstView = typename B::ConstView;
 
-template <class B>
-double Sum(B& backend, typename B::ConstView a) {
-  if constexpr (std::is_same_v<typename B::Space, Host>) {
-    return Sum(a.data(), a.size());
-  } else {
-    typename B::Vector ones;
-    ones.ResizeForOverwrite(a.size());
-    backend.Fill(1, ones);
-    return backend.Dot(a, ones);
+  // Of so many at most.
+  explicit ImageProducts(int most) {
+    if constexpr (kIsDevice) slots_.Resize(most);
   }
+  // a^T b. On a device both are of its scalars.
+  template <class T>
+  void AddDot(ConstView a, Span<const T, Space> b) {
+    if constexpr (kIsDevice) {
+      B().Dot(a, b, Next());
+    } else {
+      sums_.push_back(
+          SumOver(a.size(), [&](Index i) { return static_cast<double>(a[i]) * static_cast<double>(b[i]); }));
+    }
+  }
+  // The sum of a's values.
+  void AddSum(ConstView a) {
+    if constexpr (kIsDevice) {
+      if (ones_.size() < a.size()) {
+        ones_.ResizeForOverwrite(a.size());
+        B().Fill(1, ones_);
+      }
+      AddDot(a, ConstView(ones_.view()).subspan(0, a.size()));
+    } else {
+      sums_.push_back(SumOver(a.size(), [&](Index i) { return static_cast<double>(a[i]); }));
+    }
+  }
+  // In the order in which they were asked for.
+  std::vector<double> Read() {
+    if constexpr (kIsDevice) {
+      if (asked_ > 0) sums_ = B().Read(slots_);
+      sums_.resize(static_cast<std::size_t>(asked_));
+    }
+    return std::move(sums_);
+  }
+
+ private:
+  static constexpr bool kIsDevice = !std::is_same_v<Space, Host>;
+
+  typename B::Slot Next() { return B().SlotOf(slots_, asked_++); }
+
+  std::vector<double> sums_;
+  typename B::Slots slots_;
+  typename B::Vector ones_;
+  int asked_ = 0;
+};
+
+// The gradient of a cost by the three gains, then by the three offsets, of an exposure of the image.
+template <class B>
+void AddExposureProducts(typename B::ConstView image, typename B::ConstView gradient, ImageProducts<B>& products) {
+  const Index plane = image.size() / ImageShape::kChannels;
+  const auto channel = [plane](typename B::ConstView of, int c) { return of.subspan(c * plane, plane); };
+  for (int c = 0; c < ImageShape::kChannels; ++c) products.AddDot(channel(image, c), channel(gradient, c));
+  for (int c = 0; c < ImageShape::kChannels; ++c) products.AddSum(channel(gradient, c));
 }
 
 }  // namespace vesta::gs

@@ -14,33 +14,33 @@
 namespace vesta::gs {
 
 // One view, as joint_view.h shows it.
-template <class S>
+template <class B>
 struct JointUnit {
-  const TargetView<CpuBackend<S>>* target = nullptr;
+  const TargetView<B>* target = nullptr;
   ViewUnknowns unknowns;
   std::optional<RadialCoefficients> unbent_by;  // BendOf
-  splat::SplatView<S> view;
-  HostBuffer<S> rendered;  // before the exposure
-  typename PhotometricLoss<S>::Linearization W;
+  typename SplatBackend<B>::SplatView view;
+  typename B::Vector rendered;  // before the exposure
+  typename SplatBackend<B>::Loss::Linearization W;
   std::vector<double> prior, prior_jacobian;  // ViewPrior's
   // J_c^T W J_c of the view's own unknowns and then of its lens, the prior's included; made when it is asked for. W J_c
   // of its own: only where views may be eliminated.
   std::vector<double> curvature;
-  ViewColumns<CpuBackend<S>> weighted;
+  ViewColumns<B> weighted;
 
   Index values() const { return rendered.size(); }
 };
 
-template <class S>
-class JointLinearization final : public Linearization<CpuBackend<S>> {
+template <Backend B>
+class JointLinearization final : public Linearization<B> {
  public:
-  using B = CpuBackend<S>;
+  using S = typename B::Scalar;
   using typename Linearization<B>::ConstView;
   using typename Linearization<B>::View;
 
   // scratch is shared with the problem.
   JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
-                     std::span<const TargetView<B>> views, std::shared_ptr<JointScratch<S>> scratch);
+                     std::span<const TargetView<B>> views, std::shared_ptr<JointScratch<B>> scratch);
 
   // Residuals are the colour differences e = shown - truth, view after view, each 3 planes; then for each view those of
   // the prior.
@@ -69,25 +69,30 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
 
   // The parts that the reduced system is made of.
   const JointLayout& layout() const { return layout_; }
-  const std::vector<JointUnit<S>>& units() const { return units_; }
+  const std::vector<JointUnit<B>>& units() const { return units_; }
+  // Steps and gradients of one view are those of the splats, where they lie, and the rest (joint_rest.h).
+  using ConstHere = HostSpan<const S>;
+  using Here = HostSpan<S>;
   // d_image = J of view v by what is no view's own, splats and lens; g += its transpose times u, an image, which is
   // overwritten.
-  void ApplySharedJ(Index v, ConstView step, View d_image);
-  void AddSharedJT(Index v, View u, View g);
-  // y += what view v's prior adds to H x of its lens.
-  void AddPriorOfLens(Index v, ConstView x, View y) const;
+  void ApplySharedJ(Index v, ConstView splats, ConstHere rest, View d_image);
+  void AddSharedJT(Index v, View u, View g, Here g_rest);
+  // y += what view v's prior adds to H x of its lens, of the rest of either.
+  void AddPriorOfLens(Index v, ConstHere x, Here y) const;
   // values of the lenses' block group = the sums over each one's views of what is given of a view.
   void AddLensBlocks(const std::function<std::vector<double>(Index)>& of_view, View values) const;
-  void ApplyW(const JointUnit<S>& unit, ConstView u, View Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
+  void ApplyW(const JointUnit<B>& unit, ConstView u, View Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
   // What both hold of the diagonal and the blocks.
   const SplatGrams<B>& Grams();
   const std::vector<double>& CurvatureOf(std::size_t view) { return MakeCurvature(units_[view]); }
   // Of what a part has of the splats only sums over the parts are held.
   bool is_part() const { return options_.splats.is_part; }
   void ReleaseGrams() { grams_.Release(); }
-  JointScratch<S>& scratch() { return *scratch_; }
+  JointScratch<B>& scratch() { return *scratch_; }
 
  private:
+  static constexpr Index kGrain = 16384;  // parameters
+
   Index num_priors() const { return layout_.views * layout_.free.num_tangent(); }
   // Builds all views, and sums their gradients, of which comes the descent; of a part their squares. A part is built
   // when it is first asked for something, so that gradients are held of one at a time.
@@ -97,30 +102,31 @@ class JointLinearization final : public Linearization<CpuBackend<S>> {
   }
   // squares becomes the descent of the splats.
   void DescentOfSplats(Index units, ConstView gradient, View squares) const;
-  void Build(Index v, JointUnit<S>& unit, View image_gradient);
+  // x: the rest of it.
+  void Build(Index v, ConstHere x, JointUnit<B>& unit, View image_gradient);
   // d_image = J v of view v, without the prior's; g += J^T u, u overwritten.
-  void ApplyViewJ(Index v, ConstView step, View d_image);
-  void AddViewJT(Index v, View u, View g);
-  // out = J_p v and g += J_p^T u of the prior of view v.
-  void ApplyPriorJ(Index v, ConstView step, S* out) const;
-  void AddPriorJT(Index v, const S* u, View g) const;
-  const std::vector<double>& MakeCurvature(JointUnit<S>& unit);
+  void ApplyViewJ(Index v, ConstView splats, ConstHere rest, View d_image);
+  void AddViewJT(Index v, View u, View g, Here g_rest);
+  // out = J_p v and g += J_p^T u of the prior of view v, which is on the rest alone.
+  void ApplyPriorJ(Index v, ConstHere step, S* out) const;
+  void AddPriorJT(Index v, const S* u, Here g) const;
+  const std::vector<double>& MakeCurvature(JointUnit<B>& unit);
   // d_image = the derivative of what is rendered.
-  void ApplyImageJ(Index v, ConstView step, const splat::PoseTangent* pose, View d_image);
+  void ApplyImageJ(Index v, ConstView splats, ConstHere rest, const splat::PoseTangent* pose, View d_image);
   // d_image += what the lens's bend adds to the derivative of what is shown.
-  void AddBendJ(Index v, ConstView step, View d_image);
+  void AddBendJ(Index v, ConstHere rest, View d_image);
 
   JointProblemOptions options_;
   JointLayout layout_;
   ConstView x_;
   splat::Model<S> model_;
   std::span<const TargetView<B>> views_;
-  std::vector<JointUnit<S>> units_;
+  std::vector<JointUnit<B>> units_;
   Index num_values_ = 0;
-  std::shared_ptr<JointScratch<S>> scratch_;
-  HostBuffer<S> gradient_, descent_;  // the second: the splats', where it is its own
+  std::shared_ptr<JointScratch<B>> scratch_;
+  typename B::Vector gradient_, descent_;  // the second: the splats', where it is its own
   SplatGrams<B> grams_;
-  mutable HostBuffer<S> residuals_;
+  mutable typename B::Vector residuals_;
 };
 
 }  // namespace vesta::gs

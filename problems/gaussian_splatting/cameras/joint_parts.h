@@ -12,13 +12,13 @@ namespace vesta::gs {
 // Each part has all Gaussians and lenses, a run of the views, and their poses and exposures, which are eliminated part
 // by part.
 // Of views that fall to others nothing is looked at.
-template <class S>
-class JointParts final : public ProblemParts<CpuBackend<S>> {
+template <Backend B>
+class JointParts final : public ProblemParts<B> {
  public:
-  using B = CpuBackend<S>;
+  using Whole = JointProblem<B>;
 
   // As many as SplatParts has. whole must outlive this object.
-  explicit JointParts(JointProblem<S>& whole) : whole_(whole), layout_(whole.layout()) {}
+  explicit JointParts(Whole& whole) : whole_(whole), layout_(whole.layout()) {}
 
   int num_parts() const override { return ViewRunsOf(layout_.views); }
   ProblemPart<B> Make(int part) override {
@@ -33,7 +33,7 @@ class JointParts final : public ProblemParts<CpuBackend<S>> {
   bool eliminates() const override { return whole_.eliminates_views(); }
 
  private:
-  JointProblem<S>& whole_;
+  Whole& whole_;
   const JointLayout& layout_;
 };
 

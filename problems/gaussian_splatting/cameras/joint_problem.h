@@ -38,13 +38,13 @@ struct JointProblemOptions {
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout);
 
-// x: JointLayout; units are views. The motion of a view is from its target.camera, which is in double, so that what x
-// has to hold is small. Costs are infinite where a gain is not above 0, or a lens is none (LensChange::is_sound,
-// is_bend_sound). The same bits for any number of threads.
-template <class S>
-class JointProblem final : public Problem<CpuBackend<S>> {
+// For any memory space. x: JointLayout; units are views. The motion of a view is from its target.camera, which is in
+// double, so that what x has to hold is small. Costs are infinite where a gain is not above 0, or a lens is none
+// (LensChange::is_sound, is_bend_sound). The same bits for any number of threads.
+template <Backend B>
+class JointProblem final : public Problem<B> {
  public:
-  using B = CpuBackend<S>;
+  using S = typename B::Scalar;
   using typename Problem<B>::ConstView;
   using typename Problem<B>::View;
 
@@ -71,6 +71,9 @@ class JointProblem final : public Problem<CpuBackend<S>> {
   // in the same memory: one call at a time of all of them.
   std::unique_ptr<JointProblem> MakePart(const Share& views) const;
 
+  // What the passes work in, free for others between calls.
+  typename SplatBackend<B>::Workspace& workspace() { return scratch_->workspace; }
+
  private:
   JointProblem(const JointProblem& whole, const Share& views);
 
@@ -78,7 +81,7 @@ class JointProblem final : public Problem<CpuBackend<S>> {
   std::span<const TargetView<B>> views_;
   JointLayout layout_;
   std::shared_ptr<SplatProblem<B>> splats_;  // for its metric
-  std::shared_ptr<JointScratch<S>> scratch_;
+  std::shared_ptr<JointScratch<B>> scratch_;
 };
 
 }  // namespace vesta::gs

@@ -12,15 +12,14 @@ namespace vesta::gs {
 // J_s^T (W - W J_c C^-1 J_c^T W) J_s, C = J_c^T W J_c + lambda D of the view: products as those of the splats alone,
 // with what a camera could do taken out of each image. Lenses, which views share, are kept with the splats. W J_c is
 // held, eight images a view.
-template <class S>
-class JointReducedSystem final : public ReducedSystem<CpuBackend<S>> {
+template <Backend B>
+class JointReducedSystem final : public ReducedSystem<B> {
  public:
-  using B = CpuBackend<S>;
   using typename ReducedSystem<B>::ConstView;
   using typename ReducedSystem<B>::View;
 
   // Borrows the linearization.
-  explicit JointReducedSystem(JointLinearization<S>& linearization);
+  explicit JointReducedSystem(JointLinearization<B>& linearization);
 
   Index size() const override { return layout_.shared(); }
   void SetDamping(double lambda, ConstView metric) override;
@@ -42,7 +41,7 @@ class JointReducedSystem final : public ReducedSystem<CpuBackend<S>> {
   // In place by C^-1 of that view.
   void SolveView(std::size_t view) { blocks_[view].Solve(ViewPart(view), ViewPart(view)); }
 
-  JointLinearization<S>& linearization_;
+  JointLinearization<B>& linearization_;
   const JointLayout& layout_;
   double lambda_ = 0;
   ConstView metric_;  // of what is kept; empty: of a part, whose whole is damped where all are summed

@@ -1,31 +1,32 @@
 // What a joint problem, its parts and their linearizations go through their views in, one call at a time.
 #pragma once
 
-#include "kernels/core/buffer.h"
-#include "kernels/gaussian_splatting/splat_view.h"
-#include "kernels/image/photometric_loss.h"
+#include "problems/gaussian_splatting/model/splat_backend.h"
 
 namespace vesta::gs {
 
-template <class S>
+template <class B>
 class JointScratch {
  public:
+  using Vector = typename B::Vector;
+  using View = typename B::View;
+
   explicit JointScratch(const PhotometricWeights& weights) : loss(weights) {}
 
-  PhotometricLoss<S> loss;
-  splat::ViewWorkspace<S> workspace;
+  typename SplatBackend<B>::Loss loss;
+  typename SplatBackend<B>::Workspace workspace;
   // Images of so many values, each until it is asked for again.
-  HostSpan<S> Image(Index values) { return Of(values, image_); }
-  HostSpan<S> Weighted(Index values) { return Of(values, weighted_); }
-  HostSpan<S> Column(Index values) { return Of(values, column_); }
+  View Image(Index values) { return Of(values, image_); }
+  View Weighted(Index values) { return Of(values, weighted_); }
+  View Column(Index values) { return Of(values, column_); }
 
  private:
-  static HostSpan<S> Of(Index values, HostBuffer<S>& images) {
+  static View Of(Index values, Vector& images) {
     if (images.size() < values) images.ResizeForOverwrite(values);
     return images.view().subspan(0, values);
   }
 
-  HostBuffer<S> image_, weighted_, column_;
+  Vector image_, weighted_, column_;
 };
 
 }  // namespace vesta::gs

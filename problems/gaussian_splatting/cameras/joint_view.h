@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "problems/gaussian_splatting/cameras/bend_column.h"
+#include "problems/gaussian_splatting/cameras/exposed_colors.h"
 #include "problems/gaussian_splatting/cameras/joint_problem.h"
 
 namespace vesta::gs {
@@ -32,20 +33,20 @@ inline std::optional<RadialCoefficients> BendOf(const JointProblemOptions& optio
 // The derivative of what is shown by k1 (k = 0) or k2: how the photograph changes as it is bent. Of the photograph and
 // not of what is rendered, so that what is shown is linear in the coefficients, and its derivative exact, as long as
 // they are near to those it was unbent by.
-template <class S>
-void PhotographBend(const TargetView<CpuBackend<S>>& target, int k, HostSpan<S> column) {
-  BendColumn<CpuBackend<S>>(target, k, target.truth, column);
+template <class B>
+void PhotographBend(const TargetView<B>& target, int k, typename B::View column) {
+  BendColumn<B>(target, k, target.truth, column);
 }
 
 // image, as rendered, becomes what is compared with the photograph.
-template <class S>
+template <class B>
 void ShowAsFound(const ViewUnknowns& found, const std::optional<RadialCoefficients>& unbent_by,
-                 const TargetView<CpuBackend<S>>& target, JointScratch<S>& scratch, HostSpan<S> image) {
-  found.color.Apply(image);
+                 const TargetView<B>& target, JointScratch<B>& scratch, typename B::View image) {
+  Expose<B>(found.color, image);
   for (int k = 0; unbent_by && k < kRadialTangent; ++k) {
-    const HostSpan<S> column = scratch.Column(image.size());
-    PhotographBend(target, k, column);
-    CpuBackend<S>().Axpby(found.lens.radial[k] - (*unbent_by)[static_cast<std::size_t>(k)], column, 1.0, image);
+    const typename B::View column = scratch.Column(image.size());
+    PhotographBend<B>(target, k, column);
+    B().Axpby(found.lens.radial[k] - (*unbent_by)[static_cast<std::size_t>(k)], column, 1.0, image);
   }
 }
 

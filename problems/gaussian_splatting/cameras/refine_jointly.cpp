@@ -52,7 +52,8 @@ HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
                              const std::vector<ViewUnknowns>& views) {
   HostBuffer<float> x(layout.num_parameters());
   std::copy(model.data.begin(), model.data.end(), x.begin());
-  for (Index v = 0; v < layout.views; ++v) layout.SetUnknowns(views[static_cast<std::size_t>(v)], v, x.view());
+  for (Index v = 0; v < layout.views; ++v)
+    layout.SetUnknowns(views[static_cast<std::size_t>(v)], v, layout.RestOf(x.view()));
   return x;
 }
 
@@ -84,7 +85,7 @@ JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& 
   }
   CheckLenses(views, start, options.free);
   const std::vector<TargetView<B>> targets = MakeTargets<B>(views, options.near);
-  JointProblem<float> problem(
+  JointProblem<B> problem(
       ProblemOptionsOf(options, model, LengthUnits(model, views, options.near, options.extent), views), targets);
   const JointLayout& layout = problem.layout();
   HostBuffer<float> x = JointStart(layout, model, start.empty() ? std::vector<ViewUnknowns>(views.size()) : start);
@@ -93,7 +94,8 @@ JointRefinement RefineJointly(SplatModel model, const std::vector<const View*>& 
   refined.summary = SolveLm<B>(EngineOptionsOf(options), backend, problem, x);
   std::copy_n(x.begin(), model.data.size(), model.data.begin());
   refined.model = std::move(model);
-  for (Index v = 0; v < layout.views; ++v) refined.views.push_back(layout.UnknownsOf<float>(x, v));
+  for (Index v = 0; v < layout.views; ++v)
+    refined.views.push_back(layout.UnknownsOf(layout.RestOf(std::as_const(x).view()), v));
   return refined;
 }
 

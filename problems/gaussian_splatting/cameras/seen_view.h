@@ -28,18 +28,13 @@ struct SeenView {
 // lens_jacobian.h, or device_camera.h.
 template <class B>
 std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free) {
-  B backend;
   std::vector<double> gradient(static_cast<std::size_t>(free.num_tangent()));
   if (free.pose) {
     const splat::PoseTangent pose = PoseCotangent(seen.splats, seen.model, seen.cotangents);
     std::copy_n(pose.v, splat::kPoseTangent, gradient.begin());
   }
-  const Index plane = seen.image.size() / ImageShape::kChannels;
-  for (int c = 0; free.color && c < ImageShape::kChannels; ++c) {
-    const typename B::ConstView channel = seen.image_gradient.subspan(c * plane, plane);
-    gradient[static_cast<std::size_t>(free.Gain(c))] = Dot(backend, seen.image.subspan(c * plane, plane), channel);
-    gradient[static_cast<std::size_t>(free.Offset(c))] = Sum(backend, channel);
-  }
+  ImageProducts<B> products(free.color_tangent() + free.radial_tangent());
+  if (free.color) AddExposureProducts<B>(seen.image, seen.image_gradient, products);
   if (free.lens) {
     const splat::LensTangent lens = LensCotangent(seen.splats, seen.cotangents);
     std::copy_n(lens.v, free.pinhole_tangent(), gradient.begin() + free.Lens(0));
@@ -48,9 +43,11 @@ std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free
   for (int k = 0; k < free.radial_tangent(); ++k) {
     column.ResizeForOverwrite(seen.image.size());
     BendColumn<B>(seen.target, k, seen.image, column.view());
-    gradient[static_cast<std::size_t>(free.Lens(free.Radial(k)))] =
-        Dot(backend, typename B::ConstView(column.view()), seen.image_gradient);
+    products.AddDot(typename B::ConstView(column.view()), seen.image_gradient);
   }
+  const std::vector<double> sums = products.Read();
+  std::copy_n(sums.begin(), free.color_tangent(), gradient.begin() + free.pose_tangent());
+  std::copy_n(sums.begin() + free.color_tangent(), free.radial_tangent(), gradient.end() - free.radial_tangent());
   return gradient;
 }
 

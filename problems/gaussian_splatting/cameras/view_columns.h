@@ -43,10 +43,10 @@ class ViewColumns {
   // Of a step, the number that image k is of in that channel.
   int Place(int k, int channel) const;
 
-  // On the host: g[free.num_tangent()] = columns^T u, summed in double; u an image.
+  // g[free.num_tangent()] = columns^T u, summed in double; u an image, on a device of its scalars.
   template <class U>
   void Project(const U* u, double* g) const;
-  // Likewise: u += scale columns v, v[free.num_tangent()].
+  // u += scale columns v, v[free.num_tangent()].
   template <class U>
   void Add(double scale, const double* v, U* u) const;
 

@@ -2,6 +2,10 @@
 // that space (kernels/gaussian_splatting/pose_jacobian.h and lens_jacobian.h, or device_camera.h).
 #pragma once
 
+#include <algorithm>
+
+#include "kernels/core/for_each.h"
+#include "problems/gaussian_splatting/cameras/add_columns.h"
 #include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/view_columns.h"
@@ -22,6 +26,40 @@ ViewColumns<B> ViewColumns<B>::OwnOfView() const {
   ViewColumns own(free_.OwnOfView(), shape_);
   B().Copy(images_.view().subspan(0, own.images_.size()), own.images_.view());
   return own;
+}
+
+template <class B>
+template <class U>
+void ViewColumns<B>::Project(const U* u, double* g) const {
+  using Plane = Span<const U, typename B::Space>;
+  const Index n = shape_.PlaneSize();
+  constexpr int kChannels = ImageShape::kChannels;
+  ImageProducts<B> products(kChannels * num_images());
+  for (int k = 0; k < num_images(); ++k) {
+    for (int c = 0; c < kChannels; ++c) products.AddDot(image(k).subspan(c * n, n), Plane(u + c * n, n));
+  }
+  const std::vector<double> sums = products.Read();
+  std::fill_n(g, free_.num_tangent(), 0.0);
+  for (int k = 0; k < num_images(); ++k) {
+    for (int c = 0; c < kChannels; ++c) g[Place(k, c)] += sums[static_cast<std::size_t>(kChannels * k + c)];
+  }
+}
+
+template <class B>
+template <class U>
+void ViewColumns<B>::Add(double scale, const double* v, U* u) const {
+  const Index n = shape_.PlaneSize();
+  for (int c = 0; c < ImageShape::kChannels; ++c) {
+    static_assert(AddColumns<typename B::Scalar, U>::kMost == splat::kPoseTangent + 2 + kLensNumbers);
+    AddColumns<typename B::Scalar, U> add{.scale = scale,
+                                          .columns = num_images(),
+                                          .stride = shape_.NumValues(),
+                                          .first = images_.data() + c * n,
+                                          .sum = u + c * n,
+                                          .factors = {}};
+    for (int k = 0; k < num_images(); ++k) add.factors[k] = v[Place(k, c)];
+    ForEach<typename B::Space>(n, kImageGrain, add);
+  }
 }
 
 template <class B>
@@ -74,7 +112,6 @@ typename B::Vector MovesOf(const FreeUnknowns& free, const TargetView<B>& target
 template <class B>
 std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
                                  const typename SplatBackend<B>::Loss::Linearization& W, ViewColumns<B>* weighted) {
-  B backend;
   const auto n = static_cast<std::size_t>(J.free().num_tangent());
   const Index plane = J.shape().PlaneSize();
   std::vector<double> H(n * n);
@@ -85,14 +122,24 @@ std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<
   } else {
     one.ResizeForOverwrite(J.shape().NumValues());
   }
-  for (int k = 0; k < J.num_images(); ++k) {
+  const int images = J.num_images();
+  ImageProducts<B> products(ImageShape::kChannels * images * (images + 1) / 2);
+  for (int k = 0; k < images; ++k) {
     const typename B::View WJ = weighted ? weighted->image(k) : one.view();
     loss.ApplyW(W, J.image(k), WJ);
     for (int l = 0; l <= k; ++l) {
       for (int c = 0; c < ImageShape::kChannels; ++c) {
-        const double product = Dot(backend, J.image(l).subspan(c * plane, plane), WJ.subspan(c * plane, plane));
-        at(J.Place(k, c), J.Place(l, c)) += product;
-        if (l != k) at(J.Place(l, c), J.Place(k, c)) += product;
+        products.AddDot(J.image(l).subspan(c * plane, plane), typename B::ConstView(WJ.subspan(c * plane, plane)));
+      }
+    }
+  }
+  const std::vector<double> sums = products.Read();
+  auto product = sums.begin();
+  for (int k = 0; k < images; ++k) {
+    for (int l = 0; l <= k; ++l) {
+      for (int c = 0; c < ImageShape::kChannels; ++c, ++product) {
+        at(J.Place(k, c), J.Place(l, c)) += *product;
+        if (l != k) at(J.Place(l, c), J.Place(k, c)) += *product;
       }
     }
   }

@@ -22,10 +22,11 @@ inline void CheckOneBatch(const ViewBatchOptions& batches) {
 template <Backend B>
 class SplatParts final : public ProblemParts<B> {
  public:
+  using Whole = SplatProblem<B>;
+
   // No more parts than there are views, and as many whatever the number of processes is. whole must outlive this
   // object. Throws Error as CheckOneBatch does.
-  explicit SplatParts(SplatProblem<B>& whole)
-      : whole_(whole), num_parts_(ViewRunsOf(static_cast<Index>(whole.views().size()))) {
+  explicit SplatParts(Whole& whole) : whole_(whole), num_parts_(ViewRunsOf(static_cast<Index>(whole.views().size()))) {
     CheckOneBatch(whole.options().batches);
   }
 
@@ -44,7 +45,7 @@ class SplatParts final : public ProblemParts<B> {
   Problem<B>* geometry() override { return &whole_; }
 
  private:
-  SplatProblem<B>& whole_;
+  Whole& whole_;
   int num_parts_;
 };
 

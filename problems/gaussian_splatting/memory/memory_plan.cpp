@@ -40,6 +40,7 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
   StageMemory result;
   result.adam_bytes = DeviceAdamBytes;
   result.lm_bytes = DeviceLmBytes;
+  result.joint_lm_bytes = DeviceJointLmBytes;
   result.holds_views = true;
   result.bytes = kUsableShare * free_bytes;
   const bool by_flag = memory.budget_gib > 0 && memory.budget_gib * kGib <= result.bytes;
@@ -77,7 +78,7 @@ LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const 
   LmPlan plan{options.lm};
   const auto takes = [&](bool eliminate_views, double room) {
     plan.eliminate_views = eliminate_views;
-    plan.bytes = JointLmBytes(scene, options, eliminate_views);
+    plan.bytes = memory.joint_lm_bytes(scene, options, eliminate_views);
     return plan.bytes <= room;
   };
   if (takes(true, std::min(memory.bytes, memory.comfortable_bytes)) || takes(false, memory.bytes)) return plan;
@@ -90,7 +91,7 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
   const auto bytes_of = [&](Index gaussians) {
     const MemoryScene scaled = scene.Scaled(gaussians);
     const double adam = options.adam.runs() ? memory.adam_bytes(scaled, options) : 0;
-    if (FindsCamerasByLm(options)) return std::max(adam, JointLmBytes(scaled, options, false));
+    if (FindsCamerasByLm(options)) return std::max(adam, memory.joint_lm_bytes(scaled, options, false));
     LmStageOptions lm = options.lm;
     lm.jacobian = JacobianKind::kRebuild;
     return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, true) : 0.0);

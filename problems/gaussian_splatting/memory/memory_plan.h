@@ -15,6 +15,7 @@ namespace vesta::gs {
 struct StageMemory {
   double (*adam_bytes)(const MemoryScene&, const StageOptions&) = AdamBytes;
   double (*lm_bytes)(const MemoryScene&, const LmStageOptions&, bool hold_batches) = LmBytes;
+  double (*joint_lm_bytes)(const MemoryScene&, const StageOptions&, bool eliminate_views) = JointLmBytes;
   double bytes = std::numeric_limits<double>::infinity();  // that the stages may take
   // Above this LM takes less where that costs nothing but time.
   double comfortable_bytes = std::numeric_limits<double>::infinity();

@@ -164,6 +164,34 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
          Parts<B>::Loss::ProductBytes(lm.ssim, parts.most().pixels) + parts.SessionWorkspace();
 }
 
+template <class B>
+double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
+  LmStageOptions lm = options.lm;
+  lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
+  FreeUnknowns free = FreeBy(options.cameras.refine);
+  free.radial = scene.is_bent;
+  // W J of the pose, and of gains and offsets, of which each is of a channel: of a view where it is made, or of all.
+  const int columns = free.pose_tangent() + (free.color ? 2 : 0);
+  double beside = eliminate_views ? 0 : columns * kImageBytes * scene.Largest().pixels;
+  // J and W J by a lens, which no view holds, where they are made.
+  beside += 2 * free.lens_tangent() * kImageBytes * scene.Largest().pixels;
+  // And a moved camera's image before its exposure, and a photograph unbent, which a device has for its truth.
+  const bool is_host = std::is_same_v<typename B::Space, Host>;
+  const int others = 1 + (is_host && free.radial_tangent() > 0 ? 1 : 0);
+  for (const ViewCounts& view : scene.views) {
+    beside += (others + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
+  }
+  // Gram matrices stay, since blocks are made of them for each lambda. Of what is left sums over parts are held beside
+  // those of the whole, and a part's blocks twice over.
+  if (eliminate_views) beside += GramBytes(scene, lm);
+  if (is_host && eliminate_views && scene.parts > 0) {
+    beside += SumBuffers(scene) * VectorBytes(scene) + GramBytes(scene, lm);
+  }
+  // Gradient and descent, which stay, and the right-hand side without the views.
+  constexpr double kVectors = 3;
+  return LmBytesIn<B>(scene, lm, true) + beside + kVectors * VectorBytes(scene);
+}
+
 }  // namespace
 
 double AdamBytes(const MemoryScene& scene, const StageOptions& options) { return AdamBytesIn<Cpu>(scene, options); }
@@ -179,27 +207,10 @@ double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool ho
 }
 
 double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
-  LmStageOptions lm = options.lm;
-  lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
-  FreeUnknowns free = FreeBy(options.cameras.refine);
-  free.radial = scene.is_bent;
-  // W J of the pose, and of gains and offsets, of which each is of a channel: of a view where it is made, or of all.
-  const int columns = free.pose_tangent() + (free.color ? 2 : 0);
-  double beside = eliminate_views ? 0 : columns * kImageBytes * scene.Largest().pixels;
-  // J and W J by a lens, which no view holds, where they are made.
-  beside += 2 * free.lens_tangent() * kImageBytes * scene.Largest().pixels;
-  // And a moved camera's image before its exposure, and a photograph unbent.
-  const int others = 1 + (free.radial_tangent() > 0 ? 1 : 0);
-  for (const ViewCounts& view : scene.views) {
-    beside += (others + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
-  }
-  // Of what is left sums over parts are held beside those of the whole, and a part's blocks twice over.
-  if (eliminate_views && scene.parts > 0) {
-    beside += SumBuffers(scene) * VectorBytes(scene) + 2 * GramBytes(scene, lm);
-  }
-  // Gradient and descent, which stay, and the right-hand side without the views.
-  constexpr double kVectors = 3;
-  return LmBytes(scene, lm, true) + beside + kVectors * VectorBytes(scene);
+  return JointLmBytesIn<Cpu>(scene, options, eliminate_views);
+}
+double DeviceJointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
+  return JointLmBytesIn<Gpu>(scene, options, eliminate_views);
 }
 
 double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {

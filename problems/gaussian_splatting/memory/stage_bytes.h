@@ -22,5 +22,6 @@ double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony)
 // In that of a GPU, with the truths of all views.
 double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options);
 double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches);
+double DeviceJointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views);
 
 }  // namespace vesta::gs

@@ -86,16 +86,11 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
        options.target_psnr);
 }
 
-// What LM cannot find of cameras, and where.
-void CheckJointLm(const TrainOptions& options, bool is_on_device) {
-  if (!FindsCamerasByLm(options)) return;
-  const CameraChoice refined = options.cameras.refine;
-  const auto refuse = [&](const char* why, const char* what_to_do) {
-    Fail("cameras.refine={}: {}; {}{}", schema::NameOf(refined, kCameraChoices), why, what_to_do,
-         options.adam.runs() ? ", or leave cameras.joint" : ", or find them in an Adam stage");
-  };
-  if (refined == CameraChoice::kAuto) refuse("LM decides nothing", "choose pose, pose+exposure, all or none");
-  if (is_on_device) refuse("LM finds cameras on the CPU alone", "say --device=cpu");
+// What LM cannot find of cameras.
+void CheckJointLm(const TrainOptions& options) {
+  if (!FindsCamerasByLm(options) || options.cameras.refine != CameraChoice::kAuto) return;
+  Fail("cameras.refine=auto: LM decides nothing; choose pose, pose+exposure, all or none{}",
+       options.adam.runs() ? ", or leave cameras.joint" : ", or find them in an Adam stage");
 }
 
 }  // namespace
@@ -103,7 +98,7 @@ void CheckJointLm(const TrainOptions& options, bool is_on_device) {
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages, Ranks* ranks) {
   CheckViews(scene);
   CheckTarget(scene, options);
-  CheckJointLm(options, stages.device_memory != nullptr);
+  CheckJointLm(options);
   CheckRanks(scene, options, stages, ranks);
   CheckStored(scene, options, ranks, stages.device_memory != nullptr);
 }

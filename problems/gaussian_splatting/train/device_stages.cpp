@@ -3,6 +3,7 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "problems/gaussian_splatting/train/joint_lm_stage.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
 #include "problems/gaussian_splatting/train/run_adam_stage.h"
 
@@ -18,6 +19,10 @@ StageRunners DeviceStages() {
     return session.ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
                            : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
   };
+  const auto run_joint_lm = [](TrainingSession& session, SplatModel& model, bool eliminate_views) {
+    return session.ranks() ? RunJointLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, eliminate_views)
+                           : RunJointLmStage<CudaBackend<float>>(session, model, eliminate_views);
+  };
   const auto memory = [] {
     return DeviceMemoryUse{.free_bytes = static_cast<double>(device::FreeBytes()),
                            .peak_bytes = static_cast<double>(device::PeakBytes()),
@@ -26,6 +31,7 @@ StageRunners DeviceStages() {
   return {.device = "cuda",
           .adam = RunAdamStage<CudaBackend<float>>,
           .lm = run_lm,
+          .joint_lm = run_joint_lm,
           .device_memory = memory,
           .gpu = device.name,
           .gpu_id = device.id};

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
@@ -17,20 +18,6 @@
 #include "problems/gaussian_splatting/train/problem_to_solve.h"
 
 namespace vesta::gs {
-
-// Adds what a stepper has done to a total, also where it ends by an exception.
-template <class B>
-class CountDone {
- public:
-  CountDone(const LmStepper<B>& stepper, int& total) : stepper_(stepper), total_(total) {}
-  ~CountDone() { total_ += stepper_.summary().num_accepted + stepper_.summary().num_rejected; }
-  CountDone(const CountDone&) = delete;
-  CountDone& operator=(const CountDone&) = delete;
-
- private:
-  const LmStepper<B>& stepper_;
-  int& total_;
-};
 
 // Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
 // vesta::LmOptions has it. E: where the engine's vectors lie; the host where a device is one of several processes'.
@@ -63,7 +50,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       if (targets.empty()) targets = make_targets();
       E backend;
       SplatProblem<B> problem = make_problem();
-      ProblemToSolve<B, E> solved(session.ranks(), problem);
+      ProblemToSolve<SplatParts, B, E> solved(session.ranks(), problem);
       typename E::Vector x;
       x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model

@@ -4,7 +4,6 @@
 
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
-#include "problems/gaussian_splatting/train/joint_lm_stage.h"
 #include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
@@ -104,7 +103,7 @@ void RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* mod
   LmPlan plan = PlanLmStage(session, stages, counts, result);
   if (options.lm.iterations > 0 && !session.has_reached_target() && !session.ShouldStop()) {
     session.AdaptOptions().lm = plan.lm;
-    result->lm_report = FindsCamerasByLm(options) ? RunJointLmStage(session, *model, plan.eliminate_views)
+    result->lm_report = FindsCamerasByLm(options) ? stages.joint_lm(session, *model, plan.eliminate_views)
                                                   : stages.lm(session, *model, plan.hold_batches);
   } else {
     plan.bytes = 0;

@@ -4,34 +4,36 @@
 #include <memory>
 #include <type_traits>
 
-#include "problems/gaussian_splatting/lm/splat_parts.h"
-#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "solver/distributed/distributed_problem.h"
 #include "solver/distributed/hosted_parts.h"
 
 namespace vesta::gs {
 
-// The problem as an engine in the memory of E is to see it. Of a device alone.
-template <class B, class E>
+// The problem as an engine in the memory of E is to see it; Parts: how it is cut (lm/splat_parts.h,
+// cameras/joint_parts.h). Of a device alone.
+template <template <class> class Parts, class B, class E>
 class ProblemToSolve {
  public:
-  ProblemToSolve(Ranks*, SplatProblem<B>& problem) : problem_(problem) {}
+  using Whole = typename Parts<B>::Whole;
+
+  ProblemToSolve(Ranks*, Whole& problem) : problem_(problem) {}
   Problem<E>& operator*() { return problem_; }
 
  private:
-  SplatProblem<B>& problem_;
+  Whole& problem_;
 };
 // An engine on the host: spread over processes, where there are any.
-template <class B>
-class ProblemToSolve<B, CpuBackend<float>> {
+template <template <class> class Parts, class B>
+class ProblemToSolve<Parts, B, CpuBackend<float>> {
  public:
+  using Whole = typename Parts<B>::Whole;
   using Cpu = CpuBackend<float>;
   static constexpr bool kOnHost = std::is_same_v<B, Cpu>;
 
-  ProblemToSolve(Ranks* ranks, SplatProblem<B>& problem) : problem_(problem) {
+  ProblemToSolve(Ranks* ranks, Whole& problem) : problem_(problem) {
     if (kOnHost && !ranks) return;
-    parts_ = std::make_unique<SplatParts<B>>(problem);
+    parts_ = std::make_unique<Parts<B>>(problem);
     if constexpr (kOnHost) {
       distributed_ = std::make_unique<DistributedProblem<Cpu>>(*ranks, *parts_);
     } else {
@@ -47,8 +49,8 @@ class ProblemToSolve<B, CpuBackend<float>> {
   }
 
  private:
-  SplatProblem<B>& problem_;
-  std::unique_ptr<SplatParts<B>> parts_;
+  Whole& problem_;
+  std::unique_ptr<Parts<B>> parts_;
   std::unique_ptr<HostedParts<B>> hosted_;  // of a device
   std::unique_ptr<DistributedProblem<Cpu>> distributed_;
 };

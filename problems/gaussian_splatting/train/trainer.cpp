@@ -9,6 +9,7 @@
 #include "problems/gaussian_splatting/train/check_training.h"
 #include "problems/gaussian_splatting/train/counted_work.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
+#include "problems/gaussian_splatting/train/joint_lm_stage.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
 #include "problems/gaussian_splatting/train/plan_stages.h"
 #include "problems/gaussian_splatting/train/run_adam_stage.h"
@@ -113,7 +114,9 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
-StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>}; }
+StageRunners HostStages() {
+  return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>, RunJointLmStage<CpuBackend<float>>};
+}
 
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {

@@ -102,6 +102,7 @@ struct StageRunners {
   std::string device;
   std::function<void(TrainingSession&, SplatModel&)> adam;
   std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
+  std::function<std::string(TrainingSession&, SplatModel&, bool eliminate_views)> joint_lm;  // RunJointLmStage
   std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
   std::string note = {};                                // where they run elsewhere than expected: why
   std::string gpu = {}, gpu_id = {};                    // its name, and what tells it from others

@@ -35,9 +35,9 @@ HostBuffer<double> SimilarityStep(const GaugeSetup& setup, const JointLayout& la
     for (int k = 0; k < 4; ++k) v[(splat::kQuaternion + k) * n + i] = dq[k];
   }
   for (Index view = 0; view < layout.views; ++view) {
-    const splat::PosedCamera camera =
-        Moved(setup.ring.views[static_cast<std::size_t>(view)].camera, layout.UnknownsOf<double>(setup.x, view).motion);
-    const HostSpan<double> own = layout.StepOf(v.view(), view);
+    const splat::PosedCamera camera = Moved(setup.ring.views[static_cast<std::size_t>(view)].camera,
+                                            layout.UnknownsOf(layout.RestOf(setup.x.view()), view).motion);
+    const HostSpan<double> own = layout.StepOf(layout.RestOf(v.view()), view);
     std::array<double, 3> omega{};
     for (int i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) omega[static_cast<std::size_t>(i)] -= camera.R[3 * i + int(k)] * turn[k];
@@ -60,15 +60,15 @@ HostBuffer<double> BrighterStep(const GaugeSetup& setup, const JointLayout& layo
     v[at] = (0.5 + sh::k0 * setup.x[at]) / sh::k0;
   }
   for (Index view = 0; view < layout.views; ++view) {
-    layout.StepOf(v.view(), view)[layout.free.Gain(channel)] =
-        -layout.UnknownsOf<double>(setup.x, view).color.gain[static_cast<std::size_t>(channel)];
+    layout.StepOf(layout.RestOf(v.view()), view)[layout.free.Gain(channel)] =
+        -layout.UnknownsOf(layout.RestOf(setup.x.view()), view).color.gain[static_cast<std::size_t>(channel)];
   }
   return v;
 }
 
 TEST(JointGauge, ImagesStayAndThePriorHolds) {
   const GaugeSetup setup;
-  JointProblem<double> problem = setup.Make();
+  JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
   CpuBackend<double> backend;
   const auto linearization = problem.Linearize(setup.x, 0);

@@ -7,6 +7,7 @@
 
 #include "kernels/core/error.h"
 #include "solver/distributed/distributed_problem.h"
+#include "solver/distributed/hosted_parts.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/normal_equations/reduced_system.h"
 #include "tests/problems/gaussian_splatting/cameras/joint_setup.h"
@@ -67,16 +68,18 @@ std::vector<double> Asked(Problem<B>& problem, const std::vector<BlockGroup>& gr
   return told;
 }
 
-// What tell(problem) gives of the parts on one, two and three ranks: the same bits.
+// What tell(problem) gives of the parts on one, two and three ranks, evaluated where they are or as if elsewhere
+// (HostedParts): the same bits.
 template <class Tell>
 std::vector<double> OnAnyNumberOfRanks(const test::JointSetup<double>& setup, const Tell& tell) {
   std::vector<double> of_one;
   for (const int count : {1, 2, 3}) {
     std::mutex mutex;
     vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
-      JointProblem<double> whole = setup.Make();
-      JointParts<double> parts(whole);
-      DistributedProblem<B> distributed(ranks, parts);
+      JointProblem<CpuBackend<double>> whole = setup.Make();
+      JointParts<CpuBackend<double>> parts(whole);
+      HostedParts<B> hosted(parts);
+      DistributedProblem<B> distributed(ranks, count == 2 ? static_cast<ProblemParts<B>&>(hosted) : parts);
       const std::vector<double> told = tell(distributed);
       const std::lock_guard lock(mutex);
       if (of_one.empty()) of_one = told;
@@ -87,7 +90,7 @@ std::vector<double> OnAnyNumberOfRanks(const test::JointSetup<double>& setup, co
 }
 
 void ExpectToBeOne(const test::JointSetup<double>& setup) {
-  JointProblem<double> whole = setup.Make();
+  JointProblem<CpuBackend<double>> whole = setup.Make();
   const auto asked = [&](Problem<B>& problem) { return Asked(problem, whole.block_groups(), setup.x.view()); };
   const std::vector<double> expected = asked(whole), told = OnAnyNumberOfRanks(setup, asked);
   ASSERT_EQ(told.size(), expected.size());
@@ -119,7 +122,7 @@ TEST(JointParts, AreSolvedToTheSameBits) {
       return std::vector<double>(x.begin(), x.end());
     };
     const std::vector<double> of_one = OnAnyNumberOfRanks(setup, solve);
-    JointProblem<double> alone = setup.Make();
+    JointProblem<CpuBackend<double>> alone = setup.Make();
     const std::vector<double> x = solve(alone);
     for (std::size_t k = 0; k < x.size(); ++k) ASSERT_NEAR(x[k], of_one[k], 1e-6 * (1 + std::abs(x[k]))) << k;
   }
@@ -128,8 +131,8 @@ TEST(JointParts, AreSolvedToTheSameBits) {
 // A part is asked again after what it had was given away: nothing is added up twice.
 TEST(JointParts, APartTellsTheSameTwice) {
   const test::JointSetup<double> setup = SetupOf(true);
-  JointProblem<double> whole = setup.Make();
-  JointParts<double> parts(whole);
+  JointProblem<CpuBackend<double>> whole = setup.Make();
+  JointParts<CpuBackend<double>> parts(whole);
   const ProblemPart<B> part = parts.Make(2);
   const auto linearization = part.problem->Linearize(setup.x.view(), 0);
   const Index n = part.problem->num_tangent();
@@ -149,11 +152,11 @@ TEST(JointParts, LookAtTheirOwnViewsAlone) {
   for (int v = 0; v < kViews; ++v) {
     if (v != 2) views[static_cast<std::size_t>(v)].truth = {};
   }
-  JointProblem<double> lacking(setup.options, views), whole = setup.Make();
-  const Index n = JointParts<double>(lacking).Make(2).problem->num_tangent();
+  JointProblem<CpuBackend<double>> lacking(setup.options, views), whole = setup.Make();
+  const Index n = JointParts<CpuBackend<double>>(lacking).Make(2).problem->num_tangent();
   HostBuffer<double> of_lacking(n), of_whole(n);
-  JointParts<double>(lacking).Make(2).problem->Linearize(setup.x.view(), 0)->Gradient(of_lacking.view());
-  JointParts<double>(whole).Make(2).problem->Linearize(setup.x.view(), 0)->Gradient(of_whole.view());
+  JointParts<CpuBackend<double>>(lacking).Make(2).problem->Linearize(setup.x.view(), 0)->Gradient(of_lacking.view());
+  JointParts<CpuBackend<double>>(whole).Make(2).problem->Linearize(setup.x.view(), 0)->Gradient(of_whole.view());
   EXPECT_EQ(std::vector(of_lacking.begin(), of_lacking.end()), std::vector(of_whole.begin(), of_whole.end()));
   EXPECT_NE(of_whole[n - 1], 0);
   EXPECT_THROW(lacking.Cost(setup.x.view()), Error);

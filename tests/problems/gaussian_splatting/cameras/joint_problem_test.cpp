@@ -38,7 +38,7 @@ TEST(JointProblem, HasNoFault) {
       // |e| has kinks, at which nothing can be told of derivatives.
       setup.options.splats.weights.pixel = PixelLinearization::kL2;
       setup.options.splats.sh_blocks = sh_blocks;
-      JointProblem<double> problem = setup.Make();
+      JointProblem<CpuBackend<double>> problem = setup.Make();
       CpuBackend<double> backend;
       const ProblemCheck check =
           CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = !sh_blocks});
@@ -51,7 +51,7 @@ TEST(JointProblem, HasNoFault) {
 TEST(JointProblem, HasNoFaultWithSsim) {
   for (const FreeUnknowns& free : kKinds) {
     const JointSetup<double> setup(free, 3, 8, 1, 6);
-    JointProblem<double> problem = setup.Make();
+    JointProblem<CpuBackend<double>> problem = setup.Make();
     CpuBackend<double> backend;
     const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = false});
     EXPECT_TRUE(check.ok()) << check.Report();
@@ -61,7 +61,7 @@ TEST(JointProblem, HasNoFaultWithSsim) {
 // The engine's check leaves out J where there are weights.
 TEST(JointProblem, JIsTheDerivativeOfTheResiduals) {
   const JointSetup<double> setup({true, true, true, true}, 2, 10, 2, 7);
-  JointProblem<double> problem = setup.Make();
+  JointProblem<CpuBackend<double>> problem = setup.Make();
   CpuBackend<double> backend;
   const auto linearization = problem.Linearize(setup.x, 0);
   const Index n = linearization->num_residuals();
@@ -99,7 +99,7 @@ template <class S>
 void ExpectAdjoint(double tolerance) {
   for (const FreeUnknowns& free : kKinds) {
     const JointSetup<S> setup(free, 3, 40, 2, 8);
-    JointProblem<S> problem = setup.Make();
+    JointProblem<CpuBackend<S>> problem = setup.Make();
     const auto linearization = problem.Linearize(setup.x, 0);
     const HostBuffer<S> v = RandomVector<S>(problem.num_tangent(), 1),
                         u = RandomVector<S>(linearization->num_residuals(), 2);
@@ -122,10 +122,10 @@ TEST(JointProblem, OfMaskedViewsHasNoFault) {
   std::vector<std::uint8_t> mask(static_cast<std::size_t>(pixels), 1);
   std::fill_n(mask.begin(), pixels / 2, std::uint8_t{0});
   CpuBackend<double> backend;
-  JointProblem<double> whole = setup.Make();
+  JointProblem<CpuBackend<double>> whole = setup.Make();
   const double cost = whole.Cost(setup.x, std::vector<Index>{0, 1, 2});
   for (auto& view : setup.ring.views) view.mask = {mask.data(), pixels};
-  JointProblem<double> problem = setup.Make();
+  JointProblem<CpuBackend<double>> problem = setup.Make();
   EXPECT_LT(problem.Cost(setup.x, std::vector<Index>{0, 1, 2}), 0.95 * cost);
   const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = true});
   EXPECT_TRUE(check.ok()) << check.Report();
@@ -135,7 +135,7 @@ TEST(JointProblem, OfMaskedViewsHasNoFault) {
 TEST(JointProblem, BlocksOfLensesAreThoseOfWhatIsLeft) {
   JointSetup<double> setup({true, true, true, true}, 5, 12, 1, 10);
   setup.options.eliminate_views = true;
-  JointProblem<double> problem = setup.Make();
+  JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
   const auto linearization = problem.Linearize(setup.x, 0);
   const auto reduced = linearization->MakeReducedSystem();
@@ -166,22 +166,24 @@ TEST(JointProblem, BlocksOfLensesAreThoseOfWhatIsLeft) {
 // Views with one lens step it together.
 TEST(JointProblem, ALensIsThatOfAllItsViews) {
   const JointSetup<double> setup({true, true, true, true}, 4, 8, 1, 5);
-  JointProblem<double> problem = setup.Make();
+  JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
   CpuBackend<double> backend;
   HostBuffer<double> step(layout.num_tangent()), moved(layout.num_parameters());
-  layout.LensStepOf(step.view(), 1)[0] = 0.1;
+  layout.LensStepOf(layout.RestOf(step.view()), 1)[0] = 0.1;
   problem.Plus(backend, setup.x, step, moved);
   for (Index v = 0; v < 4; ++v) {
-    const double before = layout.UnknownsOf<double>(setup.x, v).lens.log_focal[0];
-    EXPECT_NEAR(layout.UnknownsOf<double>(moved, v).lens.log_focal[0], before + (v % 2 == 1 ? 0.1 : 0), 1e-12) << v;
+    const double before = layout.UnknownsOf(layout.RestOf(setup.x.view()), v).lens.log_focal[0];
+    EXPECT_NEAR(layout.UnknownsOf(layout.RestOf(std::as_const(moved).view()), v).lens.log_focal[0],
+                before + (v % 2 == 1 ? 0.1 : 0), 1e-12)
+        << v;
   }
 }
 
 // With the whole loss: SSIM's part of W is not pointwise, and yet views' blocks are those of H.
 TEST(JointProblem, BlocksOfViewsAreExact) {
   const JointSetup<double> setup({true, true}, 3, 20, 1, 9);
-  JointProblem<double> problem = setup.Make();
+  JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
   const auto linearization = problem.Linearize(setup.x, 0);
   const std::vector<BlockGroup> groups = linearization->block_groups();
@@ -217,7 +219,7 @@ TEST(JointProblem, EliminatesViewsExactly) {
   for (const FreeUnknowns& free : kKinds) {
     JointSetup<double> setup(free, 3, 12, 1, 10);
     setup.options.eliminate_views = true;
-    JointProblem<double> problem = setup.Make();
+    JointProblem<CpuBackend<double>> problem = setup.Make();
     const JointLayout& layout = problem.layout();
     const auto linearization = problem.Linearize(setup.x, 0);
     const auto reduced = linearization->MakeReducedSystem();
@@ -245,13 +247,13 @@ TEST(JointProblem, EliminatesViewsExactly) {
     for (Index k = layout.shared(); k < layout.num_tangent(); ++k) EXPECT_NEAR(found[k], step[k], 1e-7) << k;
   }
   const JointSetup<double> plain({}, 3, 12, 1, 10);
-  JointProblem<double> problem = plain.Make();
+  JointProblem<CpuBackend<double>> problem = plain.Make();
   EXPECT_FALSE(problem.Linearize(plain.x, 0)->MakeReducedSystem());
 }
 
 TEST(JointProblem, CostIsTheSumOverViews) {
   const JointSetup<float> setup({true, true}, 4, 30, 1, 11);
-  JointProblem<float> problem = setup.Make();
+  JointProblem<CpuBackend<float>> problem = setup.Make();
   double sum = 0;
   for (Index v = 0; v < 4; ++v) sum += problem.Cost(setup.x, std::span(&v, 1));
   EXPECT_NEAR(problem.Cost(setup.x), sum, 1e-9 * sum);
@@ -260,8 +262,8 @@ TEST(JointProblem, CostIsTheSumOverViews) {
 TEST(JointProblem, InFloatIsThatInDouble) {
   const JointSetup<double> exact({true, true}, 3, 30, 1, 12);
   const JointSetup<float> rounded({true, true}, 3, 30, 1, 12);
-  JointProblem<double> a = exact.Make();
-  JointProblem<float> b = rounded.Make();
+  JointProblem<CpuBackend<double>> a = exact.Make();
+  JointProblem<CpuBackend<float>> b = rounded.Make();
   EXPECT_NEAR(b.Cost(rounded.x), a.Cost(exact.x), 1e-5 * a.Cost(exact.x));
   HostBuffer<double> expected(a.num_tangent()), diagonal(a.num_tangent());
   HostBuffer<float> g(b.num_tangent());
@@ -279,10 +281,10 @@ TEST(JointProblem, InFloatIsThatInDouble) {
 
 TEST(JointProblem, AViewThatSeesNothingAndNoGain) {
   JointSetup<double> setup({true, true}, 2, 20, 1, 13);
-  JointProblem<double> problem = setup.Make();
+  JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
   // Turned round.
-  layout.SetUnknowns({{{0, 0, 1, 0}, {}}, {}}, 1, setup.x.view());
+  layout.SetUnknowns({{{0, 0, 1, 0}, {}}, {}}, 1, layout.RestOf(setup.x.view()));
   const auto linearization = problem.Linearize(setup.x, 0);
   HostBuffer<double> g(problem.num_tangent()), d(problem.num_tangent());
   linearization->Gradient(g);
@@ -290,9 +292,9 @@ TEST(JointProblem, AViewThatSeesNothingAndNoGain) {
   CpuBackend<double> backend;
   EXPECT_TRUE(backend.AllFinite(g) && backend.AllFinite(d));
   EXPECT_TRUE(std::isfinite(problem.Cost(setup.x)));
-  layout.SetUnknowns({{}, {{1, 0, 1}, {}}}, 1, setup.x.view());
+  layout.SetUnknowns({{}, {{1, 0, 1}, {}}}, 1, layout.RestOf(setup.x.view()));
   EXPECT_EQ(problem.Cost(setup.x), HUGE_VAL);
-  layout.SetUnknowns({{}, {}, {{1.5, 0}, {}, {}}}, 1, setup.x.view());
+  layout.SetUnknowns({{}, {}, {{1.5, 0}, {}, {}}}, 1, layout.RestOf(setup.x.view()));
   EXPECT_EQ(problem.Cost(setup.x), HUGE_VAL) << "no lens is so long";
 }
 
@@ -301,7 +303,7 @@ TEST(JointProblem, RefusesWhatIsNoProblem) {
   const auto make = [&](const auto& change) {
     JointProblemOptions options = setup.options;
     change(options);
-    return JointProblem<float>(options, setup.ring.views);
+    return JointProblem<CpuBackend<float>>(options, setup.ring.views);
   };
   EXPECT_NO_THROW(make([](JointProblemOptions&) {}));
   EXPECT_THROW(make([](JointProblemOptions& o) { o.free.pose = false; }), Error);
@@ -309,7 +311,7 @@ TEST(JointProblem, RefusesWhatIsNoProblem) {
   EXPECT_THROW(make([](JointProblemOptions& o) { o.prior.depth = 0; }), Error);
   EXPECT_THROW(make([](JointProblemOptions& o) { o.free.lens = true; }), Error) << "whose?";
   EXPECT_THROW(make([](JointProblemOptions& o) { o.free.lens = o.free.radial = true, o.lens_of = {0, 0}; }), Error);
-  EXPECT_THROW(JointProblem<float>(setup.options, {}), Error);
+  EXPECT_THROW(JointProblem<CpuBackend<float>>(setup.options, {}), Error);
 }
 
 }  // namespace

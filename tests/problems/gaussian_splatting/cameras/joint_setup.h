@@ -34,10 +34,10 @@ struct JointSetup {
       layout.SetUnknowns({RandomMotion(1, 0.02, seed + static_cast<std::uint64_t>(v)),
                           {{0.9 + away, 1.1, 1.05 - away}, {0.01, -away, 0.03}},
                           {{lens, -lens}, {lens / 2, lens}, {bend, -bend / 2}}},
-                         v, x.view());
+                         v, layout.RestOf(x.view()));
     }
   }
-  JointProblem<S> Make() const { return JointProblem<S>(options, ring.views); }
+  JointProblem<CpuBackend<S>> Make() const { return JointProblem<CpuBackend<S>>(options, ring.views); }
 };
 
 }  // namespace vesta::gs::test

@@ -48,6 +48,12 @@ const test::MemoryCase kCases[] = {
     {"sh_blocks", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kBlockSh; }},
     {"jacobi", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"merged_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
+    {"with_cameras", 600, 32, 24,
+     [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPose, o.cameras.joint = true; }},
+    {"with_cameras_and_exposures", 60, 64, 48,
+     [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPoseAndExposure, o.cameras.joint = true; }},
+    {"with_bent_lenses", 60, 64, 48,
+     [](TrainOptions& o) { o.cameras.refine = CameraChoice::kAll, o.cameras.joint = true; }, true},
     {"small_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
 };
 

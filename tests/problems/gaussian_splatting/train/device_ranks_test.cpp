@@ -40,6 +40,22 @@ TEST(DeviceRanks, AdamsStageIsThatOfAGpuAlone) {
             Train(scene, options, 0, {}, DeviceStages()).model.data);
 }
 
+TEST(DeviceRanks, FindCamerasByLmToTheSameBits) {
+  const Scene scene = test::SceneThroughTwoLenses(6, 40, 30);
+  TrainOptions options = test::TrainingOnRanks(0, 1);
+  options.cameras.refine = CameraChoice::kAll;
+  options.lm.pcg_iterations = 3;
+  const TrainResult alone = TrainOn(1, scene, options, DeviceStages());
+  EXPECT_GT(alone.camera_changes.pixels, 0);
+  for (const int count : {2, 3}) {
+    const TrainResult several = TrainOn(count, scene, options, DeviceStages());
+    EXPECT_EQ(several.model.data, alone.model.data) << count;
+    test::ExpectSameCameras(several, alone);
+  }
+  const TrainResult host = TrainOn(2, scene, options, HostStages());
+  EXPECT_NEAR(alone.history.back().cost, host.history.back().cost, 0.02 * host.history.back().cost);
+}
+
 // All know of it, since one that went on with fewer Gaussians would train another model than the others.
 TEST(DeviceRanks, EndTogetherWhereAGpuHasNoRoom) {
   const Scene scene = test::TrainingScene();

@@ -165,19 +165,20 @@ double Distance(const splat::CameraMotion& a, const splat::CameraMotion& b) {
   return std::sqrt(sum);
 }
 
-TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
-  const SplatModel model = test::RandomModel(60, 1, 7);
+// Cameras that are off, and photographs of which one is larger than the others, and of a lens that bends.
+struct OffScene {
+  SplatModel model = test::RandomModel(60, 1, 7);
   Scene scene = test::RingWithImages(model, 8, 56, 42);
-  // Large enough for a coarse one.
-  scene.views[2] = test::RingWithImages(model, 8, 144, 128).views[2];
-  scene = CamerasOff(std::move(scene));
-  // One lens bends.
-  scene.views[2].image = test::Bent(scene.views[2].image, scene.views[2].camera, {0.3, 0});
-  scene.views[2].bent = BentCamera{scene.views[2].camera, {.radial = {-0.1}}};
-  const TrainOptions options = FindingCameras();
-  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  const TrainResult host = Refine(scene, model, options, 0, {}),
-                    device = Refine(scene, model, options, 0, {}, DeviceStages());
+
+  OffScene() {
+    scene.views[2] = test::RingWithImages(model, 8, 144, 128).views[2];  // large enough for a coarse one
+    scene = CamerasOff(std::move(scene));
+    scene.views[2].image = test::Bent(scene.views[2].image, scene.views[2].camera, {0.3, 0});
+    scene.views[2].bent = BentCamera{scene.views[2].camera, {.radial = {-0.1}}};
+  }
+};
+
+void ExpectToBeFoundAlike(const Scene& scene, const TrainResult& device, const TrainResult& host) {
   EXPECT_THAT(device.notes, IsEmpty());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 0.1);
   EXPECT_GT(device.history.back().train.psnr, host.history.front().train.psnr + 1);
@@ -191,6 +192,46 @@ TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
     EXPECT_NEAR(CornerBend(camera, found.lens.radial), CornerBend(camera, expected.lens.radial), 0.1);
     EXPECT_EQ(CornerBend(camera, found.lens.radial) > 0.2, v + 1 == 2);
   }
+}
+
+TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
+  const OffScene off;
+  const TrainOptions options = FindingCameras();
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  ExpectToBeFoundAlike(off.scene, Refine(off.scene, off.model, options, 0, {}, DeviceStages()),
+                       Refine(off.scene, off.model, options, 0, {}));
+}
+
+// By LM, at once with the splats.
+TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
+  const OffScene off;
+  TrainOptions options = FindingCameras();
+  options.adam.iterations = 0, options.lm.iterations = 2, options.lm.min_gain = 0, options.lm.pcg_iterations = 3;
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  ExpectToBeFoundAlike(off.scene, Refine(off.scene, off.model, options, 0, {}, DeviceStages()),
+                       Refine(off.scene, off.model, options, 0, {}));
+}
+
+// Memory that was thought to suffice does not: what was found by then is kept, cameras and all.
+TEST(DeviceStages, LmThatFindsCamerasEndsWithWhatItHas) {
+  const SplatModel model = test::RandomModel(60, 1, 7);
+  const Scene scene = CamerasOff(test::RingWithImages(model, 8, 56, 42));
+  TrainOptions options = FindingCameras();
+  options.cameras.refine = CameraChoice::kPose;
+  options.adam.iterations = 0, options.lm.iterations = 4, options.lm.min_gain = 0, options.lm.pcg_iterations = 3;
+  TrainCallbacks callbacks;
+  callbacks.progress = [](const TrainProgress& p) {
+    if (p.iteration == 2) vesta::test::SetDeviceMemory(device::BytesInUse() - 1000);
+  };
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  const TrainResult result = Refine(scene, model, options, 0, callbacks, DeviceStages());
+  EXPECT_THAT(result.notes, Contains(StartsWith("LM ends after 2 iterations: the GPU has no room")));
+  EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
+  Scene moved = scene;
+  moved.views = MovedViews(scene, result.cameras);
+  for (std::size_t v = 0; v < moved.views.size(); ++v) moved.views[v].image = scene.views[v].image;
+  EXPECT_NEAR(Renderer(options.background, NearPlane(scene)).Evaluate(result.model, moved).train.psnr,
+              result.history.back().train.psnr, 0.01);
 }
 
 // A curvature is a late peak of memory. Without room for one more the training goes on, and cameras are found.

@@ -42,9 +42,9 @@ class JointLm : public testing::Test {
     }
     return most;
   }
-  std::string Refusal(const TrainOptions& options, const StageRunners& stages = HostStages()) const {
+  std::string Refusal(const TrainOptions& options) const {
     try {
-      Refine(given_, model_, options, 0, {}, stages);
+      Refine(given_, model_, options, 0, {});
     } catch (const Error& error) {
       return error.what();
     }
@@ -228,9 +228,6 @@ TEST_F(JointLm, ABreakChangesNoBit) {
 
 TEST_F(JointLm, RefusesWhatItCannotFind) {
   EXPECT_THAT(Refusal(Options(CameraChoice::kAuto, 1)), HasSubstr("cameras.refine=auto: LM decides nothing"));
-  StageRunners on_device = HostStages();
-  on_device.device_memory = [] { return DeviceMemoryUse{1e12, 0, 0}; };
-  EXPECT_THAT(Refusal(Options(CameraChoice::kPose, 1), on_device), HasSubstr("--device=cpu"));
   TrainOptions small = Options(CameraChoice::kPose, 1);
   small.memory.budget_gib = 0.003;
   EXPECT_THAT(Refusal(small), HasSubstr("--memory_budget=0.003: "));

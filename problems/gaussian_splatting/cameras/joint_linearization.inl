@@ -1,50 +1,27 @@
-#include "problems/gaussian_splatting/cameras/joint_linearization.h"
+// Bodies of joint_linearization.h. Included where they are instantiated, after what moves a view of that space
+// (kernels/gaussian_splatting/pose_jacobian.h and lens_jacobian.h, or device_camera.h).
+#pragma once
 
 #include <algorithm>
 
 #include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
-#include "kernels/gaussian_splatting/lens_jacobian.h"
-#include "kernels/gaussian_splatting/pose_jacobian.h"
+#include "problems/gaussian_splatting/cameras/exposed_colors.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
+#include "problems/gaussian_splatting/cameras/joint_linearization.h"
 #include "problems/gaussian_splatting/cameras/joint_reduced.h"
+#include "problems/gaussian_splatting/cameras/joint_rest.h"
 #include "problems/gaussian_splatting/cameras/joint_view.h"
+#include "problems/gaussian_splatting/cameras/view_columns.inl"
 #include "problems/gaussian_splatting/lm/view_agreement.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
-namespace {
 
-constexpr Index kGrain = 16384;  // parameters
-
-// body(channel, place) for every value of a planar image.
-template <class S, class Body>
-void ForChannels(HostSpan<S> image, const Body& body) {
-  const Index plane = image.size() / ImageShape::kChannels;
-  for (int c = 0; c < ImageShape::kChannels; ++c) {
-    ParallelFor(plane, kImageGrain, [&](Index i) { body(c, c * plane + i); });
-  }
-}
-
-template <class S>
-std::array<S, 3> GainsOf(const ViewUnknowns& unknowns) {
-  const auto& gain = unknowns.color.gain;
-  return {static_cast<S>(gain[0]), static_cast<S>(gain[1]), static_cast<S>(gain[2])};
-}
-
-template <class S>
-splat::PoseTangent PoseOf(HostSpan<const S> step) {
-  splat::PoseTangent xi;
-  for (int k = 0; k < splat::kPoseTangent; ++k) xi.v[k] = static_cast<double>(step[k]);
-  return xi;
-}
-
-}  // namespace
-
-template <class S>
-JointLinearization<S>::JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
+template <Backend B>
+JointLinearization<B>::JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
                                           std::span<const TargetView<B>> views,
-                                          std::shared_ptr<JointScratch<S>> scratch)
+                                          std::shared_ptr<JointScratch<B>> scratch)
     : options_(options),
       layout_(layout),
       x_(x),
@@ -55,45 +32,45 @@ JointLinearization<S>::JointLinearization(const JointProblemOptions& options, co
   if (!is_part()) MakeUnits();
 }
 
-template <class S>
-void JointLinearization<S>::MakeUnits() {
+template <Backend B>
+void JointLinearization<B>::MakeUnits() {
   const Index n = layout_.splats;
   units_.resize(views_.size());
-  gradient_ = HostBuffer<S>(num_parameters());
+  gradient_.Resize(num_parameters());
   const bool steers = has_own_descent();
-  HostBuffer<S> of_view;
-  if (steers) of_view.Resize(num_parameters()), descent_ = HostBuffer<S>(n);
-  HostBuffer<S> priors(num_priors());
+  typename B::Vector of_view;
+  if (steers) of_view.Resize(n), descent_.Resize(n);
+  const ConstRest<B> x(x_, n);
+  Rest<B> g_rest(gradient_.view(), n);
+  std::vector<S> prior;
   for (Index v = 0; v < layout_.views; ++v) {
-    JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+    JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
     const View image_gradient = scratch_->Image(views_[static_cast<std::size_t>(v)].shape().NumValues());
-    Build(v, unit, image_gradient);
-    const View g = steers ? of_view.view() : gradient_.view();
-    AddViewJT(v, image_gradient, g);
-    std::transform(unit.prior.begin(), unit.prior.end(), priors.data(), [](double r) { return static_cast<S>(r); });
-    AddPriorJT(v, priors.data(), g);
-    if (!steers) continue;
-    ForEach<Host>(n, kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), descent_.data()});
-    const View own = layout_.StepOf(gradient_.view(), v);
-    std::copy_n(layout_.StepOf(g, v).data(), own.size(), own.data());
+    Build(v, x.view(), unit, image_gradient);
+    AddViewJT(v, image_gradient, steers ? of_view.view() : gradient_.view(), g_rest.view());
+    prior.assign(unit.prior.begin(), unit.prior.end());
+    AddPriorJT(v, prior.data(), g_rest.view());
+    if (steers) {
+      ForEach<typename B::Space>(n, kGrain, AddViewGradient<S>{of_view.data(), gradient_.data(), descent_.data()});
+    }
   }
-  if (steers) std::copy_n(of_view.data() + n, layout_.shared() - n, gradient_.data() + n);
+  g_rest.Store();
   if (steers && !is_part()) DescentOfSplats(layout_.views, gradient_, descent_);
 }
 
-template <class S>
-void JointLinearization<S>::DescentOfSplats(Index units, ConstView gradient, View squares) const {
-  ForEach<Host>(layout_.splats, kGrain,
-                AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement), static_cast<S>(units), gradient.data(),
-                                 squares.data()});
+template <Backend B>
+void JointLinearization<B>::DescentOfSplats(Index units, ConstView gradient, View squares) const {
+  ForEach<typename B::Space>(layout_.splats, kGrain,
+                             AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement), static_cast<S>(units),
+                                              gradient.data(), squares.data()});
 }
 
-template <class S>
-void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradient) {
+template <Backend B>
+void JointLinearization<B>::Build(Index v, ConstHere x, JointUnit<B>& unit, View image_gradient) {
   const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
   CheckTruth(target);
   unit.target = &target;
-  unit.unknowns = layout_.UnknownsOf(x_, v);
+  unit.unknowns = layout_.UnknownsOf(x, v);
   unit.unbent_by = BendOf(options_, layout_, v);
   unit.view.Build(model_, AsFound(target.camera, unit.unknowns), options_.splats.background.data(),
                   scratch_->workspace);
@@ -101,74 +78,82 @@ void JointLinearization<S>::Build(Index v, JointUnit<S>& unit, View image_gradie
   unit.view.Render(unit.rendered.data());
   const View shown = scratch_->Weighted(unit.values());
   B().Copy(unit.rendered, shown);
-  ShowAsFound(unit.unknowns, unit.unbent_by, target, *scratch_, shown);
-  LinearizeLoss(scratch_->loss, target, shown, image_gradient, unit.W);
+  ShowAsFound<B>(unit.unknowns, unit.unbent_by, target, *scratch_, shown);
+  LinearizeLoss<B>(scratch_->loss, target, shown, image_gradient, unit.W);
   const ImageOfPrior of_image{unit.values(), CornerOf(target.camera)};
   unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, of_image);
   unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, of_image);
 }
 
-template <class S>
-auto JointLinearization<S>::residuals() const -> ConstView {
+template <Backend B>
+auto JointLinearization<B>::residuals() const -> ConstView {
   if (residuals_.empty()) {
     VESTA_CHECK(!units_.empty(), "the residuals of a part that was not looked at");
     residuals_.ResizeForOverwrite(num_residuals());
-    Index at = 0, prior = num_values_;
-    for (const JointUnit<S>& unit : units_) {
+    Rest<B> priors(residuals_.view(), num_values_);
+    Index at = 0, prior = 0;
+    for (const JointUnit<B>& unit : units_) {
       const View part = residuals_.view().subspan(at, unit.values());
       B().Copy(unit.rendered, part);
-      ShowAsFound(unit.unknowns, unit.unbent_by, *unit.target, *scratch_, part);
+      ShowAsFound<B>(unit.unknowns, unit.unbent_by, *unit.target, *scratch_, part);
       B().Axpby(-1.0, unit.target->truth, 1.0, part);
       at += unit.values();
-      for (const double r : unit.prior) residuals_[prior++] = static_cast<S>(r);
+      for (const double r : unit.prior) priors.view()[prior++] = static_cast<S>(r);
     }
+    priors.Store();
   }
   return residuals_.view();
 }
 
-template <class S>
-void JointLinearization<S>::ApplyImageJ(Index v, ConstView step, const splat::PoseTangent* pose, View d_image) {
-  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+template <Backend B>
+void JointLinearization<B>::ApplyImageJ(Index v, ConstView splats, ConstHere rest, const splat::PoseTangent* pose,
+                                        View d_image) {
+  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
   splat::LensTangent lens;
-  const ConstView of_lens = layout_.LensStepOf(step, v);
+  const ConstHere of_lens = layout_.LensStepOf(rest, v);
   for (int k = 0; k < layout_.free.pinhole_tangent(); ++k) lens.v[k] = static_cast<double>(of_lens[k]);
-  ApplyModelAndCameraJ(unit.view, model_, step.data(), pose, layout_.free.lens ? &lens : nullptr, d_image.data(),
+  ApplyModelAndCameraJ(unit.view, model_, splats.data(), pose, layout_.free.lens ? &lens : nullptr, d_image.data(),
                        scratch_->workspace);
 }
 
-template <class S>
-void JointLinearization<S>::AddBendJ(Index v, ConstView step, View d_image) {
-  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
-  const ConstView of_lens = layout_.LensStepOf(step, v);
+template <Backend B>
+void JointLinearization<B>::AddBendJ(Index v, ConstHere rest, View d_image) {
+  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
+  const ConstHere of_lens = layout_.LensStepOf(rest, v);
   for (int k = 0; unit.unbent_by && k < kRadialTangent; ++k) {
     const View column = scratch_->Column(unit.values());
-    PhotographBend(*unit.target, k, column);
+    PhotographBend<B>(*unit.target, k, column);
     B().Axpby(static_cast<double>(of_lens[layout_.free.Radial(k)]), column, 1.0, d_image);
   }
 }
 
-template <class S>
-void JointLinearization<S>::ApplySharedJ(Index v, ConstView step, View d_image) {
-  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
-  ApplyImageJ(v, step, nullptr, d_image);
-  const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
-  ForChannels(d_image, [&](int c, Index i) { d_image[i] *= gain[static_cast<std::size_t>(c)]; });
-  AddBendJ(v, step, d_image);
+template <Backend B>
+void JointLinearization<B>::ApplySharedJ(Index v, ConstView splats, ConstHere rest, View d_image) {
+  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
+  ApplyImageJ(v, splats, rest, nullptr, d_image);
+  ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), d_image);
+  AddBendJ(v, rest, d_image);
   ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
-template <class S>
-void JointLinearization<S>::AddSharedJT(Index v, View u, View g) {
-  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
-  const View of_lens = layout_.LensStepOf(g, v);
+template <Backend B>
+void JointLinearization<B>::AddSharedJT(Index v, View u, View g, Here g_rest) {
+  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
+  const Here of_lens = layout_.LensStepOf(g_rest, v);
   ClearLeftOut<B>(unit.target->mask, u);
-  for (int k = 0; unit.unbent_by && k < kRadialTangent; ++k) {
-    const View column = scratch_->Column(unit.values());
-    PhotographBend(*unit.target, k, column);
-    of_lens[layout_.free.Radial(k)] += static_cast<S>(Dot(column.data(), u.data(), unit.values()));
+  if (unit.unbent_by) {
+    ImageProducts<B> products(kRadialTangent);
+    for (int k = 0; k < kRadialTangent; ++k) {
+      const View column = scratch_->Column(unit.values());
+      PhotographBend<B>(*unit.target, k, column);
+      products.AddDot(ConstView(column), ConstView(u));
+    }
+    const std::vector<double> sums = products.Read();
+    for (int k = 0; k < kRadialTangent; ++k) {
+      of_lens[layout_.free.Radial(k)] += static_cast<S>(sums[static_cast<std::size_t>(k)]);
+    }
   }
-  const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
-  ForChannels(u, [&](int c, Index i) { u[i] *= gain[static_cast<std::size_t>(c)]; });
+  ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), u);
   unit.view.AddJT(model_, unit.rendered.data(), u.data(), g.data(), scratch_->workspace);
   if (!layout_.free.lens) return;
   // What the adjoint pass has left: the cotangents of the splats.
@@ -176,45 +161,48 @@ void JointLinearization<S>::AddSharedJT(Index v, View u, View g) {
   for (int k = 0; k < layout_.free.pinhole_tangent(); ++k) of_lens[k] += static_cast<S>(lens.v[k]);
 }
 
-template <class S>
-void JointLinearization<S>::ApplyViewJ(Index v, ConstView step, View d_image) {
-  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
-  const ConstView own = layout_.StepOf(step, v);
-  const splat::PoseTangent pose = layout_.free.pose ? PoseOf(own) : splat::PoseTangent();
-  ApplyImageJ(v, step, layout_.free.pose ? &pose : nullptr, d_image);
-  const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
-  std::array<S, 3> d_gain{}, d_offset{};
+template <Backend B>
+void JointLinearization<B>::ApplyViewJ(Index v, ConstView splats, ConstHere rest, View d_image) {
+  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
+  const ConstHere own = layout_.StepOf(rest, v);
+  splat::PoseTangent pose;
+  for (int k = 0; k < layout_.free.pose_tangent(); ++k) pose.v[k] = static_cast<double>(own[k]);
+  ApplyImageJ(v, splats, rest, layout_.free.pose ? &pose : nullptr, d_image);
+  const Index plane = unit.values() / ImageShape::kChannels;
+  ExposeChange<S> change{.gain = ChannelsOf<S>(unit.unknowns.color.gain),
+                         .d_gain = {},
+                         .d_offset = {},
+                         .rendered = unit.rendered.data(),
+                         .d_image = d_image.data(),
+                         .plane = plane};
   for (int c = 0; layout_.free.color && c < ImageShape::kChannels; ++c) {
-    d_gain[static_cast<std::size_t>(c)] = own[layout_.free.Gain(c)];
-    d_offset[static_cast<std::size_t>(c)] = own[layout_.free.Offset(c)];
+    change.d_gain.of[c] = own[layout_.free.Gain(c)];
+    change.d_offset.of[c] = own[layout_.free.Offset(c)];
   }
-  ForChannels(d_image, [&](int channel, Index i) {
-    const auto c = static_cast<std::size_t>(channel);
-    d_image[i] = gain[c] * d_image[i] + (d_gain[c] * unit.rendered[i] + d_offset[c]);
-  });
-  AddBendJ(v, step, d_image);
+  ForEach<typename B::Space>(plane, kExposureGrain, change);
+  AddBendJ(v, rest, d_image);
   ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
-template <class S>
-void JointLinearization<S>::AddViewJT(Index v, View u, View g) {
-  const JointUnit<S>& unit = units_[static_cast<std::size_t>(v)];
+template <Backend B>
+void JointLinearization<B>::AddViewJT(Index v, View u, View g, Here g_rest) {
+  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
   ClearLeftOut<B>(unit.target->mask, u);
-  const View own = layout_.StepOf(g, v);
-  const Index plane = unit.values() / ImageShape::kChannels;
-  for (int c = 0; layout_.free.color && c < ImageShape::kChannels; ++c) {
-    const S* channel = u.data() + c * plane;
-    own[layout_.free.Gain(c)] += static_cast<S>(Dot(unit.rendered.data() + c * plane, channel, plane));
-    own[layout_.free.Offset(c)] += static_cast<S>(Sum(channel, plane));
+  const Here own = layout_.StepOf(g_rest, v);
+  if (layout_.free.color) {
+    ImageProducts<B> products(layout_.free.color_tangent());
+    AddExposureProducts<B>(unit.rendered, u, products);
+    Index at = layout_.free.Gain(0);
+    for (const double sum : products.Read()) own[at++] += static_cast<S>(sum);
   }
-  AddSharedJT(v, u, g);
+  AddSharedJT(v, u, g, g_rest);
   if (!layout_.free.pose) return;
   const splat::PoseTangent xi = PoseCotangent(unit.view, model_, scratch_->workspace.splat_sums.data());
   for (int k = 0; k < splat::kPoseTangent; ++k) own[k] += static_cast<S>(xi.v[k]);
 }
 
-template <class S>
-void JointLinearization<S>::ApplyPriorJ(Index v, ConstView step, S* out) const {
+template <Backend B>
+void JointLinearization<B>::ApplyPriorJ(Index v, ConstHere step, S* out) const {
   const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
   const std::vector<double> whole = layout_.WholeStepOf(step, v);
   const std::size_t n = whole.size();
@@ -225,10 +213,10 @@ void JointLinearization<S>::ApplyPriorJ(Index v, ConstView step, S* out) const {
   }
 }
 
-template <class S>
-void JointLinearization<S>::AddPriorJT(Index v, const S* u, View g) const {
+template <Backend B>
+void JointLinearization<B>::AddPriorJT(Index v, const S* u, Here g) const {
   const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
-  const View own = layout_.StepOf(g, v), of_lens = layout_.LensStepOf(g, v);
+  const Here own = layout_.StepOf(g, v), of_lens = layout_.LensStepOf(g, v);
   const Index n = own.size() + of_lens.size();
   for (Index j = 0; j < n; ++j) {
     double sum = 0;
@@ -237,11 +225,11 @@ void JointLinearization<S>::AddPriorJT(Index v, const S* u, View g) const {
   }
 }
 
-template <class S>
-void JointLinearization<S>::AddPriorOfLens(Index v, ConstView x, View y) const {
+template <Backend B>
+void JointLinearization<B>::AddPriorOfLens(Index v, ConstHere x, Here y) const {
   const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
-  const ConstView of_lens = layout_.LensStepOf(x, v);
-  const View to = layout_.LensStepOf(y, v);
+  const ConstHere of_lens = layout_.LensStepOf(x, v);
+  const Here to = layout_.LensStepOf(y, v);
   const Index n = layout_.free.num_tangent();
   for (Index k = 0; k < of_lens.size(); ++k) {
     const Index at = layout_.free.Lens(static_cast<int>(k));  // where J is diagonal
@@ -250,77 +238,86 @@ void JointLinearization<S>::AddPriorOfLens(Index v, ConstView x, View y) const {
   }
 }
 
-template <class S>
-void JointLinearization<S>::ApplyJ(ConstView v, View u) {
+template <Backend B>
+void JointLinearization<B>::ApplyJ(ConstView v, View u) {
   EnsureUnits();
   const Index n = layout_.free.num_tangent();
+  const ConstRest<B> rest(v, layout_.splats);
+  Rest<B> priors(u, num_values_);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
     const Index values = units_[static_cast<std::size_t>(i)].values();
-    ApplyViewJ(i, v, u.subspan(at, values));
-    ApplyPriorJ(i, v, u.data() + num_values_ + i * n);
+    ApplyViewJ(i, v, rest.view(), u.subspan(at, values));
+    ApplyPriorJ(i, rest.view(), priors.view().data() + i * n);
     at += values;
   }
+  priors.Store();
 }
 
-template <class S>
-void JointLinearization<S>::ApplyJT(ConstView u, View g) {
+template <Backend B>
+void JointLinearization<B>::ApplyJT(ConstView u, View g) {
   EnsureUnits();
   const Index n = layout_.free.num_tangent();
   B().Fill(0, g);
+  const ConstRest<B> priors(u, num_values_);
+  Rest<B> rest(g, layout_.splats);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
     const View work = scratch_->Image(units_[static_cast<std::size_t>(i)].values());
     B().Copy(u.subspan(at, work.size()), work);
-    AddViewJT(i, work, g);
-    AddPriorJT(i, u.data() + num_values_ + i * n, g);
+    AddViewJT(i, work, g, rest.view());
+    AddPriorJT(i, priors.view().data() + i * n, rest.view());
     at += work.size();
   }
+  rest.Store();
 }
 
-template <class S>
-void JointLinearization<S>::ApplyW(ConstView u, View Wu) {
+template <Backend B>
+void JointLinearization<B>::ApplyW(ConstView u, View Wu) {
   EnsureUnits();
   Index at = 0;
-  for (const JointUnit<S>& unit : units_) {
+  for (const JointUnit<B>& unit : units_) {
     ApplyW(unit, u.subspan(at, unit.values()), Wu.subspan(at, unit.values()));
     at += unit.values();
   }
   B().Copy(u.subspan(at, num_priors()), Wu.subspan(at, num_priors()));
 }
 
-template <class S>
-void JointLinearization<S>::ApplyH(ConstView v, View Hv) {
+template <Backend B>
+void JointLinearization<B>::ApplyH(ConstView v, View Hv) {
   EnsureUnits();
   B().Fill(0, Hv);
+  const ConstRest<B> rest(v, layout_.splats);
+  Rest<B> to(Hv, layout_.splats);
   HostBuffer<S> prior(layout_.free.num_tangent());
   for (Index i = 0; i < layout_.views; ++i) {
-    const JointUnit<S>& unit = units_[static_cast<std::size_t>(i)];
+    const JointUnit<B>& unit = units_[static_cast<std::size_t>(i)];
     const View d_image = scratch_->Image(unit.values()), weighted = scratch_->Weighted(unit.values());
-    ApplyViewJ(i, v, d_image);
+    ApplyViewJ(i, v, rest.view(), d_image);
     ApplyW(unit, d_image, weighted);
-    AddViewJT(i, weighted, Hv);
-    ApplyPriorJ(i, v, prior.data());
-    AddPriorJT(i, prior.data(), Hv);
+    AddViewJT(i, weighted, Hv, to.view());
+    ApplyPriorJ(i, rest.view(), prior.data());
+    AddPriorJT(i, prior.data(), to.view());
   }
+  to.Store();
 }
 
-template <class S>
-void JointLinearization<S>::Gradient(View g) {
+template <Backend B>
+void JointLinearization<B>::Gradient(View g) {
   if (gradient_.empty()) MakeUnits();
   B().Copy(gradient_, g);
   if (is_part()) gradient_ = {};
 }
 
-template <class S>
-void JointLinearization<S>::Descent(View d) {
+template <Backend B>
+void JointLinearization<B>::Descent(View d) {
   VESTA_CHECK(!is_part(), "the descent of a part");
   B().Axpby(-1.0, gradient_, 0.0, d);
   if (has_own_descent()) B().Copy(descent_, d.subspan(0, layout_.splats));
 }
 
-template <class S>
-void JointLinearization<S>::SquaredGradients(View squares) {
+template <Backend B>
+void JointLinearization<B>::SquaredGradients(View squares) {
   VESTA_CHECK(is_part() && has_own_descent(), "the squares of a problem that is no part, or has no descent of its own");
   if (descent_.empty()) MakeUnits();
   B().Fill(0, squares);
@@ -328,25 +325,24 @@ void JointLinearization<S>::SquaredGradients(View squares) {
   descent_ = {};
 }
 
-template <class S>
-void JointLinearization<S>::DescentOf(Index units, ConstView gradient, View squares) const {
+template <Backend B>
+void JointLinearization<B>::DescentOf(Index units, ConstView gradient, View squares) const {
   const Index n = layout_.splats, views = squares.size() - n;
   DescentOfSplats(units, gradient, squares);
   B().Axpby(-1.0, gradient.subspan(n, views), 0.0, squares.subspan(n, views));
 }
 
-template <class S>
-const SplatGrams<CpuBackend<S>>& JointLinearization<S>::Grams() {
+template <Backend B>
+const SplatGrams<B>& JointLinearization<B>::Grams() {
   if (!grams_.empty()) return grams_;
   EnsureUnits();
   grams_.Start(model_, options_.splats.sh_blocks);
-  for (const JointUnit<S>& unit : units_) {
+  for (const JointUnit<B>& unit : units_) {
     const View omega = scratch_->Image(unit.values());
-    const std::array<S, 3> gain = GainsOf<S>(unit.unknowns);
-    ForChannels(omega, [&](int channel, Index i) {
-      const S factor = gain[static_cast<std::size_t>(channel)];
-      omega[i] = factor * factor * unit.W.diagonal[i];
-    });
+    B().Copy(unit.W.diagonal, omega);
+    Channels<S> squared = ChannelsOf<S>(unit.unknowns.color.gain);
+    for (S& gain : squared.of) gain *= gain;
+    ScaleChannels<B>(squared, omega);
     unit.view.AddGram(model_, unit.rendered.data(), omega.data(), grams_.blocks(), grams_.sh_diagonal(),
                       scratch_->workspace, grams_.sh_blocks());
   }
@@ -355,19 +351,20 @@ const SplatGrams<CpuBackend<S>>& JointLinearization<S>::Grams() {
   return grams_;
 }
 
-template <class S>
-const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& unit) {
+template <Backend B>
+const std::vector<double>& JointLinearization<B>::MakeCurvature(JointUnit<B>& unit) {
   if (!unit.curvature.empty()) return unit.curvature;
-  ViewColumns<B> columns = ColumnsOf(
+  ViewColumns<B> columns = ColumnsOf<B>(
       layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
       MovesOf<B>(layout_.free, *unit.target, unit.view, model_, unit.rendered.view(), scratch_->workspace).view());
   for (int k = 0; k < layout_.free.radial_tangent(); ++k) {
     const View column = columns.image(columns.num_images() - kRadialTangent + k);
     B().Fill(0, column);
-    if (unit.unbent_by) PhotographBend(*unit.target, k, column);
+    if (unit.unbent_by) PhotographBend<B>(*unit.target, k, column);
     ClearLeftOut<B>(unit.target->mask, column);
   }
-  unit.curvature = WeightedGram(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
+  unit.curvature =
+      WeightedGram<B>(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
   columns = {};  // before the copy takes its room
   if (options_.eliminate_views && layout_.free.lens) unit.weighted = unit.weighted.OwnOfView();
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
@@ -380,30 +377,35 @@ const std::vector<double>& JointLinearization<S>::MakeCurvature(JointUnit<S>& un
   return unit.curvature;
 }
 
-template <class S>
-void JointLinearization<S>::DiagJTJ(View d) {
+template <Backend B>
+void JointLinearization<B>::DiagJTJ(View d) {
   Grams().CopyDiagonal(d.subspan(0, layout_.splats));
-  B().Fill(0, d.subspan(layout_.splats, layout_.shared() - layout_.splats));
+  B().Fill(0, d.subspan(layout_.splats, d.size() - layout_.splats));
+  Rest<B> rest(d, layout_.splats);
   const Index n = layout_.free.num_tangent();
   for (std::size_t v = 0; v < units_.size(); ++v) {
-    const View own = layout_.StepOf(d, static_cast<Index>(v)), of_lens = layout_.LensStepOf(d, static_cast<Index>(v));
+    const Here own = layout_.StepOf(rest.view(), static_cast<Index>(v)),
+               of_lens = layout_.LensStepOf(rest.view(), static_cast<Index>(v));
     const std::vector<double>& H = CurvatureOf(v);
     const auto at = [&](Index k) { return static_cast<S>(H[static_cast<std::size_t>(k * n + k)]); };
     for (Index k = 0; k < own.size(); ++k) own[k] = at(k);
     for (Index k = 0; k < of_lens.size(); ++k) of_lens[k] += at(own.size() + k);
   }
+  rest.Store();
   if (is_part()) ReleaseGrams();  // others' would be held beside them
 }
 
-template <class S>
-void JointLinearization<S>::BlockGram(BlockDiagonal<B>& blocks) {
+template <Backend B>
+void JointLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
   Grams().CopyBlocks(blocks);
   const int own = layout_.own().num_tangent(), all = layout_.free.num_tangent(),
             of_views = static_cast<int>(blocks.groups().size()) - 1;
+  Rest<B> values(blocks.values(of_views), 0);
   for (std::size_t v = 0; v < units_.size(); ++v) {
     const std::vector<double> block = SquareOf(CurvatureOf(v), all, 0, own);
-    FillBlock(block, own, static_cast<Index>(v), layout_.views, blocks.values(of_views));
+    FillBlock(block, own, static_cast<Index>(v), layout_.views, values.view());
   }
+  values.Store();
   if (layout_.lenses > 0) {
     AddLensBlocks([&](Index v) { return SquareOf(CurvatureOf(static_cast<std::size_t>(v)), all, own, all); },
                   blocks.values(of_views - 1));
@@ -411,8 +413,8 @@ void JointLinearization<S>::BlockGram(BlockDiagonal<B>& blocks) {
   if (!options_.eliminate_views) ReleaseGrams();  // nobody asks again unless a step is refused
 }
 
-template <class S>
-void JointLinearization<S>::AddLensBlocks(const std::function<std::vector<double>(Index)>& of_view, View values) const {
+template <Backend B>
+void JointLinearization<B>::AddLensBlocks(const std::function<std::vector<double>(Index)>& of_view, View values) const {
   const int n = layout_.free.lens_tangent();
   std::vector<std::vector<double>> sums(static_cast<std::size_t>(layout_.lenses),
                                         std::vector<double>(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)));
@@ -420,18 +422,17 @@ void JointLinearization<S>::AddLensBlocks(const std::function<std::vector<double
     std::vector<double>& sum = sums[static_cast<std::size_t>(layout_.LensOf(v))];
     std::ranges::transform(sum, of_view(v), sum.begin(), std::plus());
   }
+  Rest<B> here(values, 0);
   for (Index lens = 0; lens < layout_.lenses; ++lens) {
-    FillBlock(sums[static_cast<std::size_t>(lens)], n, lens, layout_.lenses, values);
+    FillBlock(sums[static_cast<std::size_t>(lens)], n, lens, layout_.lenses, here.view());
   }
+  here.Store();
 }
 
-template <class S>
-std::unique_ptr<ReducedSystem<CpuBackend<S>>> JointLinearization<S>::MakeReducedSystem() {
+template <Backend B>
+std::unique_ptr<ReducedSystem<B>> JointLinearization<B>::MakeReducedSystem() {
   EnsureUnits();
-  return options_.eliminate_views ? std::make_unique<JointReducedSystem<S>>(*this) : nullptr;
+  return options_.eliminate_views ? std::make_unique<JointReducedSystem<B>>(*this) : nullptr;
 }
-
-template class JointLinearization<float>;
-template class JointLinearization<double>;
 
 }  // namespace vesta::gs

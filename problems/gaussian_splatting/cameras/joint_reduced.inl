@@ -1,22 +1,27 @@
-#include "problems/gaussian_splatting/cameras/joint_reduced.h"
+// Bodies of joint_reduced.h. Included where they are instantiated, as joint_linearization.inl.
+#pragma once
 
 #include <algorithm>
 
+#include "problems/gaussian_splatting/cameras/joint_reduced.h"
+#include "problems/gaussian_splatting/cameras/joint_rest.h"
+
 namespace vesta::gs {
 
-template <class S>
-JointReducedSystem<S>::JointReducedSystem(JointLinearization<S>& linearization)
+template <Backend B>
+JointReducedSystem<B>::JointReducedSystem(JointLinearization<B>& linearization)
     : linearization_(linearization),
       layout_(linearization.layout()),
       views_(layout_.num_tangent() - layout_.shared()) {}
 
-template <class S>
-void JointReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
+template <Backend B>
+void JointReducedSystem<B>::SetDamping(double lambda, ConstView metric) {
   lambda_ = lambda;
   metric_ = linearization_.is_part() ? ConstView() : metric.subspan(0, layout_.shared());
   blocks_.clear();
   const int n = layout_.own().num_tangent(), all = layout_.free.num_tangent();
-  std::copy(metric.begin() + layout_.shared(), metric.end(), views_.begin());
+  const ConstRest<B> of_views(metric, layout_.shared());
+  std::ranges::copy(of_views.view(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     BlockDiagonal<CpuBackend<double>>& C = blocks_.emplace_back(n, std::vector<BlockGroup>{{.size = n, .count = 1}});
     FillBlock(SquareOf(linearization_.CurvatureOf(v), all, 0, n), n, 0, 1, C.values(0));
@@ -25,62 +30,71 @@ void JointReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
   }
 }
 
-template <class S>
-void JointReducedSystem<S>::ReduceRhs(ConstView rhs, View reduced) {
+template <Backend B>
+void JointReducedSystem<B>::ReduceRhs(ConstView rhs, View reduced) {
   B().Copy(rhs.subspan(0, layout_.shared()), reduced);
-  std::copy(rhs.begin() + layout_.shared(), rhs.end(), views_.begin());
+  const ConstRest<B> of_views(rhs, layout_.shared());
+  std::ranges::copy(of_views.view(), views_.begin());
+  Rest<B> reduced_rest(reduced, layout_.splats);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
-    const JointUnit<S>& unit = linearization_.units()[v];
+    const JointUnit<B>& unit = linearization_.units()[v];
     const View image = linearization_.scratch().Image(unit.values());
     B().Fill(0, image);
     SolveView(v);
     unit.weighted.Add(-1, ViewPart(v).data(), image.data());
-    linearization_.AddSharedJT(static_cast<Index>(v), image, reduced);
+    linearization_.AddSharedJT(static_cast<Index>(v), image, reduced, reduced_rest.view());
   }
+  reduced_rest.Store();
 }
 
-template <class S>
-void JointReducedSystem<S>::Apply(ConstView x, View y) {
+template <Backend B>
+void JointReducedSystem<B>::Apply(ConstView x, View y) {
   B().Fill(0, y);
   if (!metric_.empty()) B().AddScaled(lambda_, metric_, x, y);
+  const ConstRest<B> x_rest(x, layout_.splats);
+  Rest<B> y_rest(y, layout_.splats);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
-    const JointUnit<S>& unit = linearization_.units()[v];
+    const JointUnit<B>& unit = linearization_.units()[v];
     const View image = linearization_.scratch().Image(unit.values()),
                weighted = linearization_.scratch().Weighted(unit.values());
-    linearization_.ApplySharedJ(static_cast<Index>(v), x, image);
+    linearization_.ApplySharedJ(static_cast<Index>(v), x, x_rest.view(), image);
     linearization_.ApplyW(unit, image, weighted);
     unit.weighted.Project(image.data(), ViewPart(v).data());
     SolveView(v);
     unit.weighted.Add(-1, ViewPart(v).data(), weighted.data());
-    linearization_.AddSharedJT(static_cast<Index>(v), weighted, y);
-    linearization_.AddPriorOfLens(static_cast<Index>(v), x, y);
+    linearization_.AddSharedJT(static_cast<Index>(v), weighted, y, y_rest.view());
+    linearization_.AddPriorOfLens(static_cast<Index>(v), x_rest.view(), y_rest.view());
   }
+  y_rest.Store();
 }
 
-template <class S>
-void JointReducedSystem<S>::BackSubstitute(ConstView rhs, View step) {
+template <Backend B>
+void JointReducedSystem<B>::BackSubstitute(ConstView rhs, View step) {
+  const ConstRest<B> rhs_rest(rhs, layout_.splats);
+  Rest<B> step_rest(step, layout_.splats);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
-    const JointUnit<S>& unit = linearization_.units()[v];
+    const JointUnit<B>& unit = linearization_.units()[v];
     const View image = linearization_.scratch().Image(unit.values());
     const HostSpan<double> part = ViewPart(v);
-    linearization_.ApplySharedJ(static_cast<Index>(v), step, image);
+    linearization_.ApplySharedJ(static_cast<Index>(v), step, step_rest.view(), image);
     unit.weighted.Project(image.data(), part.data());
-    const ConstView own = layout_.StepOf(rhs, static_cast<Index>(v));
+    const HostSpan<const typename B::Scalar> own = layout_.StepOf(rhs_rest.view(), static_cast<Index>(v));
     for (Index k = 0; k < part.size(); ++k) part[k] = static_cast<double>(own[k]) - part[k];
     SolveView(v);
   }
-  std::copy(views_.begin(), views_.end(), step.begin() + layout_.shared());
+  std::copy(views_.begin(), views_.end(), step_rest.view().begin() + (layout_.shared() - layout_.splats));
+  step_rest.Store();
 }
 
-template <class S>
-std::vector<BlockGroup> JointReducedSystem<S>::kept_groups() const {
+template <Backend B>
+std::vector<BlockGroup> JointReducedSystem<B>::kept_groups() const {
   std::vector<BlockGroup> groups = linearization_.block_groups();
   groups.pop_back();
   return groups;
 }
 
-template <class S>
-std::vector<double> JointReducedSystem<S>::LensSchur(std::size_t view) {
+template <Backend B>
+std::vector<double> JointReducedSystem<B>::LensSchur(std::size_t view) {
   const std::vector<double>& H = linearization_.CurvatureOf(view);
   const int own = layout_.own().num_tangent(), lens = layout_.free.lens_tangent(), all = own + lens;
   const auto at = [&](int row, int col) {
@@ -100,8 +114,8 @@ std::vector<double> JointReducedSystem<S>::LensSchur(std::size_t view) {
   return schur;
 }
 
-template <class S>
-void JointReducedSystem<S>::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
+template <Backend B>
+void JointReducedSystem<B>::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
   linearization_.Grams().CopyBlocks(diagonal);
   if (layout_.lenses > 0) {
     linearization_.AddLensBlocks([&](Index v) { return LensSchur(static_cast<std::size_t>(v)); },
@@ -110,8 +124,5 @@ void JointReducedSystem<S>::DiagonalBlocks(BlockDiagonal<B>& diagonal) {
   if (!metric_.empty()) diagonal.AddToDiagonal(lambda_, metric_);
   if (linearization_.is_part()) linearization_.ReleaseGrams();
 }
-
-template class JointReducedSystem<float>;
-template class JointReducedSystem<double>;
 
 }  // namespace vesta::gs

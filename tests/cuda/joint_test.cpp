@@ -1,0 +1,203 @@
+// Splats and cameras as one problem on a GPU against the host.
+#include <memory>
+#include <string>
+
+#include "kernels/core/device_kernels.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "solver/normal_equations/reduced_system.h"
+#include "solver/problem.h"
+#include "tests/cuda/on_device.h"
+#include "tests/problems/gaussian_splatting/cameras/joint_setup.h"
+#include "tests/support/splat_scenes.h"
+
+namespace vesta::test {
+namespace {
+
+using Cpu = CpuBackend<float>;
+using Gpu = CudaBackend<float>;
+
+// Relative to the whole, in float, with what cancels in sums over all Gaussians.
+constexpr double kJointTolerance = 1e-3;
+
+class CudaJointProblem : public OnDevice {};
+
+// A step whose parts count alike.
+std::vector<float> StepOf(Index size, std::uint64_t seed) { return Random(seed).NormalVector<float>(size); }
+
+// Vectors come from the host and go there.
+template <class B>
+class Asked {
+ public:
+  using Vector = typename B::Vector;
+
+  Asked(const gs::test::JointSetup<float>& setup, bool eliminates)
+      : views_(gs::TargetsIn<B>(setup.ring.views)), x_(There(Values(setup.x))) {
+    gs::JointProblemOptions options = setup.options;
+    options.eliminate_views = eliminates;
+    options.splats.view_agreement = 0.5;
+    problem_ = std::make_unique<gs::JointProblem<B>>(options, views_);
+    at_ = problem_->Linearize(x_, 0);
+  }
+  double Cost() { return problem_->Cost(x_); }
+  Index num_tangent() const { return problem_->num_tangent(); }
+  Index num_residuals() const { return at_->num_residuals(); }
+  std::vector<float> Residuals() const { return Here(at_->residuals()); }
+  std::vector<float> Plus(const std::vector<float>& step) {
+    B backend;
+    return Made(problem_->num_parameters(), [&](auto to) { problem_->Plus(backend, x_, There(step), to); });
+  }
+  std::vector<float> ApplyJ(const std::vector<float>& v) {
+    return Made(num_residuals(), [&](auto to) { at_->ApplyJ(There(v), to); });
+  }
+  std::vector<float> ApplyJT(const std::vector<float>& u) {
+    return Tangent([&](auto to) { at_->ApplyJT(There(u), to); });
+  }
+  std::vector<float> ApplyW(const std::vector<float>& u) {
+    return Made(num_residuals(), [&](auto to) { at_->ApplyW(There(u), to); });
+  }
+  std::vector<float> ApplyH(const std::vector<float>& v) {
+    return Tangent([&](auto to) { at_->ApplyH(There(v), to); });
+  }
+  std::vector<float> Gradient() {
+    return Tangent([&](auto to) { at_->Gradient(to); });
+  }
+  std::vector<float> Descent() {
+    return Tangent([&](auto to) { at_->Descent(to); });
+  }
+  std::vector<float> Diagonal() {
+    return Tangent([&](auto to) { at_->DiagJTJ(to); });
+  }
+  std::vector<float> Blocks() {
+    BlockDiagonal<B> blocks(num_tangent(), problem_->block_groups());
+    at_->BlockGram(blocks);
+    return Here(blocks.all_values());
+  }
+  // Of the system with views eliminated: the right-hand side, a product, the diagonal blocks, a completed step.
+  std::vector<std::vector<float>> Reduced(const std::vector<float>& rhs, const std::vector<float>& step) {
+    const Vector metric = There(Diagonal());
+    const auto system = at_->MakeReducedSystem();
+    system->SetDamping(0.1, metric);
+    const Index n = system->size();
+    const std::vector<float> kept(step.begin(), step.begin() + n);
+    BlockDiagonal<B> blocks(n, system->kept_groups());
+    system->DiagonalBlocks(blocks);
+    Vector whole = There(step);
+    system->BackSubstitute(There(rhs), whole);
+    return {Made(n, [&](auto to) { system->ReduceRhs(There(rhs), to); }),
+            Made(n, [&](auto to) { system->Apply(There(kept), to); }), Here(blocks.all_values()), Here(whole)};
+  }
+
+  std::int64_t WaitsOfApplyH() {
+    const Vector v = There(StepOf(num_tangent(), 3));
+    Vector to(num_tangent());
+    return Waits([&] { at_->ApplyH(v, to); });
+  }
+  std::int64_t WaitsOfReducedApply() {
+    const Vector metric = There(Diagonal());
+    const auto system = at_->MakeReducedSystem();
+    system->SetDamping(0.1, metric);
+    const Vector v = There(StepOf(system->size(), 3));
+    Vector to(system->size());
+    return Waits([&] { system->Apply(v, to); });
+  }
+
+ private:
+  template <class Call>
+  static std::int64_t Waits(const Call& call) {
+    call();  // once for what it works in
+    const std::int64_t before = device::CountedHostWork().waits;
+    call();
+    return device::CountedHostWork().waits - before;
+  }
+  static std::vector<float> Values(const HostBuffer<float>& v) { return {v.begin(), v.end()}; }
+  static Vector There(const std::vector<float>& v) {
+    Vector vector;
+    vector.CopyFrom(ViewOf(v));
+    return vector;
+  }
+  static std::vector<float> Here(typename B::ConstView v) {
+    std::vector<float> here(static_cast<std::size_t>(v.size()));
+    B().ToHost(v, {here.data(), v.size()});
+    return here;
+  }
+  template <class Make>
+  static std::vector<float> Made(Index size, const Make& make) {
+    Vector to(size);
+    make(to.view());
+    return Here(to);
+  }
+  template <class Make>
+  std::vector<float> Tangent(const Make& make) {
+    return Made(num_tangent(), make);
+  }
+
+  std::vector<gs::TargetView<B>> views_;
+  Vector x_;
+  std::unique_ptr<gs::JointProblem<B>> problem_;
+  std::unique_ptr<Linearization<B>> at_;
+};
+
+TEST_F(CudaJointProblem, IsThatOfTheHost) {
+  for (const gs::FreeUnknowns free :
+       {gs::FreeUnknowns(), gs::FreeUnknowns{true, true}, gs::FreeUnknowns{true, true, true, true}}) {
+    SCOPED_TRACE(free.num_tangent());
+    gs::test::JointSetup<float> setup(free, 4, 40, 2, 5);
+    // What is left out of a view.
+    std::vector<std::uint8_t> mask;
+    for (Index i = 0; i < setup.ring.views[1].shape().PlaneSize(); ++i) mask.push_back(i % 5 == 0 ? 0 : 1);
+    setup.ring.views[1].mask = ViewOf(mask);
+    Asked<Cpu> host(setup, true);
+    Asked<Gpu> device(setup, true);
+    EXPECT_NEAR(device.Cost(), host.Cost(), 1e-4 * host.Cost());
+    ASSERT_EQ(device.num_residuals(), host.num_residuals());
+    const std::vector<float> v = StepOf(host.num_tangent(), 3), u = StepOf(host.num_residuals(), 4);
+    const auto expect_alike = [](const std::vector<float>& found, const std::vector<float>& expected,
+                                 const char* what) {
+      EXPECT_LT(RelativeError(found, expected), kJointTolerance) << what;
+    };
+    // The few numbers of cameras would be lost beside those of splats.
+    const Index splats = setup.options.splats.Size();
+    const auto expect_both_alike = [&](const std::vector<float>& found, const std::vector<float>& expected,
+                                       const char* what) {
+      ASSERT_EQ(found.size(), expected.size()) << what;
+      const auto part = [&](const std::vector<float>& of, bool rest) {
+        const auto at = of.begin() + splats;
+        return rest ? std::vector<float>(at, of.end()) : std::vector<float>(of.begin(), at);
+      };
+      for (const bool rest : {false, true}) {
+        if (rest && found.size() == static_cast<std::size_t>(splats)) continue;
+        expect_alike(part(found, rest), part(expected, rest), what);
+      }
+    };
+    expect_alike(device.Residuals(), host.Residuals(), "residuals");
+    expect_both_alike(device.Plus(v), host.Plus(v), "x (+) v");
+    expect_alike(device.ApplyJ(v), host.ApplyJ(v), "J v");
+    expect_both_alike(device.ApplyJT(u), host.ApplyJT(u), "J^T u");
+    expect_alike(device.ApplyW(u), host.ApplyW(u), "W u");
+    expect_both_alike(device.ApplyH(v), host.ApplyH(v), "H v");
+    expect_both_alike(device.Gradient(), host.Gradient(), "gradient");
+    expect_both_alike(device.Descent(), host.Descent(), "descent");
+    expect_both_alike(device.Diagonal(), host.Diagonal(), "diagonal");
+    expect_alike(device.Blocks(), host.Blocks(), "blocks");
+    const auto found = device.Reduced(v, v), expected = host.Reduced(v, v);
+    expect_both_alike(found[0], expected[0], "right-hand side without views");
+    expect_both_alike(found[1], expected[1], "S v");
+    expect_alike(found[2], expected[2], "blocks without views");
+    expect_both_alike(found[3], expected[3], "step with views");
+  }
+}
+
+// As docs/cuda.md has it: for what is not the splats' of the vectors, and for the sums over images and splats of each
+// view.
+TEST_F(CudaJointProblem, AProductWaitsFewTimes) {
+  for (const gs::FreeUnknowns free : {gs::FreeUnknowns(), gs::FreeUnknowns{true, true, true, true}}) {
+    const gs::test::JointSetup<float> setup(free, 4, 40, 2, 5);
+    Asked<Gpu> device(setup, true);
+    const std::int64_t of_vectors = 3, bent = free.radial ? 2 : 0, lens = free.lens ? 1 : 0;
+    EXPECT_EQ(device.WaitsOfApplyH(), of_vectors + 4 * ((free.color ? 1 : 0) + lens + 1) + bent);
+    EXPECT_EQ(device.WaitsOfReducedApply(), (free.lens ? of_vectors : 0) + 4 * (1 + lens) + bent);
+  }
+}
+
+}  // namespace
+}  // namespace vesta::test
