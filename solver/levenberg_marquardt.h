@@ -83,7 +83,7 @@ class LmStepper {
   bool Linearize();
   double FullCost(typename B::ConstView x);
   // What trials work in has no use while PCG runs, nor what PCG works in while trials are made: they share memory where
-  // their sizes are the same.
+  // that has room for either.
   void TakeTrialVectors();
   void LendTrialVectors();
   // Of trials and solves nothing is wanted while a linearization or its preconditioner is made, which take most then.

@@ -171,7 +171,7 @@ bool LmStepper<B>::Linearize() {
 template <Backend B>
 void LmStepper<B>::TakeTrialVectors() {
   const auto take = [](typename B::Vector& lent, Index size, typename B::Vector& vector) {
-    if (vector.empty() && lent.size() == size) std::swap(vector, lent);
+    if (vector.empty() && lent.capacity() >= size) std::swap(vector, lent);
     if (vector.size() != size) vector.Resize(size);
   };
   take(workspace_.w, problem_.num_parameters(), trial_x_);

@@ -46,7 +46,7 @@ double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem) {
   const int systems = merged && held ? problem.batches : 1;
   const PreconditionerMemory preconditioner = PreconditionerOf(options, problem);
   const double linearized = linearizations * problem.linearization, grams = linearizations * problem.gram;
-  const double kept_grams = preconditioner.takes_blocks ? 0 : grams;
+  const double kept_grams = preconditioner.takes_blocks && !problem.keeps_gram ? 0 : grams;
 
   // x, the scales of the columns, and of merged batches the sums of gradients and diagonals.
   const int scales = options.column_scaling == ColumnScaling::kNone ? 0 : 2;

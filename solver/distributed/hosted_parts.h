@@ -56,7 +56,7 @@ class HostedVectors {
   HostBuffer<S> x_;  // what shared_ is a copy of
 };
 
-// Borrows the linearization of B's memory that it is of.
+// Of a part: borrows the linearization of B's memory that it is of.
 template <Backend B>
 class HostedReducedSystem final : public ReducedSystem<CpuBackend<typename B::Scalar>> {
  public:
@@ -68,11 +68,7 @@ class HostedReducedSystem final : public ReducedSystem<CpuBackend<typename B::Sc
       : vectors_(std::move(vectors)), there_(std::move(there)) {}
 
   Index size() const override { return there_->size(); }
-  void SetDamping(double lambda, ConstView metric) override {
-    metric_.ResizeForOverwrite(metric.size());
-    vectors_->backend().FromHost(metric, metric_);
-    there_->SetDamping(lambda, metric_);
-  }
+  void SetDamping(double lambda, ConstView metric) override { there_->SetDamping(lambda, vectors_->Copy(metric)); }
   void ReduceRhs(ConstView rhs, View reduced) override {
     vectors_->Make([&](auto to) { there_->ReduceRhs(vectors_->Copy(rhs), to); }, reduced);
   }
@@ -94,7 +90,6 @@ class HostedReducedSystem final : public ReducedSystem<CpuBackend<typename B::Sc
  private:
   std::shared_ptr<HostedVectors<B>> vectors_;
   std::unique_ptr<ReducedSystem<B>> there_;
-  typename B::Vector metric_;  // which the system may go on reading
 };
 
 template <Backend B>

@@ -21,7 +21,9 @@ class ReducedSystem : public LinearOperator<B> {
 
   // Number of kept parameters.
   Index size() const override = 0;
-  // Sets lambda D (metric D: one entry a tangent parameter, eliminated ones included) and factorises C. A block of C
+  // Sets lambda D (metric D: one entry a tangent parameter, eliminated ones included) and factorises C. D must stay
+  // until the next call; of a part of a problem (solver/distributed), whose kept parameters are damped where all parts
+  // are summed, it is there for the call alone. A block of C
   // that is singular in working precision is treated as BlockDiagonal::Factorize treats it.
   virtual void SetDamping(double lambda, ConstView metric) = 0;
   // reduced = b_kept - E C^-1 b_eliminated. rhs: all tangent parameters; reduced: size() entries.

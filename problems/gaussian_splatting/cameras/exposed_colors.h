@@ -1,6 +1,8 @@
 // What an exposure (affine_color.h) does to images of three planes, for every memory space.
 #pragma once
 
+#include <array>
+
 #include "kernels/core/for_each.h"
 #include "problems/gaussian_splatting/cameras/affine_color.h"
 #include "problems/gaussian_splatting/cameras/exposed_pixels.h"

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/vector_backend.h"
 #include "kernels/image/image_shape.h"
@@ -69,7 +70,10 @@ class ImageProducts {
  private:
   static constexpr bool kIsDevice = !std::is_same_v<Space, Host>;
 
-  typename B::Slot Next() { return B().SlotOf(slots_, asked_++); }
+  typename B::Slot Next() {
+    VESTA_CHECK(asked_ < slots_.size(), "more than {} products", slots_.size());
+    return B().SlotOf(slots_, asked_++);
+  }
 
   std::vector<double> sums_;
   typename B::Slots slots_;

@@ -41,7 +41,7 @@ void JointLinearization<B>::MakeUnits() {
   typename B::Vector of_view;
   if (steers) of_view.Resize(n), descent_.Resize(n);
   const ConstRest<B> x(x_, n);
-  Rest<B> g_rest(gradient_.view(), n);
+  Rest<B> g_rest(FromZero(), gradient_.view(), n);
   std::vector<S> prior;
   for (Index v = 0; v < layout_.views; ++v) {
     JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
@@ -90,7 +90,7 @@ auto JointLinearization<B>::residuals() const -> ConstView {
   if (residuals_.empty()) {
     VESTA_CHECK(!units_.empty(), "the residuals of a part that was not looked at");
     residuals_.ResizeForOverwrite(num_residuals());
-    Rest<B> priors(residuals_.view(), num_values_);
+    Rest<B> priors(FromZero(), residuals_.view(), num_values_);
     Index at = 0, prior = 0;
     for (const JointUnit<B>& unit : units_) {
       const View part = residuals_.view().subspan(at, unit.values());
@@ -119,12 +119,10 @@ void JointLinearization<B>::ApplyImageJ(Index v, ConstView splats, ConstHere res
 template <Backend B>
 void JointLinearization<B>::AddBendJ(Index v, ConstHere rest, View d_image) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
+  if (!unit.unbent_by) return;
   const ConstHere of_lens = layout_.LensStepOf(rest, v);
-  for (int k = 0; unit.unbent_by && k < kRadialTangent; ++k) {
-    const View column = scratch_->Column(unit.values());
-    PhotographBend<B>(*unit.target, k, column);
-    B().Axpby(static_cast<double>(of_lens[layout_.free.Radial(k)]), column, 1.0, d_image);
-  }
+  AddBend<B>([&](int k) { return static_cast<double>(of_lens[layout_.free.Radial(k)]); }, *unit.target, *scratch_,
+             d_image);
 }
 
 template <Backend B>
@@ -243,7 +241,7 @@ void JointLinearization<B>::ApplyJ(ConstView v, View u) {
   EnsureUnits();
   const Index n = layout_.free.num_tangent();
   const ConstRest<B> rest(v, layout_.splats);
-  Rest<B> priors(u, num_values_);
+  Rest<B> priors(FromZero(), u, num_values_);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
     const Index values = units_[static_cast<std::size_t>(i)].values();
@@ -260,7 +258,7 @@ void JointLinearization<B>::ApplyJT(ConstView u, View g) {
   const Index n = layout_.free.num_tangent();
   B().Fill(0, g);
   const ConstRest<B> priors(u, num_values_);
-  Rest<B> rest(g, layout_.splats);
+  Rest<B> rest(FromZero(), g, layout_.splats);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
     const View work = scratch_->Image(units_[static_cast<std::size_t>(i)].values());
@@ -288,7 +286,7 @@ void JointLinearization<B>::ApplyH(ConstView v, View Hv) {
   EnsureUnits();
   B().Fill(0, Hv);
   const ConstRest<B> rest(v, layout_.splats);
-  Rest<B> to(Hv, layout_.splats);
+  Rest<B> to(FromZero(), Hv, layout_.splats);
   HostBuffer<S> prior(layout_.free.num_tangent());
   for (Index i = 0; i < layout_.views; ++i) {
     const JointUnit<B>& unit = units_[static_cast<std::size_t>(i)];
@@ -380,8 +378,7 @@ const std::vector<double>& JointLinearization<B>::MakeCurvature(JointUnit<B>& un
 template <Backend B>
 void JointLinearization<B>::DiagJTJ(View d) {
   Grams().CopyDiagonal(d.subspan(0, layout_.splats));
-  B().Fill(0, d.subspan(layout_.splats, d.size() - layout_.splats));
-  Rest<B> rest(d, layout_.splats);
+  Rest<B> rest(FromZero(), d, layout_.splats);
   const Index n = layout_.free.num_tangent();
   for (std::size_t v = 0; v < units_.size(); ++v) {
     const Here own = layout_.StepOf(rest.view(), static_cast<Index>(v)),
@@ -400,7 +397,7 @@ void JointLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
   Grams().CopyBlocks(blocks);
   const int own = layout_.own().num_tangent(), all = layout_.free.num_tangent(),
             of_views = static_cast<int>(blocks.groups().size()) - 1;
-  Rest<B> values(blocks.values(of_views), 0);
+  Rest<B> values(FromZero(), blocks.values(of_views), 0);
   for (std::size_t v = 0; v < units_.size(); ++v) {
     const std::vector<double> block = SquareOf(CurvatureOf(v), all, 0, own);
     FillBlock(block, own, static_cast<Index>(v), layout_.views, values.view());
@@ -422,7 +419,7 @@ void JointLinearization<B>::AddLensBlocks(const std::function<std::vector<double
     std::vector<double>& sum = sums[static_cast<std::size_t>(layout_.LensOf(v))];
     std::ranges::transform(sum, of_view(v), sum.begin(), std::plus());
   }
-  Rest<B> here(values, 0);
+  Rest<B> here(FromZero(), values, 0);
   for (Index lens = 0; lens < layout_.lenses; ++lens) {
     FillBlock(sums[static_cast<std::size_t>(lens)], n, lens, layout_.lenses, here.view());
   }

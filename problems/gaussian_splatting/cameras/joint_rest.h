@@ -1,6 +1,7 @@
 // The end of a vector of the engine, in the memory of the host: of a vector of the host its own, of a device's a copy.
 #pragma once
 
+#include <algorithm>
 #include <type_traits>
 
 #include "kernels/core/vector_backend.h"
@@ -29,6 +30,7 @@ class ConstRest {
 };
 
 // To look at and to write to. What was written is sure to be in the vector once it was stored.
+struct FromZero {};
 template <class B>
 class Rest {
  public:
@@ -38,6 +40,16 @@ class Rest {
     } else if (there_.size() > 0) {
       copy_.ResizeForOverwrite(there_.size());
       B().ToHost(there_, copy_);
+      here_ = copy_.view();
+    }
+  }
+  // Begins with zeros, whatever the vector has.
+  Rest(FromZero, typename B::View vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
+    if constexpr (kIsHost) {
+      here_ = there_;
+      std::fill(here_.begin(), here_.end(), typename B::Scalar(0));
+    } else {
+      copy_.Resize(there_.size());
       here_ = copy_.view();
     }
   }

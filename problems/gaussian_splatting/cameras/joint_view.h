@@ -38,16 +38,25 @@ void PhotographBend(const TargetView<B>& target, int k, typename B::View column)
   BendColumn<B>(target, k, target.truth, column);
 }
 
+// image += coefficient(0) times that by k1 + coefficient(1) times that by k2.
+template <class B, class Coefficient>
+void AddBend(const Coefficient& coefficient, const TargetView<B>& target, JointScratch<B>& scratch,
+             typename B::View image) {
+  for (int k = 0; k < kRadialTangent; ++k) {
+    const typename B::View column = scratch.Column(image.size());
+    PhotographBend<B>(target, k, column);
+    B().Axpby(coefficient(k), column, 1.0, image);
+  }
+}
+
 // image, as rendered, becomes what is compared with the photograph.
 template <class B>
 void ShowAsFound(const ViewUnknowns& found, const std::optional<RadialCoefficients>& unbent_by,
                  const TargetView<B>& target, JointScratch<B>& scratch, typename B::View image) {
   Expose<B>(found.color, image);
-  for (int k = 0; unbent_by && k < kRadialTangent; ++k) {
-    const typename B::View column = scratch.Column(image.size());
-    PhotographBend<B>(target, k, column);
-    B().Axpby(found.lens.radial[k] - (*unbent_by)[static_cast<std::size_t>(k)], column, 1.0, image);
-  }
+  if (!unbent_by) return;
+  AddBend<B>([&](int k) { return found.lens.radial[k] - (*unbent_by)[static_cast<std::size_t>(k)]; }, target, scratch,
+             image);
 }
 
 }  // namespace vesta::gs

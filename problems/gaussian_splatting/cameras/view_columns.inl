@@ -7,6 +7,7 @@
 #include "kernels/core/for_each.h"
 #include "problems/gaussian_splatting/cameras/add_columns.h"
 #include "problems/gaussian_splatting/cameras/bend_column.h"
+#include "problems/gaussian_splatting/cameras/exposed_colors.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/view_columns.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
@@ -67,14 +68,12 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
                          typename B::ConstView rendered, typename B::ConstView moves) {
   B backend;
   ViewColumns<B> columns(free, target.shape());
-  const Index values = target.shape().NumValues(), plane = target.shape().PlaneSize();
+  const Index values = target.shape().NumValues();
   const int pose = free.pose_tangent(), first_of_lens = pose + (free.color ? 2 : 0);
   for (int move = 0; move < pose + free.lens_tangent(); ++move) {
     const typename B::View image = columns.image(move < pose ? move : first_of_lens + move - pose);
-    for (int c = 0; c < ImageShape::kChannels; ++c) {
-      backend.Axpby(color.gain[static_cast<std::size_t>(c)], moves.subspan(move * values + c * plane, plane), 0,
-                    image.subspan(c * plane, plane));
-    }
+    backend.Copy(moves.subspan(move * values, values), image);
+    ScaleChannels<B>(ChannelsOf<typename B::Scalar>(color.gain), image);
   }
   if (free.color) {
     backend.Copy(rendered, columns.image(pose));

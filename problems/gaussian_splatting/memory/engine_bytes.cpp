@@ -67,6 +67,7 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
                                                2 * kImageBytes * scene.Largest().pixels + kept,
                               .gram = blocks.gram,
                               .gram_work = passing.gram + summing,
+                              .keeps_gram = passing.keeps_gram,
                               .blocks = blocks.blocks,
                               .cost_work = passing.cost,
                               .between = passing.evaluation,

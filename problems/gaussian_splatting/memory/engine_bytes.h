@@ -29,6 +29,7 @@ struct PassingBytes {
   double evaluation = 0;  // that of x, and its quality, between iterations
   // Vectors, or matrices, that a sum over parts keeps while it is formed (kernels/ranks/sum_over_ranks.h).
   double sum_buffers = 0;
+  bool keeps_gram = false;  // ProblemMemory::keeps_gram: the matrices themselves stay
 };
 
 // What the engine of LM and the linearizations of its batches hold at the peak, model included. views_bytes: of all

@@ -143,7 +143,7 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
 }
 
 template <class B>
-double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
+double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, bool keeps_gram = false) {
   const Parts<B> parts(scene);
   using Workspace = typename Parts<B>::Workspace;
   double views_bytes = 0, rebuilt = 0;
@@ -157,7 +157,8 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
   const PassingBytes passing{.gram = Workspace::GramBytes(parts.most()),
                              .cost = parts.View() + parts.Image(),
                              .evaluation = parts.Evaluation(),
-                             .sum_buffers = std::is_same_v<typename B::Space, Host> ? SumBuffers(scene) : 0};
+                             .sum_buffers = std::is_same_v<typename B::Space, Host> ? SumBuffers(scene) : 0,
+                             .keeps_gram = keeps_gram};
   // Units by Gaussian.
   return parts.Truths() + EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) +
          rebuilt + parts.Passes() + (IsCached(lm.jacobian) ? Workspace::CacheBytes(parts.most()) : 0) +
@@ -170,26 +171,30 @@ double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, boo
   lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
   FreeUnknowns free = FreeBy(options.cameras.refine);
   free.radial = scene.is_bent;
-  // W J of the pose, and of gains and offsets, of which each is of a channel: of a view where it is made, or of all.
-  const int columns = free.pose_tangent() + (free.color ? 2 : 0);
-  double beside = eliminate_views ? 0 : columns * kImageBytes * scene.Largest().pixels;
-  // J and W J by a lens, which no view holds, where they are made.
-  beside += 2 * free.lens_tangent() * kImageBytes * scene.Largest().pixels;
-  // And a moved camera's image before its exposure, and a photograph unbent, which a device has for its truth.
+  // Columns of the pose, and of gains and offsets, of which each is of a channel; and of the lens, W J of which no view
+  // holds. Where they are made, as they are rendered and as columns, then as columns and W J, the workspace of Gram
+  // matrices is free.
+  const int columns = free.pose_tangent() + (free.color ? 2 : 0), all = columns + free.lens_tangent(),
+            moves = free.pose_tangent() + free.lens_tangent(), weighted = eliminate_views ? all : 1;
+  const ViewCounts most = scene.Largest();
+  const double making = (all + std::max(moves, weighted) - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
+  double beside = std::max(0.0, making - SplatBackend<B>::Workspace::GramBytes(most));
+  // On the host, photographs developed by what is found, and unbent by what was.
   const bool is_host = std::is_same_v<typename B::Space, Host>;
-  const int others = 1 + (is_host && free.radial_tangent() > 0 ? 1 : 0);
+  const bool unbends = free.radial_tangent() > 0, develops = free.color || unbends;
+  const int others = is_host ? (develops ? 1 : 0) + (unbends ? 1 : 0) : 0;
   for (const ViewCounts& view : scene.views) {
     beside += (others + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
   }
-  // Gram matrices stay, since blocks are made of them for each lambda. Of what is left sums over parts are held beside
-  // those of the whole, and a part's blocks twice over.
-  if (eliminate_views) beside += GramBytes(scene, lm);
-  if (is_host && eliminate_views && scene.parts > 0) {
-    beside += SumBuffers(scene) * VectorBytes(scene) + GramBytes(scene, lm);
+  // Of what is left sums over parts are held beside those of the whole, and a part's blocks twice over, but no Gram
+  // matrices of the whole.
+  const bool in_parts = scene.parts > 0;
+  if (is_host && eliminate_views && in_parts) {
+    beside += SumBuffers(scene) * VectorBytes(scene) + 2 * GramBytes(scene, lm);
   }
   // Gradient and descent, which stay, and the right-hand side without the views.
   constexpr double kVectors = 3;
-  return LmBytesIn<B>(scene, lm, true) + beside + kVectors * VectorBytes(scene);
+  return LmBytesIn<B>(scene, lm, true, eliminate_views && !in_parts) + beside + kVectors * VectorBytes(scene);
 }
 
 }  // namespace

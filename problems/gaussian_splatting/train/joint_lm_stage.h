@@ -14,11 +14,13 @@
 #include "problems/gaussian_splatting/cameras/joint_parts.h"
 #include "problems/gaussian_splatting/cameras/joint_rest.h"
 #include "problems/gaussian_splatting/cameras/refine_jointly.h"
+#include "problems/gaussian_splatting/cameras/unbend.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
-#include "problems/gaussian_splatting/train/evaluate_or_download.h"
+#include "problems/gaussian_splatting/train/lm_model.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "problems/gaussian_splatting/train/problem_to_solve.h"
+#include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
 
@@ -54,7 +56,9 @@ class UnbentPhotographs {
 
 // From the cameras that the session has found. eliminate_views: JointOptions has it; where the stage goes on, as it was
 // when it began. Leaves model and cameras at their best and records their last state. Returns the engine's full report.
-// E: as RunLmStage has it. Where the memory of a GPU does not suffice after all, the stage ends at its best.
+// E: as RunLmStage has it. Where the memory of a GPU does not suffice after all the stage ends with the last iteration
+// that was finished; throws OutOfDeviceMemory where there was none, and no Adam stage, and of several processes. Throws
+// Error for a saved state that is not of these views.
 template <class B, class E = B>
 std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool eliminate_views) {
   constexpr bool kOnHost = std::is_same_v<typename E::Space, Host>;
@@ -67,6 +71,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
   const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(given.size()));
   if (options.free.radial && !start.saved()) start.shape.unbent_by = BendsFound(cameras);
   if (start.saved() && !AreBendsOf(given, options.free, start.shape.unbent_by)) session.RefuseSavedStage();
+  int finished = 0;  // iterations, whose best model and cameras are
   try {
     std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
     std::vector<TargetView<B>> targets = MakeTargets<B>(given, options.near, own, &photographs);
@@ -82,7 +87,6 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
       return LmStepper<E>(engine, backend, *solved, std::move(x));
     };
     LmStepper<E> stepper = start.saved() ? LmStepper<E>(engine, backend, *solved, start.solve()) : from_found();
-    const CountDone<E> count(stepper, start.shape.done);
     const auto found = [&] {
       const ConstRest<E> rest(stepper.x(), layout.splats);
       std::vector<ViewUnknowns> views;
@@ -90,30 +94,20 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
       return views;
     };
     if (start.saved() && !cameras.Restore(found())) session.RefuseSavedStage();
-    const auto download = [&] {
-      model.data.resize(static_cast<std::size_t>(layout.splats));
-      backend.ToHost(stepper.x().subspan(0, layout.splats), {model.data.data(), layout.splats});
-    };
     if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x begins with the model
-    const auto best = [&] { return BestOf(stepper, model); };
-    const auto on_host = [&] { return kOnHost ? best() : ToKernelModel(model); };
-    const auto evaluate = [&] {
-      ModelWhereEvaluated<B, E> where_evaluated;
-      return EvaluateOrDownload<B>(
-          session, {}, [&] { return where_evaluated(stepper, model); }, problem.workspace(), on_host);
-    };
-    const auto take_best = [&] {
+    LmModel<B, E> best(session, stepper, {}, problem.workspace(), model);
+    std::string report = RunLmSteps(session, stepper, start.shape, best.Recorded(), [&] {
       const std::vector<ViewUnknowns> views = found();
       for (std::size_t v = 0; v < views.size(); ++v) cameras.Set(v, views[v]);
       cameras.DevelopAll();
-      if constexpr (!kOnHost) download();
-    };
-    std::string report = RunLmSteps(session, stepper, start.shape, {model.count, evaluate, on_host}, take_best);
-    if constexpr (kOnHost) download();
+      best.AfterStep();
+      ++finished;
+    });
+    best.TakeBest();
     return report;
   } catch (const OutOfDeviceMemory& error) {
     // The others would not know, and without an iteration or Adam nothing was done.
-    const int done = start.shape.done;
+    const int done = start.shape.done + finished;
     if (!std::is_same_v<B, E> || !session.trains_alone() || (done == 0 && !session.options().adam.runs())) throw;
     session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
     return "";

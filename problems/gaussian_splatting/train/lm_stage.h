@@ -13,7 +13,7 @@
 #include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
-#include "problems/gaussian_splatting/train/evaluate_or_download.h"
+#include "problems/gaussian_splatting/train/lm_model.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "problems/gaussian_splatting/train/problem_to_solve.h"
 
@@ -44,6 +44,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
     return SplatProblem<B>(options, targets);
   };
   int& done = start.shape.done;
+  int finished = 0;  // iterations since, whose best the model is
   bool resumes = start.saved();
   for (;;) {
     try {
@@ -57,26 +58,17 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       engine.max_iterations = iterations - done;
       LmStepper<E> stepper = std::exchange(resumes, false) ? LmStepper<E>(engine, backend, *solved, start.solve())
                                                            : LmStepper<E>(engine, backend, *solved, std::move(x));
-      const CountDone<E> count(stepper, done);
-      const auto best = [&] { return BestOf(stepper, model); };
-      const auto download = [&] {
-        model.data.resize(static_cast<std::size_t>(stepper.x().size()));
-        backend.ToHost(stepper.x(), {model.data.data(), stepper.x().size()});
-      };
-      const auto on_host = [&] { return kOnHost ? best() : ToKernelModel(model); };
-      const auto evaluate = [&] {
-        ModelWhereEvaluated<B, E> where_evaluated;
-        return EvaluateOrDownload<B>(
-            session, targets, [&] { return where_evaluated(stepper, model); }, problem.workspace(), on_host);
-      };
-      std::string report = RunLmSteps(session, stepper, start.shape, {model.count, evaluate, on_host}, [&] {
-        if constexpr (!kOnHost) download();
+      LmModel<B, E> best(session, stepper, targets, problem.workspace(), model);
+      std::string report = RunLmSteps(session, stepper, start.shape, best.Recorded(), [&] {
+        best.AfterStep();
+        ++finished;
       });
-      if constexpr (kOnHost) download();
+      best.TakeBest();
       return report;
     } catch (const OutOfDeviceMemory& error) {
       // The others would not know, and what was begun for several has no model here to go on from.
       if (!std::is_same_v<B, E> || !session.trains_alone()) throw;
+      done += std::exchange(finished, 0);
       if (rebuilds) {
         if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));

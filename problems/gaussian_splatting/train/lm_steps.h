@@ -52,20 +52,6 @@ splat::Model<float> BestOf(const LmStepper<B>& stepper, const splat::ModelLayout
   return {stepper.x().data(), layout, layout.sh_degree};
 }
 
-// Adds what a stepper has done to a total, also where it ends by an exception.
-template <class B>
-class CountDone {
- public:
-  CountDone(const LmStepper<B>& stepper, int& total) : stepper_(stepper), total_(total) {}
-  ~CountDone() { total_ += stepper_.summary().num_accepted + stepper_.summary().num_rejected; }
-  CountDone(const CountDone&) = delete;
-  CountDone& operator=(const CountDone&) = delete;
-
- private:
-  const LmStepper<B>& stepper_;
-  int& total_;
-};
-
 // Runs the stepper to its end or until the session says stop. shape: for the state that is saved; best: the stepper's
 // best x, for the history; moved: called when that has changed. Returns the engine's full report.
 template <Backend B>

@@ -47,6 +47,7 @@ TEST(DeviceRanks, FindCamerasByLmToTheSameBits) {
   options.lm.pcg_iterations = 3;
   const TrainResult alone = TrainOn(1, scene, options, DeviceStages());
   EXPECT_GT(alone.camera_changes.pixels, 0);
+  EXPECT_THAT(alone.notes, testing::Not(testing::Contains(HasSubstr("no room to eliminate"))));
   for (const int count : {2, 3}) {
     const TrainResult several = TrainOn(count, scene, options, DeviceStages());
     EXPECT_EQ(several.model.data, alone.model.data) << count;
@@ -189,6 +190,8 @@ TEST(DeviceRanks, LookAtNoPhotographOfOthers) {
   options = test::TrainingOnRanks(18, 0);
   options.cameras.refine = CameraChoice::kAll;
   test::ExpectOwnPhotographsDo(2, test::SceneThroughTwoLenses(12, 40, 30), options, DeviceStages());
+  options.adam.iterations = 0, options.lm.iterations = 1, options.lm.pcg_iterations = 2;
+  test::ExpectOwnPhotographsDo(2, test::SceneThroughTwoLenses(6, 40, 30), options, DeviceStages());
 }
 
 }  // namespace

@@ -2,10 +2,12 @@
 // emulated.
 #include "problems/gaussian_splatting/train/device_stages.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <utility>
+#include <vector>
 
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
@@ -14,6 +16,8 @@
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "tests/problems/gaussian_splatting/cameras/bent_photograph.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
+#include "tests/problems/gaussian_splatting/train/stopped_training.h"
+#include "tests/problems/gaussian_splatting/train/training_on_ranks.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 #include "tests/support/emulated_device.h"
 
@@ -212,26 +216,65 @@ TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
                        Refine(off.scene, off.model, options, 0, {}));
 }
 
-// Memory that was thought to suffice does not: what was found by then is kept, cameras and all.
-TEST(DeviceStages, LmThatFindsCamerasEndsWithWhatItHas) {
-  const SplatModel model = test::RandomModel(60, 1, 7);
-  const Scene scene = CamerasOff(test::RingWithImages(model, 8, 56, 42));
-  TrainOptions options = FindingCameras();
-  options.cameras.refine = CameraChoice::kPose;
-  options.adam.iterations = 0, options.lm.iterations = 4, options.lm.min_gain = 0, options.lm.pcg_iterations = 3;
-  TrainCallbacks callbacks;
-  callbacks.progress = [](const TrainProgress& p) {
-    if (p.iteration == 2) vesta::test::SetDeviceMemory(device::BytesInUse() - 1000);
-  };
-  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  const TrainResult result = Refine(scene, model, options, 0, callbacks, DeviceStages());
-  EXPECT_THAT(result.notes, Contains(StartsWith("LM ends after 2 iterations: the GPU has no room")));
-  EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
-  Scene moved = scene;
-  moved.views = MovedViews(scene, result.cameras);
-  for (std::size_t v = 0; v < moved.views.size(); ++v) moved.views[v].image = scene.views[v].image;
-  EXPECT_NEAR(Renderer(options.background, NearPlane(scene)).Evaluate(result.model, moved).train.psnr,
-              result.history.back().train.psnr, 0.01);
+// Poses alone, by LM, of a splat that is right.
+class JointLmOnDevice : public testing::Test {
+ protected:
+  JointLmOnDevice() {
+    options_.cameras.refine = CameraChoice::kPose;
+    options_.adam.iterations = 0, options_.lm.iterations = 2, options_.lm.min_gain = 0, options_.lm.pcg_iterations = 2;
+  }
+  TrainResult Run(const TrainCallbacks& callbacks) const {
+    return Refine(scene_, model_, options_, 0, callbacks, DeviceStages());
+  }
+
+  const LimitedDeviceMemory ample_{vesta::test::kAmpleDeviceMemory};
+  const SplatModel model_ = test::RandomModel(60, 1, 7);
+  const Scene scene_ = CamerasOff(test::RingWithImages(model_, 6, 40, 30));
+  TrainOptions options_ = FindingCameras();
+};
+
+TEST_F(JointLmOnDevice, SolvesForCamerasAlongWhereThereIsNoRoomToEliminateThem) {
+  options_.lm.iterations = 1;
+  const TrainResult whole = Run({});
+  EXPECT_THAT(whole.notes, IsEmpty());
+  options_.memory.budget_gib = (whole.memory.device_predicted_mib - 0.2) / 1024;
+  const TrainResult along = Run({});
+  EXPECT_THAT(along.notes, Contains(HasSubstr("no room to eliminate")));
+  EXPECT_LT(along.memory.device_peak_mib, whole.memory.device_peak_mib);
+  EXPECT_GT(along.history.back().train.psnr, along.history.front().train.psnr + 1);
+}
+
+TEST_F(JointLmOnDevice, GoesOnFromACheckpoint) {
+  const auto refine = [&](const TrainCallbacks& callbacks) { return Run(callbacks); };
+  const TrainResult whole = refine({}), result = test::GoneOn(test::StoppedAt(1, refine, Stage::kLm), refine);
+  EXPECT_EQ(result.model.data, whole.model.data);
+  test::ExpectSameCameras(result, whole);
+}
+
+// Memory that was thought to suffice does not: what was found by the iterations that were finished is kept, cameras and
+// all, wherever in the next one it ends.
+TEST_F(JointLmOnDevice, EndsWithWhatItHas) {
+  std::vector<int> ends;
+  for (const Index room : {-1000, 100000, 200000, 300000}) {
+    TrainCallbacks callbacks;
+    callbacks.progress = [&](const TrainProgress& p) {
+      if (p.iteration == 1) vesta::test::SetDeviceMemory(device::BytesInUse() + static_cast<std::size_t>(room));
+    };
+    const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+    const TrainResult result = Run(callbacks);
+    const HistoryRow& last = result.history.back();
+    ends.push_back(last.iteration);
+    if (last.iteration < 2) {
+      EXPECT_THAT(result.notes, Contains(StartsWith(fmt::format("LM ends after {} iterations: ", last.iteration))));
+    }
+    Scene moved = scene_;
+    moved.views = MovedViews(scene_, result.cameras);
+    for (std::size_t v = 0; v < moved.views.size(); ++v) moved.views[v].image = scene_.views[v].image;
+    EXPECT_NEAR(Renderer(options_.background, NearPlane(scene_)).Evaluate(result.model, moved).train.psnr,
+                last.train.psnr, 0.01);
+  }
+  EXPECT_EQ(ends.front(), 1);
+  EXPECT_EQ(ends.back(), 2);
 }
 
 // A curvature is a late peak of memory. Without room for one more the training goes on, and cameras are found.
