@@ -24,12 +24,20 @@ def git(*args):
     return done.stdout.split("\n")[:-1] if done.returncode == 0 else []
 
 
+def changed_since(base):
+    """Paths from ROOT of files that changed since they left `base` and are there still; None: there is no such base, or
+    it is the commit checked out."""
+    merge_base = git("merge-base", "HEAD", base) if base else []
+    if not merge_base or merge_base == git("rev-parse", "HEAD"):
+        return None
+    return git("diff", "--name-only", "--diff-filter=d", merge_base[0])
+
+
 def names_to_check(base):
     """Paths from ROOT in the order of their last change, newest first, and what they are."""
-    merge_base = git("merge-base", "HEAD", base) if base else []
-    if merge_base and merge_base != git("rev-parse", "HEAD"):
-        changed = git("diff", "--name-only", "--diff-filter=d", merge_base[0])
-        return changed, f"files changed since {merge_base[0][:10]}"
+    changed = changed_since(base)
+    if changed is not None:
+        return changed, f"files changed since {base}"
     by_date = git("log", "--name-only", "--format=")
     return list(dict.fromkeys(name for name in by_date if name)), "all files, newest first"
 
