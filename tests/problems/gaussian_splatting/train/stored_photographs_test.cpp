@@ -15,9 +15,9 @@ namespace {
 
 // Large enough to have views of half size.
 Scene CoarseScene() {
-  Scene scene = test::RingOfCameras(9, 160, 130, true);
+  Scene scene = test::RingOfCameras(6, 144, 128, true);
   test::RenderTruth(test::RandomModel(60, 1, 7), 0.05, &scene);
-  scene.views[2].image.mask.assign(160 * 130, 1);
+  scene.views[2].image.mask.assign(144 * 128, 1);
   for (std::size_t i = 0; i < 4000; ++i) scene.views[2].image.mask[i] = 0;
   return scene;
 }
