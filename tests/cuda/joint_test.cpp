@@ -165,6 +165,7 @@ class Comparison {
 
 std::vector<Index> ValuesOf(const std::vector<BlockGroup>& groups) {
   std::vector<Index> values;
+  values.reserve(groups.size());
   for (const BlockGroup& group : groups) values.push_back(group.NumValues());
   return values;
 }

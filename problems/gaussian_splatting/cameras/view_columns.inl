@@ -40,9 +40,10 @@ void ViewColumns<B>::Project(const U* u, double* g) const {
     for (int c = 0; c < kChannels; ++c) products.AddDot(image(k).subspan(c * n, n), Plane(u + c * n, n));
   }
   const std::vector<double> sums = products.Read();
+  auto sum = sums.begin();
   std::fill_n(g, free_.num_tangent(), 0.0);
   for (int k = 0; k < num_images(); ++k) {
-    for (int c = 0; c < kChannels; ++c) g[Place(k, c)] += sums[static_cast<std::size_t>(kChannels * k + c)];
+    for (int c = 0; c < kChannels; ++c) g[Place(k, c)] += *sum++;
   }
 }
 
