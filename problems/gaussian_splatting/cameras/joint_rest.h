@@ -29,8 +29,9 @@ class ConstRest {
   HostSpan<const typename B::Scalar> here_;
 };
 
-// To look at and to write to. What was written is sure to be in the vector once it was stored.
 struct FromZero {};
+
+// To look at and to write to. What was written is sure to be in the vector once it was stored.
 template <class B>
 class Rest {
  public:
