@@ -6,6 +6,7 @@
 
 #include "kernels/core/error.h"
 #include "kernels/core/process_memory.h"
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
 
 namespace vesta::gs {
@@ -26,7 +27,7 @@ StageMemory HostMemory(const MemoryOptions& memory) {
   StageMemory result;
   const double before = memory.before_mib * kMib;
   if (memory.budget_gib > 0) result.bytes = memory.budget_gib * kGib - before;
-  result.comfortable_bytes = 0.75 * AvailableMemoryMib() * kMib;
+  result.comfortable_bytes = 0.75 * AvailableMemoryMib() * kMib / NumRanksOnThisMachine();
   result.refusal = [memory, before](const char* what, double needed) {
     return fmt::format(
         "--memory_budget={}: {} needs {:.2f} GiB, {:.2f} of them for program and images; allow so much, or use "

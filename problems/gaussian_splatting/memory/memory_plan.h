@@ -25,7 +25,7 @@ struct StageMemory {
   std::function<std::string(const char* what, double needed)> refusal;
 };
 // memory.budget_gib, less what the process holds already; comfortable is three quarters of what the machine has free
-// now.
+// now, a share of them where several processes of one training run on it.
 StageMemory HostMemory(const MemoryOptions& memory);
 // Of a GPU with so many bytes free: most of them, and no more than memory.budget_gib.
 StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
@@ -153,6 +154,16 @@ TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
     machine.comfortable_bytes = share;
     EXPECT_EQ(PlanLm(scene, options, machine).lm.jacobian, expected);
   }
+}
+
+TEST(MemoryPlan, ProcessesOfOneMachineShareWhatItHasFree) {
+  const double alone = HostMemory({}).comfortable_bytes;
+  setenv("OMPI_COMM_WORLD_SIZE", "8", 1), setenv("OMPI_COMM_WORLD_LOCAL_SIZE", "4", 1);
+  const double shared = HostMemory({}).comfortable_bytes;
+  unsetenv("OMPI_COMM_WORLD_SIZE"), unsetenv("OMPI_COMM_WORLD_LOCAL_SIZE");
+  // Other programs take and give memory meanwhile.
+  EXPECT_GT(alone / shared, 3);
+  EXPECT_LT(alone / shared, 5);
 }
 
 TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
