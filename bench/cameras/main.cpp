@@ -6,15 +6,19 @@
 //
 // Each view is turned and shifted at random, those of test too, and training views are exposed so; all focal lengths
 // are too long by --focal (perturbed_scene.h), and lenses are found where that is not 0.
-// Methods: exact (nothing is perturbed, nothing found), none, late (perturbed only after the Adam stage), gauss_newton,
-// adam:R:T with these rates, auto. After it, with a plus, what follows the Adam stage (endings.h; lm by default). PSNR
-// of the test views, as stated and with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
+// Methods: exact (nothing is perturbed, nothing found), settled (nothing is perturbed, gauss_newton all the same: where
+// the splat takes right cameras), none, late (perturbed only after the Adam stage), gauss_newton, adam:R:T with these
+// rates, auto. What comes after settled is measured beside where that ended, too: what is left of the perturbation.
+// After a method, with a plus, what follows the Adam stage (endings.h; lm by default). PSNR of the test views, as
+// stated and with their cameras (and exposures) fitted (cameras/aligned_evaluation.h).
 #include <fmt/format.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bench/cameras/endings.h"
+#include "bench/cameras/gains.h"
 #include "bench/cameras/perturbed_scene.h"
 #include "bench/report.h"
 #include "bench/training_race/setup.h"
@@ -23,7 +27,6 @@
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/evaluate/metrics.h"
-#include "problems/gaussian_splatting/model/median.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 
@@ -45,7 +48,7 @@ void Choose(const std::string& method, const Perturbation& by, gs::CameraOptions
   const gs::CameraChoice free = WhatIsOff(by);
   if (method == "exact" || method == "none" || method == "late") {
     cameras->refine = gs::CameraChoice::kNone;
-  } else if (method == "gauss_newton") {
+  } else if (method == "gauss_newton" || method == "settled") {
     cameras->refine = free;
   } else if (method == "auto") {
     cameras->refine = gs::CameraChoice::kAuto;
@@ -56,9 +59,12 @@ void Choose(const std::string& method, const Perturbation& by, gs::CameraOptions
     cameras->adam_rotation = std::stod(method.substr(5, colon - 5));
     cameras->adam_translation = std::stod(method.substr(colon + 1));
   } else {
-    throw Error(method + ": methods are exact, none, late, gauss_newton, auto and adam:ROTATION:TRANSLATION");
+    throw Error(method + ": methods are exact, settled, none, late, gauss_newton, auto and adam:ROTATION:TRANSLATION");
   }
 }
+
+// Whether a method begins from the cameras of the scene.
+bool IsUnperturbed(const std::string& method) { return method.starts_with("exact") || method.starts_with("settled"); }
 
 // Whether an ending looks for what is off where no method says what is looked for; the others find poses.
 bool FindsAll(Ending ending) { return ending == Ending::kJoint || ending == Ending::kReduced; }
@@ -113,21 +119,11 @@ gs::TrainResult TrainAndEnd(const std::string& name, const gs::Scene& trained, c
   return result;
 }
 
-// Median deviation of the gains found from the true ones, each set by its own mean.
-double GainError(const gs::Scene& scene, const std::vector<double>& true_gains,
-                 const std::vector<gs::ViewUnknowns>& found) {
-  std::vector<double> truth, all;
-  for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    if (scene.views[v].is_trained()) truth.push_back(true_gains[v]);
-  }
-  double mean = 0;
-  for (const double gain : truth) mean += gain / static_cast<double>(truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    const double gain = found.empty() ? 1 : found[i].color.gain[1];
-    all.push_back(std::abs(gain - truth[i] / mean));
-  }
-  return gs::Median(std::move(all));
-}
+// Where Gauss-Newton has taken the cameras of the scene.
+struct Settled {
+  gs::Scene scene;
+  std::vector<double> gains;  // of the training views
+};
 
 int Main(int argc, char** argv) {
   const RaceSetup setup = SetUpRace(argc, argv,
@@ -142,8 +138,10 @@ int Main(int argc, char** argv) {
   for (const std::string& seed : SplitAtCommas(arguments.Flag("seeds", "0"))) {
     std::vector<double> gains;
     const gs::Scene perturbed = Perturbed(setup.scene, by, std::stoull(seed), &gains);
+    gains = OfTrainingViews(perturbed, gains);
+    std::optional<Settled> settled;
     for (const std::string& method : SplitAtCommas(arguments.Flag("methods", "exact,none,gauss_newton"))) {
-      const gs::Scene& scene = method.starts_with("exact") ? setup.scene : perturbed;
+      const gs::Scene& scene = IsUnperturbed(method) ? setup.scene : perturbed;
       gs::TrainOptions options = setup.options;
       options.seed = std::stoull(seed);
       std::string training = method;
@@ -162,6 +160,15 @@ int Main(int argc, char** argv) {
         if (view.is_trained()) found.push_back(&view);
       }
       const PoseError error = ErrorOf(setup.scene, found);
+      const std::vector<double> found_gains = GainsOf(scene, result.cameras);
+      PoseError left;
+      double left_gain = 0;
+      if (settled) {
+        left = ErrorOf(settled->scene, found);
+        std::vector<double> both = gains;
+        for (std::size_t i = 0; i < both.size(); ++i) both[i] *= settled->gains[i];
+        left_gain = GainError(both, found_gains);
+      }
       gs::AlignOptions align;
       align.near = gs::NearPlane(scene);
       align.levels = 5;
@@ -187,8 +194,11 @@ int Main(int argc, char** argv) {
                   {"off_pixels", error.pixels},
                   {"off_pixels_most", error.most},
                   {"off_pixels_near", error.near},
+                  {"left_pixels", left.pixels},
+                  {"left_pixels_near", left.near},
                   {"off_focal", std::abs(found[0]->camera.lens.fx / setup.scene.views[0].camera.lens.fx - 1)},
-                  {"off_gain", GainError(scene, gains, result.cameras)},
+                  {"off_gain", GainError(IsUnperturbed(method) ? GainsOf(scene, {}) : gains, found_gains)},
+                  {"left_gain", left_gain},
                   {"psnr", quality.test.psnr},
                   {"psnr_train", quality.train.psnr},
                   {"psnr_aligned", aligned.whole.psnr},
@@ -200,6 +210,10 @@ int Main(int argc, char** argv) {
                   {"end_seconds", result.lm_seconds},
                   {"cost", quality.cost},
                   {"end_products", static_cast<double>(products)}});
+      if (method.starts_with("settled")) {
+        settled = {setup.scene, found_gains};
+        settled->scene.views = views;
+      }
       for (const std::string& note : result.notes) fmt::print("{}: {}\n", method, note);
       report.WriteJson(arguments.Flag("json", ""));
     }
