@@ -18,11 +18,32 @@ using Vector7 = Eigen::Matrix<double, kSimilarity, 1>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 Matrix3 RotationOf(const View& view) { return Eigen::Map<const RowMajor3>(view.rotation.data()); }
 Vector3 CentreOf(const View& view) { return Vector3(CameraCenter(view).data()); }
+Vector3 LookOf(const View& view) { return RotationOf(view).row(2); }
 // The rotation vector of a motion.
 Vector3 LogOf(const splat::CameraMotion& motion) {
   const double* q = motion.quaternion;
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
   return turn.angle() * turn.axis();
+}
+// A view's motion in the axes of the world: its turn, and the shift of its centre.
+struct WorldMotion {
+  Vector3 turn, shift;
+};
+WorldMotion InTheWorld(const View& given, const splat::CameraMotion& motion) {
+  // Turned by Q in its own axes, the camera turns by R^T Q^T R in the world.
+  return {-(RotationOf(given).transpose() * LogOf(motion)), CentreOf(MovedView(given, motion)) - CentreOf(given)};
+}
+Matrix3 RotationBy(const Vector3& turn) {
+  return Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+}
+// The view as it was found, turned in the world and with its centre there.
+splat::CameraMotion Placed(const View& given, const splat::CameraMotion& found, const Matrix3& turn,
+                           const Vector3& centre) {
+  View moved = MovedView(given, found);
+  const RowMajor3 R = RotationOf(moved) * turn.transpose();
+  std::copy_n(R.data(), 9, moved.rotation.data());
+  Eigen::Map<Vector3>(moved.translation.data()) = -R * centre;
+  return MotionBetween(given, moved);
 }
 Matrix3 CrossMatrix(const Vector3& v) {
   Matrix3 m;
@@ -47,30 +68,51 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   };
   for (std::size_t i = 0; i < given.size(); ++i) {
     const View& view = *given[i];
-    const splat::CameraMotion& motion = (*found)[i].motion;
+    const WorldMotion motion = InTheWorld(view, (*found)[i].motion);
     const Vector3 arm = CentreOf(view) - middle;
-    // Turned by Q in its own axes, the camera turns by R^T Q^T R in the world.
-    const Vector3 turned = -(RotationOf(view).transpose() * LogOf(motion));
     Eigen::Matrix<double, 3, kSimilarity> rows = decltype(rows)::Zero();
     rows.leftCols<3>() = depth * Matrix3::Identity();
-    add(rows, depth * turned);
+    add(rows, depth * motion.turn);
     rows.leftCols<3>() = -CrossMatrix(arm);
     rows.middleCols<3>(3) = Matrix3::Identity();
     rows.col(6) = arm;
-    add(rows, CentreOf(MovedView(view, motion)) - CentreOf(view));
+    add(rows, motion.shift);
   }
   // By its pseudo-inverse: a freedom of which nothing is known stays.
   const Vector7 common = normal.completeOrthogonalDecomposition().solve(right);
   const Vector3 turn = common.head<3>(), shift = common.segment<3>(3);
   if (!common.allFinite() || common[6] <= -1) return;
-  const Matrix3 back = Eigen::AngleAxisd(-turn.norm(), turn.stableNormalized()).toRotationMatrix();
+  const Matrix3 back = RotationBy(-turn);
   for (std::size_t i = 0; i < given.size(); ++i) {
-    View moved = MovedView(*given[i], (*found)[i].motion);
-    const Vector3 centre = middle + back * (CentreOf(moved) - middle - shift) / (1 + common[6]);
-    const RowMajor3 R = RotationOf(moved) * back.transpose();
-    std::copy_n(R.data(), 9, moved.rotation.data());
-    Eigen::Map<Vector3>(moved.translation.data()) = -R * centre;
-    (*found)[i].motion = MotionBetween(*given[i], moved);
+    splat::CameraMotion& motion = (*found)[i].motion;
+    const Vector3 arm = CentreOf(MovedView(*given[i], motion)) - middle - shift;
+    motion = Placed(*given[i], motion, back, middle + back * arm / (1 + common[6]));
+  }
+}
+
+void RemoveSlowMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found) {
+  VESTA_CHECK(given.size() == found->size(), "{} views, but {} that were found", given.size(), found->size());
+  constexpr double kLooks = 0.8, kCentres = 0.6;  // widths: of directions as unit vectors, of centres in depths
+  constexpr double kFew = 20;                     // neighbours, whose mean tells nothing
+  std::vector<WorldMotion> motions;
+  for (std::size_t i = 0; i < given.size(); ++i) motions.push_back(InTheWorld(*given[i], (*found)[i].motion));
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const Vector3 look = LookOf(*given[i]), centre = CentreOf(*given[i]);
+    WorldMotion mean{Vector3::Zero(), Vector3::Zero()};
+    double neighbours = 0;  // itself among them
+    for (std::size_t j = 0; j < given.size(); ++j) {
+      const double far = (LookOf(*given[j]) - look).squaredNorm() / (kLooks * kLooks) +
+                         (CentreOf(*given[j]) - centre).squaredNorm() / (kCentres * kCentres * depth * depth);
+      const double weight = std::exp(-far / 2);
+      mean.turn += weight * motions[j].turn;
+      mean.shift += weight * motions[j].shift;
+      neighbours += weight;
+    }
+    const double part = (1 - kFew / neighbours) / neighbours;
+    if (!mean.turn.allFinite() || !mean.shift.allFinite() || !(part > 0)) continue;
+    const Vector3 moved = centre + motions[i].shift;
+    (*found)[i].motion =
+        Placed(*given[i], (*found)[i].motion, RotationBy(-part * mean.turn), moved - part * mean.shift);
   }
 }
 

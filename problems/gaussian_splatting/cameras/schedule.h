@@ -11,8 +11,9 @@ namespace vesta::gs {
 // Parts of the stage: when cameras begin to move, since the first images are those of no splat yet; and when
 // CameraChoice::kAuto is decided, by the views that are held back until then.
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
-// Until when their mean turn is held (RemoveCommonTurn).
-inline constexpr double kMeanTurnFree = 0.65;
+// Until when what views share with their neighbours is held (RemoveSlowMotion), and the mean turn of all
+// (RemoveCommonTurn).
+inline constexpr double kSlowMotionFree = 0.45, kMeanTurnFree = 0.65;
 
 // Every eighth training view from the fourth on is held back, but at most eight.
 inline bool IsHeldBack(std::size_t view, std::size_t views) {

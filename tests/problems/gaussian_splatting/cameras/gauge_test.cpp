@@ -158,5 +158,65 @@ TEST(CommonTurn, IsTakenOut) {
   RemoveCommonTurn(&none);
 }
 
+// How far a view's centre has moved.
+double Shift(const View& given, const ViewUnknowns& found) {
+  const std::array<double, 3> before = CameraCenter(given), now = CameraCenter(MovedView(given, found.motion));
+  return std::hypot(now[0] - before[0], now[1] - before[1], now[2] - before[2]);
+}
+
+// Views in one place, that look the same way.
+struct Neighbours {
+  Ring ring;
+  std::vector<const View*> views;
+  std::vector<ViewUnknowns> found;
+
+  explicit Neighbours(std::size_t n) : views(n, ring.views.front()), found(n) {}
+};
+
+TEST(SlowMotion, OfNeighboursIsTakenOut) {
+  Neighbours n(80);
+  const splat::CameraMotion all = test::RandomMotion(0.5, 0.02, 3);
+  for (ViewUnknowns& view : n.found) view.motion = all;
+  const double shift = Shift(*n.views[0], n.found[0]);
+  ASSERT_GT(shift, 0.01);
+  RemoveSlowMotion(n.views, kDepth, &n.found);
+  for (const ViewUnknowns& view : n.found) {  // but for 20 of 80
+    EXPECT_NEAR(view.motion.Angle(), all.Angle() / 4, 1e-9);
+    EXPECT_NEAR(Shift(*n.views[0], view), shift / 4, 1e-9);
+  }
+}
+
+TEST(SlowMotion, OfOneAmongManyIsItsOwn) {
+  Neighbours n(80);
+  const splat::CameraMotion own = test::RandomMotion(0.5, 0, 3);
+  n.found[4].motion = own;
+  RemoveSlowMotion(n.views, kDepth, &n.found);
+  const double shared = 0.75 / 80;
+  EXPECT_NEAR(n.found[4].motion.Angle(), own.Angle() * (1 - shared), 1e-9);
+  EXPECT_NEAR(n.found[0].motion.Angle(), own.Angle() * shared, 1e-9);
+}
+
+// Few neighbours, or many that are far away or look the other way.
+TEST(SlowMotion, StaysWhereNeighboursAreFew) {
+  Ring ring;
+  View far = *ring.views[0], back = far;
+  far.translation[0] += 100 * kDepth;
+  for (std::size_t k = 0; k < 3; ++k) {  // by 180 degrees about its vertical axis, in its place
+    for (const std::size_t axis : {0, 2}) back.rotation[3 * axis + k] *= -1;
+  }
+  for (const std::size_t axis : {0, 2}) back.translation[axis] *= -1;
+  for (const View* others : {&far, &back}) {
+    Neighbours n(80);
+    for (std::size_t v = 20; v < 80; ++v) n.views[v] = others;
+    for (ViewUnknowns& view : n.found) view.motion = test::RandomMotion(0.5, 0.02, 3);
+    const splat::CameraMotion before = n.found[0].motion;
+    RemoveSlowMotion(n.views, kDepth, &n.found);
+    EXPECT_NEAR(n.found[0].motion.Angle(), before.Angle(), (others == &far ? 0 : 0.2) * before.Angle());
+    EXPECT_LT(n.found[79].motion.Angle(), 0.5 * before.Angle());
+  }
+  std::vector<ViewUnknowns> none;
+  RemoveSlowMotion({}, kDepth, &none);
+}
+
 }  // namespace
 }  // namespace vesta::gs
