@@ -94,25 +94,30 @@ void RemoveSlowMotion(const std::vector<const View*>& given, double depth, std::
   VESTA_CHECK(given.size() == found->size(), "{} views, but {} that were found", given.size(), found->size());
   constexpr double kLooks = 0.8, kCentres = 0.6;  // widths: of directions as unit vectors, of centres in depths
   constexpr double kFew = 20;                     // neighbours, whose mean tells nothing
-  std::vector<WorldMotion> motions;
-  for (std::size_t i = 0; i < given.size(); ++i) motions.push_back(InTheWorld(*given[i], (*found)[i].motion));
+  struct Standing {
+    Vector3 look, centre;
+    WorldMotion motion;
+  };
+  std::vector<Standing> all;
   for (std::size_t i = 0; i < given.size(); ++i) {
-    const Vector3 look = LookOf(*given[i]), centre = CentreOf(*given[i]);
+    all.push_back({LookOf(*given[i]), CentreOf(*given[i]), InTheWorld(*given[i], (*found)[i].motion)});
+  }
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const Standing& own = all[i];
     WorldMotion mean{Vector3::Zero(), Vector3::Zero()};
     double neighbours = 0;  // itself among them
-    for (std::size_t j = 0; j < given.size(); ++j) {
-      const double far = (LookOf(*given[j]) - look).squaredNorm() / (kLooks * kLooks) +
-                         (CentreOf(*given[j]) - centre).squaredNorm() / (kCentres * kCentres * depth * depth);
+    for (const Standing& other : all) {
+      const double far = (other.look - own.look).squaredNorm() / (kLooks * kLooks) +
+                         (other.centre - own.centre).squaredNorm() / (kCentres * kCentres * depth * depth);
       const double weight = std::exp(-far / 2);
-      mean.turn += weight * motions[j].turn;
-      mean.shift += weight * motions[j].shift;
+      mean.turn += weight * other.motion.turn;
+      mean.shift += weight * other.motion.shift;
       neighbours += weight;
     }
     const double part = (1 - kFew / neighbours) / neighbours;
     if (!mean.turn.allFinite() || !mean.shift.allFinite() || !(part > 0)) continue;
-    const Vector3 moved = centre + motions[i].shift;
-    (*found)[i].motion =
-        Placed(*given[i], (*found)[i].motion, RotationBy(-part * mean.turn), moved - part * mean.shift);
+    const Vector3 centre = own.centre + own.motion.shift - part * mean.shift;
+    (*found)[i].motion = Placed(*given[i], (*found)[i].motion, RotationBy(-part * mean.turn), centre);
   }
 }
 
