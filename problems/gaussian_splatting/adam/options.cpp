@@ -30,7 +30,8 @@ const schema::Table<AdamOptions>& AdamFields() {
       {"average_part", &O::average_part, kPart,
        "part, at its end, that shows and leaves mean parameters; 0: the last ones"},
       {"coarse_part", &O::coarse_part, kPart, "part, at its start, that sees images of half the size"},
-      {"sh_band_every", &O::sh_band_every, kPart, "one more band of harmonics after each such part; 0: all at once"},
+      {"sh_band_every", &O::sh_band_every, kPart,
+       "one more band of harmonics after each such part (twice it, with exposures); 0: all at once"},
       {"evaluations", &O::evaluations, {1, 1e7}, "rows of the history"},
   };
   return fields;

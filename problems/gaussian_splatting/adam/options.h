@@ -38,7 +38,8 @@ struct AdamOptions {
   double average_part = 0.5;
   // The first part of the stage, this long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;
-  // One more band of spherical harmonics after each of these parts of the run.
+  // One more band of spherical harmonics after each of these parts of the run; twice as long where exposures are found
+  // along (cameras/schedule.h).
   double sh_band_every = 0.08;
   // Rows of the history, evenly spaced.
   int evaluations = 20;

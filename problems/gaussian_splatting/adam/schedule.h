@@ -88,8 +88,9 @@ inline bool Averages(const AdamOptions& adam, const StageSpan& span, int it) {
   return !span.IsWithin(1 - adam.average_part) && (it % every == 0 || span.is_last());
 }
 
-inline int ActiveShDegree(const AdamOptions& adam, int sh_degree, const StageSpan& span) {
-  return adam.sh_band_every > 0 ? std::min(sh_degree, span.PartsBefore(adam.sh_band_every)) : sh_degree;
+// band_every: a part of the stage; 0: all bands at once.
+inline int ActiveShDegree(double band_every, int sh_degree, const StageSpan& span) {
+  return band_every > 0 ? std::min(sh_degree, span.PartsBefore(band_every)) : sh_degree;
 }
 
 }  // namespace vesta::gs

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "problems/gaussian_splatting/adam/schedule.h"
+#include "problems/gaussian_splatting/cameras/view_unknowns.h"
 
 namespace vesta::gs {
 
@@ -14,6 +15,14 @@ inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
 // Until when what views share with their neighbours is held (RemoveSlowMotion), and the mean turn of all
 // (RemoveCommonTurn).
 inline constexpr double kSlowMotionFree = 0.45, kMeanTurnFree = 0.65;
+
+// The part of the stage after which one more band of the harmonics comes, each time. Exposures that differ from side to
+// side can be shown by harmonics as well; so where they are found bands come later, but before it is judged what bands
+// are worth (ParsimonyOptions::begin).
+inline double BandEvery(const AdamOptions& adam, const FreeUnknowns& free) {
+  constexpr double kLater = 2;
+  return free.color ? kLater * adam.sh_band_every : adam.sh_band_every;
+}
 
 // Every eighth training view from the fourth on is held back, but at most eight.
 inline bool IsHeldBack(std::size_t view, std::size_t views) {

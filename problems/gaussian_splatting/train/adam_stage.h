@@ -13,6 +13,8 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/adam/schedule.h"
+#include "problems/gaussian_splatting/cameras/options.h"
+#include "problems/gaussian_splatting/cameras/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
@@ -102,7 +104,7 @@ class AdamStage {
 
   void Iterate() {
     const StageSpan span = outlook_.NextSpan(Progress());
-    const int degree = ActiveShDegree(options_.adam, state_->model.sh_degree(), span);
+    const int degree = DegreeOf(span);
     Step(span, degree);
     const bool is_stopped = RecordWhereDue();
     const bool is_end = span.is_last() || session_.has_reached_target(), is_last = is_end || is_stopped;
@@ -128,6 +130,11 @@ class AdamStage {
       session_.AttendToWatch(Stage::kAdam, state_->iteration, on_host, are_shared ? WriteState() : write);
     }
     if (is_end) Finish();
+  }
+
+  // Of the harmonics that are in use.
+  int DegreeOf(const StageSpan& span) const {
+    return ActiveShDegree(BandEvery(options_.adam, FreeBy(options_.cameras.refine)), state_->model.sh_degree(), span);
   }
 
   // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
@@ -165,7 +172,7 @@ class AdamStage {
     return is_stopped;
   }
   void Record() {
-    const int degree = ActiveShDegree(options_.adam, state_->model.sh_degree(), state_->span);
+    const int degree = DegreeOf(state_->span);
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
     views_.LendPhotographs();

@@ -48,12 +48,11 @@ TEST(AdamSchedule, CoarseViewsComeFirst) {
 }
 
 TEST(AdamSchedule, BandsComeOneByOne) {
-  const AdamOptions adam{.sh_band_every = 0.08};
-  EXPECT_EQ(ActiveShDegree(adam, 3, Span(8)), 0);
-  EXPECT_EQ(ActiveShDegree(adam, 3, Span(9)), 1);
-  EXPECT_EQ(ActiveShDegree(adam, 3, Span(25)), 3);
-  EXPECT_EQ(ActiveShDegree(adam, 2, Span(99)), 2);
-  EXPECT_EQ(ActiveShDegree({.sh_band_every = 0}, 3, Span(1)), 3);
+  EXPECT_EQ(ActiveShDegree(0.08, 3, Span(8)), 0);
+  EXPECT_EQ(ActiveShDegree(0.08, 3, Span(9)), 1);
+  EXPECT_EQ(ActiveShDegree(0.08, 3, Span(25)), 3);
+  EXPECT_EQ(ActiveShDegree(0.08, 2, Span(99)), 2);
+  EXPECT_EQ(ActiveShDegree(0, 3, Span(1)), 3);
 }
 
 // However many iterations a stage has, and however unevenly they advance it, each multiple of a part is reached once.

@@ -69,6 +69,32 @@ TEST_F(CamerasFoundAlong, ComeBack) {
   EXPECT_TRUE(std::ranges::all_of(result.cameras, [](const ViewUnknowns& view) { return view.color.is_none(); }));
 }
 
+// Two crowds of views face each other, each turned the other way. While the splat is not there yet they stay where they
+// were given, since what many neighbours share may be the splat's; later they come back.
+TEST_F(CamerasFoundAlong, CrowdsOfNeighboursComeBackLate) {
+  constexpr std::size_t kCrowd = 60;
+  constexpr double kTurn = 0.02;
+  Scene pair = test::RingWithImages(model_, 4, 40, 30);
+  given_.views.clear();
+  for (const double turn : {kTurn, -kTurn}) {
+    View& one = pair.views[turn > 0 ? 1 : 3];
+    one.role = ViewRole::kTraining;
+    const View off = test::PerturbedView(one, splat::Compose({{0, turn}}, {}));
+    given_.views.insert(given_.views.end(), kCrowd, off);
+  }
+  TrainOptions options = Options(CameraChoice::kPose, 10 * 2 * kCrowd);
+  options.adam.rate_factor = 1e-3;  // the splat is right
+  options.density.enabled = false;
+  const auto train = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, 0, callbacks); };
+  const auto least_turn = [](const std::vector<ViewUnknowns>& found) {
+    const auto angle = [](const ViewUnknowns& view) { return view.motion.Angle(); };
+    return angle(std::ranges::min(found, {}, angle));
+  };
+  const Checkpoint early = test::StoppedAt(static_cast<int>(4.3 * 2 * kCrowd), train);
+  EXPECT_LT(least_turn(early.run.cameras), 0.2 * kTurn);
+  EXPECT_GT(least_turn(test::GoneOn(early, train).cameras), 0.5 * kTurn);
+}
+
 TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
   double mean = 0;
   std::vector<double> gains;
@@ -86,6 +112,22 @@ TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
   ASSERT_EQ(result.cameras.size(), gains.size());
   for (std::size_t i = 0; i < gains.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(result.cameras[i].color.gain[c], gains[i] / mean, 0.01);
+  }
+}
+
+TEST_F(CamerasFoundAlong, BandsOfHarmonicsWaitForExposures) {
+  for (const auto& [choice, first] :
+       {std::pair{CameraChoice::kPose, 9}, std::pair{CameraChoice::kPoseAndExposure, 17}}) {
+    TrainOptions options = Options(choice, 100);
+    options.adam.sh_band_every = 0.08;
+    TrainCallbacks callbacks;
+    callbacks.snapshot_every = {.iterations = 1};
+    int begins = 0;
+    callbacks.snapshot = [&](Stage, int iteration, const splat::Model<float>& model) {
+      if (begins == 0 && model.active_sh_degree == 1) begins = iteration;
+    };
+    Train(given_, options, 0, callbacks);
+    EXPECT_EQ(begins, first);
   }
 }
 
