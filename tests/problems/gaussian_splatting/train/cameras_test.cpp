@@ -72,7 +72,7 @@ TEST_F(CamerasFoundAlong, ComeBack) {
 // Two crowds of views face each other, each turned the other way. While the splat is not there yet they stay where they
 // were given, since what many neighbours share may be the splat's; later they come back.
 TEST_F(CamerasFoundAlong, CrowdsOfNeighboursComeBackLate) {
-  constexpr std::size_t kCrowd = 60;
+  constexpr std::size_t kCrowd = 40;
   constexpr double kTurn = 0.02;
   Scene pair = test::RingWithImages(model_, 4, 40, 30);
   given_.views.clear();
