@@ -189,9 +189,12 @@ void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamera
 
 void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   std::vector<ViewUnknowns> found = session_.cameras().found();
-  if (free.pose) RemoveCommonMotion(session_.cameras().given(), depth_, &found);
-  if (free.pose && !span.HasReached(kSlowMotionFree)) RemoveSlowMotion(session_.cameras().given(), depth_, &found);
-  if (free.pose && !span.HasReached(kMeanTurnFree)) RemoveCommonTurn(&found);
+  const std::vector<const View*>& given = session_.cameras().given();
+  if (free.pose) RemoveCommonMotion(given, depth_, &found);
+  // Not with a lens: its principal point would go where turns that are held cannot.
+  const bool holds = free.pose && !free.lens;
+  if (holds && !span.HasReached(kSlowMotionFree)) RemoveSlowMotion(given, depth_, &found);
+  if (holds && !span.HasReached(kMeanTurnFree)) RemoveCommonTurn(&found);
   if (free.color) RemoveCommonExposure(&found);
   for (std::size_t i = 0; i < found.size(); ++i) session_.cameras().Set(i, found[i]);
 }

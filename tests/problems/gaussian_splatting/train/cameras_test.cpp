@@ -149,6 +149,21 @@ TEST_F(CamerasFoundAlong, LensesComeBack) {
   for (std::size_t v = 0; v < found.size(); ++v) EXPECT_EQ(found[v].camera, found[1].camera) << "test views share it";
 }
 
+// Most of a turn that all cameras share is found as theirs, and not as a shift of the principal point.
+TEST_F(CamerasFoundAlong, LensesTakeNoTurn) {
+  constexpr double kTurn = 0.03;
+  for (std::size_t v = 0; v < given_.views.size(); ++v) {
+    given_.views[v] = test::PerturbedView(truth_.views[v], splat::Compose({{kTurn, 0, 0}}, {}));
+  }
+  TrainOptions options = Options(CameraChoice::kAll, 400);
+  options.adam.rate_factor = 0.03;  // the splat is right
+  const TrainResult result = Refine(given_, model_, options, 0, {});
+  for (const ViewUnknowns& view : result.cameras) {
+    for (const double shift : view.lens.shift) EXPECT_NEAR(shift, 0, kTurn / 2);
+    EXPECT_NEAR(view.motion.Angle(), kTurn, kTurn / 2);
+  }
+}
+
 // Photographs that were undistorted by wrong coefficients, so that they are bent still, of a model that fills them.
 TEST_F(CamerasFoundAlong, RadialDistortionComesBack) {
   const RadialCoefficients radial{0.08, -0.03};
