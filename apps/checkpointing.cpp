@@ -43,6 +43,11 @@ gs::Interval ParseInterval(const char* flag, const std::string& text) {
   return interval;
 }
 
+void CheckIntervals(const Flags& flags) {
+  ParseInterval("checkpoint_every", flags.checkpoint_every);
+  ParseInterval("snapshot_every", flags.snapshot_every);
+}
+
 std::string CheckpointFile(const std::string& folder) {
   return (std::filesystem::path(folder) / "checkpoint.vesta").string();
 }
@@ -73,18 +78,19 @@ Origin ReadOrigin(const gs::Checkpoint& checkpoint) {
   return origin;
 }
 
-void CheckResumable(const gs::Checkpoint& checkpoint, const gs::TrainOptions& before, const gs::TrainOptions& now) {
+void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& before, const TrainSettings& now) {
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
-    const std::string old_value = field.Text(before), new_value = field.Text(now);
+    const std::string old_value = field.Text(before.options), new_value = field.Text(now.options);
     if (old_value == new_value || !IsFixed(field.name, checkpoint.run.stage)) continue;
-    Fail("{}: trained with {}={}, which cannot become {} {}; leave it, or train anew", checkpoint.path, field.name,
-         old_value, new_value,
+    Fail("{}: trained with {}={}, which cannot become {}{} {}; leave it, or train anew", checkpoint.path, field.name,
+         old_value, new_value, before.preset == now.preset ? "" : fmt::format(", as --preset={} has it,", now.preset),
          checkpoint.run.stage == gs::Stage::kLm ? "in the stage of LM" : "in the middle of a training");
   }
   const int done = checkpoint.run.stage == gs::Stage::kAdam ? checkpoint.iteration() : 0;
-  if (now.adam.iterations && gs::NumIterations(now.adam) < done) {
+  const gs::AdamOptions& adam = now.options.adam;
+  if (adam.iterations && gs::NumIterations(adam) < done) {
     Fail("{}: {} iterations of Adam are done; --iterations={} cannot be fewer", checkpoint.path,
-         done * now.adam.views_per_iteration, *now.adam.iterations);
+         done * adam.views_per_iteration, *adam.iterations);
   }
 }
 

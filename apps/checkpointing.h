@@ -12,6 +12,8 @@ namespace vesta::app {
 
 // "500": iterations; "10m": minutes. Empty: never. Throws UsageError naming the flag.
 gs::Interval ParseInterval(const char* flag, const std::string& text);
+// The same of --checkpoint_every and --snapshot_every, before there is any work.
+void CheckIntervals(const Flags& flags);
 
 // DIR/checkpoint.vesta.
 std::string CheckpointFile(const std::string& folder);
@@ -30,8 +32,8 @@ std::string OriginText(const Origin& origin);
 // Throws Error naming the checkpoint's file where it does not say.
 Origin ReadOrigin(const gs::Checkpoint& checkpoint);
 
-// Throws Error, one line naming what was changed, unless a training with the options of `before` can go on with these
+// Throws Error, one line naming what was changed, unless a training with the settings of `before` can go on with these
 // from where the checkpoint is: lengths and rules of what is still to come may change, the rest may not.
-void CheckResumable(const gs::Checkpoint& checkpoint, const gs::TrainOptions& before, const gs::TrainOptions& now);
+void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& before, const TrainSettings& now);
 
 }  // namespace vesta::app

@@ -35,6 +35,7 @@ void PrintAligned(const gs::AlignedEvaluation& aligned) {
     PrintQuality(" right", aligned.right);
     PrintQuality(" exposed", aligned.right_exposed);
   }
+  if (aligned.whole.views == 0) return;
   Print("aligned: test cameras fitted to the splat, moved by {:.4f} degrees, {:.3f} pixels (medians)", aligned.degrees,
         aligned.pixels);
   if (aligned.not_found > 0) Print("; {} could not be fitted and stayed", aligned.not_found);

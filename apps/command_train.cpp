@@ -13,6 +13,7 @@
 #include "apps/viewer_flags.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
+#include "kernels/core/text_file.h"
 
 namespace vesta::app {
 namespace {
@@ -36,8 +37,11 @@ int RunTrain(const CommandLine& given) {
   if (!flags.view.empty()) PlaceOfTrainingsView(flags);  // refused before anything is read
   std::optional<gs::Checkpoint> checkpoint;
   std::optional<Origin> origin;
+  CheckIntervals(flags);
   if (!flags.resume.empty()) {
-    checkpoint = gs::ReadCheckpoint(CheckpointFile(flags.resume));
+    const std::string file = CheckpointFile(flags.resume);
+    if (!FileExists(file)) Fail("{}: no such file; a training saves it where --checkpoint_every is given", file);
+    checkpoint = gs::ReadCheckpoint(file);
     origin = ReadOrigin(*checkpoint);
     // Who goes on is saved as before, so that the next interruption loses no more.
     if (flags.checkpoint_every.empty()) flags.checkpoint_every = origin->checkpoint_every;
@@ -51,7 +55,7 @@ int RunTrain(const CommandLine& given) {
   const std::string path = line.arguments.empty() ? origin->scene : line.arguments[0];
   TrainSettings settings = SettingsOf(line, origin ? &origin->settings : nullptr);
   gs::TrainOptions& options = settings.options;
-  if (checkpoint) CheckResumable(*checkpoint, origin->settings.options, options);
+  if (checkpoint) CheckResumable(*checkpoint, origin->settings, settings);
   CheckSceneFolder(path);
   // A checkpoint is not among what is read: that it makes way for the next one is what it is for.
   const std::string folder = flags.out.empty() ? flags.resume : flags.out;

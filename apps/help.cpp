@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "apps/command_line.h"
 #include "apps/completion.h"
 #include "apps/flag_list.h"
@@ -75,14 +78,21 @@ std::string HelpOf(const CommandInfo& command, bool all) {
     if (all) {
       text += AllOptions(command);
     } else {
-      text += fmt::format("\n`vesta help {} --all` lists the keys of --set.\n", command.name);
+      text += fmt::format("\n`vesta help {} --all` has more flags, and the keys of --set.\n", command.name);
     }
     text += "\nWhat is not given is the preset's, in brackets that of balanced.\n";
   }
+  const auto only_in_all = [](const ListedFlag& flag) { return flag.only_in_all; };
+  const std::vector<ListedFlag> flags = FlagsOf(command);
+  if (!all && !trains && command.command != kConfig && std::ranges::any_of(flags, only_in_all)) {
+    text += fmt::format("\n`vesta help {} --all` has more flags.\n", command.name);
+  }
   if (trains) {
     text +=
-        "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html (--noreport: without the last). Ctrl-C ends\n"
-        "training after the current iteration and writes what there is (exit status 130).\n";
+        "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html (--noreport: without the last), and\n"
+        "DIR/cameras where --refine_cameras has moved them. Ctrl-C ends training after the current iteration and "
+        "writes\n"
+        "what there is (exit status 130).\n";
   }
   if (command.command == kTrain) text += "--view shows it in a browser while it runs.\n";
   if (command.command & (kRefine | kPrune)) {

@@ -19,12 +19,12 @@ Json QualityToJson(const Q& quality) {
 }
 Json ToJson(const gs::Quality& quality) { return QualityToJson(quality); }
 
-Json ToJson(const gs::AlignedView& view, bool exposed) {
+Json ToJson(const gs::AlignedView& view) {
   Json json = {{"name", view.name}, {"status", gs::ToString(view.alignment.status)}};
   json.update(QualityToJson(view.whole));
   json["degrees"] = view.degrees;
   json["pixels"] = view.pixels;
-  if (!exposed) return json;
+  if (!view.has_halves) return json;
   json["right_half"] = QualityToJson(view.right);
   json["right_half_exposed"] = QualityToJson(view.right_exposed);
   json["gain"] = view.exposure.gain;
@@ -40,7 +40,7 @@ Json ToJson(const gs::AlignedEvaluation& aligned) {
   json["moved_pixels"] = aligned.pixels;
   json["not_found"] = aligned.not_found;
   json["views"] = Json::array();
-  for (const gs::AlignedView& view : aligned.views) json["views"].push_back(ToJson(view, exposed));
+  for (const gs::AlignedView& view : aligned.views) json["views"].push_back(ToJson(view));
   return json;
 }
 

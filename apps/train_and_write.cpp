@@ -151,6 +151,25 @@ std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, c
       off > kWorthSaying ? fmt::format("{}, whose lenses meet that to {:.2f} pixels", folder, off) : folder);
 }
 
+// Test views stay as they were given, while those that the splat is of have moved.
+void NoteHowToMeasure(const gs::Scene& scene, const gs::CameraChanges& changes, const std::string& path,
+                      const std::string& splat, std::vector<std::string>* notes) {
+  const bool has_tests = std::ranges::any_of(scene.views, [](const gs::View& view) { return view.is_test(); });
+  if (changes.is_none() || !has_tests) return;
+  const bool exposed = changes.most_gain > 0;
+  notes->push_back(
+      fmt::format("test views are measured by their cameras{} as given, which may be off: `vesta eval {} {} "
+                  "--align={}` fits them first",
+                  exposed ? " and exposures" : "", splat, path, exposed ? "pose+colour" : "pose"));
+}
+
+// Of a training that was stopped.
+std::string HowToGoOn(const CommandLine& line, const gs::Interval& saves, const OutputFolder& out) {
+  if (line.command->command != kTrain) return "";
+  return saves.never() ? "; no checkpoint to go on from, since --checkpoint_every was not given"
+                       : fmt::format("; go on by `vesta train --resume {}`", out.path());
+}
+
 void NoteOrigin(const gs::SplatModel& model, std::vector<std::string>* notes) {
   const auto& o = model.origin;
   if (o == std::array<double, 3>{}) return;
@@ -232,6 +251,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
   gs::MoveToWorld(scene, &result.model);
   NoteOrigin(result.model, &result.notes);
   NoteMemory(settings.options.memory, result.memory, &result.notes);
+  NoteHowToMeasure(scene, result.camera_changes, path, results.model_path(), &result.notes);
   for (const std::string& note : result.notes) Print("{}\n", note);
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
   result.notes.insert(result.notes.begin(), scene.notes.begin(), scene.notes.end());  // told at the start
@@ -254,7 +274,8 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
   } else if (!result.stopped) {
     Print("{}", DoubtOfTraining(scene, result.history.back().train.psnr));
   }
-  Print("{}wrote {} and {}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path());
+  Print("{}wrote {} and {}{}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path(),
+        result.stopped ? HowToGoOn(line, callbacks.checkpoint.every, *out) : "");
   if (flags.report) {
     std::fflush(stdout);
     gs::MoveToScene(scene, &result.model);

@@ -285,17 +285,18 @@ void BlockProblem::Plus(B& backend, ConstView x, ConstView delta, View out) {
   });
 }
 
-bool BlockProblem::IsFeasible(ConstView x) {
-  if (!has_bounds()) return true;
+std::string BlockProblem::DescribeInfeasible(ConstView x) {
+  if (!has_bounds()) return "";
   for (std::size_t p = 0; p < parameters_.size(); ++p) {
     if (constant_[p]) continue;
     for (int c = 0; c < parameters_[p].ambient_size; ++c) {
       const Index i = parameters_[p].ambient_offset + c;
       const auto k = static_cast<std::size_t>(i);
-      if (!bounds_internal::Inside(x[i], lower_[k], upper_[k])) return false;
+      if (bounds_internal::Inside(x[i], lower_[k], upper_[k])) continue;
+      return fmt::format("block {}, entry {}: {}", p, c, bounds_internal::Outside(x[i], lower_[k], upper_[k]));
     }
   }
-  return true;
+  return "";
 }
 
 template <class Visit>

@@ -92,13 +92,14 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   const StepCounts* CountSteps(bool eliminating) override;
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return !lower_.empty(); }
-  bool IsFeasible(ConstView x) override;
+  bool IsFeasible(ConstView x) override { return DescribeInfeasible(x).empty(); }
   void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
   // In the terms of parameter blocks and residual blocks, numbered from 0 in the order of being added.
   std::string NameTangent(Index k) override;
   std::string NameResidual(int batch, Index row) override;
   std::string DescribeNonFinite(ConstView x, bool jacobians) override;
+  std::string DescribeInfeasible(ConstView x) override;
   std::string DescribeDegenerate(ConstView x) override;
 
  private:

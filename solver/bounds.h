@@ -1,6 +1,8 @@
 // Box bounds around any problem whose step is of the size of its x.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <memory>
 #include <span>
 #include <string>
@@ -12,8 +14,11 @@ namespace vesta {
 
 namespace bounds_internal {
 
-// The three questions of a box, on host memory. lower <= upper; infinities where there is no bound.
+// The three questions of a box, on host memory, and a message. lower <= upper; infinities where there is no bound.
 inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
+inline std::string Outside(double x, double lower, double upper) {
+  return fmt::format("{:g} is not within [{:g}, {:g}]", x, lower, upper);
+}
 inline bool PushedOut(double x, double descent, double lower, double upper) {
   return (x <= lower && descent < 0) || (x >= upper && descent > 0);
 }
@@ -47,12 +52,13 @@ class BoundedProblem final : public Problem<B> {
   const StepCounts* CountSteps(bool) override { return inner_.CountSteps(false); }
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override { return true; }
-  bool IsFeasible(ConstView x) override;
+  bool IsFeasible(ConstView x) override { return DescribeInfeasible(x).empty(); }
   void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
   std::string NameTangent(Index k) override { return inner_.NameTangent(k); }
   std::string NameResidual(int batch, Index row) override { return inner_.NameResidual(batch, row); }
   std::string DescribeNonFinite(ConstView x, bool jacobians) override { return inner_.DescribeNonFinite(x, jacobians); }
+  std::string DescribeInfeasible(ConstView x) override;
   std::string DescribeDegenerate(ConstView x) override { return inner_.DescribeDegenerate(x); }
 
  private:

@@ -54,12 +54,14 @@ void BoundedProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out)
 }
 
 template <Backend B>
-bool BoundedProblem<B>::IsFeasible(ConstView x) {
+std::string BoundedProblem<B>::DescribeInfeasible(ConstView x) {
   const std::vector<S> host = Host(x);
   for (std::size_t k = 0; k < host.size(); ++k) {
-    if (!bounds_internal::Inside(static_cast<double>(host[k]), lower_[k], upper_[k])) return false;
+    const auto value = static_cast<double>(host[k]);
+    if (bounds_internal::Inside(value, lower_[k], upper_[k])) continue;
+    return fmt::format("entry {}: {}", k, bounds_internal::Outside(value, lower_[k], upper_[k]));
   }
-  return true;
+  return "";
 }
 
 template <Backend B>

@@ -77,7 +77,9 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
     const std::string where = problem.DescribeNonFinite(x_, false);
     Stop(LmStatus::kNonFinite, fmt::format("the cost at the start is {}{}{}", cost_, where.empty() ? "" : ": ", where));
   } else if (problem.has_bounds() && !problem.IsFeasible(x_)) {
-    Stop(LmStatus::kInfeasible, "the start violates a bound; move it inside");
+    const std::string where = problem.DescribeInfeasible(x_);
+    Stop(LmStatus::kInfeasible,
+         fmt::format("the start violates a bound{}{}; move it inside", where.empty() ? "" : ": ", where));
   } else if (problem.num_tangent() == 0) {
     Stop(LmStatus::kGradientTolerance, "the problem has no parameters");
   } else if (const std::string why = problem.DescribeDegenerate(x_); !why.empty()) {

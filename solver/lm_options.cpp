@@ -12,9 +12,12 @@ void LmOptions::Validate() const {
   if (max_iterations < 0) Fail("max_iterations is {}; choose 0 or more", max_iterations);
   if (max_consecutive_rejects < 1) Fail("max_consecutive_rejects is {}; choose 1 or more", max_consecutive_rejects);
   if (!(max_seconds > 0)) Fail("max_seconds is {}; choose more than 0", max_seconds);
-  for (const double tolerance : {function_tolerance, gradient_tolerance, parameter_tolerance}) {
-    if (!(tolerance >= 0)) Fail("a tolerance of the solve is {}; choose 0 or more", tolerance);
-  }
+  const auto check = [](const char* name, double tolerance) {
+    if (!(tolerance >= 0)) Fail("{} is {}; choose 0 or more", name, tolerance);
+  };
+  check("function_tolerance", function_tolerance);
+  check("gradient_tolerance", gradient_tolerance);
+  check("parameter_tolerance", parameter_tolerance);
   step_control.Validate();
   if (step_control.rule != step_rule) {
     Fail("step_rule is {}, while step_control has the values of {}; choose a rule by SetStepRule, then change values",

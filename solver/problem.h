@@ -156,6 +156,8 @@ class Problem {
   // Which value, or with `jacobians` which value or derivative, is not finite at x, where, and at what parameters.
   // Default: nothing, for what the problem cannot tell.
   virtual std::string DescribeNonFinite(ConstView x, bool jacobians);
+  // Which entry of x is beyond its bound. Default: nothing.
+  virtual std::string DescribeInfeasible(ConstView x);
   // Why no step can lead away from x (a quaternion of zeros stays one). Default: nothing, for there is no such x.
   virtual std::string DescribeDegenerate(ConstView x);
 

@@ -120,6 +120,11 @@ std::string Problem<B>::DescribeNonFinite(ConstView, bool) {
 }
 
 template <Backend B>
+std::string Problem<B>::DescribeInfeasible(ConstView) {
+  return "";
+}
+
+template <Backend B>
 std::string Problem<B>::DescribeDegenerate(ConstView) {
   return "";
 }

@@ -8,6 +8,7 @@
 // what surrounds them has to say which version of which object they are, and to protect them by a checksum.
 #pragma once
 
+#include <cstdint>
 #include <cstring>
 #include <functional>
 #include <string>
@@ -119,6 +120,12 @@ class ArchiveReader {
     std::vector<T> copy;
     Read(copy);
     buffer.CopyFrom(HostSpan<const T>(copy.data(), static_cast<Index>(copy.size())));
+  }
+  // Not any byte is one.
+  void Read(bool& value) {
+    std::uint8_t byte = 0;
+    Bytes(&byte, sizeof(byte));
+    value = byte != 0;
   }
   template <class T>
   void Read(T& value) {

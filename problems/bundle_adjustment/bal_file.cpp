@@ -24,6 +24,10 @@ class Reader {
   explicit Reader(std::string path) : path_(std::move(path)), text_(ReadFile(path_)) {
     next_ = text_.data();
     end_ = next_ + text_.size();
+    // Such files are handed round compressed.
+    for (const std::string_view packed : {"BZh", "\37\213", "PK\3\4", "\3757zXZ"}) {
+      if (text_.starts_with(packed)) Fail("{}: compressed; unpack it first (bunzip2, gunzip, unzip, unxz)", path_);
+    }
   }
 
   template <class T>

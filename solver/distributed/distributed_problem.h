@@ -57,6 +57,7 @@ class DistributedProblem final : public Problem<B> {
   void Plus(B& backend, ConstView x, ConstView delta, View out) override;
   bool has_bounds() const override;
   bool IsFeasible(ConstView x) override;
+  std::string DescribeInfeasible(ConstView x) override;
   void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
   bool LimitStep(ConstView x, View step) override;

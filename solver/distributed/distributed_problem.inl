@@ -175,6 +175,12 @@ bool DistributedProblem<B>::IsFeasible(ConstView x) {
 }
 
 template <Backend B>
+std::string DistributedProblem<B>::DescribeInfeasible(ConstView x) {
+  Problem<B>* const geometry = parts_.geometry();
+  return geometry ? geometry->DescribeInfeasible(x) : "";
+}
+
+template <Backend B>
 void DistributedProblem<B>::MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) {
   if (Problem<B>* const geometry = parts_.geometry()) geometry->MaskActiveBounds(x, negative_gradient, mask);
 }

@@ -210,6 +210,7 @@ class HostedProblem final : public Problem<CpuBackend<typename B::Scalar>> {
   }
   bool has_bounds() const override { return there_.has_bounds(); }
   bool IsFeasible(ConstView x) override { return there_.IsFeasible(vectors_->Copy(x)); }
+  std::string DescribeInfeasible(ConstView x) override { return there_.DescribeInfeasible(vectors_->Copy(x)); }
   void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override {
     const auto masked = [&](auto to) {
       vectors_->backend().FromHost(mask, to);

@@ -67,7 +67,9 @@ TEST_F(KilledTraining, IsSavedByCtrlCToo) {
   Program program(Train(out_, {"--checkpoint_every=1000m"}));
   ASSERT_TRUE(program.WaitForOutput("adam 2000/4000")) << program.Wait().err;
   program.Signal(SIGINT);
-  EXPECT_EQ(program.Wait().status, 130);
+  const ProgramOutput stopped = program.Wait();
+  EXPECT_EQ(stopped.status, 130);
+  EXPECT_THAT(stopped.out, HasSubstr("; go on by `vesta train --resume " + out_ + "`\n"));
   const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_, "--out=" + (folder_ / "more")});
   ASSERT_EQ(resumed.status, 0) << resumed.err;
   ASSERT_EQ(RunProgram(Train(whole_)).status, 0);
@@ -96,7 +98,9 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
   ExpectOneLine({"train", "--resume=" + out_, "--set=adam.views_per_iteration=2"},
                 HasSubstr("adam.views_per_iteration=1, which cannot become 2"));
   ExpectOneLine({"train", "--resume=" + out_, "--iterations=200"}, HasSubstr("iterations of Adam are done"));
-  ExpectOneLine({"train", "--resume=" + (folder_ / "none")}, HasSubstr("none/checkpoint.vesta"));
+  ExpectOneLine({"train", "--resume=" + (folder_ / "none")},
+                AllOf(HasSubstr("none/checkpoint.vesta: no such file"), HasSubstr("--checkpoint_every")));
+  ExpectOneLine({"train", "--resume=" + out_, "--preset=paper"}, HasSubstr(", as --preset=paper has it,"));
   ExpectOneLine(Train(whole_, {"--checkpoint_every=often"}),
                 HasSubstr("--checkpoint_every=often: it must be a number of iterations"));
   // A longer LM is the resumed run's own affair.

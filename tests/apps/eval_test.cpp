@@ -103,6 +103,12 @@ TEST_F(AlignedEval, SaysWhichViewsItCouldNotFit) {
   EXPECT_EQ(numbers["aligned"]["not_found"], 2);
   EXPECT_EQ(numbers["aligned"]["views"][0]["status"], "flat image");
   EXPECT_EQ(numbers["aligned"]["psnr"], numbers["test"]["psnr"]);
+  // Of no test views nothing was measured, which is not 0 dB.
+  const ProgramOutput none = Eval({"--align=pose+colour", "--test_every=0"});
+  ASSERT_EQ(none.status, 0) << none.err;
+  EXPECT_THAT(none.out, AllOf(HasSubstr("\naligned    0        -        -\n"), Not(HasSubstr("moved by"))));
+  EXPECT_TRUE(Numbers()["aligned"]["psnr"].is_null());
+  EXPECT_TRUE(Numbers()["aligned"]["moved_pixels"].is_null());
 }
 
 }  // namespace

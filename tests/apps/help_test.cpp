@@ -93,6 +93,8 @@ TEST(Help, CommandListsItsFlagsAlone) {
                            "--show=colour|depth|median_depth|normals"}) {
     EXPECT_THAT(render, HasSubstr(flag));
   }
+  EXPECT_THAT(train, HasSubstr("`vesta help train --all` has more flags, and the keys of --set."));
+  EXPECT_THAT(Help({"help", "bundle_adjust"}), HasSubstr("`vesta help bundle_adjust --all` has more flags."));
   const std::string eval = Help({"help", "eval"});
   EXPECT_THAT(eval, HasSubstr("--json=FILE"));
   EXPECT_THAT(eval, HasSubstr("--align=none|pose|pose+colour"));

@@ -21,6 +21,8 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   const ProgramOutput output = Train(out_, {"--iterations=60", "--refine_cameras=pose+exposure"});
   ASSERT_EQ(output.status, 0) << output.err;
   EXPECT_THAT(output.out, HasSubstr("cameras moved by "));
+  EXPECT_THAT(output.out,
+              HasSubstr("`vesta eval " + Ply(out_) + " " + scene_ + " --align=pose+colour` fits them first"));
   EXPECT_THAT(FilesIn(out_), UnorderedElementsAre("point_cloud.ply", "metrics.json", "report.html", "cameras"));
   const gs::ColmapModel found = gs::ReadColmapModel(out_ + "/cameras"), given = TinyModel();
   ASSERT_EQ(found.images.size(), given.images.size());
@@ -38,6 +40,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
     }
   }
   const json metrics = Metrics(out_);
+  EXPECT_THAT(metrics["notes"].back(), HasSubstr("test views are measured by their cameras and exposures as given"));
   EXPECT_EQ(metrics["cameras"]["views"].size(), 8u);
   EXPECT_GT(metrics["cameras"]["moved_pixels_most"], 0.0);
   EXPECT_GT(metrics["cameras"]["gain_most"], 0.0);

@@ -90,7 +90,9 @@ TEST(Bounds, RefuseWhatIsEmptyAndAStartOutside) {
   EXPECT_THROW(BoundedProblem<Cpu>(inner, {std::nan(""), 0}, {1, 1}), Error);
   BoundedProblem<Cpu> problem(inner, {0, 0}, {1, 1});
   Cpu::Vector x = Vector({2, 0.5});
-  EXPECT_EQ(SolveLm<Cpu>(LmOptions(), backend, problem, x.view()).status, LmStatus::kInfeasible);
+  const LmSummary summary = SolveLm<Cpu>(LmOptions(), backend, problem, x.view());
+  EXPECT_EQ(summary.status, LmStatus::kInfeasible);
+  EXPECT_EQ(summary.message, "the start violates a bound: entry 0: 2 is not within [0, 1]; move it inside");
   EXPECT_EQ(x[0], 2);
 }
 

@@ -1,6 +1,7 @@
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 
 #include "problems/gaussian_splatting/cameras/fit_exposure.h"
@@ -11,6 +12,9 @@
 
 namespace vesta::gs {
 namespace {
+
+// Nothing was measured, which is not 0 dB.
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 // Columns begin..end.
 Image Columns(const Image& image, int begin, int end) {
@@ -44,6 +48,7 @@ bool HasCountedHalves(const Image& image) {
 void MeasureHalves(ImageQualityMeter& meter, const PhotometricWeights& weights, const Image& rendered,
                    const Image& truth, AlignedView& view) {
   const int middle = truth.width / 2;
+  view.has_halves = true;
   const Image left = Columns(rendered, 0, middle), left_truth = Columns(truth, 0, middle);
   view.exposure =
       FitExposure(ValuesOf(left), ValuesOf(left_truth), {middle, truth.height}, weights, MaskOf(left_truth));
@@ -56,11 +61,14 @@ void MeasureHalves(ImageQualityMeter& meter, const PhotometricWeights& weights, 
 
 Quality Mean(const std::vector<AlignedView>& views, ImageQuality AlignedView::*of) {
   Quality mean;
+  const bool is_of_halves = of != &AlignedView::whole;
   for (const AlignedView& view : views) {
+    if (is_of_halves && !view.has_halves) continue;
     mean.psnr += (view.*of).psnr, mean.ssim += (view.*of).ssim;
     ++mean.views;
   }
-  if (mean.views > 0) mean.psnr /= mean.views, mean.ssim /= mean.views;
+  mean.psnr = mean.views > 0 ? mean.psnr / mean.views : kNothing;
+  mean.ssim = mean.views > 0 ? mean.ssim / mean.views : kNothing;
   return mean;
 }
 
@@ -77,13 +85,14 @@ AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, c
     AlignedView aligned;
     aligned.name = view.name;
     aligned.alignment = AlignView(model, view, options);
-    const splat::CameraMotion& motion = aligned.alignment.found.motion;
-    aligned.degrees = motion.Angle() * 180 / std::numbers::pi;
-    aligned.pixels = MedianShift(model, view, MovedView(view, motion), options.near);
-    const Image rendered = renderer.Render(model, MovedView(view, motion));
+    const View moved = AsFound(view, aligned.alignment.found);
+    aligned.degrees = aligned.alignment.found.motion.Angle() * 180 / std::numbers::pi;
+    aligned.pixels = MedianShift(model, view, moved, options.near);
+    const Image rendered = renderer.Render(model, moved);
     aligned.whole = Measure(meter, rendered, view.image);
-    if (options.free.color && HasCountedHalves(view.image))
+    if (options.free.color && HasCountedHalves(view.image)) {
       MeasureHalves(meter, options.weights, rendered, view.image, aligned);
+    }
     degrees.push_back(aligned.degrees);
     pixels.push_back(aligned.pixels);
     evaluation.not_found += aligned.alignment.is_found() ? 0 : 1;
@@ -94,10 +103,9 @@ AlignedEvaluation EvaluateAligned(const SplatModel& model, const Scene& scene, c
     evaluation.right = Mean(evaluation.views, &AlignedView::right);
     evaluation.right_exposed = Mean(evaluation.views, &AlignedView::right_exposed);
   }
-  if (!evaluation.views.empty()) {
-    evaluation.degrees = Median(std::move(degrees));
-    evaluation.pixels = Median(std::move(pixels));
-  }
+  const bool has_views = !evaluation.views.empty();
+  evaluation.degrees = has_views ? Median(std::move(degrees)) : kNothing;
+  evaluation.pixels = has_views ? Median(std::move(pixels)) : kNothing;
   return evaluation;
 }
 

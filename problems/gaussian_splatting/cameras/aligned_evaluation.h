@@ -17,16 +17,19 @@ struct AlignedView {
   Alignment alignment;
   double degrees = 0, pixels = 0;  // that the camera turned by, and MedianShift
   ImageQuality whole;
-  // Of its right half, as rendered and with the exposure; only where exposures are fitted.
+  // Of its right half, as rendered and with the exposure; where exposures are fitted, and both halves have pixels that
+  // count.
+  bool has_halves = false;
   ImageQuality right, right_exposed;
   AffineColor exposure;
 };
 
 struct AlignedEvaluation {
   std::vector<AlignedView> views;
-  // Means over the views, those that could not be fitted as they are.
+  // Means over the views, those that could not be fitted as they are; of halves over the views that have them. NaN
+  // where there are none.
   Quality whole, right, right_exposed;
-  // Medians over the views of how far cameras moved.
+  // Medians over the views of how far cameras moved; NaN likewise.
   double degrees = 0, pixels = 0;
   int not_found = 0;  // views that could not be fitted
 };

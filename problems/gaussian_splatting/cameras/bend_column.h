@@ -7,15 +7,17 @@
 
 namespace vesta::gs {
 
-// k: 0 for k1, 1 for k2. image, column: three planes of the target's image, in the memory of B.
+// k: 0 for k1, 1 for k2. about: the lens, as given, that photographs are unbent about, for the target's size. image,
+// column: three planes of the target's image, in the memory of B.
 template <class B>
-void BendColumn(const TargetView<B>& target, int k, typename B::ConstView image, typename B::View column) {
+void BendColumn(const TargetView<B>& target, const splat::Lens& about, int k, typename B::ConstView image,
+                typename B::View column) {
   constexpr Index kGrain = 1 << 14;  // pixels
   const splat::PosedCamera& camera = target.camera;
   const std::uint8_t* const mask = target.mask.size() > 0 ? target.mask.data() : nullptr;
-  ForEach<typename B::Space>(Index{camera.width} * camera.height, kGrain,
-                             BendDerivative<typename B::Scalar>{image.data(), mask, column.data(), camera.width,
-                                                                camera.height, camera.lens, k + 1});
+  ForEach<typename B::Space>(
+      Index{camera.width} * camera.height, kGrain,
+      BendDerivative<typename B::Scalar>{image.data(), mask, column.data(), camera.width, camera.height, about, k + 1});
 }
 
 }  // namespace vesta::gs

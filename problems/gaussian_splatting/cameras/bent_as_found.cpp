@@ -7,6 +7,7 @@
 
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/cameras/shared_lenses.h"
 #include "problems/gaussian_splatting/cameras/unbend.h"
 #include "solver/block_problem.h"
 #include "solver/levenberg_marquardt.h"
@@ -104,8 +105,7 @@ double BendAsFound(const Scene& scene, const std::vector<ViewUnknowns>& found, s
     if (!given.bent) continue;
     // Most views share a lens.
     const auto same = [&](std::size_t other) {
-      return scene.views[other].camera == given.camera && scene.views[other].bent == given.bent &&
-             lenses[other] == lenses[v];
+      return ShareALens(scene.views[other], given) && lenses[other] == lenses[v];
     };
     std::size_t first = 0;
     while (!same(first)) ++first;

@@ -52,7 +52,9 @@ CameraEvidence EvidenceOf(const SplatModel& model, const std::vector<View>& view
   if (views.empty()) return evidence;
   evidence.pose = Median(std::move(gains));
   evidence.pixels = moved.pixels;
-  evidence.exposure = 1 - std::pow(10, (exposed.right.psnr - exposed.right_exposed.psnr) / 20);
+  if (exposed.right.views > 0) {
+    evidence.exposure = 1 - std::pow(10, (exposed.right.psnr - exposed.right_exposed.psnr) / 20);
+  }
   return evidence;
 }
 

@@ -352,15 +352,15 @@ const SplatGrams<B>& JointLinearization<B>::Grams() {
 template <Backend B>
 const std::vector<double>& JointLinearization<B>::MakeCurvature(JointUnit<B>& unit) {
   if (!unit.curvature.empty()) return unit.curvature;
-  ViewColumns<B> columns = ColumnsOf<B>(
-      layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
-      MovesOf<B>(layout_.free, *unit.target, unit.view, model_, unit.rendered.view(), scratch_->workspace).view());
-  for (int k = 0; k < layout_.free.radial_tangent(); ++k) {
-    const View column = columns.image(columns.num_images() - kRadialTangent + k);
-    B().Fill(0, column);
-    if (unit.unbent_by) PhotographBend<B>(*unit.target, k, column);
-    ClearLeftOut<B>(unit.target->mask, column);
-  }
+  const auto bend = [&](int k, View column) {
+    if (unit.unbent_by) {
+      PhotographBend<B>(*unit.target, k, column);
+    } else {
+      B().Fill(0, column);
+    }
+  };
+  ViewColumns<B> columns = ColumnsOf<B>(layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
+                                        MovesOf<B>(layout_.free, unit.view, model_, scratch_->workspace).view(), bend);
   unit.curvature =
       WeightedGram<B>(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
   columns = {};  // before the copy takes its room

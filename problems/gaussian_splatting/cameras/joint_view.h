@@ -7,14 +7,9 @@
 #include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/exposed_colors.h"
 #include "problems/gaussian_splatting/cameras/joint_problem.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 
 namespace vesta::gs {
-
-inline splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found) {
-  splat::PosedCamera camera = Moved(given, found.motion);
-  camera.lens = found.lens.Of(given.lens);
-  return camera;
-}
 
 inline double CornerOf(const splat::PosedCamera& given) {
   return CornerOf(Camera{given.width, given.height, given.lens});
@@ -35,7 +30,7 @@ inline std::optional<RadialCoefficients> BendOf(const JointProblemOptions& optio
 // they are near to those it was unbent by.
 template <class B>
 void PhotographBend(const TargetView<B>& target, int k, typename B::View column) {
-  BendColumn<B>(target, k, target.truth, column);
+  BendColumn<B>(target, target.camera.lens, k, target.truth, column);
 }
 
 // image += coefficient(0) times that by k1 + coefficient(1) times that by k2.

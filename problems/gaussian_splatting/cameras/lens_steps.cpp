@@ -79,7 +79,8 @@ std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& 
                            const LensStepNumbers& lens) {
   const Parts H(free, curvature);
   const Eigen::Map<const StepVector> of_lens(lens.v, free.lens_tangent());
-  const StepVector own = -H.own.ldlt().solve(StepVector(H.coupling.transpose() * of_lens));
+  StepVector own = -H.own.ldlt().solve(StepVector(H.coupling.transpose() * of_lens));
+  if (!own.allFinite()) own.setZero();
   std::vector<double> step(own.begin(), own.end());
   step.insert(step.end(), lens.v, lens.v + free.lens_tangent());
   return step;

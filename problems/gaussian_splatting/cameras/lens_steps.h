@@ -22,14 +22,15 @@ struct LensSystem {
 // own unknowns where they are best for every lens.
 void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
                LensSystem* system);
-// How far a step of a lens may go: no number of it moves what is seen `corner` from the principal point, of all pixels
-// the farthest, by more than `most`. In focal lengths.
+// How far a step of a lens may go, in focal lengths: by more than `most` no number of it moves what is seen one from
+// the principal point, nor k1 and k2 what is seen `corner` from it, of all pixels the farthest.
 struct LensLimit {
   double most = 1, corner = 1;
 };
 // The step of the lens, of whose views the same is free, by part of Gauss-Newton's. Zero where nothing is known.
 LensStepNumbers LensStep(const FreeUnknowns& free, const LensSystem& system, double part, const LensLimit& limit);
-// How a view's own unknowns follow such a step: a step of theirs, that of the lens included.
+// How a view's own unknowns follow such a step: a step of theirs, that of the lens included. They stay where that is no
+// number.
 std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature, const LensStepNumbers& lens);
 
 }  // namespace vesta::gs

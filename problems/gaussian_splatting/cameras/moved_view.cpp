@@ -9,6 +9,7 @@
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/splat_view.h"
+#include "problems/gaussian_splatting/cameras/shared_lenses.h"
 #include "problems/gaussian_splatting/model/median.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 
@@ -32,6 +33,12 @@ splat::CameraMotion MotionBetween(const View& from, const View& to) {
   return splat::MotionBetween(from.rotation.data(), from.translation.data(), to.rotation.data(), to.translation.data());
 }
 
+splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found) {
+  splat::PosedCamera camera = Moved(given, found.motion);
+  camera.lens = found.lens.Of(given.lens);
+  return camera;
+}
+
 std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnknowns>& found) {
   std::vector<LensChange> lenses(scene.views.size());
   if (found.empty()) return lenses;
@@ -45,9 +52,8 @@ std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnkno
   for (std::size_t v = 0; v < lenses.size(); ++v) {
     const View& view = scene.views[v];
     if (view.is_trained()) continue;
-    const auto same = std::ranges::find_if(of_cameras, [&](const auto& other) {
-      return other.first->camera == view.camera && other.first->bent == view.bent;
-    });
+    const auto same =
+        std::ranges::find_if(of_cameras, [&](const auto& other) { return ShareALens(*other.first, view); });
     if (same != of_cameras.end()) lenses[v] = same->second;
   }
   return lenses;

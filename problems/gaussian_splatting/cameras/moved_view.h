@@ -15,6 +15,7 @@ View MovedView(const View& view, const splat::CameraMotion& motion);
 
 // The same, and its lens as it was found.
 View AsFound(const View& view, const ViewUnknowns& found);
+splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found);
 
 // The motion that brings one view's camera to another's pose.
 splat::CameraMotion MotionBetween(const View& from, const View& to);

@@ -64,7 +64,7 @@ void CheckLenses(const std::vector<const View*>& views, const std::vector<ViewUn
   const SharedLenses lenses = LensesSharedBy(views);
   for (std::size_t v = 0; v < start.size(); ++v) {
     const LensChange& lens = start[v].lens;
-    const auto first = static_cast<std::size_t>(std::ranges::find(lenses.of, lenses.of[v]) - lenses.of.begin());
+    const std::size_t first = lenses.First(lenses.of[v]);
     VESTA_CHECK(!free.lens || lens == start[first].lens, "views {} and {} have one lens, and start from two", first, v);
     VESTA_CHECK(lens.is_sound() && lens.is_bend_sound(CornerOf(views[v]->camera)), "view {} starts from no lens", v);
     VESTA_CHECK(free.radial_tangent() > 0 || (lens.radial[0] == 0 && lens.radial[1] == 0),

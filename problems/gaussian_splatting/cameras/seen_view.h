@@ -19,6 +19,7 @@ struct SeenView {
   std::size_t view = 0;  // of the training views
   const splat::Model<float>& model;
   const TargetView<B>& target;
+  splat::Lens about;  // as given, for the size of the target: what its photograph is unbent about
   const typename SplatBackend<B>::SplatView& splats;
   const splat::SplatTangent<float>* cotangents;  // of the splats, by rank
   typename B::ConstView image, image_gradient;   // as rendered, where it takes part; of the cost by it
@@ -42,7 +43,7 @@ std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free
   typename B::Vector column;
   for (int k = 0; k < free.radial_tangent(); ++k) {
     column.ResizeForOverwrite(seen.image.size());
-    BendColumn<B>(seen.target, k, seen.image, column.view());
+    BendColumn<B>(seen.target, seen.about, k, seen.image, column.view());
     products.AddDot(typename B::ConstView(column.view()), seen.image_gradient);
   }
   const std::vector<double> sums = products.Read();

@@ -17,15 +17,13 @@ template void ViewColumns<Float>::Add(double, const double*, float*) const;
 template void ViewColumns<Float>::Add(double, const double*, double*) const;
 template void ViewColumns<Double>::Add(double, const double*, double*) const;
 template ViewColumns<Float> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<Float>&,
-                                      HostSpan<const float>, HostSpan<const float>);
+                                      HostSpan<const float>, HostSpan<const float>, const FillBendColumn<Float>&);
 template ViewColumns<Double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<Double>&,
-                                       HostSpan<const double>, HostSpan<const double>);
-template HostBuffer<float> MovesOf<Float>(const FreeUnknowns&, const TargetView<Float>&, const splat::SplatView<float>&,
-                                          const splat::Model<float>&, HostSpan<const float>,
-                                          splat::ViewWorkspace<float>&);
-template HostBuffer<double> MovesOf<Double>(const FreeUnknowns&, const TargetView<Double>&,
-                                            const splat::SplatView<double>&, const splat::Model<double>&,
-                                            HostSpan<const double>, splat::ViewWorkspace<double>&);
+                                       HostSpan<const double>, HostSpan<const double>, const FillBendColumn<Double>&);
+template HostBuffer<float> MovesOf<Float>(const FreeUnknowns&, const splat::SplatView<float>&,
+                                          const splat::Model<float>&, splat::ViewWorkspace<float>&);
+template HostBuffer<double> MovesOf<Double>(const FreeUnknowns&, const splat::SplatView<double>&,
+                                            const splat::Model<double>&, splat::ViewWorkspace<double>&);
 template std::vector<double> WeightedGram(const ViewColumns<Float>&, PhotometricLoss<float>&,
                                           const PhotometricLoss<float>::Linearization&, ViewColumns<Float>*);
 template std::vector<double> WeightedGram(const ViewColumns<Double>&, PhotometricLoss<double>&,

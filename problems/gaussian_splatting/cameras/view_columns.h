@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
@@ -57,16 +58,19 @@ class ViewColumns {
 };
 
 // The derivatives of the image that is shown, color of `rendered`, by the view's unknowns; zero where the target's mask
-// leaves pixels out. moves: MovesOf the rendered image. Of this and what follows, bodies are in view_columns.inl.
+// leaves pixels out. moves: MovesOf the view. bend: fills the column of k1 (0) or k2 (1), where they are free. Of this
+// and what follows, bodies are in view_columns.inl.
+template <class B>
+using FillBendColumn = std::function<void(int k, typename B::View column)>;
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
-                         typename B::ConstView rendered, typename B::ConstView moves);
-// The derivatives of the image of a view, `rendered`, by the numbers of its pose and of its lens that are free, one
-// after the other.
+                         typename B::ConstView rendered, typename B::ConstView moves,
+                         const FillBendColumn<B>& bend = nullptr);
+// The derivatives of the image of a view by the numbers of its pose and of its pinhole that are free, one after the
+// other.
 template <class B>
-typename B::Vector MovesOf(const FreeUnknowns& free, const TargetView<B>& target,
-                           const typename SplatBackend<B>::SplatView& view,
-                           const splat::Model<typename B::Scalar>& model, typename B::ConstView rendered,
+typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+                           const splat::Model<typename B::Scalar>& model,
                            typename SplatBackend<B>::Workspace& workspace);
 
 // J^T W J, square, free.num_tangent() numbers a side. weighted: unless null becomes W J.

@@ -6,7 +6,6 @@
 
 #include "kernels/core/for_each.h"
 #include "problems/gaussian_splatting/cameras/add_columns.h"
-#include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/exposed_colors.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/view_columns.h"
@@ -66,12 +65,12 @@ void ViewColumns<B>::Add(double scale, const double* v, U* u) const {
 
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
-                         typename B::ConstView rendered, typename B::ConstView moves) {
+                         typename B::ConstView rendered, typename B::ConstView moves, const FillBendColumn<B>& bend) {
   B backend;
   ViewColumns<B> columns(free, target.shape());
   const Index values = target.shape().NumValues();
   const int pose = free.pose_tangent(), first_of_lens = pose + (free.color ? 2 : 0);
-  for (int move = 0; move < pose + free.lens_tangent(); ++move) {
+  for (int move = 0; move < pose + free.pinhole_tangent(); ++move) {
     const typename B::View image = columns.image(move < pose ? move : first_of_lens + move - pose);
     backend.Copy(moves.subspan(move * values, values), image);
     ScaleChannels<B>(ChannelsOf<typename B::Scalar>(color.gain), image);
@@ -80,19 +79,19 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
     backend.Copy(rendered, columns.image(pose));
     backend.Fill(1, columns.image(pose + 1));
   }
+  for (int k = 0; k < free.radial_tangent(); ++k) bend(k, columns.image(first_of_lens + free.Radial(k)));
   for (int k = 0; k < columns.num_images(); ++k) ClearLeftOut<B>(target.mask, columns.image(k));
   return columns;
 }
 
 template <class B>
-typename B::Vector MovesOf(const FreeUnknowns& free, const TargetView<B>& target,
-                           const typename SplatBackend<B>::SplatView& view,
-                           const splat::Model<typename B::Scalar>& model, typename B::ConstView rendered,
+typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
+                           const splat::Model<typename B::Scalar>& model,
                            typename SplatBackend<B>::Workspace& workspace) {
   const Index values = ImageShape::kChannels * view.num_pixels();
   const int pose = free.pose_tangent();
   typename B::Vector moves;
-  moves.ResizeForOverwrite((pose + free.lens_tangent()) * values);
+  moves.ResizeForOverwrite((pose + free.pinhole_tangent()) * values);
   for (int k = 0; k < pose; ++k) {
     splat::PoseTangent unit;
     unit.v[k] = 1;
@@ -102,9 +101,6 @@ typename B::Vector MovesOf(const FreeUnknowns& free, const TargetView<B>& target
     splat::LensTangent unit;
     unit.v[k] = 1;
     ApplyLensJ(view, unit, moves.data() + (pose + k) * values, workspace);
-  }
-  for (int k = 0; k < free.radial_tangent(); ++k) {
-    BendColumn<B>(target, k, rendered, moves.view().subspan((pose + free.Radial(k)) * values, values));
   }
   return moves;
 }

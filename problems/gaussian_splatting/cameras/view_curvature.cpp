@@ -3,6 +3,7 @@
 namespace vesta::gs {
 
 template std::vector<double> ViewCurvature(const FreeUnknowns&, const std::array<double, 3>&,
-                                           const splat::Model<float>&, const TargetView<CpuBackend<float>>&);
+                                           const splat::Model<float>&, const TargetView<CpuBackend<float>>&,
+                                           const splat::Lens&);
 
 }  // namespace vesta::gs

@@ -10,9 +10,10 @@
 namespace vesta::gs {
 
 // H = J^T W J of the view as it stands, without an exposure, by the default weights: square, free.num_tangent() numbers
-// a side. Body in view_curvature.inl.
+// a side. about: as SeenView has it. Body in view_curvature.inl.
 template <class B>
 std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
-                                  const splat::Model<float>& model, const TargetView<B>& target);
+                                  const splat::Model<float>& model, const TargetView<B>& target,
+                                  const splat::Lens& about);
 
 }  // namespace vesta::gs

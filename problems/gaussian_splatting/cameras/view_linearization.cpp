@@ -19,7 +19,7 @@ template <class S>
 ViewLinearization<S>::ViewLinearization(const FreeUnknowns& free, const AffineColor& color,
                                         const TargetView<CpuBackend<S>>& target, HostBuffer<S>&& rendered,
                                         HostBuffer<S>&& moves, std::shared_ptr<PhotometricLoss<S>> loss)
-    : columns_(ColumnsOf(free, color, target, rendered.view(), moves.view())), loss_(std::move(loss)) {
+    : columns_(ColumnsOf<CpuBackend<S>>(free, color, target, rendered.view(), moves.view())), loss_(std::move(loss)) {
   moves = {};
   const Index n = num_residuals();
   HostBuffer<S> shown = std::move(rendered), image_gradient(n);

@@ -8,17 +8,17 @@
 
 namespace vesta::gs {
 
-// Adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2 + |lens|^2) to the cost of a view, for each of
-// its image's values; v: the vector part of the motion's quaternion, so that 2 |v| is the angle while that is small; t:
-// its translation; lens: what is found of its lens (LensChange), k1 and k2 by what they move the corner by, in parts of
-// its distance. Only of what is free. It biases what photographs tell
-// little of: by the default, gains of 0.9 to 1.1 of small dark photographs came out up to 0.02 too near to 1, by 1e-4
-// up to 0.003 (refine_jointly_test.cpp).
+// The image of a view that the prior is of.
 struct ImageOfPrior {
   Index values = 0;
   double corner = 1;  // CornerOf its camera
 };
 
+// Adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2 + |lens|^2) to the cost of a view, for each of
+// its image's values; v: the vector part of the motion's quaternion, so that 2 |v| is the angle while that is small; t:
+// its translation; lens: what is found of its lens (LensChange), k1 and k2 by what they move the corner by, in parts of
+// its distance. Only of what is free. It biases what photographs tell little of: by the default, gains of 0.9 to 1.1 of
+// small dark photographs came out up to 0.02 too near to 1, by 1e-4 up to 0.003 (refine_jointly_test.cpp).
 struct ViewPrior {
   double weight = 0.01;  // >= 0
   double depth = 1;      // of what the views see, world units, > 0

@@ -1,6 +1,7 @@
 #include "problems/gaussian_splatting/cameras/view_problem.h"
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/cameras/view_linearization.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 
@@ -11,6 +12,7 @@ ViewProblem<S>::ViewProblem(const ViewProblemOptions& options, const splat::Mode
                             const TargetView<CpuBackend<S>>& target)
     : options_(options), model_(model), target_(target), loss_(std::make_shared<PhotometricLoss<S>>(options.weights)) {
   VESTA_CHECK(options.free.num_tangent() > 0, "a view with nothing to find");
+  VESTA_CHECK(options.free.radial_tangent() == 0, "a bend, which a view alone does not show; find it jointly");
   VESTA_CHECK(target.truth.size() == target.shape().NumValues(), "a truth image of {} values for a view of {} x {}",
               target.truth.size(), target.camera.width, target.camera.height);
   image_.ResizeForOverwrite(target.truth.size());
@@ -18,9 +20,7 @@ ViewProblem<S>::ViewProblem(const ViewProblemOptions& options, const splat::Mode
 
 template <class S>
 void ViewProblem<S>::Build(const ViewUnknowns& unknowns) {
-  splat::PosedCamera camera = Moved(target_.camera, unknowns.motion);
-  camera.lens = unknowns.lens.Of(camera.lens);
-  view_.Build(model_, camera, options_.background.data(), workspace_);
+  view_.Build(model_, AsFound(target_.camera, unknowns), options_.background.data(), workspace_);
 }
 
 template <class S>
@@ -46,7 +46,7 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
   HostBuffer<S> rendered;
   rendered.ResizeForOverwrite(target_.shape().NumValues());
   view_.Render(rendered.data());
-  HostBuffer<S> moves = MovesOf<CpuBackend<S>>(options_.free, target_, view_, model_, rendered.view(), workspace_);
+  HostBuffer<S> moves = MovesOf<CpuBackend<S>>(options_.free, view_, model_, workspace_);
   return std::make_unique<ViewLinearization<S>>(options_.free, unknowns.color, target_, std::move(rendered),
                                                 std::move(moves), loss_);
 }

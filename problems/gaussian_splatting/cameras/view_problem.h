@@ -24,7 +24,7 @@ template <class S>
 class ViewProblem final : public Problem<CpuBackend<double>> {
  public:
   // What model and target point to must outlive the problem. target.camera: where motions start. Throws Error where
-  // nothing is free, or for a truth that is not of the view's size.
+  // nothing is free, or radial distortion is, or for a truth that is not of the view's size.
   ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model, const TargetView<CpuBackend<S>>& target);
 
   Index num_parameters() const override { return kViewParameters; }

@@ -40,7 +40,8 @@ void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
         "{}: no such image, but the model in {} names it ({} of {} images are missing); add it, remove it from the "
         "model{}",
         first->image_path, path, missing, all,
-        missing == all ? "" : ", or leave out what is missing by --allow_missing");
+        missing == all ? ", or name the folder that they are in by --images"
+                       : ", or leave out what is missing by --allow_missing");
   }
   std::erase_if(views, is_missing);
   scene->notes.push_back(

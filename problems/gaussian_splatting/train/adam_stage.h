@@ -88,14 +88,12 @@ class AdamStage {
   void Restore(const std::string& bytes) {
     try {
       ArchiveReader reader(bytes);
-      reader(*state_);
+      session_.ReadSavedStage([&] { reader(*state_); });
     } catch (const OutOfDeviceMemory&) {
       state_.reset();  // it has not begun
       throw;
-    } catch (const Error&) {
-      session_.RefuseSavedStage();
     }
-    if (!state_->IsWhole()) session_.RefuseSavedStage();
+    if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.RefuseSavedStage();
   }
 
   StageProgress Progress() const {

@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <string_view>
@@ -17,7 +18,7 @@ namespace {
 // The file: these eight bytes, the version, RunState, the stage's state, and the CRC-32 of all before it.
 constexpr std::string_view kMagic = "vestaTRN";
 // To be raised whenever a Visit that takes part changes.
-constexpr std::uint32_t kVersion = 9;
+constexpr std::uint32_t kVersion = 10;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
   if (bytes.empty()) return before;  // of a null pointer zlib's is that of the start
@@ -33,7 +34,8 @@ std::string_view BytesOf(const T& value) {
 // The checksum holds of what others have written too.
 bool IsPossible(const RunState& run) {
   const auto is_stage = [](Stage stage) { return stage == Stage::kAdam || stage == Stage::kLm; };
-  return is_stage(run.stage) && run.iteration >= 0 &&
+  const auto is_time = [](double seconds) { return std::isfinite(seconds) && seconds >= 0; };
+  return is_stage(run.stage) && run.iteration >= 0 && is_time(run.seconds) && is_time(run.eval_seconds) &&
          std::all_of(run.history.begin(), run.history.end(),
                      [&](const HistoryRow& row) { return is_stage(row.stage); });
 }
@@ -53,6 +55,11 @@ std::uint64_t FingerprintOf(const Scene& scene) {
     auto rotation = view.rotation;
     auto translation = view.translation;
     writer(name, camera.width, camera.height, camera.lens, role, rotation, translation);
+    if (!view.bent) continue;
+    BentCamera bent = *view.bent;
+    Distortion& of_lens = bent.distortion;
+    writer(bent.camera.width, bent.camera.height, bent.camera.lens, of_lens.is_fisheye, of_lens.radial,
+           of_lens.tangential);
   }
   return hash;
 }

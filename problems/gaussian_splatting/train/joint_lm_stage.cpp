@@ -1,6 +1,8 @@
 // The options of the LM stage that finds cameras, and the stage on the host.
 #include "problems/gaussian_splatting/train/joint_lm_stage.h"
 
+#include <algorithm>
+
 namespace vesta::gs {
 namespace {
 
@@ -18,7 +20,7 @@ FreeUnknowns FreeIn(const TrainingSession& session) {
 JointOptions JointOptionsOf(const TrainingSession& session, int done, bool eliminate_views) {
   const TrainOptions& options = session.options();
   return {.free = FreeIn(session),
-          .iterations = options.lm.iterations - done,
+          .iterations = std::max(0, options.lm.iterations - done),
           .lm = options.lm,
           .rates = options.rates,
           .background = options.background,

@@ -71,7 +71,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
   const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(given.size()));
   if (options.free.radial && !start.saved()) start.shape.unbent_by = BendsFound(cameras);
   if (start.saved() && !AreBendsOf(given, options.free, start.shape.unbent_by)) session.RefuseSavedStage();
-  int finished = 0;  // iterations, whose best model and cameras are
+  int finished = start.finished();  // iterations, whose best model and cameras are
   try {
     std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
     std::vector<TargetView<B>> targets = MakeTargets<B>(given, options.near, own, &photographs);
@@ -86,7 +86,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
       x.CopyFrom(JointStart(layout, model, cameras.found()));
       return LmStepper<E>(engine, backend, *solved, std::move(x));
     };
-    LmStepper<E> stepper = start.saved() ? LmStepper<E>(engine, backend, *solved, start.solve()) : from_found();
+    LmStepper<E> stepper = start.saved() ? start.template GoOn<LmStepper<E>>(engine, backend, *solved) : from_found();
     const auto found = [&] {
       const ConstRest<E> rest(stepper.x(), layout.splats);
       std::vector<ViewUnknowns> views;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -44,7 +45,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
     return SplatProblem<B>(options, targets);
   };
   int& done = start.shape.done;
-  int finished = 0;  // iterations since, whose best the model is
+  int finished = start.finished();  // iterations since, whose best the model is
   bool resumes = start.saved();
   for (;;) {
     try {
@@ -55,8 +56,8 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       typename E::Vector x;
       x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
-      engine.max_iterations = iterations - done;
-      LmStepper<E> stepper = std::exchange(resumes, false) ? LmStepper<E>(engine, backend, *solved, start.solve())
+      engine.max_iterations = std::max(0, iterations - done);
+      LmStepper<E> stepper = std::exchange(resumes, false) ? start.template GoOn<LmStepper<E>>(engine, backend, *solved)
                                                            : LmStepper<E>(engine, backend, *solved, std::move(x));
       LmModel<B, E> best(session, stepper, targets, problem.workspace(), model);
       std::string report = RunLmSteps(session, stepper, start.shape, best.Recorded(), [&] {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "problems/gaussian_splatting/lm/engine_options.h"
@@ -24,24 +25,32 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
 // Where the stage starts: anew, or from what was saved.
 class LmStart {
  public:
+  // Throws Error, which names the checkpoint, where what was saved is no state of this stage.
   LmStart(TrainingSession& session, const SplatModel& model)
-      : saved_(session.TakeSavedStage(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
-    if (saved_) {
-      reader_(shape);
-    } else {
+      : session_(session), saved_(session.TakeSavedStage(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
+    if (!saved_) {
       shape = {model, 0, TrainingUnits(session, model)};
+      return;
     }
+    session.ReadSavedStage([&] { reader_(shape); });
+    if (shape.done < 0 || shape.done > session.first_iteration()) session.RefuseSavedStage();
   }
   LmStart(const LmStart&) = delete;
   LmStart& operator=(const LmStart&) = delete;
 
   bool saved() const { return saved_.has_value(); }
-  // The saved solve, once.
-  ArchiveReader& solve() { return reader_; }
+  // A stepper, by what it is made of and the saved solve; once. Throws as the constructor.
+  template <class Stepper, class... Args>
+  Stepper GoOn(Args&&... args) {
+    return session_.ReadSavedStage([&] { return Stepper(std::forward<Args>(args)..., reader_); });
+  }
+  // Iterations of the saved solve, whose best the model is that the stage begins with.
+  int finished() const { return saved_ ? session_.first_iteration() - shape.done : 0; }
 
   LmStageShape shape;
 
  private:
+  TrainingSession& session_;
   std::optional<std::string> saved_;
   ArchiveReader reader_;
 };

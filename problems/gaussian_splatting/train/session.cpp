@@ -135,9 +135,9 @@ std::optional<std::string> TrainingSession::TakeSavedStage(Stage stage) {
   return stage == first_stage() ? std::exchange(saved_stage_, std::nullopt) : std::nullopt;
 }
 
-void TrainingSession::RefuseSavedStage() const {
-  Fail("{}: holds no state that this training could have had; resume from another checkpoint, or train anew",
-       callbacks_.resume->path);
+void TrainingSession::RefuseSavedStage(const std::string& why) const {
+  Fail("{}: holds no state that this training could have had{}; resume from another checkpoint, or train anew",
+       callbacks_.resume->path, why.empty() ? "" : fmt::format(" ({})", why));
 }
 
 void TrainingSession::Resume(const Checkpoint& checkpoint) {

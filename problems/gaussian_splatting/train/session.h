@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/over_ranks.h"
 #include "problems/gaussian_splatting/train/trainer.h"
@@ -15,10 +16,11 @@
 
 namespace vesta::gs {
 
-// Seconds of the run: a clock that started `before` seconds ago and stands still while an evaluation runs.
+// Seconds of the run: a clock that has gone for `before` seconds, and stood still for `paused`, and stands still while
+// an evaluation runs.
 class TrainingClock {
  public:
-  explicit TrainingClock(double before) : start_(Now() - before) {}
+  TrainingClock(double before, double paused) : start_(Now() - before - paused), paused_(paused) {}
   double Seconds() const { return Now() - start_ - paused_; }
   // With the time that it has stood still.
   double Total() const { return Now() - start_; }
@@ -53,8 +55,7 @@ class TrainingClock {
   static double Now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   }
-  double start_;
-  double paused_ = 0;
+  double start_, paused_;
 };
 
 // A model for the history, in whatever memory it is.
@@ -78,7 +79,8 @@ class TrainingSession {
         fingerprint_(FingerprintOf(scene)),
         options_(options),
         callbacks_(callbacks),
-        clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0)),
+        clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0),
+               callbacks.resume ? callbacks.resume->run.eval_seconds : 0),
         renderer_(options.background, NearPlane(scene)) {
     mask_bytes_ = MostOfAll(OwnMaskBytes());
     if (callbacks.resume) Resume(*callbacks.resume);
@@ -167,15 +169,27 @@ class TrainingSession {
   }
   // What the first of several processes says, where each would say something else, as by its clock. Called by all.
   double OfFirst(double mine) const { return trains_alone() ? mine : GatherValues(*ranks(), std::vector{mine})[0]; }
-  // The stage that a resumed training was in; Adam's where nothing is resumed.
+  // The stage that a resumed training was in, Adam's where nothing is resumed; and how many iterations of it are done.
   Stage first_stage() const { return callbacks_.resume ? callbacks_.resume->run.stage : Stage::kAdam; }
+  int first_iteration() const { return callbacks_.resume ? callbacks_.resume->iteration() : 0; }
   const std::optional<std::string>& saved_stage() const { return saved_stage_; }
   // The state of this stage that was saved, once; none where the stage begins anew.
   std::optional<std::string> TakeSavedStage(Stage stage);
   // For another to take.
   void GiveBackSavedStage(std::optional<std::string> saved) { saved_stage_ = std::move(saved); }
-  // Where it cannot be one: throws Error, which names the checkpoint.
-  [[noreturn]] void RefuseSavedStage() const;
+  // Where it cannot be one: throws Error, which names the checkpoint, and why where that is known; so does reading it
+  // where that fails.
+  [[noreturn]] void RefuseSavedStage(const std::string& why = "") const;
+  template <class Read>
+  auto ReadSavedStage(const Read& read) const {
+    try {
+      return read();
+    } catch (const OutOfDeviceMemory&) {
+      throw;
+    } catch (const Error& error) {
+      RefuseSavedStage(error.what());
+    }
+  }
 
   // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there
   // of what is otherwise copied to the host.

@@ -42,6 +42,30 @@ CameraChoice StageCameras::Choice(const StageCamerasState& state) const {
   return options_.refine == CameraChoice::kAuto ? state.chosen.value_or(CameraChoice::kNone) : options_.refine;
 }
 
+// Of curvatures no numbers are no harm: nor are they where they were measured so.
+bool StageCameras::IsState(const StageCamerasState& state) const {
+  if (state.chosen) {
+    const bool could_choose = *state.chosen == CameraChoice::kNone || *state.chosen == CameraChoice::kPose;
+    if (options_.refine != CameraChoice::kAuto || !could_choose) return false;
+  }
+  const auto is_of = [](const std::vector<double>& values, int n) {
+    return values.empty() || values.size() == static_cast<std::size_t>(n);
+  };
+  const auto is_state = [&](std::size_t view) {
+    const FreeUnknowns free = FreeOf(view, state);
+    const CameraStepState& own = state.views[view];
+    const int all = free.num_tangent(), of_view = free.OwnOfView().num_tangent();
+    return is_of(own.curvature, all * all) && is_of(own.first, of_view) && is_of(own.second, of_view) && own.age >= 0 &&
+           own.steps >= 0;
+  };
+  const std::size_t views = state.views.size(), lenses = state.lenses.size();
+  if (views != 0 && views != lenses_.of.size()) return false;
+  for (std::size_t view = 0; view < views; ++view) {
+    if (!is_state(view)) return false;
+  }
+  return lenses == 0 || (FreeBy(Choice(state)).lens && lenses == lenses_.size());
+}
+
 bool StageCameras::is_deciding(const StageCamerasState& state) const {
   return options_.refine == CameraChoice::kAuto && !state.chosen;
 }
@@ -155,7 +179,9 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
     StepLens(span, lens, state);
     moved = true;
   }
-  if (state->seen > 0 && state->seen % lenses_.of.size() == 0) {
+  // As many as there are.
+  const auto epoch = [&](std::uint64_t seen) { return seen / lenses_.of.size(); };
+  if (epoch(state->seen) > epoch(seen_before_)) {
     FixGauge(span, FreeBy(Choice(*state)));
     moved = true;
   }
@@ -165,7 +191,7 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
 // Where curvatures are known motions follow the lens at once, exposures when their views are seen.
 void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
   const std::vector<ViewUnknowns>& found = session_.cameras().found();
-  const auto first = static_cast<std::size_t>(std::ranges::find(lenses_.of, lens) - lenses_.of.begin());
+  const std::size_t first = lenses_.First(lens);
   const FreeUnknowns free = FreeOf(first, *state);
   const Camera& camera = session_.cameras().given()[first]->camera;
   LensStepNumbers step = LensStep(free, state->lenses[lens], GaussNewtonPart(options_, span.before),

@@ -30,14 +30,21 @@ struct StageCamerasState {
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(views, lenses, seen, chosen);
+    int choice = chosen ? static_cast<int>(*chosen) : kNone;  // not any bytes are an optional's
+    archive(views, lenses, seen, choice);
+    if constexpr (Archive::kReads) chosen = choice == kNone ? std::nullopt : std::optional(CameraChoice{choice});
   }
+
+ private:
+  static constexpr int kNone = -1;
 };
 
 class StageCameras {
  public:
   explicit StageCameras(TrainingSession& session);
 
+  // Whether what was read can be a state of theirs.
+  bool IsState(const StageCamerasState& state) const;
   bool moves(const StageSpan& span, const StageCamerasState& state) const;
   // Whether a view is not to be trained on yet: by these it is decided whether cameras move.
   bool HoldsBack(std::size_t view, const StageCamerasState& state) const;
@@ -46,7 +53,10 @@ class StageCameras {
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
   // To be called before the views of an iteration.
-  void BeginIteration() { lens_terms_.clear(); }
+  void BeginIteration(const StageCamerasState& state) {
+    lens_terms_.clear();
+    seen_before_ = state.seen;
+  }
   // Moves the camera of the view. Where a device has no room for a view's curvature an older one serves; without any
   // the camera stays.
   template <class B>
@@ -56,7 +66,7 @@ class StageCameras {
     CameraStepState& own = state->views[seen.view];
     if (IsCurvatureDue(span, own)) {
       try {
-        own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target);
+        own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target, seen.about);
       } catch (const OutOfDeviceMemory& error) {
         NoteLackOfRoom(error.what());
       }
@@ -129,6 +139,7 @@ class StageCameras {
   double depth_;  // of what cameras see, world units
   SharedLenses lenses_;
   std::vector<LensTerm> lens_terms_;  // of the iteration
+  std::uint64_t seen_before_ = 0;     // StageCamerasState::seen as the iteration began
   bool lacked_room_ = false;
 };
 

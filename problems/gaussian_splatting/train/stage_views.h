@@ -42,6 +42,8 @@ class StageViews {
     lacks_halves_ = views.empty();
     coarse_.Hold(std::move(views), near_, Own().share());
   }
+  // Whether what was read of the cameras can be a state of theirs.
+  bool IsState(const StageCamerasState& cameras) const { return cameras_.IsState(cameras); }
   bool are_coarse() const { return !coarse_.empty(); }
   bool have_halves() const { return !lacks_halves_; }
   // The processes that share iterations; null where each does all of them.
@@ -53,7 +55,7 @@ class StageViews {
   // have moved. Of several processes each has the gradient of those Gaussians that it steps.
   double AddGradients(const StageSpan& span, int degree, AdamStageState<B>* state) {
     if (cameras_.Decides(span, state->cameras)) DecideOnCameras(state);
-    cameras_.BeginIteration();
+    cameras_.BeginIteration(state->cameras);
     const splat::Model<float> x = state->model.kernel_model(degree);
     const int attributes = splat::NumAttributes(degree), views = options_.adam.views_per_iteration;
     float* const gradient = state->model.gradient(attributes);
@@ -169,13 +171,13 @@ class StageViews {
   }
   // The camera of the view that a gradient was just added of.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, AdamStageState<B>* state) {
-    const SeenView<B> seen{view,
-                           x,
-                           targets()[view],
-                           passes().view,
-                           passes().workspace.splat_sums.data(),
-                           passes().image,
-                           passes().image_gradient};
+    const TargetView<B>& target = targets()[view];
+    const Camera given =
+        ResizeCamera(session_.cameras().given()[view]->camera, target.camera.width, target.camera.height);
+    const SeenView<B> seen{view,           x,
+                           target,         given.lens,
+                           passes().view,  passes().workspace.splat_sums.data(),
+                           passes().image, passes().image_gradient};
     cameras_.Step(span, seen, &state->cameras);
     moved_.push_back(view);
   }

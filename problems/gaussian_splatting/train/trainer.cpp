@@ -82,7 +82,9 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();
-  if (session.first_stage() == Stage::kLm && session.saved_stage()) model = ModelOfLmStage(*session.saved_stage());
+  if (session.first_stage() == Stage::kLm && session.saved_stage()) {
+    model = session.ReadSavedStage([&] { return ModelOfLmStage(*session.saved_stage()); });
+  }
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   LimitGaussians(session, stages, model);
   SetOrigins(scene, options, model);
@@ -92,7 +94,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
                              options.evaluated_views, trained));
   }
   // What it was shows what is gained. LM records where it starts itself.
-  if (is_given && options.adam.runs()) session.Record(Stage::kLm, 0, ToKernelModel(model));
+  if (is_given && options.adam.runs() && !callbacks.resume) session.Record(Stage::kLm, 0, ToKernelModel(model));
   if (options.adam.runs() && session.first_stage() == Stage::kAdam) {
     stages.adam(session, model);
     SaveBeforeLm(session, callbacks, model, &result);

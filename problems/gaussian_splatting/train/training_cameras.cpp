@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "kernels/core/buffer.h"
-#include "kernels/gaussian_splatting/camera_motion.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/cameras/shared_lenses.h"
 
 namespace vesta::gs {
 
@@ -36,9 +38,8 @@ bool TrainingCameras::Bends(std::size_t view) const { return FreeBy(refined_, *g
 void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
   const View& given = *given_views_[view];
   View& own = *own_views_[view];
-  own.rotation = given.rotation, own.translation = given.translation;
-  splat::MovePose(found.motion, own.rotation.data(), own.translation.data());
-  own.camera.lens = found.lens.Of(given.camera.lens);
+  const View moved = AsFound(given, found);
+  own.rotation = moved.rotation, own.translation = moved.translation, own.camera = moved.camera;
   found_[view] = found;
 }
 
@@ -81,6 +82,8 @@ double TrainingCameras::CopiedMib() const {
 
 bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
   if (found.size() != found_.size()) return false;
+  const FreeUnknowns free = FreeBy(refined_);
+  const SharedLenses lenses = LensesSharedBy(given_views_);
   for (std::size_t i = 0; i < found.size(); ++i) {
     const LensChange& lens = found[i].lens;
     HostBuffer<double> x(kViewParameters);
@@ -89,6 +92,12 @@ bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
     const bool is_bent = lens.radial[0] != 0 || lens.radial[1] != 0;
     if (!is_finite || !lens.is_sound() || !lens.is_bend_sound(CornerOf(given_views_[i]->camera))) return false;
     if (is_bent && !Bends(i)) return false;
+    if (!free.lens && !lens.is_none()) return false;
+    if (!free.color && !found[i].color.is_none()) return false;
+    if (lens != found[lenses.First(lenses.of[i])].lens) return false;
+    constexpr double kRounding = 1e-3;  // joint LM finds them in float
+    const double* const q = found[i].motion.quaternion;
+    if (std::abs(std::inner_product(q, q + 4, q, 0.0) - 1) > kRounding) return false;
     if (!std::ranges::all_of(found[i].color.gain, [](double gain) { return gain > 0; })) return false;
   }
   for (std::size_t i = 0; i < found.size(); ++i) Set(i, found[i]);

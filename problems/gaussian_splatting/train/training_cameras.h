@@ -39,8 +39,8 @@ class TrainingCameras {
   void DevelopAll();
   // Of photographs that are there twice.
   double CopiedMib() const;
-  // All of them, as they were found before; false where that cannot be: not as many, no numbers, or a bend of what was
-  // no photograph of a lens that bends.
+  // All of them, as they were found before; false where that cannot be: not as many, no numbers, what is not found, or
+  // other lenses of views that share one.
   bool Restore(const std::vector<ViewUnknowns>& found);
 
  private:

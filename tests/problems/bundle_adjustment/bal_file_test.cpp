@@ -102,6 +102,9 @@ TEST(BalFile, MissingAndUnwritable) {
   const TempFolder folder;
   ExpectError([&] { ReadBal(folder / "none.txt"); }, "none.txt: no such file");
   ExpectError([&] { ReadBal(folder.path()); }, "not a file");
+  // As they are handed round.
+  WriteBytes(folder / "packed.txt.bz2", "BZh91AY&SY");
+  ExpectError([&] { ReadBal(folder / "packed.txt.bz2"); }, "packed.txt.bz2: compressed; unpack it first");
   ExpectError([&] { WriteBal(folder / "none/a.txt", BundleData{}); }, "none/a.txt: cannot be written");
 }
 

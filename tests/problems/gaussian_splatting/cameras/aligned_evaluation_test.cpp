@@ -68,6 +68,35 @@ TEST_F(AlignedEvaluationOfARing, MeasuresExposuresOnTheOtherHalf) {
   EXPECT_LT(halved.right_exposed.psnr, 30);
 }
 
+// A view whose left half does not count cannot be fitted there, and takes no part; where there is none nothing was
+// measured, which is not 0 dB.
+TEST_F(AlignedEvaluationOfARing, MeasuresHalvesWhereThereAreTwo) {
+  options_.free.color = true;
+  const AlignedEvaluation both = EvaluateAligned(model_, scene_, options_);
+  ASSERT_EQ(both.right.views, 2);
+  const auto test_view = [&](std::size_t k) -> View& {
+    return *std::ranges::find_if(scene_.views, [&](const View& view) { return view.name == both.views[k].name; });
+  };
+  const auto mask_left = [&](View& view) {
+    view.image.mask.assign(view.image.num_pixels(), 1);
+    for (std::size_t pixel = 0; pixel < view.image.num_pixels(); ++pixel) {
+      if (pixel % 96 < 48) view.image.mask[pixel] = 0;
+    }
+  };
+  mask_left(test_view(0));
+  const AlignedEvaluation one = EvaluateAligned(model_, scene_, options_);
+  EXPECT_EQ(one.whole.views, 2);
+  EXPECT_EQ(one.right.views, 1);
+  EXPECT_FALSE(one.views[0].has_halves);
+  EXPECT_EQ(one.right.psnr, both.views[1].right.psnr);
+  EXPECT_EQ(one.right_exposed.ssim, both.views[1].right_exposed.ssim);
+  mask_left(test_view(1));
+  const AlignedEvaluation none = EvaluateAligned(model_, scene_, options_);
+  EXPECT_EQ(none.right.views, 0);
+  EXPECT_TRUE(std::isnan(none.right_exposed.psnr));
+  EXPECT_GT(none.whole.psnr, 30);
+}
+
 TEST_F(AlignedEvaluationOfARing, KeepsViewsThatCannotBeFittedAsTheyAre) {
   const Evaluation plain = Plain();
   for (View& view : scene_.views) {
@@ -89,7 +118,8 @@ TEST(AlignedEvaluation, OfNoTestViewsIsEmpty) {
   const AlignedEvaluation aligned = EvaluateAligned(model, scene, {.near = 0.01});
   EXPECT_TRUE(aligned.views.empty());
   EXPECT_EQ(aligned.whole.views, 0);
-  EXPECT_EQ(aligned.degrees, 0);
+  EXPECT_TRUE(std::isnan(aligned.degrees));
+  EXPECT_TRUE(std::isnan(aligned.whole.psnr));
 }
 
 }  // namespace

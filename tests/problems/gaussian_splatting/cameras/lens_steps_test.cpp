@@ -121,6 +121,11 @@ TEST(LensStep, StaysWhereNothingIsKnown) {
   AddToLens(kAll, gradient, ViewSystem(Wanted(kAll, {}, 1), 2).curvature, &system);
   EXPECT_EQ(system.views, 0);
   EXPECT_THROW(AddToLens(kAll, gradient, std::vector<double>(144, 1), &system), Error);
+  std::vector<double> no_numbers = ViewSystem(Wanted(kAll, {}, 1), 2).curvature;
+  no_numbers[12 * 16] = std::numeric_limits<double>::quiet_NaN();  // of the lens with the pose
+  const LensStepNumbers lens{{0.1, 0.1, 0, 0}};
+  const std::vector<double> follow = Follow(kAll, no_numbers, lens);
+  for (int k = 0; k < kAll.OwnOfView().num_tangent(); ++k) EXPECT_EQ(follow[static_cast<std::size_t>(k)], 0);
 }
 
 TEST(LensChange, IsOfTheGivenLensAndComposes) {

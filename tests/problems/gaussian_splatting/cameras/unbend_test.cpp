@@ -152,9 +152,10 @@ TEST(BendDerivative, LeadsToTheBendOfAPhotograph) {
     std::vector<float> g(model.data.size());
     const double background[3] = {};
     passes.AddGradient(kernel, target, background, g.data());
+    const splat::Lens& about = view.camera.lens;
     const SeenView<B> seen{
-        0, kernel, target, passes.view, passes.workspace.splat_sums.data(), passes.image, passes.image_gradient};
-    const std::vector<double> gradient = GradientOf(seen, kFree), H = ViewCurvature(kFree, {}, kernel, target);
+        0, kernel, target, about, passes.view, passes.workspace.splat_sums.data(), passes.image, passes.image_gradient};
+    const std::vector<double> gradient = GradientOf(seen, kFree), H = ViewCurvature(kFree, {}, kernel, target, about);
     const double a = H[28], b = H[29], c = H[35];  // the last two rows and columns of six
     found.radial[0] -= (c * gradient[4] - b * gradient[5]) / (a * c - b * b);
     found.radial[1] -= (a * gradient[5] - b * gradient[4]) / (a * c - b * b);

@@ -116,6 +116,8 @@ TEST(ViewProblem, InFloatIsThatInDouble) {
 TEST(ViewProblem, RefusesWhatIsNoProblem) {
   const ViewAndStart<float> setup;
   EXPECT_THROW(setup.Make({false, false}), Error);
+  EXPECT_NO_THROW(setup.Make({true, true, true, false}));
+  EXPECT_THROW(setup.Make({true, true, true, true}), Error) << "no bend is shown";
   TargetView<CpuBackend<float>> target = setup.target;
   target.truth = target.truth.subspan(0, target.truth.size() - 1);
   EXPECT_THROW(ViewProblem<float>({}, setup.kernel_model, target), Error);

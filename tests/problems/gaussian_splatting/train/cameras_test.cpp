@@ -115,6 +115,27 @@ TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
   }
 }
 
+// The freedoms that no photograph tells of are taken out whenever all views were through, also where that is within an
+// iteration of several.
+TEST_F(CamerasFoundAlong, TheGaugeIsHeldOnceAnEpoch) {
+  given_ = truth_;
+  for (std::size_t v = 0; v < given_.views.size(); ++v) {
+    for (float& value : given_.views[v].image.rgb) value *= static_cast<float>(0.8 + 0.04 * static_cast<double>(v));
+  }
+  TrainOptions options = Options(CameraChoice::kPoseAndExposure, 400);
+  options.adam.views_per_iteration = 4;
+  const auto train = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, 0, callbacks); };
+  const auto mean_gain = [&](int iterations) {
+    double mean = 0;
+    for (const ViewUnknowns& view : test::StoppedAt(iterations, train).run.cameras) mean += view.color.gain[0] / 10;
+    return mean;
+  };
+  // One more than that is done. Of ten views, four an iteration, all were through in the third (12), the fifth (20) and
+  // the eighth (32).
+  for (const int last : {2, 4, 7}) EXPECT_NEAR(mean_gain(last), 1, 1e-12) << last;
+  for (const int last : {3, 5, 6}) EXPECT_GT(std::abs(mean_gain(last) - 1), 1e-4) << last;
+}
+
 TEST_F(CamerasFoundAlong, BandsOfHarmonicsWaitForExposures) {
   for (const auto& [choice, first] :
        {std::pair{CameraChoice::kPose, 9}, std::pair{CameraChoice::kPoseAndExposure, 17}}) {
@@ -258,7 +279,8 @@ TEST(TrainingCameras, UnbendPhotographsThatWereUndistorted) {
   EXPECT_EQ(cameras.views()[0]->image.mask.size(), given.views[0].image.num_pixels());
   EXPECT_GT(cameras.CopiedMib(), poses.CopiedMib());
   std::vector<ViewUnknowns> found = cameras.found();
-  found[2].lens.radial[0] = 0.1, found[2].color.gain[0] = 2;
+  for (ViewUnknowns& view : found) view.lens.radial[0] = 0.1;
+  found[2].color.gain[0] = 2;
   ASSERT_TRUE(cameras.Restore(found));
   cameras.DevelopAll();
   const Image &now = cameras.views()[2]->image, &before = cameras.given()[2]->image;
@@ -268,6 +290,7 @@ TEST(TrainingCameras, UnbendPhotographsThatWereUndistorted) {
   EXPECT_NEAR(now.rgb[0], unbent.rgb[0] / 2, 1e-6);
   EXPECT_EQ(now.rgb.back(), unbent.rgb.back());
   // And back, to the bit; an exposure alone leaves every pixel where it is.
+  for (ViewUnknowns& view : found) view.lens = {};
   found[2] = {}, found[0].color.gain[0] = 2;
   ASSERT_TRUE(cameras.Restore(found));
   cameras.DevelopAll();
@@ -278,9 +301,9 @@ TEST(TrainingCameras, UnbendPhotographsThatWereUndistorted) {
   EXPECT_EQ(exposed.mask, first.mask);
   EXPECT_EQ(exposed.rgb[71], first.rgb[71] / 2);
   // No bend of what no lens has bent, nor one that folds.
-  found[2].lens.radial[0] = 0.1;
+  for (ViewUnknowns& view : found) view.lens.radial[0] = 0.1;
   EXPECT_FALSE(poses.Restore(found));
-  found[2].lens.radial[0] = -10;
+  for (ViewUnknowns& view : found) view.lens.radial[0] = -10;
   EXPECT_FALSE(cameras.Restore(found));
 }
 
@@ -290,13 +313,13 @@ TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
   TrainingCameras as_given(given, options);
   EXPECT_EQ(&as_given.scene(), &given);
   EXPECT_TRUE(as_given.found().empty());
-  options.refine = CameraChoice::kPoseAndExposure;
+  options.refine = CameraChoice::kAll;
   TrainingCameras cameras(given, options);
   ASSERT_EQ(cameras.views().size(), 10U);
   std::vector<ViewUnknowns> found = cameras.found();
   found[4].motion = test::RandomMotion(1, 0.1, 2);
   found[4].color = {{2, 1, 0.5}, {0.1, 0, 0}};
-  found[4].lens.log_focal[1] = 0.1;
+  for (ViewUnknowns& view : found) view.lens.log_focal[1] = 0.1;
   ASSERT_TRUE(cameras.Restore(found));
   const View &now = *cameras.views()[4], &before = *cameras.given()[4];
   EXPECT_EQ(now.rotation, MovedView(before, found[4].motion).rotation);
@@ -315,11 +338,31 @@ TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {
   EXPECT_EQ(now.rotation, before.rotation);
   found[2].color.gain[1] = 0;
   EXPECT_FALSE(cameras.Restore(found));
-  found[2].color.gain[1] = 1, found[2].lens.log_focal[0] = 50;
+  found[2].color.gain[1] = NAN;
   EXPECT_FALSE(cameras.Restore(found));
-  found[2].lens = {}, found[2].color.gain[1] = NAN;
+  found[2].color.gain[1] = 1;
+  for (ViewUnknowns& view : found) view.lens.log_focal[0] = 50;
+  EXPECT_FALSE(cameras.Restore(found));
+  for (ViewUnknowns& view : found) view.lens = {};
+  EXPECT_TRUE(cameras.Restore(found));
+  // They have one lens.
+  found[2].lens.log_focal[0] = 0.01;
+  EXPECT_FALSE(cameras.Restore(found));
+  found[2].lens = {};
+  for (double& q : found[2].motion.quaternion) q = 0;
   EXPECT_FALSE(cameras.Restore(found));
   EXPECT_FALSE(cameras.Restore({}));
+  // Nor what is not found.
+  options.refine = CameraChoice::kPose;
+  TrainingCameras poses(given, options);
+  std::vector<ViewUnknowns> moved(10);
+  moved[1].motion = test::RandomMotion(1, 0.1, 2);
+  EXPECT_TRUE(poses.Restore(moved));
+  moved[1].color.gain[0] = 2;
+  EXPECT_FALSE(poses.Restore(moved));
+  moved[1].color = {};
+  for (ViewUnknowns& view : moved) view.lens.log_focal[0] = 0.01;
+  EXPECT_FALSE(poses.Restore(moved));
 }
 
 }  // namespace

@@ -113,6 +113,10 @@ TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
     TrainCallbacks rest;
     rest.resume = &checkpoint;
     const TrainResult result = refine(rest);
+    const auto rows_of_starts = [](const TrainResult& of) {
+      return std::ranges::count(of.history, 0, &HistoryRow::iteration);
+    };
+    EXPECT_EQ(rows_of_starts(result), rows_of_starts(whole));
     EXPECT_EQ(result.model.layout(), whole.model.layout());
     EXPECT_EQ(result.model.data, whole.model.data);
   }
@@ -150,6 +154,9 @@ TEST_F(Checkpoints, OfAnotherSceneAreRefused) {
   scene_.views[2].camera.lens.fx *= 1.01;
   EXPECT_THAT(ErrorOf([&] { TrainUntil(Options(), Stage::kAdam, 6, true); }),
               AllOf(HasSubstr(Path("checkpoint")), HasSubstr("of other photographs or cameras")));
+  const std::uint64_t before = FingerprintOf(scene_);
+  scene_.views[3].bent = BentCamera{scene_.views[3].camera, {.radial = {-0.1}}};
+  EXPECT_NE(FingerprintOf(scene_), before) << "lenses that bend differently are others";
 }
 
 TEST_F(Checkpoints, DamageIsNamed) {
@@ -227,6 +234,42 @@ TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
         with(kLacking + 2 * sizeof(Index), Index{1}), with(kSize, Index{1} << 60), half, std::string()}) {
     EXPECT_THAT(error_of(state), AllOf(HasSubstr(Path("checkpoint")), HasSubstr("holds no state that this training")));
   }
+}
+
+// The same of LM's.
+TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
+  TrainUntil(Options(), Stage::kLm, 2, false);
+  const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
+  const auto error_of = [&](const std::string& state) {
+    RunState run = real.run;
+    WriteCheckpoint(Path("checkpoint"), run,
+                    [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
+    return ErrorOf([&] { TrainUntil(Options(), Stage::kLm, 3, true); });
+  };
+  EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
+  const auto with_done = [&](int done) {
+    LmStageShape shape;
+    ArchiveReader reader(real.stage_state);
+    reader(shape);
+    shape.done = done;
+    std::string state;
+    ArchiveWriter archive([&](std::string_view bytes) { state += bytes; });
+    archive(shape);
+    return state.append(reader.rest());
+  };
+  EXPECT_EQ(error_of(with_done(2)), "");
+  for (const std::string& state :
+       {with_done(-1), with_done(3), with_done(std::numeric_limits<int>::min()), std::string(),
+        real.stage_state.substr(0, 60), real.stage_state.substr(0, real.stage_state.size() - 40)}) {
+    EXPECT_THAT(error_of(state), AllOf(HasSubstr(Path("checkpoint")), HasSubstr("holds no state that this training")));
+  }
+  // Iterations of solves before this one that are more than are asked for now.
+  RunState run = real.run;
+  const std::string state = with_done(2);
+  WriteCheckpoint(Path("checkpoint"), run, [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
+  TrainOptions fewer = Options();
+  fewer.lm.iterations = 1;
+  EXPECT_GT(TrainUntil(fewer, Stage::kLm, 1000, true).model.count, 0);
 }
 
 // What has been trained is worth more than the file.

@@ -12,6 +12,7 @@
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/train/checkpoint_model.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "tests/problems/gaussian_splatting/cameras/bent_photograph.h"
@@ -406,6 +407,29 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   EXPECT_THAT(found.notes.front(), StartsWith("LM goes on with one view at a time: "));
   EXPECT_THAT(found.notes.back(), StartsWith("LM ends after 0 iterations: "));
   EXPECT_EQ(found.model.data, planned.model.data);
+}
+
+// What was done before a break is not done again.
+TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = test::ShortTraining(20, 4);
+  options.adam.evaluations = 1;
+  options.lm.min_gain = 0;
+  options.density.enabled = false;
+  const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+  StageRunners stages = DeviceStages();
+  const auto train = [&](const TrainCallbacks& callbacks) { return Train(scene, options, 0, callbacks, stages); };
+  const Checkpoint saved = test::StoppedAt(2, train, Stage::kLm);
+  ASSERT_EQ(saved.iteration(), 2);
+  stages.device_memory = {};  // by which it would be planned
+  const auto lm = stages.lm;
+  stages.lm = [&](TrainingSession& session, SplatModel& model, bool hold_batches) {
+    vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
+    return lm(session, model, hold_batches);
+  };
+  const TrainResult result = test::GoneOn(saved, train);
+  EXPECT_THAT(result.notes, Contains(StartsWith("LM ends after 2 iterations: ")));
+  EXPECT_EQ(result.model.data, ModelOfCheckpoint(saved, options).data);
 }
 
 }  // namespace

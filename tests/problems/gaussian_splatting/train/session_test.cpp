@@ -45,6 +45,23 @@ TEST(TrainingSession, TimeLimitIsOfAllTime) {
   EXPECT_TRUE(unlimited.HasTimeToRecord(1e6));
 }
 
+// A training that goes on has had the evaluations of before.
+TEST(TrainingSession, EvaluationsBeforeABreakAreTimeToo) {
+  const Scene scene = TrainingScene();
+  TrainOptions options;
+  options.time_limit = 100;
+  Checkpoint checkpoint;
+  checkpoint.run.scene = FingerprintOf(scene);
+  checkpoint.run.seconds = 20, checkpoint.run.eval_seconds = 60;
+  TrainCallbacks callbacks;
+  callbacks.resume = &checkpoint;
+  TrainingSession session(scene, options, 10, callbacks);
+  EXPECT_NEAR(session.Seconds(), 30, 1);
+  EXPECT_NEAR(session.EvalSeconds(), 60, 1);
+  EXPECT_NEAR(session.TotalSeconds(), 90, 1);
+  EXPECT_TRUE(session.ShouldStop(20));
+}
+
 // Room to write is kept, and a quarter for LM where it is asked for.
 TEST(TrainingSession, AdamHasTheTimeThatOthersLeave) {
   const Scene scene = TrainingScene();
