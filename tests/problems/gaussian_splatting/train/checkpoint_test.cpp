@@ -56,6 +56,11 @@ class Checkpoints : public testing::Test {
     }
     return Train(scene_, options, 0, callbacks, stages);
   }
+  // With a checksum that is right.
+  void Save(RunState run, const std::string& state) const {
+    WriteCheckpoint(Path("checkpoint"), run,
+                    [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
+  }
   static std::string ErrorIn(const std::string& path) {
     return ErrorOf([&] { ReadCheckpoint(path); });
   }
@@ -212,9 +217,7 @@ TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
   TrainUntil(Options(), Stage::kAdam, 30, false);
   const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
   const auto error_of = [&](const std::string& state) {
-    RunState run = real.run;
-    WriteCheckpoint(Path("checkpoint"), run,
-                    [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
+    Save(real.run, state);
     return ErrorOf([&] { TrainUntil(Options(), Stage::kAdam, 40, true); });
   };
   EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
@@ -241,9 +244,7 @@ TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
   TrainUntil(Options(), Stage::kLm, 2, false);
   const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
   const auto error_of = [&](const std::string& state) {
-    RunState run = real.run;
-    WriteCheckpoint(Path("checkpoint"), run,
-                    [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
+    Save(real.run, state);
     return ErrorOf([&] { TrainUntil(Options(), Stage::kLm, 3, true); });
   };
   EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
@@ -264,9 +265,7 @@ TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
     EXPECT_THAT(error_of(state), AllOf(HasSubstr(Path("checkpoint")), HasSubstr("holds no state that this training")));
   }
   // Iterations of solves before this one that are more than are asked for now.
-  RunState run = real.run;
-  const std::string state = with_done(2);
-  WriteCheckpoint(Path("checkpoint"), run, [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
+  Save(real.run, with_done(2));
   TrainOptions fewer = Options();
   fewer.lm.iterations = 1;
   EXPECT_GT(TrainUntil(fewer, Stage::kLm, 1000, true).model.count, 0);
