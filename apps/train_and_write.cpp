@@ -198,7 +198,6 @@ void PrintScene(const gs::Scene& scene) {
   std::fflush(stdout);
 }
 
-// The files that a training will write, as far as their names are known.
 void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
   const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
   file("point_cloud.ply"), file("metrics.json");

@@ -19,8 +19,7 @@ void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases)
       piece.bases = bases.piece(chunk);
       piece.bases_begin = begin;
       kernels.step_blocks(piece, begin, end);
-      // FirstTurned of one of the step's views.
-      if ((chunk + arrays.seen) % kTurnEvery < arrays.views) kernels.turn_bases(piece, begin, end);
+      if (IsTurned(chunk, arrays.seen, arrays.views)) kernels.turn_bases(piece, begin, end);
     }
     Index first = arrays.layout.Offset(arrays.first_diagonal);  // number of the attribute
     for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {

@@ -53,6 +53,8 @@ constexpr Index BlockArraySize(Index count) {
 // FirstTurned(n), that plus kTurnEvery, and so on.
 inline constexpr Index kTurnChunk = 256, kTurnEvery = 25;
 VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % kTurnEvery) % kTurnEvery; }
+// Whether the chunk is one of those with the last of `seen` views, or the `views` - 1 before it.
+constexpr bool IsTurned(Index chunk, Index seen, Index views) { return (chunk + seen) % kTurnEvery < views; }
 
 // Entry (i, j) of a symmetric matrix in its packed lower triangle.
 VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }

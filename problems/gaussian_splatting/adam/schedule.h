@@ -1,68 +1,14 @@
-// When the Adam stage does what: views, rates, bands of the spherical harmonics, density. The same on every device.
+// When the Adam stage does what: rates, coarse views, bands of the spherical harmonics, the mean. The same on every
+// device.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <vector>
 
-#include "kernels/core/random.h"
 #include "problems/gaussian_splatting/adam/options.h"
 #include "problems/gaussian_splatting/model/stage_span.h"
 
 namespace vesta::gs {
-
-// Training views in random order, each once an epoch.
-class ViewOrder {
- public:
-  // at_once: where an iteration takes several views it takes each from another run of consecutive ones: they show more
-  // of the scene, and processes that train together can each have their own. Of fewer views than that there is one run.
-  ViewOrder(std::size_t views, std::uint64_t seed, std::size_t at_once = 1)
-      : runs_(views < at_once ? 1 : at_once), seed_(seed) {
-    for (std::size_t k = 0; k < runs_.size(); ++k) {
-      runs_[k].begin = views * k / runs_.size();
-      runs_[k].order.resize(views * (k + 1) / runs_.size() - runs_[k].begin);
-    }
-  }
-
-  std::size_t Next() {
-    const std::size_t k = drawn_ % runs_.size(), drawn_of_run = drawn_ / runs_.size();
-    Run& run = runs_[k];
-    const std::size_t views = run.order.size(), at = drawn_of_run % views, epoch = drawn_of_run / views;
-    if (run.epoch != epoch) Shuffle(k, epoch);
-    ++drawn_;
-    return run.order[views - 1 - at];
-  }
-
-  // How many were drawn: the order itself follows from the seed.
-  template <class Archive>
-  void Visit(Archive& archive) {
-    archive(drawn_);
-    for (Run& run : runs_) run.epoch = kNone;
-  }
-
- private:
-  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
-
-  struct Run {
-    std::size_t begin = 0;
-    std::vector<std::size_t> order;
-    std::uint64_t epoch = kNone;  // that of the order
-  };
-
-  void Shuffle(std::size_t k, std::uint64_t epoch) {
-    std::vector<std::size_t>& order = runs_[k].order;
-    std::iota(order.begin(), order.end(), runs_[k].begin);
-    CounterRandom random(seed_, epoch, k);
-    for (std::size_t i = order.size(); i > 1; --i) {
-      std::swap(order[i - 1], order[static_cast<std::size_t>(random.Below(static_cast<Index>(i)))]);
-    }
-    runs_[k].epoch = epoch;
-  }
-
-  std::vector<Run> runs_;
-  std::uint64_t seed_, drawn_ = 0;
-};
 
 // How many iterations the stage has: its length is given in views, and each iteration takes so many of them, the last
 // one too.

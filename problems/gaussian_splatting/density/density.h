@@ -43,7 +43,8 @@ class DensityControl {
     seen_ = GatherNumbers(seen_, source);
   }
 
-  // After the gradient of one view, by density::PullsOf it. On a device it does not wait.
+  // Adds what one view, after its gradient, tells of where Gaussians are missing. pulls: PullsOf that view. On a device
+  // it does not wait.
   void Observe(const density::ScreenPulls& pulls) {
     ForEach<Space>(pull_.size(), 4096, density::Observe{pulls, pull_.data(), seen_.data()});
   }

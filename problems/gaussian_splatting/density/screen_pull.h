@@ -1,4 +1,5 @@
-// How strongly an image pulls at the place of a splat: the score of adaptive density control.
+// How strongly an image pulls at the place of a splat: the norm of the view-space positional gradient, the score of
+// adaptive density control (Kerbl et al. 2023, section 5.2). In normalised device coordinates; called its pull.
 #pragma once
 
 #include <cmath>

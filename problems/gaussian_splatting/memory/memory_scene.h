@@ -11,7 +11,7 @@ namespace vesta::gs {
 
 using splat::ViewCounts;
 
-// A model and its views, for the sums below.
+// Sizes of a model and its views, from which memory is foreseen (memory/stage_bytes.h).
 struct MemoryScene {
   splat::ModelLayout layout;
   std::vector<ViewCounts> views;

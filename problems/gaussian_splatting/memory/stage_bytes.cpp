@@ -59,7 +59,7 @@ class Parts {
   // On the host, wherever the stages are: a measure by the training views (parsimony/harmonics.h takes the most).
   double Judging(const ParsimonyOptions& parsimony) const {
     if (!parsimony.judges()) return 0;
-    return JudgingBytes(most_, gaussians_) +
+    return RenderedViewsBytes(most_, gaussians_) +
            (parsimony.sh_price > 0 ? HarmonicsWorth::kBytes : kWorthBytes) * gaussians_;
   }
   // Of the session's renderer, which stays.

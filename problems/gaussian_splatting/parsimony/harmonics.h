@@ -25,8 +25,8 @@ class HarmonicsWorth {
   static constexpr int kCurvatures = kMaxShCoefficients * (kMaxShCoefficients + 1) / 2;
 
  public:
-  // Of memory for each Gaussian, while it is measured: the curvature by its coefficients and what a view tells of it,
-  // those of lower degrees, rises.
+  // Bytes for each Gaussian while it is measured: its packed curvature and one view's term of that, coefficients of
+  // degrees 0 to 2, rises.
   static constexpr double kBytes =
       sizeof(float) * (kCurvatures + 1 + kLowerCoefficients) + sizeof(splat::RecolorRises<double>);
   // Takes about five times as long as rendering all views.
@@ -52,8 +52,8 @@ class HarmonicsWorth {
   std::vector<splat::RecolorRises<double>> rises_;
 };
 
-// The degree of each Gaussian that pays for its parameters (WorthTheirPrice, prune.h): of all degrees up to the
-// its own the one of which the rise of the cost, and the price of the coefficients, are together the least.
+// The degree of each Gaussian that pays for its parameters (WorthTheirPrice, prune.h): of all up to its own the one for
+// which the rise of the cost and the price of the coefficients are together the least.
 std::vector<std::uint8_t> DegreesWorthTheirPrice(const splat::Model<float>& model, const HarmonicsWorth& worth,
                                                  double price);
 

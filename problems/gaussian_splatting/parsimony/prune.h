@@ -1,5 +1,6 @@
-// Takes Gaussians out of a finished model, in rounds: what is worth little while others stand before or behind it may
-// be worth much once they are gone, so all are judged anew after each.
+// Which Gaussians go: by rank (Keepers) or by price (WorthTheirPrice), in a training as well; and Prune, which takes
+// them out of a finished model in rounds: what is worth little while others stand before or behind it may be worth much
+// once they are gone, so all are judged anew after each.
 #pragma once
 
 #include <optional>

@@ -19,9 +19,9 @@
 
 namespace vesta::gs {
 
-// Bytes of both of them for such a model and its largest view, with what they sum up by pair and splat; the passes over
-// single Gaussians besides.
-inline double JudgingBytes(const splat::ViewCounts& view, double gaussians) {
+// Bytes of a RenderedViews and a JudgedLoss of such a model and its largest view, with what they sum up by pair and
+// splat; the passes over single Gaussians besides.
+inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians) {
   using Workspace = splat::ViewWorkspace<float>;
   constexpr double kSums = sizeof(splat::RecolorRises<float>),
                    kImages = 2 + LinearizationImages(SsimLinearization::kQuadratic);

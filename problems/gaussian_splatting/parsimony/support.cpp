@@ -34,7 +34,8 @@ double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
   return sum * step * std::sqrt(std::numbers::pi) / (2 * root * r);
 }
 
-// Squared distance of the nearest camera, in focal lengths of that camera an image's area.
+// Support::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as part of the
+// image in the camera where that is largest; at most 1.
 double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
   std::array<double, 3> deviation{};
   for (std::size_t k = 0; k < 3; ++k) {

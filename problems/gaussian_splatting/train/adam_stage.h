@@ -59,7 +59,7 @@ class AdamStage {
   void Finish() {
     views_.ShowMoved();
     if (recorded_ != state_->iteration) Record();
-    parsimony_.NoteWhoStayed(*state_);
+    parsimony_.NoteWhoStayed(*state_, state_->model.count());
     views_.FreePasses();
     state_->model.Finish(result_);
     finished_ = true;
@@ -104,31 +104,46 @@ class AdamStage {
     const StageSpan span = outlook_.NextSpan(Progress());
     const int degree = DegreeOf(span);
     Step(span, degree);
+    // Before Gaussians change: right after they were cloned or split the splat is worse.
     const bool is_stopped = RecordWhereDue();
-    const bool is_end = span.is_last() || session_.has_reached_target(), is_last = is_end || is_stopped;
     const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
     session_.SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
-    if (is_last && !is_end) {
-      state_->model.DownloadResult(result_);
-      parsimony_.NoteWhoStayed(*state_);
-      finished_ = true;
+    if (span.is_last() || session_.has_reached_target()) {
+      Report();
+      return Finish();
     }
-    // After the row of the history: what has just been cloned or split is worse for some iterations. Where the stage is
-    // stopped it is done for the sake of the state that is saved, and at the end not at all.
-    if (!is_end && (!is_last || session_.any_saves())) ChangeGaussians(degree);
+    if (is_stopped) return Stop(degree);
+    ChangeGaussians(degree);
+    Report();
+    PredictWhereDue(degree);
+    Save();
+    session_.AttendToWatch(Stage::kAdam, state_->iteration, on_host, are_shared() ? WriteState() : Writer());
+  }
+  // Leaves the model after this iteration, which was recorded. What is saved, to go on from, is of after its change of
+  // the Gaussians; what is said of the end is not in it, as the stage will have another.
+  void Stop(int degree) {
+    state_->model.DownloadResult(result_);
+    finished_ = true;
+    const Index gaussians = state_->model.count();
+    if (session_.any_saves()) ChangeGaussians(degree);
+    Report();
+    Save();
+    parsimony_.NoteWhoStayed(*state_, gaussians);
+  }
+  void Report() {
     session_.Report({Stage::kAdam, state_->iteration, outlook_.ExpectedIterations(Progress()), session_.Seconds(),
                      state_->mean_cost, session_.latest_psnr(), state_->model.count(), ""});
-    if (!is_last) PredictWhereDue(degree);
-    const bool are_shared = views_.sharers() != nullptr;
-    const WriteState write = [&](ArchiveWriter& archive) { archive(*state_); };
-    const auto gather = [&](const std::vector<bool>& savers) { state_->model.GatherFor(savers); };
-    const BeforeSaving before = are_shared ? BeforeSaving(gather) : BeforeSaving();
-    if (!is_end) session_.SaveWhereDue(Stage::kAdam, state_->iteration, write, before);
-    if (!is_last) {
-      session_.AttendToWatch(Stage::kAdam, state_->iteration, on_host, are_shared ? WriteState() : write);
-    }
-    if (is_end) Finish();
   }
+  void Save() {
+    const auto gather = [&](const std::vector<bool>& savers) { state_->model.GatherFor(savers); };
+    session_.SaveWhereDue(Stage::kAdam, state_->iteration, Writer(),
+                          are_shared() ? BeforeSaving(gather) : BeforeSaving());
+  }
+  WriteState Writer() {
+    return [&](ArchiveWriter& archive) { archive(*state_); };
+  }
+  // Whether other processes have parts of the state.
+  bool are_shared() const { return views_.sharers() != nullptr; }
 
   // Of the harmonics that are in use.
   int DegreeOf(const StageSpan& span) const {

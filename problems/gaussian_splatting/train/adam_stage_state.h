@@ -1,7 +1,7 @@
 // What the Adam stage goes on from after a break.
 #pragma once
 
-#include "problems/gaussian_splatting/adam/schedule.h"
+#include "problems/gaussian_splatting/adam/view_order.h"
 #include "problems/gaussian_splatting/model/stage_span.h"
 #include "problems/gaussian_splatting/train/stage_cameras.h"
 #include "problems/gaussian_splatting/train/trained_model.h"
@@ -19,15 +19,20 @@ struct AdamStageState {
   bool averages = true;      // false once the mean of the parameters has found no room
   Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
   StageCamerasState cameras = {};
+  // Seconds that judging Gaussians took, and rounds of it that there was no time for (StageParsimony).
+  double judged_seconds = 0;
+  int judging_left_out = 0;
 
   // Whether what was read can be such a state.
   bool IsWhole() const {
     const bool is_within = span.before >= 0 && span.before <= span.after && span.after <= 1;
-    return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0;
+    return model.IsWhole() && iteration >= 0 && is_within && mean_cost >= 0 && before_pruning >= 0 &&
+           judged_seconds >= 0 && judging_left_out >= 0;
   }
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning, cameras);
+    archive(model, order, iteration, span.before, span.after, mean_cost, averages, before_pruning, cameras,
+            judged_seconds, judging_left_out);
   }
 };
 

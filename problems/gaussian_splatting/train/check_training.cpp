@@ -73,7 +73,7 @@ void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* r
     refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
   }
   const CameraChoice refined = options.cameras.refine;
-  if (FreeBy(refined).color && StoredBytes(scene, OwnTrainedViews(options, ranks, views)) > budget) {
+  if (FreeBy(refined).color && StoredBytes(scene, OwnViewsInAdam(options, ranks, views)) > budget) {
     refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
                        schema::NameOf(refined, kCameraChoices)));
   }

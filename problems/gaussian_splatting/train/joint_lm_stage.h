@@ -18,6 +18,7 @@
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/lm_model.h"
+#include "problems/gaussian_splatting/train/lm_start.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "problems/gaussian_splatting/train/problem_to_solve.h"
 #include "problems/gaussian_splatting/train/session.h"
@@ -64,19 +65,20 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
   constexpr bool kOnHost = std::is_same_v<typename E::Space, Host>;
   TrainingCameras& cameras = session.cameras();
   LmStart start(session, model);
-  if (!start.saved()) start.shape.eliminates_views = eliminate_views;
-  const JointOptions options = JointOptionsOf(session, start.shape.done, start.shape.eliminates_views);
+  if (!start.saved()) start.header.eliminates_views = eliminate_views;
+  const JointOptions options = JointOptionsOf(session, start.header.done, start.header.eliminates_views);
   // What was found is from there, with photographs as they are, but for what they are unbent by.
   const std::vector<const View*>& given = cameras.given();
   const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(given.size()));
-  if (options.free.radial && !start.saved()) start.shape.unbent_by = BendsFound(cameras);
-  if (start.saved() && !AreBendsOf(given, options.free, start.shape.unbent_by)) session.RefuseSavedStage();
+  if (options.free.radial && !start.saved()) start.header.unbent_by = BendsFound(cameras);
+  if (start.saved() && !AreBendsOf(given, options.free, start.header.unbent_by)) session.RefuseSavedStage();
   int finished = start.finished();  // iterations, whose best model and cameras are
   try {
     std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
     std::vector<TargetView<B>> targets = MakeTargets<B>(given, options.near, own, &photographs);
-    const UnbentPhotographs<B> unbent(given, own, start.shape.unbent_by, targets);
-    JointProblem<B> problem(ProblemOptionsOf(options, model, start.shape.units, given, start.shape.unbent_by), targets);
+    const UnbentPhotographs<B> unbent(given, own, start.header.unbent_by, targets);
+    JointProblem<B> problem(ProblemOptionsOf(options, model, start.header.units, given, start.header.unbent_by),
+                            targets);
     const JointLayout& layout = problem.layout();
     ProblemToSolve<JointParts, B, E> solved(session.ranks(), problem);
     E backend;
@@ -96,7 +98,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
     if (start.saved() && !cameras.Restore(found())) session.RefuseSavedStage();
     if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x begins with the model
     LmModel<B, E> best(session, stepper, {}, problem.workspace(), model);
-    std::string report = RunLmSteps(session, stepper, start.shape, best.Recorded(), [&] {
+    std::string report = RunLmSteps(session, stepper, start.header, best.Recorded(), [&] {
       const std::vector<ViewUnknowns> views = found();
       for (std::size_t v = 0; v < views.size(); ++v) cameras.Set(v, views[v]);
       cameras.DevelopAll();
@@ -107,7 +109,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
     return report;
   } catch (const OutOfDeviceMemory& error) {
     // The others would not know, and without an iteration or Adam nothing was done.
-    const int done = start.shape.done + finished;
+    const int done = start.header.done + finished;
     if (!std::is_same_v<B, E> || !session.trains_alone() || (done == 0 && !session.options().adam.runs())) throw;
     session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
     return "";

@@ -25,7 +25,6 @@ class KeptState {
     writer(state);
   }
   bool empty() const { return bytes_.empty(); }
-  bool on_device() const { return on_device_; }
 
   // Bytes of a state's arrays in the memory of the device.
   template <class State>

@@ -11,14 +11,20 @@
 #include <vector>
 
 #include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/lm_model.h"
+#include "problems/gaussian_splatting/train/lm_start.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "problems/gaussian_splatting/train/problem_to_solve.h"
 
 namespace vesta::gs {
+
+// units: of length, of each Gaussian.
+SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
+                                     const std::vector<float>& units);
 
 // Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
 // vesta::LmOptions has it. E: where the engine's vectors lie; the host where a device is one of several processes'.
@@ -39,12 +45,12 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   };
   bool rebuilds = false;
   const auto make_problem = [&] {
-    SplatProblemOptions options = LmProblemOptions(session, model, start.shape.units);
+    SplatProblemOptions options = LmProblemOptions(session, model, start.header.units);
     if (rebuilds) options.jacobian = JacobianKind::kRebuild;
     rebuilds = options.jacobian == JacobianKind::kRebuild;
     return SplatProblem<B>(options, targets);
   };
-  int& done = start.shape.done;
+  int& done = start.header.done;
   int finished = start.finished();  // iterations since, whose best the model is
   bool resumes = start.saved();
   for (;;) {
@@ -60,7 +66,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       LmStepper<E> stepper = std::exchange(resumes, false) ? start.template GoOn<LmStepper<E>>(engine, backend, *solved)
                                                            : LmStepper<E>(engine, backend, *solved, std::move(x));
       LmModel<B, E> best(session, stepper, targets, problem.workspace(), model);
-      std::string report = RunLmSteps(session, stepper, start.shape, best.Recorded(), [&] {
+      std::string report = RunLmSteps(session, stepper, start.header, best.Recorded(), [&] {
         best.AfterStep();
         ++finished;
       });

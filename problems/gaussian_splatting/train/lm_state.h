@@ -13,7 +13,7 @@
 namespace vesta::gs {
 
 // What stands before the saved solve (LmStepper::Save), whose x begins with the model's parameters.
-struct LmStageShape {
+struct LmStageHeader {
   splat::ModelLayout layout;
   int done = 0;  // iterations of solves before this one
   // As they were when the stage began: units of length; what photographs had been unbent by, of each training view,
@@ -31,10 +31,10 @@ struct LmStageShape {
 // The model in what such a stage saved.
 inline SplatModel ModelOfLmStage(const std::string& saved) {
   ArchiveReader reader(saved);
-  LmStageShape shape;
+  LmStageHeader header;
   SplatModel model;
-  reader(shape, model.data);
-  static_cast<splat::ModelLayout&>(model) = shape.layout;
+  reader(header, model.data);
+  static_cast<splat::ModelLayout&>(model) = header.layout;
   VESTA_CHECK(model.IsOfModel() && static_cast<Index>(model.data.size()) >= model.Size(),
               "a saved model of {} parameters for {} Gaussians", model.data.size(), model.count);
   model.data.resize(static_cast<std::size_t>(model.Size()));  // then come views, where LM finds them too

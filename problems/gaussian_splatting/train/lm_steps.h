@@ -1,4 +1,4 @@
-// The LM stage, whatever the memory the engine works in: its options, and the loop over its steps.
+// The loop over the steps of the LM stage, whatever the memory the engine works in.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,57 +18,20 @@
 
 namespace vesta::gs {
 
-// units: of length, of each Gaussian.
-SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
-                                     const std::vector<float>& units);
-
-// Where the stage starts: anew, or from what was saved.
-class LmStart {
- public:
-  // Throws Error, which names the checkpoint, where what was saved is no state of this stage.
-  LmStart(TrainingSession& session, const SplatModel& model)
-      : session_(session), saved_(session.TakeSavedStage(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
-    if (!saved_) {
-      shape = {model, 0, TrainingUnits(session, model)};
-      return;
-    }
-    session.ReadSavedStage([&] { reader_(shape); });
-    if (shape.done < 0 || shape.done > session.first_iteration()) session.RefuseSavedStage();
-  }
-  LmStart(const LmStart&) = delete;
-  LmStart& operator=(const LmStart&) = delete;
-
-  bool saved() const { return saved_.has_value(); }
-  // A stepper, by what it is made of and the saved solve; once. Throws as the constructor.
-  template <class Stepper, class... Args>
-  Stepper GoOn(Args&&... args) {
-    return session_.ReadSavedStage([&] { return Stepper(std::forward<Args>(args)..., reader_); });
-  }
-  // Iterations of the saved solve, whose best the model is that the stage begins with.
-  int finished() const { return saved_ ? session_.first_iteration() - shape.done : 0; }
-
-  LmStageShape shape;
-
- private:
-  TrainingSession& session_;
-  std::optional<std::string> saved_;
-  ArchiveReader reader_;
-};
-
 // The best x of a stepper of a model so laid out, where it lies.
 template <Backend B>
 splat::Model<float> BestOf(const LmStepper<B>& stepper, const splat::ModelLayout& layout) {
   return {stepper.x().data(), layout, layout.sh_degree};
 }
 
-// Runs the stepper to its end or until the session says stop. shape: for the state that is saved; best: the stepper's
+// Runs the stepper to its end or until the session says stop. header: for the state that is saved; best: the stepper's
 // best x, for the history; moved: called when that has changed. Returns the engine's full report.
 template <Backend B>
-std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageShape& shape, const ModelToRecord& best,
-                       const std::function<void()>& moved) {
-  const int first = shape.done;
+std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageHeader& header,
+                       const ModelToRecord& best, const std::function<void()>& moved) {
+  const int first = header.done;
   const auto save = [&](ArchiveWriter& archive) {
-    archive(shape);
+    archive(header);
     stepper.Save(archive);
   };
   double values = 0;

@@ -50,7 +50,7 @@ bool AllTrainOnEach(const TrainOptions& options) {
   return options.adam.runs() && options.adam.views_per_iteration == 1;
 }
 
-Share OwnTrainedViews(const TrainOptions& options, const Ranks* ranks, Index views) {
+Share OwnViewsInAdam(const TrainOptions& options, const Ranks* ranks, Index views) {
   return OwnTrainingViews(AllTrainOnEach(options) ? nullptr : ranks, views);
 }
 

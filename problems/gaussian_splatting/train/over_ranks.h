@@ -1,4 +1,4 @@
-// What several processes agree on before they train.
+// What several processes that train together agree on before, and what each of them looks at; one alone looks at all.
 #pragma once
 
 #include <vector>
@@ -19,7 +19,7 @@ StageMemory MemoryToShare(const StageRunners& stages, const MemoryOptions& optio
 // Whether each of several processes trains on all views, Adam's being one at a time.
 bool AllTrainOnEach(const TrainOptions& options);
 // Of so many training views those that this process looks at; ranks: null for a process alone.
-Share OwnTrainedViews(const TrainOptions& options, const Ranks* ranks, Index views);
+Share OwnViewsInAdam(const TrainOptions& options, const Ranks* ranks, Index views);
 // Of these training views the ones of the process that holds the most pixels: by them all plan the same.
 std::vector<const View*> LargestShare(const std::vector<const View*>& views, const Ranks* ranks);
 

@@ -123,7 +123,7 @@ MemoryScene TrainingSession::CountMemory(const splat::Model<float>& model, Stage
 }
 
 double TrainingSession::OwnMaskBytes() const {
-  const Share own = OwnTrainedViews(options_, ranks(), static_cast<Index>(training_views().size()));
+  const Share own = OwnViewsInAdam(options_, ranks(), static_cast<Index>(training_views().size()));
   double bytes = 0;
   for (Index v = own.begin; v < own.end; ++v) {
     bytes += static_cast<double>(training_views()[static_cast<std::size_t>(v)]->image.mask.size());

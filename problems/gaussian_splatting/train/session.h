@@ -16,8 +16,8 @@
 
 namespace vesta::gs {
 
-// Seconds of the run: a clock that has gone for `before` seconds, and stood still for `paused`, and stands still while
-// an evaluation runs.
+// Seconds of the training, those before a break that it went on from included: a clock that has gone for `before`
+// seconds, and stood still for `paused`, and stands still while an evaluation runs.
 class TrainingClock {
  public:
   TrainingClock(double before, double paused) : start_(Now() - before - paused), paused_(paused) {}
@@ -75,7 +75,7 @@ class TrainingSession {
   // Made by all of several processes together.
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks)
-      : cameras_(scene, options.cameras, OwnTrainedViews(options, callbacks.ranks, NumTrainingViews(scene))),
+      : cameras_(scene, options.cameras, OwnViewsInAdam(options, callbacks.ranks, NumTrainingViews(scene))),
         fingerprint_(FingerprintOf(scene)),
         options_(options),
         callbacks_(callbacks),
@@ -94,14 +94,15 @@ class TrainingSession {
   TrainOptions& AdaptOptions() { return options_; }
   const std::vector<const View*>& training_views() const { return cameras_.views(); }
   // Of Adam's, that look at as many views as there are to train on.
-  double IterationsAPass() const {
+  double IterationsPerEpoch() const {
     return static_cast<double>(training_views().size()) / options_.adam.views_per_iteration;
   }
   // By which memory of a stage is planned: as many as the process looks at that holds the most.
   std::vector<const View*> PlannedViews(Stage stage) const {
     return LargestShare(training_views(), stage == Stage::kAdam && AllTrainOnEach(options_) ? nullptr : ranks());
   }
-  // What it goes by, of a model; CountMemory has most and with_entries.
+  // Sizes that memory is planned by, of this model and PlannedViews(stage). most, with_entries: as in
+  // memory/memory_scene.h.
   MemoryScene CountMemory(const splat::Model<float>& model, Stage stage, int most, bool with_entries) const;
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
@@ -113,7 +114,6 @@ class TrainingSession {
   bool ends_with(Stage stage) const { return !history_.empty() && history_.back().stage == stage; }
   bool has_history() const { return !history_.empty(); }
   double latest_psnr() const { return history_.empty() ? 0 : history_.back().train.psnr; }
-  double latest_cost() const { return history_.empty() ? 0 : history_.back().cost; }
 
   // By which rows of the history come about.
   MeasuredViews measured_views() const { return {options_.evaluated_views, ranks()}; }
@@ -213,15 +213,15 @@ class TrainingSession {
   // on; 0: not known.
   double EvaluationAhead(double seconds_per_pixel) const;
   // Whether there is time for a row of the history that is not the last: under a time limit a twentieth of the time
-  // may go into such.
+  // may go into such. Called by all.
   bool HasTimeToRecord(double ahead) const {
     if (options_.time_limit <= 0) return true;
     return OfFirst(clock_.Paused() + ahead <= 0.05 * (clock_.Total() + ahead) ? 1 : 0) > 0;
   }
   // Seconds that are left for the Adam stage, where time is limited; else more than any.
   double SecondsForAdam(double seconds_per_pixel) const;
-  // True when the caller or the time limit asks to stop; stays true. ahead: seconds that are still to be spent, on what
-  // cannot be broken off.
+  // True when the caller or the time limit asks to stop, of any of several processes; stays true. Called by all. ahead:
+  // seconds that are still to be spent, on what cannot be broken off.
   bool ShouldStop(double ahead = 0) {
     if (options_.time_limit > 0 && clock_.Total() + ahead >= options_.time_limit) stopped_ = true;
     if (callbacks_.stop && callbacks_.stop()) stopped_ = true;
@@ -244,10 +244,11 @@ class TrainingSession {
   // When something is due that is done at intervals.
   class Timer {
    public:
+    explicit Timer(double seconds) : last_seconds_(seconds) {}
     bool IsDue(const Interval& interval, Stage stage, int iteration, double seconds);
 
    private:
-    double last_seconds_ = 0;
+    double last_seconds_;
   };
   // seconds: of the run.
   void Save(Stage stage, int iteration, double seconds, const WriteState& state);
@@ -267,7 +268,9 @@ class TrainingSession {
   std::vector<HistoryRow> history_;
   std::vector<std::string> notes_;
   std::vector<Prediction> predictions_;
-  Timer checkpoint_timer_, snapshot_timer_;
+  // From where the training goes on.
+  Timer checkpoint_timer_{callbacks_.resume ? callbacks_.resume->run.seconds : 0};
+  Timer snapshot_timer_ = checkpoint_timer_;
   std::optional<std::string> saved_stage_;
   double mask_bytes_ = 0;         // OwnMaskBytes of the process with the most
   double latest_evaluation_ = 0;  // seconds; 0: none yet

@@ -18,14 +18,13 @@ namespace vesta::gs {
 // Which training views this process takes of iterations.
 class OwnViewsOfIterations {
  public:
-  // own: OwnTrainedViews (over_ranks.h).
+  // own: OwnViewsInAdam (over_ranks.h).
   explicit OwnViewsOfIterations(const Share& own) : own_(own) {}
 
   bool Has(std::size_t view) const {
     return static_cast<Index>(view) >= own_.begin && static_cast<Index>(view) < own_.end;
   }
   const Share& share() const { return own_; }
-  bool empty() const { return own_.size() == 0; }
   // The k-th of `of` of them, about as far from one another.
   std::size_t At(std::size_t k, std::size_t of) const {
     return static_cast<std::size_t>(own_.begin) + k * static_cast<std::size_t>(own_.size()) / of;

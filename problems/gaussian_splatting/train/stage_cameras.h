@@ -48,7 +48,7 @@ class StageCameras {
   bool moves(const StageSpan& span, const StageCamerasState& state) const;
   // Whether a view is not to be trained on yet: by these it is decided whether cameras move.
   bool HoldsBack(std::size_t view, const StageCamerasState& state) const;
-  // Whether it is to be decided now; Decide does, and says so in a note.
+  // Whether CameraChoice::kAuto is to be decided before this iteration; Decide does, and says so in a note.
   bool Decides(const StageSpan& span, const StageCamerasState& state) const;
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 

@@ -30,10 +30,10 @@ class StageParsimony {
   template <class Before>
   void TakeOut(AdamStageState<B>& state, int degree, const Before& before) {
     const bool checks = ChecksSupport(options_, state.span);
-    const bool prunes = Prunes(options_, state.span) && HasTime(1, PartDone(options_, state.span), state);
+    const bool prunes = Prunes(options_, state.span) && ClaimTime(1, PartDone(options_, state.span), state);
     // Not while bands wait for their turn.
     const bool lowers = LowersDegrees(options_, state.span) && degree > 0 && degree == state.model.sh_degree() &&
-                        HasTime(2, kPartForDegrees, state);
+                        ClaimTime(2, kPartForDegrees, state);
     if (!checks && !prunes && !lowers) return;
     before();
     session_.NoteModel(state.model.layout());
@@ -44,33 +44,33 @@ class StageParsimony {
     copy_ = SplatModel();
   }
 
-  // Where the stage is over and more are left than were to be.
-  void NoteWhoStayed(const AdamStageState<B>& state) const {
-    if (left_out_ > 0) {
+  // Where the stage is over with so many Gaussians, and more than were to be left; or judging was left out.
+  void NoteWhoStayed(const AdamStageState<B>& state, Index gaussians) const {
+    if (state.judging_left_out > 0) {
       session_.Note(fmt::format(
           "{} rounds of judging Gaussians or harmonics were left out: --time_limit={:g} has no time for them",
-          left_out_, session_.options().time_limit));
+          state.judging_left_out, session_.options().time_limit));
     }
-    const Index all = state.before_pruning > 0 ? state.before_pruning : state.model.count();
-    const Index wanted = CountAfter(options_, {1, 1}, all);
-    if (!options_.prunes_to_count() || state.model.count() <= wanted) return;
+    const Index wanted = CountAfter(options_, {1, 1}, state.before_pruning > 0 ? state.before_pruning : gaussians);
+    if (!options_.prunes_to_count() || gaussians <= wanted) return;
     session_.Note(fmt::format("{} Gaussians are left, not the {} of parsimony.keep={}: the stage ended before",
-                              state.model.count(), wanted, options_.keep));
+                              gaussians, wanted, options_.keep));
   }
 
  private:
   static constexpr double kPartForDegrees = 0.5;  // of the time for judging
 
   // Whether there is time to look at all views `passes` times: of the time for judging such a part is free by now. A
-  // number of Gaussians that was asked for is worth any time.
-  bool HasTime(double passes, double part, const AdamStageState<B>& state) {
+  // number of Gaussians that was asked for is worth any time. Called by all of several processes; where there is none
+  // the round is counted as left out.
+  bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
-    const double free = part * kJudgingPart * limit - judged_seconds_;
+    const double free = part * kJudgingPart * limit - state.judged_seconds;
     const auto judged = static_cast<double>(state.model.count());
-    const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, session_.IterationsAPass()) <= free;
+    const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, session_.IterationsPerEpoch()) <= free;
     const bool has_time = session_.OfFirst(fits ? 1 : 0) > 0;
-    if (!has_time) ++left_out_;
+    if (!has_time) ++state.judging_left_out;
     return has_time;
   }
   void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state) {
@@ -90,7 +90,7 @@ class StageParsimony {
             : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span), ranking.seed, round);
     KeepOnly(kept, state);
     pace_.ObserveJudging(judged, session_.Seconds() - begin);
-    judged_seconds_ += session_.Seconds() - begin;
+    state.judged_seconds += session_.Seconds() - begin;
   }
   void LowerDegrees(AdamStageState<B>& state, int degree) {
     const double begin = session_.Seconds();
@@ -101,7 +101,7 @@ class StageParsimony {
       state.model.SetAttribute(a, StandIns(model, worth, degrees, a));
     }
     state.model.SetDegrees(degrees);
-    judged_seconds_ += session_.Seconds() - begin;
+    state.judged_seconds += session_.Seconds() - begin;
   }
   // The attribute of the harmonics of all Gaussians that have it: of those that are lowered what stands in.
   static std::vector<float> StandIns(const splat::Model<float>& model, const HarmonicsWorth& worth,
@@ -135,8 +135,6 @@ class StageParsimony {
   const ParsimonyOptions& options_;
   StagePace& pace_;
   SplatModel copy_;  // of a device's model
-  double judged_seconds_ = 0;
-  int left_out_ = 0;  // passes over the views that there was no time for
 };
 
 }  // namespace vesta::gs

@@ -123,7 +123,7 @@ class StageViews {
   ViewPasses<B>& passes() { return passes_ ? *passes_ : passes_.emplace(); }
   OwnViewsOfIterations Own() const {
     return OwnViewsOfIterations(
-        OwnTrainedViews(options_, session_.ranks(), static_cast<Index>(session_.training_views().size())));
+        OwnViewsInAdam(options_, session_.ranks(), static_cast<Index>(session_.training_views().size())));
   }
   // Of those that may be trained on yet.
   std::size_t NextView(ViewOrder& order, const AdamStageState<B>& state) const {

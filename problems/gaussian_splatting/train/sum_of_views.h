@@ -29,7 +29,7 @@ class SumOfViews {
   Index num_views() const { return views_; }
   Index num_gaussians() const { return layout_.model.count; }
   // View k of the iteration has left its gradient in `gradient`, laid out as the model, which was zero before. Where
-  // there are more views it is taken from there (ViewGradients::Take). cost() is asked for last.
+  // there are more views it is taken from there (ViewGradientPool::Take). cost() is asked for last.
   template <class Cost>
   void Add(Index k, const density::ScreenPulls& pulls, float* gradient, const Cost& cost) {
     if (views_ == 1) {
@@ -92,7 +92,7 @@ class SumOfViews {
   Tree tree_{1};   // of several views
   ViewCost cost_;  // of one
   Term whole_;     // of the latest iteration on several
-  ViewGradients<Space> terms_;
+  ViewGradientPool<Space> terms_;
 };
 
 }  // namespace vesta::gs

@@ -93,7 +93,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
     session.Note(fmt::format("evaluations look at {} of {} training views; at more by train.evaluated_views",
                              options.evaluated_views, trained));
   }
-  // What it was shows what is gained. LM records where it starts itself.
+  // The first row is of what was given, so that the gain can be told. Without Adam LM records that row.
   if (is_given && options.adam.runs() && !callbacks.resume) session.Record(Stage::kLm, 0, ToKernelModel(model));
   if (options.adam.runs() && session.first_stage() == Stage::kAdam) {
     stages.adam(session, model);

@@ -24,8 +24,8 @@ struct TrainProgress {
   std::string note;  // LM: damping, gain ratio, whether the step was accepted
 };
 
-// Every so many iterations, or minutes of the training's clock; both 0: never. An iteration of LM, which takes as long
-// as hundreds of Adam's, is due whenever this is not never.
+// Every so many iterations, or minutes of the training's clock; both 0: never. Where iterations are given every one of
+// LM's is due, since it takes as long as hundreds of Adam's; minutes count alike in both stages.
 struct Interval {
   int iterations = 0;
   double minutes = 0;
@@ -42,8 +42,8 @@ struct CheckpointOptions {
 // What the whole training will take, foreseen on the way.
 struct Prediction {
   bool is_first_guess = false;  // from speed alone: how the Gaussians will grow has not been seen yet
-  double at_seconds = 0;        // since the start of the process
-  double seconds = 0;           // of the process until the end of the Adam stage, evaluation included
+  double at_seconds = 0;        // of the training so far (TrainingClock), evaluation included
+  double seconds = 0;           // the same at the end of the Adam stage, evaluation included
   double mib = 0;               // most that the Adam stage holds, of a GPU where it runs on one
   double gaussians = 0;
 };

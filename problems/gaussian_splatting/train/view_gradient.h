@@ -1,4 +1,5 @@
-// What one training view tells of a model, or several together: a term of the sum that an iteration of Adam steps by.
+// What one training view tells of a model, or several together: a block-sparse gradient, and a term of the sum that an
+// iteration of Adam steps by.
 // A term holds what the view sees, block by block of neighbouring Gaussians, and one view sees a part of them: to make,
 // add and hand on terms costs in proportion to that. For every memory space.
 #pragma once
@@ -76,7 +77,7 @@ class ViewGradient {
 // Makes terms of one model and adds them; terms that are done with leave their memory to others. On a device all of it
 // throws OutOfDeviceMemory.
 template <class Space>
-class ViewGradients {
+class ViewGradientPool {
  public:
   using Term = ViewGradient<Space>;
 

@@ -235,6 +235,19 @@ TEST(BlockAdamSteps, TurnWithTheGradients) {
   EXPECT_GT((WayUnder(AdamMetric::kDiagonal, turn) - diagonal).norm(), 0.2 * diagonal.norm());
 }
 
+// The host asks by chunk, a device by view.
+TEST(BlockAdamSteps, ChunksAreTurnedWithTheSameViews) {
+  for (const Index views : {1, 4, 25, 60}) {
+    for (Index seen = views; seen < views + 60; ++seen) {
+      for (Index chunk = 0; chunk < 2 * kTurnEvery; ++chunk) {
+        bool with_any = false;
+        for (Index k = 0; k < views; ++k) with_any = with_any || FirstTurned(seen - k) == chunk % kTurnEvery;
+        EXPECT_EQ(IsTurned(chunk, seen, views), with_any) << chunk << " " << seen << " " << views;
+      }
+    }
+  }
+}
+
 // Each basis is turned once in kTurnEvery views, however many a step is by.
 TEST(BlockAdamSteps, BasesAreTurnedAsViewsAreSeen) {
   constexpr Index kChunks = kTurnEvery + 3;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "problems/gaussian_splatting/adam/view_order.h"
 #include "problems/gaussian_splatting/density/schedule.h"
 
 namespace vesta::gs {

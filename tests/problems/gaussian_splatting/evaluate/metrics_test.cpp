@@ -192,7 +192,7 @@ TEST(Evaluate, ATestImageCountsForTheTestViewsOnly) {
   EXPECT_GT(train_changed.cost, before.cost);
 }
 
-TEST(Evaluate, ViewsOfDifferentSizes) {
+TEST(Evaluate, TakesViewsOfDifferentSizes) {
   const SplatModel model = test::RandomModel(20, 1, 4);
   Scene scene = test::RingOfCameras(2, 40, 30, false);
   scene.views[1].camera = ResizeCamera(scene.views[1].camera, 20, 15);

@@ -53,7 +53,7 @@ TEST(Keepers, WhatNoViewShowsGoesFirst) {
   EXPECT_THAT(kept({.criterion = Criterion::kOpacity}), testing::Contains(4)) << "by which it counts as much as others";
 }
 
-TEST(Keepers, OfEachCriterion) {
+TEST(Keepers, HaveTheHighestScoresByEachCriterion) {
   const Padded padded;
   std::set<std::vector<Index>> ways;
   for (const auto& criterion : kCriteria) {

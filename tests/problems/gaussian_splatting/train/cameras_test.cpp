@@ -59,7 +59,7 @@ class CamerasFoundAlong : public testing::Test {
   Scene truth_ = test::RingWithImages(model_, 12, 80, 60), given_ = test::WithCamerasOff(truth_, 0.5, 0.015);
 };
 
-TEST_F(CamerasFoundAlong, ComeBack) {
+TEST_F(CamerasFoundAlong, PerturbedPosesComeBack) {
   const double before = Off({});
   ASSERT_GT(before, 0.5);
   const TrainResult result = Refine(given_, model_, Options(CameraChoice::kPose, 300), 0, {});

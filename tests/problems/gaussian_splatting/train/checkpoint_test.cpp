@@ -136,13 +136,15 @@ TEST_F(Checkpoints, ManyBreaksChangeNothing) {
   EXPECT_EQ(TrainUntil(Options(), Stage::kLm, 1000, true).model.data, whole.model.data);
 }
 
-TEST_F(Checkpoints, OnTheWayOfPruning) {
+TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
   TrainOptions options = test::ShortTraining(kAdam, 0);
   options.parsimony = {.keep = 0.5, .begin = 0.6, .end = 0.9, .every = 0.1};
   const TrainResult whole = Train(scene_, options, 0, {});
   for (const int iteration : {35, 36, 42, 48, 54}) {
     TrainUntil(options, Stage::kAdam, iteration, false);
-    EXPECT_EQ(TrainUntil(options, Stage::kAdam, 1000, true).model.data, whole.model.data) << iteration;
+    const TrainResult resumed = TrainUntil(options, Stage::kAdam, 1000, true);
+    EXPECT_EQ(resumed.model.data, whole.model.data) << iteration;
+    EXPECT_EQ(resumed.notes, whole.notes) << "what was said where it was stopped holds no more";
   }
 }
 
@@ -205,7 +207,7 @@ TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
   // 14 times the last one wraps to 14.
   for (const Index count : {Index{1}, Index{-1}, Index{2}, std::numeric_limits<Index>::min() + 1}) {
     saved.clear();
-    LmStageShape shape{.layout = {.count = count}, .done = 0, .units = {}};
+    LmStageHeader shape{.layout = {.count = count}, .done = 0, .units = {}};
     archive(shape, parameters);
     const std::string error = ErrorOf([&] { ModelOfLmStage(saved); });
     EXPECT_EQ(error.empty(), count == 1) << error;
@@ -249,7 +251,7 @@ TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
   };
   EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
   const auto with_done = [&](int done) {
-    LmStageShape shape;
+    LmStageHeader shape;
     ArchiveReader reader(real.stage_state);
     reader(shape);
     shape.done = done;
@@ -281,7 +283,7 @@ TEST_F(Checkpoints, ThatCannotBeWrittenDoNotEndTheTraining) {
   EXPECT_THAT(result.notes[0], HasSubstr("no_folder/checkpoint"));
 }
 
-TEST_F(Checkpoints, NorDoSnapshots) {
+TEST_F(Checkpoints, SnapshotsThatCannotBeWrittenDoNotEndTheTraining) {
   TrainCallbacks callbacks;
   callbacks.snapshot_every.iterations = 20;
   callbacks.snapshot = [](Stage, int, const splat::Model<float>&) { throw Error("no room"); };

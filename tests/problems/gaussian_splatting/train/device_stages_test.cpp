@@ -296,7 +296,7 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
 }
 
-TEST(DeviceStages, AdamEndsWithWhatItHas) {
+TEST(DeviceStages, AdamEndsWithItsModelWhereMemoryRunsOut) {
   // One view is larger than all before it.
   Scene scene = test::RingOfCameras(8, 24, 16, false);
   Scene large = test::RingOfCameras(8, 96, 64, false);

@@ -165,7 +165,7 @@ TEST_F(JointLmOfBent, RefusesASavedStageWhoseBendsAreNone) {
   const Checkpoint checkpoint = test::StoppedAt(1, refine);
   const auto with_shape = [&](const auto& change) {
     ArchiveReader reader(checkpoint.stage_state);
-    LmStageShape shape;
+    LmStageHeader shape;
     reader(shape);
     EXPECT_EQ(shape.unbent_by.size(), 10U);
     EXPECT_TRUE(shape.eliminates_views);
@@ -177,10 +177,10 @@ TEST_F(JointLmOfBent, RefusesASavedStageWhoseBendsAreNone) {
     changed.stage_state += reader.rest();
     return changed;
   };
-  EXPECT_NO_THROW(test::GoneOn(with_shape([](LmStageShape&) {}), refine));
-  EXPECT_THROW(test::GoneOn(with_shape([](LmStageShape& shape) { shape.unbent_by.pop_back(); }), refine), Error);
-  EXPECT_THROW(test::GoneOn(with_shape([](LmStageShape& shape) { shape.unbent_by[3] = {-10, 0}; }), refine), Error);
-  EXPECT_THROW(test::GoneOn(with_shape([](LmStageShape& shape) {
+  EXPECT_NO_THROW(test::GoneOn(with_shape([](LmStageHeader&) {}), refine));
+  EXPECT_THROW(test::GoneOn(with_shape([](LmStageHeader& shape) { shape.unbent_by.pop_back(); }), refine), Error);
+  EXPECT_THROW(test::GoneOn(with_shape([](LmStageHeader& shape) { shape.unbent_by[3] = {-10, 0}; }), refine), Error);
+  EXPECT_THROW(test::GoneOn(with_shape([](LmStageHeader& shape) {
                               shape.unbent_by[3] = {std::nan(""), 0};
                             }),
                             refine),

@@ -62,6 +62,26 @@ TEST(TrainingSession, EvaluationsBeforeABreakAreTimeToo) {
   EXPECT_TRUE(session.ShouldStop(20));
 }
 
+// What is saved every so many minutes is due so many after where a training goes on, not at once.
+TEST(TrainingSession, IntervalsBeginWhereATrainingGoesOn) {
+  const Scene scene = TrainingScene();
+  Checkpoint checkpoint;
+  checkpoint.run.scene = FingerprintOf(scene);
+  checkpoint.run.seconds = 1000;
+  TrainCallbacks callbacks;
+  callbacks.resume = &checkpoint;
+  int taken = 0;
+  callbacks.snapshot = [&](Stage, int, const splat::Model<float>&) { ++taken; };
+  const auto take = [&](double minutes) {
+    callbacks.snapshot_every.minutes = minutes;
+    TrainingSession session(scene, TrainOptions(), 0, callbacks);
+    session.SnapshotWhereDue(Stage::kAdam, 1, [] { return splat::Model<float>(); });
+    return taken;
+  };
+  EXPECT_EQ(take(10), 0);
+  EXPECT_EQ(take(1e-9), 1);
+}
+
 // Room to write is kept, and a quarter for LM where it is asked for.
 TEST(TrainingSession, AdamHasTheTimeThatOthersLeave) {
   const Scene scene = TrainingScene();

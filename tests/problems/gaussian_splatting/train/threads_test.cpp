@@ -69,7 +69,7 @@ void CheckProblem() {
 TEST(GsThreads, ProblemInDouble) { CheckProblem<double>(); }
 TEST(GsThreads, ProblemInFloat) { CheckProblem<float>(); }
 
-TEST(GsThreads, Density) {
+TEST(GsThreads, DensityIsTheSameOnAnyNumber) {
   constexpr Index kCount = 9000;  // more than one task
   test::DensityScene scene(kCount);
   const SplatModel before = scene.model;
@@ -95,7 +95,7 @@ TEST(GsThreads, Density) {
   });
 }
 
-TEST(GsThreads, TrainingOfDifferentDegrees) {
+TEST(GsThreads, TrainingOfDifferentDegreesIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   std::vector<std::uint8_t> degrees;
   degrees.reserve(60);
@@ -104,7 +104,7 @@ TEST(GsThreads, TrainingOfDifferentDegrees) {
   ExpectSameForAnyNumber([&] { return Refine(scene, start, ShortTraining(30, 2), 0, {}).model.data; });
 }
 
-TEST(GsThreads, TrainingOfCamerasToo) {
+TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = ShortTraining(50, 0);
   options.cameras.refine = CameraChoice::kAll;
@@ -121,7 +121,7 @@ TEST(GsThreads, TrainingOfCamerasToo) {
 }
 
 // Terms of many tasks.
-TEST(GsThreads, SumsOfViews) {
+TEST(GsThreads, SumsOfViewsIsTheSameOnAnyNumber) {
   const test::MadeUpViews all(3, splat::NumAttributes(3), 20000);
   ExpectSameForAnyNumber([&] {
     SumOfViews<Host> sum;
@@ -140,7 +140,7 @@ TEST(GsThreads, SumsOfViews) {
   });
 }
 
-TEST(GsThreads, TrainingBySeveralViews) {
+TEST(GsThreads, TrainingBySeveralViewsIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = ShortTraining(50, 0);
   options.adam.views_per_iteration = 3;
@@ -152,7 +152,7 @@ TEST(GsThreads, TrainingBySeveralViews) {
   });
 }
 
-TEST(GsThreads, Training) {
+TEST(GsThreads, TrainingIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   const TrainOptions options = ShortTraining(50, 2);
   ExpectSameForAnyNumber([&] {

@@ -152,7 +152,7 @@ TEST_F(ViewGradients, LeaveNothingBehind) {
 
 TEST_F(ViewGradients, HoldWhatIsSeen) {
   const MadeUpViews all(1);
-  gs::ViewGradients<Host> terms;
+  gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
   ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
   EXPECT_EQ(term.blocks(), 3) << "of five, two of which are out of sight";
@@ -191,7 +191,7 @@ TEST_F(ViewGradients, OfOneViewStayWhereTheyAre) {
 
 TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   const MadeUpViews all(1);
-  gs::ViewGradients<Host> terms;
+  gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
   ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
   const std::vector<unsigned char> bytes = BytesOf(term);
@@ -207,7 +207,7 @@ TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
 // Of any runs of blocks, whether the term has these or not: together they are the term.
 TEST_F(ViewGradients, PiecesMakeUpTheWhole) {
   const MadeUpViews all(1, splat::NumAttributes(3), 200);
-  gs::ViewGradients<Host> terms;
+  gs::ViewGradientPool<Host> terms;
   std::vector<float> gradient = all.views[0].gradient;
   ViewGradient<Host> whole = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
   whole.SetCost(all.views[0].cost);
