@@ -42,10 +42,10 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     splats.Build(model, ToPosedCamera(view, NearPlane(scene)), background.data(), workspace);
     splats.Render(rendered.data());
     if (!view.is_trained() || held.empty()) {
-      Splats::Show(ValuesOf(*photograph), truth);
+      Splats::CopyTruth(ValuesOf(*photograph), truth);
     } else {
       VESTA_CHECK(place < held.size(), "{} targets are fewer than the training views", held.size());
-      Splats::Show(typename B::ConstView(held[place].truth), truth);
+      Splats::CopyTruth(typename B::ConstView(held[place].truth), truth);
     }
     ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstView(truth), rendered.view());
     // Before the meter, which may write into both images.

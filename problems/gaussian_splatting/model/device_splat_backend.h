@@ -19,7 +19,7 @@ struct SplatBackend<CudaBackend<float>> {
   using Truth = DeviceBuffer<float>;
   static Truth MakeTruth(HostSpan<const float> truth) {
     Truth copy;
-    Show(truth, copy);
+    CopyTruth(truth, copy);
     return copy;
   }
   using Mask = DeviceBuffer<std::uint8_t>;
@@ -30,10 +30,10 @@ struct SplatBackend<CudaBackend<float>> {
   }
   static double TruthBytes(double pixels) { return ImageShape::kChannels * sizeof(float) * pixels; }
   template <class Space>
-  static void Show(Span<const float, Space> from, Truth& to) {
+  static void CopyTruth(Span<const float, Space> from, Truth& to) {
     to.CopyFrom(from);
   }
-  static void ShowMask(HostSpan<const std::uint8_t> from, Mask& to) { to.CopyFrom(from); }
+  static void CopyMask(HostSpan<const std::uint8_t> from, Mask& to) { to.CopyFrom(from); }
 };
 
 }  // namespace vesta::gs

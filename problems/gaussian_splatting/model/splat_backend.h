@@ -28,7 +28,7 @@ struct SplatBackend<CpuBackend<S>> {
   static Truth MakeTruth(HostSpan<const S> truth) { return truth; }
   static double TruthBytes(double /*pixels*/) { return 0; }
   // to becomes a truth that the quality meter may write into where it does.
-  static void Show(HostSpan<const S> from, Truth& to) { to = from; }
+  static void CopyTruth(HostSpan<const S> from, Truth& to) { to = from; }
   // Of its pixels, as Image::mask: that of the scene itself.
   using Mask = HostSpan<const std::uint8_t>;
   static Mask MakeMask(HostSpan<const std::uint8_t> mask) { return mask; }

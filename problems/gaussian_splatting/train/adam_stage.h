@@ -37,7 +37,7 @@ class AdamStage {
   // All that is left to do. On a device throws OutOfDeviceMemory; then what follows may be called.
   void Run() {
     if (!state_) Begin();
-    views_.Show();
+    views_.LoadFull();
     while (!finished_ && !state_->span.is_last() && !session_.stopped()) Iterate();
     if (!finished_) Finish();
   }
@@ -57,7 +57,7 @@ class AdamStage {
   }
   // Leaves the model after the last iteration, recorded.
   void Finish() {
-    views_.ShowMoved();
+    views_.UpdateMovedCameras();
     if (recorded_ != state_->iteration) Record();
     parsimony_.NoteWhoStayed(*state_, state_->model.count());
     views_.FreePasses();
@@ -97,7 +97,7 @@ class AdamStage {
   }
 
   StageProgress Progress() const {
-    return {state_->iteration, state_->span, state_->model.count(), state_->before_pruning, views_.have_halves()};
+    return {state_->iteration, state_->span, state_->model.count(), state_->before_pruning, views_.have_coarse()};
   }
 
   void Iterate() {
@@ -152,9 +152,11 @@ class AdamStage {
 
   // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
   void Step(const StageSpan& span, int degree) {
-    views_.ShowFor(span);
+    views_.ChooseSize(span);
+    views_.DecideOnCamerasWhereDue(span, &*state_);
     const double begin = session_.Seconds();
     const double cost = views_.AddGradients(span, degree, &*state_);
+    views_.MoveSharedCameras(span, &*state_);
     state_->model.Step(splat::NumAttributes(degree), RateFactor(options_.adam, span));
     views_.TakeStepped(&*state_);
     const int it = ++state_->iteration;

@@ -10,7 +10,7 @@
 namespace vesta::gs {
 
 StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
-                         Index gaussians, bool has_halves, Index before_pruning, double judging) {
+                         Index gaussians, bool has_coarse_views, Index before_pruning, double judging) {
   constexpr int kPieces = 100;  // of the whole stage; those that are left are looked at one by one
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
@@ -20,7 +20,7 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
   double judged_seconds = 0;
   for (int k = 0; k < pieces; ++k) {
     const StageSpan span{done + k * piece, done + (k + 1) * piece};
-    const bool is_coarse = has_halves && IsCoarse(options.adam, span);
+    const bool is_coarse = has_coarse_views && IsCoarse(options.adam, span);
     ahead.seconds += pace.Seconds(is_coarse, ahead.gaussians) / pieces;
     ahead.full_seconds += pace.Seconds(false, ahead.gaussians) / pieces;
     if (Densifies(options.density, span)) {

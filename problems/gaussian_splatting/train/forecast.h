@@ -23,10 +23,10 @@ struct StageAhead {
   }
 };
 
-// done: the part of the stage that is behind, under 1, with so many Gaussians. has_halves: whether there are views of
-// half size. before_pruning: how many there were when pruning began, 0 where it has not. judging: iterations that look
-// at as many views as judge Gaussians. Needs pace.is_known().
+// done: the part of the stage that is behind, under 1, with so many Gaussians. has_coarse_views: whether there are
+// views of half size. before_pruning: how many there were when pruning began, 0 where it has not. judging: iterations
+// that look at as many views as judge Gaussians. Needs pace.is_known().
 StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
-                         Index gaussians, bool has_halves, Index before_pruning = 0, double judging = 0);
+                         Index gaussians, bool has_coarse_views, Index before_pruning = 0, double judging = 0);
 
 }  // namespace vesta::gs

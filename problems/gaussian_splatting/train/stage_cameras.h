@@ -80,9 +80,9 @@ class StageCameras {
   // After the views of an iteration: steps the lenses that it is time for, and takes out what views share once all were
   // through. True where that moved all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
-  // Shows where it stands now. coarse may be empty, here and below.
+  // Has targets look from where it stands now. coarse may be empty, here and below.
   template <class B>
-  void Show(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
+  void UpdateCamera(std::size_t view, StageTargets<B>* full, StageTargets<B>* coarse) {
     const View& now = *session_.cameras().views()[view];
     for (StageTargets<B>* targets : {full, coarse}) {
       if (!targets->empty()) targets->SetCamera(view, now);

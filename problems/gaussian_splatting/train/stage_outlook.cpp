@@ -54,7 +54,7 @@ StageOutlook::Telling StageOutlook::WhatToTell(bool grows) {
 }
 
 StageAhead StageOutlook::Ahead(const StageProgress& now) const {
-  return ForecastStage(pace_, growth_, session_.options(), now.span.after, now.gaussians, now.has_halves,
+  return ForecastStage(pace_, growth_, session_.options(), now.span.after, now.gaussians, now.has_coarse_views,
                        now.before_pruning, session_.IterationsPerEpoch());
 }
 

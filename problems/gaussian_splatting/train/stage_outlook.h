@@ -17,8 +17,8 @@ struct StageProgress {
   int iteration = 0;     // done
   StageSpan span{0, 0};  // of that one
   Index gaussians = 0;
-  Index before_pruning = 0;  // Gaussians that there were before some were taken out; 0: none yet
-  bool has_halves = true;    // whether there are views of half size
+  Index before_pruning = 0;      // Gaussians that there were before some were taken out; 0: none yet
+  bool has_coarse_views = true;  // of half size
 };
 
 class StageOutlook {

@@ -30,18 +30,18 @@ class StageTargets {
   std::span<const TargetView<B>> copies() const {
     return kOnHost ? std::span<const TargetView<B>>() : std::span<const TargetView<B>>(targets_);
   }
-  // make_next() gives what gives the views that will be asked for, one after the other.
-  template <class MakeNext>
-  void Expect(const MakeNext& make_next) const {
-    if (stored_.empty()) return;
-    auto next = make_next();
+  // Whether photographs come out of a store when they are asked for.
+  bool are_stored() const { return !stored_.empty(); }
+  // The same ahead of time; next() gives the views that will be asked for, one after the other.
+  template <class Next>
+  void Prefetch(const Next& next) const {
     std::vector<Index> numbers;
     for (Index k = 0; k <= PhotographStore::kAhead; ++k) numbers.push_back(stored_[next()]->number());
     stored_.front()->store()->Expect(numbers);
   }
 
   // Of photographs that outlive this. own: those of them that are looked at.
-  void Show(const std::vector<const View*>& views, double near, const Share& own) {
+  void Load(const std::vector<const View*>& views, double near, const Share& own) {
     bool are_stored = false;
     for (Index i = own.begin; i < std::min(own.end, static_cast<Index>(views.size())); ++i) {
       are_stored = are_stored || views[static_cast<std::size_t>(i)]->stored;
@@ -61,7 +61,7 @@ class StageTargets {
     views_ = std::move(views);
     std::vector<const View*> pointers;
     for (const View& view : views_) pointers.push_back(&view);
-    Show(pointers, near, own);
+    Load(pointers, near, own);
     if constexpr (!kOnHost) views_ = std::vector<View>();
   }
   // The view's camera is another now. view: of any size.
@@ -86,8 +86,8 @@ class StageTargets {
       SetTruth(i, views_[i].image);
     } else {
       const Image& shown = fits ? image : resized;
-      SplatBackend<B>::Show(ValuesOf(shown), targets_[i].truth);
-      if (!shown.mask.empty()) SplatBackend<B>::ShowMask(MaskOf(shown), targets_[i].mask);
+      SplatBackend<B>::CopyTruth(ValuesOf(shown), targets_[i].truth);
+      if (!shown.mask.empty()) SplatBackend<B>::CopyMask(MaskOf(shown), targets_[i].mask);
     }
   }
   void Clear() { *this = StageTargets(); }
@@ -116,7 +116,7 @@ class StageTargets {
   std::vector<View> views_;
   std::vector<TargetView<B>> targets_;
   std::vector<std::shared_ptr<const StoredPhotograph>> stored_;
-  std::shared_ptr<const Image> photograph_;  // of the view that is shown
+  std::shared_ptr<const Image> photograph_;  // of view shown_
   std::size_t shown_ = kNone;
 };
 

@@ -30,31 +30,40 @@ class StageViews {
       : session_(session), options_(session.options()), near_(NearPlane(session.scene())) {}
 
   // At full size; to be called before all that follows.
-  void Show() {
-    if (full_.empty()) full_.Show(session_.training_views(), near_, Own().share());
+  void LoadFull() {
+    if (full_.empty()) full_.Load(session_.training_views(), near_, Own().share());
   }
-  // At the size that an iteration is to see.
-  void ShowFor(const StageSpan& span) {
+  // That which an iteration is to see.
+  void ChooseSize(const StageSpan& span) {
     const bool wants_coarse = IsCoarse(options_.adam, span);
     if (!wants_coarse) coarse_.Clear();
-    if (!wants_coarse || !coarse_.empty() || lacks_halves_) return;
+    if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
     std::vector<View> views = CoarseViews(session_.training_views());
-    lacks_halves_ = views.empty();
+    lacks_coarse_ = views.empty();
     coarse_.Hold(std::move(views), near_, Own().share());
   }
   // Whether what was read of the cameras can be a state of theirs.
   bool IsState(const StageCamerasState& cameras) const { return cameras_.IsState(cameras); }
   bool are_coarse() const { return !coarse_.empty(); }
-  bool have_halves() const { return !lacks_halves_; }
+  // Whether there are photographs of half size.
+  bool have_coarse() const { return !lacks_coarse_; }
   // The processes that share iterations; null where each does all of them.
   Ranks* sharers() const {
     return options_.adam.views_per_iteration > 1 && !session_.trains_alone() ? session_.ranks() : nullptr;
   }
 
-  // The mean cost of the next iteration's views a value; their gradients are added up in the model's, and their cameras
-  // have moved. Of several processes each has the gradient of those Gaussians that it steps.
+  // Where CameraChoice::kAuto is to be decided before an iteration.
+  void DecideOnCamerasWhereDue(const StageSpan& span, AdamStageState<B>* state) {
+    if (!cameras_.Decides(span, state->cameras)) return;
+    SplatModel model;  // bands that are not in use yet are 0
+    state->model.DownloadParameters(model);
+    full_.Release(), coarse_.Release();
+    cameras_.Decide(model, &state->cameras);
+  }
+  // Forward and backward passes over the next iteration's views. Leaves the sum of their gradients in the model's, and
+  // their cameras moved; returns their mean cost, per pixel and channel. Of several processes each has the gradient of
+  // those Gaussians that it steps. Then come MoveSharedCameras, the model's step, and TakeStepped.
   double AddGradients(const StageSpan& span, int degree, AdamStageState<B>* state) {
-    if (cameras_.Decides(span, state->cameras)) DecideOnCameras(state);
     cameras_.BeginIteration(state->cameras);
     const splat::Model<float> x = state->model.kernel_model(degree);
     const int attributes = splat::NumAttributes(degree), views = options_.adam.views_per_iteration;
@@ -62,15 +71,24 @@ class StageViews {
     passes().views.Begin({x, attributes}, views, Observes(options_.density, span) ? &state->model.density() : nullptr);
     const OwnViewsOfIterations own = Own();
     for (int k = 0; k < views; ++k) {
-      if (HasToExpect(own, *state)) ExpectViews(own, *state);
+      Prefetch(own, *state);
       const std::size_t next = NextView(state->order, *state);
       if (own.Has(next)) AddView(k, next, x, span, gradient, state);
     }
     if (Ranks* const all = sharers()) exchange_.ToOwners(*all, state->model.owners(), &passes().views);
     const ViewCost sum = passes().views.Finish(gradient);
     pixels_ = sum.values / ImageShape::kChannels;
-    if (cameras_.moves(span, state->cameras)) MoveShared(span, state);
     return sum.objective / sum.values;
+  }
+  // What views share of their cameras; of several processes where the others' views have moved, too.
+  void MoveSharedCameras(const StageSpan& span, AdamStageState<B>* state) {
+    if (!cameras_.moves(span, state->cameras)) return;
+    if (Ranks* const all = sharers()) cameras_.TakeSteps(*all, &moved_, &state->cameras);
+    if (cameras_.MoveShared(span, &state->cameras)) {
+      moved_.resize(full_.size());
+      std::iota(moved_.begin(), moved_.end(), std::size_t{0});
+    }
+    UpdateMovedCameras();
   }
   // Of the latest iteration's views.
   double pixels() const { return pixels_; }
@@ -79,8 +97,8 @@ class StageViews {
     if (Ranks* const all = sharers()) exchange_.FromOwners(*all, &passes().views, state->model.shared_parameters());
   }
   // Later iterations see cameras where they are now.
-  void ShowMoved() {
-    for (const std::size_t view : moved_) cameras_.Show(view, &full_, &coarse_);
+  void UpdateMovedCameras() {
+    for (const std::size_t view : moved_) cameras_.UpdateCamera(view, &full_, &coarse_);
     moved_.clear();
   }
 
@@ -132,16 +150,17 @@ class StageViews {
     return next;
   }
   // Whether any of its own views may be trained on yet.
-  bool HasToExpect(const OwnViewsOfIterations& own, const AdamStageState<B>& state) const {
+  bool HasViewsToTrainOn(const OwnViewsOfIterations& own, const AdamStageState<B>& state) const {
     for (Index view = own.share().begin; view < own.share().end; ++view) {
       if (!cameras_.HoldsBack(static_cast<std::size_t>(view), state.cameras)) return true;
     }
     return false;
   }
-  void ExpectViews(const OwnViewsOfIterations& own, const AdamStageState<B>& state) {
-    targets().Expect([&] {
-      return [&, order = state.order]() mutable { return own.NextOf([&] { return NextView(order, state); }); };
-    });
+  // Photographs that are in a store, of the next views.
+  void Prefetch(const OwnViewsOfIterations& own, const AdamStageState<B>& state) {
+    if (!targets().are_stored() || !HasViewsToTrainOn(own, state)) return;
+    ViewOrder order = state.order;
+    targets().Prefetch([&] { return own.NextOf([&] { return NextView(order, state); }); });
   }
 
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
@@ -163,12 +182,6 @@ class StageViews {
     passes().views.Add(k, pulls, gradient, [&] { return ViewCost{passes().loss.Value().objective, values}; });
   }
 
-  void DecideOnCameras(AdamStageState<B>* state) {
-    SplatModel model;  // bands that are not in use yet are 0
-    state->model.DownloadParameters(model);
-    full_.Release(), coarse_.Release();
-    cameras_.Decide(model, &state->cameras);
-  }
   // The camera of the view that a gradient was just added of.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, AdamStageState<B>* state) {
     const TargetView<B>& target = targets()[view];
@@ -181,21 +194,12 @@ class StageViews {
     cameras_.Step(span, seen, &state->cameras);
     moved_.push_back(view);
   }
-  // What views share, after an iteration.
-  void MoveShared(const StageSpan& span, AdamStageState<B>* state) {
-    if (Ranks* const all = sharers()) cameras_.TakeSteps(*all, &moved_, &state->cameras);
-    if (cameras_.MoveShared(span, &state->cameras)) {
-      moved_.resize(full_.size());
-      std::iota(moved_.begin(), moved_.end(), std::size_t{0});
-    }
-    ShowMoved();
-  }
 
   TrainingSession& session_;
   const TrainOptions& options_;
   double near_;
   StageTargets<B> full_, coarse_;  // coarse_: empty where iterations are on full ones
-  bool lacks_halves_ = false;
+  bool lacks_coarse_ = false;
   StageCameras cameras_{session_};
   std::vector<std::size_t> moved_;  // by the iteration
   std::optional<ViewPasses<B>> passes_;

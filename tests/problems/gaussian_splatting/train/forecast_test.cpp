@@ -80,8 +80,8 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   options.parsimony = ParsimonyOptions::None();
   DensityOptions& density = options.density;
   density.enabled = false;
-  const auto ahead = [&](double done, bool has_halves = true) {
-    return ForecastStage(pace, {}, options, done, 100, has_halves);
+  const auto ahead = [&](double done, bool has_coarse_views = true) {
+    return ForecastStage(pace, {}, options, done, 100, has_coarse_views);
   };
   EXPECT_NEAR(ahead(0).seconds, 2, 0.03);
   EXPECT_NEAR(ahead(0.25).seconds, (1 + 2 * 3) / 3.0, 0.03);
