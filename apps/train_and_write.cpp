@@ -153,21 +153,28 @@ std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, c
 
 // Test views stay as they were given, while those that the splat is of have moved.
 void NoteHowToMeasure(const gs::Scene& scene, const gs::CameraChanges& changes, const std::string& path,
-                      const std::string& splat, std::vector<std::string>* notes) {
+                      const Flags& flags, const std::string& splat, std::vector<std::string>* notes) {
   const bool has_tests = std::ranges::any_of(scene.views, [](const gs::View& view) { return view.is_test(); });
   if (changes.is_none() || !has_tests) return;
-  const bool exposed = changes.most_gain > 0;
+  const bool exposed = changes.most_gain > 0, has_lenses = changes.most_focal > 0 || changes.most_bend > 0;
+  std::string scene_flags;
+  for (const auto& [name, value] : SceneFlagTexts(flags)) scene_flags += fmt::format(" --{}={}", name, value);
   notes->push_back(
-      fmt::format("test views are measured by their cameras{} as given, which may be off: `vesta eval {} {} "
-                  "--align={}` fits them first",
-                  exposed ? " and exposures" : "", splat, path, exposed ? "pose+colour" : "pose"));
+      fmt::format("test views are measured by their cameras{} as given, which may be off: `vesta eval {} {}{} "
+                  "--align={}` fits them first{}",
+                  exposed ? " and exposures" : "", splat, path, scene_flags, exposed ? "pose+colour" : "pose",
+                  has_lenses ? fmt::format(", better of a scene with the lenses as found (sparse/0 is {} there)",
+                                           std::filesystem::path(splat).parent_path().append(kCameraFolder).string())
+                             : ""));
 }
 
-// Of a training that was stopped.
-std::string HowToGoOn(const CommandLine& line, const gs::Interval& saves, const OutputFolder& out) {
-  if (line.command->command != kTrain) return "";
-  return saves.never() ? "; no checkpoint to go on from, since --checkpoint_every was not given"
-                       : fmt::format("; go on by `vesta train --resume {}`", out.path());
+// Of a training that was stopped by who watches it.
+std::string HowToGoOn(const CommandLine& line, const gs::TrainOptions& options, const OutputFolder& out) {
+  if (line.command->command != kTrain || (options.time_limit > 0 && !Interrupted())) return "";
+  const bool may_save = !line.flags.checkpoint_every.empty() || !line.flags.view.empty();
+  return may_save && FileExists(CheckpointFile(out.path()))
+             ? fmt::format("; go on by `vesta train --resume {}`", out.path())
+             : "; no checkpoint to go on from (--checkpoint_every)";
 }
 
 void NoteOrigin(const gs::SplatModel& model, std::vector<std::string>* notes) {
@@ -250,7 +257,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
   gs::MoveToWorld(scene, &result.model);
   NoteOrigin(result.model, &result.notes);
   NoteMemory(settings.options.memory, result.memory, &result.notes);
-  NoteHowToMeasure(scene, result.camera_changes, path, results.model_path(), &result.notes);
+  NoteHowToMeasure(scene, result.camera_changes, path, flags, results.model_path(), &result.notes);
   for (const std::string& note : result.notes) Print("{}\n", note);
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
   result.notes.insert(result.notes.begin(), scene.notes.begin(), scene.notes.end());  // told at the start
@@ -274,7 +281,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
     Print("{}", DoubtOfTraining(scene, result.history.back().train.psnr));
   }
   Print("{}wrote {} and {}{}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path(),
-        result.stopped ? HowToGoOn(line, callbacks.checkpoint.every, *out) : "");
+        result.stopped ? HowToGoOn(line, settings.options, *out) : "");
   if (flags.report) {
     std::fflush(stdout);
     gs::MoveToScene(scene, &result.model);

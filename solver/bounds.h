@@ -17,7 +17,7 @@ namespace bounds_internal {
 // The three questions of a box, on host memory, and a message. lower <= upper; infinities where there is no bound.
 inline bool Inside(double x, double lower, double upper) { return x >= lower && x <= upper; }
 inline std::string Outside(double x, double lower, double upper) {
-  return fmt::format("{:g} is not within [{:g}, {:g}]", x, lower, upper);
+  return fmt::format("{} is not within [{}, {}]", x, lower, upper);
 }
 inline bool PushedOut(double x, double descent, double lower, double upper) {
   return (x <= lower && descent < 0) || (x >= upper && descent > 0);

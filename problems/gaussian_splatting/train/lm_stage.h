@@ -76,6 +76,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       // The others would not know, and what was begun for several has no model here to go on from.
       if (!std::is_same_v<B, E> || !session.trains_alone()) throw;
       done += std::exchange(finished, 0);
+      resumes = false;  // the model is what the saved solve had come to
       if (rebuilds) {
         if (done == 0 && !session.options().adam.runs()) throw;
         session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));

@@ -109,7 +109,8 @@ class TrainingSession {
   double Seconds() const { return clock_.Seconds(); }
   // With evaluation.
   double TotalSeconds() const { return clock_.Total(); }
-  double EvalSeconds() const { return clock_.Paused(); }
+  // Of evaluations, since it was gone on with.
+  double EvalSeconds() const { return clock_.Paused() - (callbacks_.resume ? callbacks_.resume->run.eval_seconds : 0); }
   // Whether the last row of the history is of this stage.
   bool ends_with(Stage stage) const { return !history_.empty() && history_.back().stage == stage; }
   bool has_history() const { return !history_.empty(); }
@@ -185,6 +186,8 @@ class TrainingSession {
     try {
       return read();
     } catch (const OutOfDeviceMemory&) {
+      throw;
+    } catch (const OthersGaveUp&) {
       throw;
     } catch (const Error& error) {
       RefuseSavedStage(error.what());

@@ -95,7 +95,7 @@ bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
     if (!free.lens && !lens.is_none()) return false;
     if (!free.color && !found[i].color.is_none()) return false;
     if (lens != found[lenses.First(lenses.of[i])].lens) return false;
-    constexpr double kRounding = 1e-3;  // joint LM finds them in float
+    constexpr double kRounding = 1e-6;
     const double* const q = found[i].motion.quaternion;
     if (std::abs(std::inner_product(q, q + 4, q, 0.0) - 1) > kRounding) return false;
     if (!std::ranges::all_of(found[i].color.gain, [](double gain) { return gain > 0; })) return false;

@@ -207,8 +207,8 @@ TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
   // 14 times the last one wraps to 14.
   for (const Index count : {Index{1}, Index{-1}, Index{2}, std::numeric_limits<Index>::min() + 1}) {
     saved.clear();
-    LmStageHeader shape{.layout = {.count = count}, .done = 0, .units = {}};
-    archive(shape, parameters);
+    LmStageHeader header{.layout = {.count = count}, .done = 0, .units = {}};
+    archive(header, parameters);
     const std::string error = ErrorOf([&] { ModelOfLmStage(saved); });
     EXPECT_EQ(error.empty(), count == 1) << error;
   }
@@ -251,13 +251,13 @@ TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
   };
   EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
   const auto with_done = [&](int done) {
-    LmStageHeader shape;
+    LmStageHeader header;
     ArchiveReader reader(real.stage_state);
-    reader(shape);
-    shape.done = done;
+    reader(header);
+    header.done = done;
     std::string state;
     ArchiveWriter archive([&](std::string_view bytes) { state += bytes; });
-    archive(shape);
+    archive(header);
     return state.append(reader.rest());
   };
   EXPECT_EQ(error_of(with_done(2)), "");

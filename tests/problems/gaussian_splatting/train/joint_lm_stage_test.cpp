@@ -163,25 +163,25 @@ TEST_F(JointLmOfBent, RefusesASavedStageWhoseBendsAreNone) {
   const TrainOptions options = Options(CameraChoice::kAll, 3);
   const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, 0, callbacks); };
   const Checkpoint checkpoint = test::StoppedAt(1, refine);
-  const auto with_shape = [&](const auto& change) {
+  const auto with_header = [&](const auto& change) {
     ArchiveReader reader(checkpoint.stage_state);
-    LmStageHeader shape;
-    reader(shape);
-    EXPECT_EQ(shape.unbent_by.size(), 10U);
-    EXPECT_TRUE(shape.eliminates_views);
-    change(shape);
+    LmStageHeader header;
+    reader(header);
+    EXPECT_EQ(header.unbent_by.size(), 10U);
+    EXPECT_TRUE(header.eliminates_views);
+    change(header);
     Checkpoint changed = checkpoint;
     changed.stage_state.clear();
     ArchiveWriter writer([&](std::string_view bytes) { changed.stage_state += bytes; });
-    writer(shape);
+    writer(header);
     changed.stage_state += reader.rest();
     return changed;
   };
-  EXPECT_NO_THROW(test::GoneOn(with_shape([](LmStageHeader&) {}), refine));
-  EXPECT_THROW(test::GoneOn(with_shape([](LmStageHeader& shape) { shape.unbent_by.pop_back(); }), refine), Error);
-  EXPECT_THROW(test::GoneOn(with_shape([](LmStageHeader& shape) { shape.unbent_by[3] = {-10, 0}; }), refine), Error);
-  EXPECT_THROW(test::GoneOn(with_shape([](LmStageHeader& shape) {
-                              shape.unbent_by[3] = {std::nan(""), 0};
+  EXPECT_NO_THROW(test::GoneOn(with_header([](LmStageHeader&) {}), refine));
+  EXPECT_THROW(test::GoneOn(with_header([](LmStageHeader& header) { header.unbent_by.pop_back(); }), refine), Error);
+  EXPECT_THROW(test::GoneOn(with_header([](LmStageHeader& header) { header.unbent_by[3] = {-10, 0}; }), refine), Error);
+  EXPECT_THROW(test::GoneOn(with_header([](LmStageHeader& header) {
+                              header.unbent_by[3] = {std::nan(""), 0};
                             }),
                             refine),
                Error);

@@ -57,7 +57,7 @@ TEST(TrainingSession, EvaluationsBeforeABreakAreTimeToo) {
   callbacks.resume = &checkpoint;
   TrainingSession session(scene, options, 10, callbacks);
   EXPECT_NEAR(session.Seconds(), 30, 1);
-  EXPECT_NEAR(session.EvalSeconds(), 60, 1);
+  EXPECT_NEAR(session.EvalSeconds(), 0, 1) << "of this process";
   EXPECT_NEAR(session.TotalSeconds(), 90, 1);
   EXPECT_TRUE(session.ShouldStop(20));
 }

@@ -121,7 +121,7 @@ TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
 }
 
 // Terms of many tasks.
-TEST(GsThreads, SumsOfViewsIsTheSameOnAnyNumber) {
+TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
   const test::MadeUpViews all(3, splat::NumAttributes(3), 20000);
   ExpectSameForAnyNumber([&] {
     SumOfViews<Host> sum;
