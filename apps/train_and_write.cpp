@@ -153,11 +153,11 @@ std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, c
 
 // Test views stay as they were given, while those that the splat is of have moved.
 void NoteHowToMeasure(const gs::Scene& scene, const gs::CameraChanges& changes, const std::string& path,
-                      const Flags& flags, const std::string& splat, std::vector<std::string>* notes) {
+                      const Flags& flags, int downscale, const std::string& splat, std::vector<std::string>* notes) {
   const bool has_tests = std::ranges::any_of(scene.views, [](const gs::View& view) { return view.is_test(); });
   if (changes.is_none() || !has_tests) return;
   const bool exposed = changes.most_gain > 0, has_lenses = changes.most_focal > 0 || changes.most_bend > 0;
-  std::string scene_flags;
+  std::string scene_flags = downscale > 1 ? fmt::format(" --downscale={}", downscale) : "";
   for (const auto& [name, value] : SceneFlagTexts(flags)) scene_flags += fmt::format(" --{}={}", name, value);
   notes->push_back(
       fmt::format("test views are measured by their cameras{} as given, which may be off: `vesta eval {} {}{} "
@@ -257,7 +257,8 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
   gs::MoveToWorld(scene, &result.model);
   NoteOrigin(result.model, &result.notes);
   NoteMemory(settings.options.memory, result.memory, &result.notes);
-  NoteHowToMeasure(scene, result.camera_changes, path, flags, results.model_path(), &result.notes);
+  NoteHowToMeasure(scene, result.camera_changes, path, flags, settings.options.downscale, results.model_path(),
+                   &result.notes);
   for (const std::string& note : result.notes) Print("{}\n", note);
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
   result.notes.insert(result.notes.begin(), scene.notes.begin(), scene.notes.end());  // told at the start
