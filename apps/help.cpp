@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "apps/command_line.h"
 #include "apps/completion.h"
@@ -73,26 +72,20 @@ std::string AllOptions(const CommandInfo& command) {
 std::string HelpOf(const CommandInfo& command, bool all) {
   std::string text = fmt::format("{} [flags]: {}\n\n", UsageForm(command), command.summary);
   text += FlagLines(command, all);
-  const bool trains = command.command & (kTrain | kRefine | kPrune);
-  if (trains || command.command == kConfig) {
-    if (all) {
-      text += AllOptions(command);
-    } else {
-      text += fmt::format("\n`vesta help {} --all` has more flags, and the keys of --set.\n", command.name);
-    }
-    text += "\nWhat is not given is the preset's, in brackets that of balanced.\n";
+  const bool trains = command.command & (kTrain | kRefine | kPrune), has_keys = trains || command.command == kConfig;
+  if (all && has_keys) text += AllOptions(command);
+  if (!all && (has_keys || std::ranges::any_of(FlagsOf(command), &ListedFlag::only_in_all))) {
+    text += fmt::format("\n`vesta help {} --all` has more flags{}.\n", command.name,
+                        has_keys ? ", and the keys of --set" : "");
   }
-  const auto only_in_all = [](const ListedFlag& flag) { return flag.only_in_all; };
-  const std::vector<ListedFlag> flags = FlagsOf(command);
-  if (!all && !trains && command.command != kConfig && std::ranges::any_of(flags, only_in_all)) {
-    text += fmt::format("\n`vesta help {} --all` has more flags.\n", command.name);
-  }
+  if (has_keys) text += "\nWhat is not given is the preset's, in brackets that of balanced.\n";
   if (trains) {
     text +=
-        "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html (--noreport: without the last), and\n"
-        "DIR/cameras where --refine_cameras has moved them. Ctrl-C ends training after the current iteration and "
-        "writes\n"
-        "what there is (exit status 130).\n";
+        "Writes DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html (--noreport: without the last). Ctrl-C ends\n"
+        "training after the current iteration and writes what there is (exit status 130).\n";
+  }
+  if (command.command & (kTrain | kRefine)) {
+    text += "Where --refine_cameras has moved cameras they are in DIR/cameras, as a COLMAP model.\n";
   }
   if (command.command == kTrain) text += "--view shows it in a browser while it runs.\n";
   if (command.command & (kRefine | kPrune)) {

@@ -4,14 +4,8 @@
 #include <fmt/format.h>
 
 #include <functional>
-#include <optional>
 #include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
-#include "problems/gaussian_splatting/lm/engine_options.h"
-#include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "solver/levenberg_marquardt.h"

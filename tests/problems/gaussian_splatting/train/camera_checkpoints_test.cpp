@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <limits>
 #include <string>
 
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
@@ -88,16 +87,6 @@ TEST_F(CheckpointsOfCameras, ThatAreImpossibleAreRefused) {
   ExpectRefused(CameraChoice::kPose, 20, [](S& state) { state.chosen = CameraChoice::kPose; });
   ExpectRefused(CameraChoice::kAuto, 20, [](S& state) { state.chosen = CameraChoice::kAll; });
   ExpectRefused(CameraChoice::kAuto, 2, [](S& state) { state.chosen = CameraChoice{77}; });
-}
-
-// Curvatures that are no numbers move nothing.
-TEST_F(CheckpointsOfCameras, WithoutNumbersDoNoHarm) {
-  const auto no_numbers = [](StageCamerasState& state) {
-    for (CameraStepState& view : state.views) {
-      for (double& value : view.curvature) value = std::numeric_limits<double>::quiet_NaN();
-    }
-  };
-  EXPECT_EQ(ErrorOf(Training(CameraChoice::kAll), 30, Training(CameraChoice::kAll), no_numbers), "");
 }
 
 }  // namespace

@@ -61,6 +61,11 @@ class Checkpoints : public testing::Test {
     WriteCheckpoint(Path("checkpoint"), run,
                     [&](ArchiveWriter& archive) { archive.Bytes(state.data(), state.size()); });
   }
+  // Of a training that goes on from that until so many iterations of its stage are done.
+  std::string ErrorFrom(const RunState& run, const std::string& state, int stop) {
+    Save(run, state);
+    return ErrorOf([&] { TrainUntil(Options(), run.stage, stop, true); });
+  }
   static std::string ErrorIn(const std::string& path) {
     return ErrorOf([&] { ReadCheckpoint(path); });
   }
@@ -218,10 +223,7 @@ TEST_F(Checkpoints, OfLmWithACountThatIsNotTheModelsAreRefused) {
 TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
   TrainUntil(Options(), Stage::kAdam, 30, false);
   const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
-  const auto error_of = [&](const std::string& state) {
-    Save(real.run, state);
-    return ErrorOf([&] { TrainUntil(Options(), Stage::kAdam, 40, true); });
-  };
+  const auto error_of = [&](const std::string& state) { return ErrorFrom(real.run, state, 40); };
   EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
   // It begins with the degree of the harmonics, the number of Gaussians, and how many of them lack each band.
   const auto with = [&](std::size_t at, auto value) {
@@ -245,10 +247,7 @@ TEST_F(Checkpoints, OfAdamThatAreImpossibleAreRefused) {
 TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
   TrainUntil(Options(), Stage::kLm, 2, false);
   const Checkpoint real = ReadCheckpoint(Path("checkpoint"));
-  const auto error_of = [&](const std::string& state) {
-    Save(real.run, state);
-    return ErrorOf([&] { TrainUntil(Options(), Stage::kLm, 3, true); });
-  };
+  const auto error_of = [&](const std::string& state) { return ErrorFrom(real.run, state, 3); };
   EXPECT_EQ(error_of(real.stage_state), "") << "as it was";
   const auto with_done = [&](int done) {
     LmStageHeader header;
