@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <memory>
+#include <ostream>
 
 #include "solver/levenberg_marquardt.h"
 #include "tests/solver/dense_operator.h"
@@ -104,6 +105,7 @@ struct Case {
   const char* name;
   void (*change)(Pairs::Options&, LmOptions&);
 };
+void PrintTo(const Case& c, std::ostream* os) { *os << c.name; }
 
 void Block(LmOptions& lm) { lm.normal_system.preconditioner = PreconditionerKind::kBlockJacobi; }
 void Merge(Pairs::Options& pairs, LmOptions& lm, bool hold) {

@@ -70,7 +70,7 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
   ViewColumns<B> columns(free, target.shape());
   const Index values = target.shape().NumValues();
   const int pose = free.pose_tangent(), first_of_lens = pose + (free.color ? 2 : 0);
-  for (int move = 0; move < pose + free.pinhole_tangent(); ++move) {
+  for (int move = 0; move < free.num_moves(); ++move) {
     const typename B::View image = columns.image(move < pose ? move : first_of_lens + move - pose);
     backend.Copy(moves.subspan(move * values, values), image);
     ScaleChannels<B>(ChannelsOf<typename B::Scalar>(color.gain), image);
@@ -91,7 +91,7 @@ typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend
   const Index values = ImageShape::kChannels * view.num_pixels();
   const int pose = free.pose_tangent();
   typename B::Vector moves;
-  moves.ResizeForOverwrite((pose + free.pinhole_tangent()) * values);
+  moves.ResizeForOverwrite(free.num_moves() * values);
   for (int k = 0; k < pose; ++k) {
     splat::PoseTangent unit;
     unit.v[k] = 1;

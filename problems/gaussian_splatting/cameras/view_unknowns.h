@@ -36,6 +36,8 @@ struct FreeUnknowns {
   constexpr int radial_tangent() const { return lens && radial ? kRadialTangent : 0; }
   constexpr int lens_tangent() const { return pinhole_tangent() + radial_tangent(); }
   constexpr int num_tangent() const { return pose_tangent() + color_tangent() + lens_tangent(); }
+  // By which Gaussians move in the image; the bend moves the image as a whole.
+  constexpr int num_moves() const { return pose_tangent() + pinhole_tangent(); }
   // Places in a step.
   constexpr int Gain(int channel) const { return pose_tangent() + channel; }
   constexpr int Offset(int channel) const { return Gain(ImageShape::kChannels) + channel; }

@@ -6,6 +6,7 @@
 
 #include "kernels/gaussian_splatting/raster_blocks.h"
 #include "kernels/ranks/sum_tree.h"
+#include "problems/gaussian_splatting/cameras/view_columns.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
@@ -51,9 +52,9 @@ class Parts {
     // The most that auto may choose.
     FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
     free.radial = scene_.is_bent;
-    const int moves = free.pose_tangent() + free.lens_tangent(), columns = moves + (free.color ? 2 : 0);
+    const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
     const int weighted = 2 + LinearizationImages(SsimLinearization::kQuadratic);
-    return View() + Passes() + (1 + columns + std::max(moves, weighted)) * Image() +
+    return View() + Passes() + (1 + columns + std::max(free.num_moves(), weighted)) * Image() +
            Loss::ProductBytes(SsimLinearization::kQuadratic, most_.pixels);
   }
   // On the host, wherever the stages are: a measure by the training views (parsimony/harmonics.h takes the most).
@@ -174,10 +175,11 @@ double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, boo
   // Columns of the pose, and of gains and offsets, of which each is of a channel; and of the lens, W J of which no view
   // holds. Where they are made, as they are rendered and as columns, then as columns and W J, the workspace of Gram
   // matrices is free.
-  const int columns = free.pose_tangent() + (free.color ? 2 : 0), all = columns + free.lens_tangent(),
-            moves = free.pose_tangent() + free.lens_tangent(), weighted = eliminate_views ? all : 1;
+  const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free.OwnOfView()));
+  const auto all = static_cast<double>(ViewColumns<B>::NumImages(free));
+  const double beside_all = std::max<double>(free.num_moves(), eliminate_views ? all : 1);
   const ViewCounts most = scene.Largest();
-  const double making = (all + std::max(moves, weighted) - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
+  const double making = (all + beside_all - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
   double beside = std::max(0.0, making - SplatBackend<B>::Workspace::GramBytes(most));
   // On the host, photographs developed by what is found, and unbent by what was.
   const bool is_host = std::is_same_v<typename B::Space, Host>;

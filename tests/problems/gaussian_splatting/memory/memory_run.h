@@ -1,6 +1,8 @@
 // Short runs whose memory is counted.
 #pragma once
 
+#include <ostream>
+
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
@@ -15,6 +17,7 @@ struct MemoryCase {
   bool is_bent = false;   // photographs were undistorted
   bool in_parts = false;  // that are summed, as by several processes
 };
+inline void PrintTo(const MemoryCase& c, std::ostream* os) { *os << c.name; }
 
 // Some iterations of LM, unless the case has it otherwise; the case's part of Adam, and no densification.
 struct MemoryRun {
