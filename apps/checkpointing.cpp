@@ -15,8 +15,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // What the model, its photographs or the saved state are made of.
-constexpr const char* kFixed[] = {"adam.metric",     "adam.views_per_iteration", "cameras.refine",   "cameras.rule",
-                                  "train.sh_degree", "train.downscale",          "train.background", "train.seed"};
+constexpr const char* kFixed[] = {"adam.metric",    "adam.views_per_iteration", "cameras.refine",
+                                  "cameras.rule",   "train.sh_degree",          "train.downscale",
+                                  "train.low_pass", "train.background",         "train.seed"};
 
 bool IsFixed(const std::string& name, gs::Stage stage) {
   for (const char* fixed : kFixed) {

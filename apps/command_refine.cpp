@@ -95,7 +95,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   std::optional<OutputFolder> out;
   PosedModel posed = FirstRankFirst([&] {
     const auto load = [&] {
-      return LoadPosedModel(ply, path, line.flags.background, ReadingOwn(SceneOptions(line.flags, options), options));
+      return LoadPosedModel(ply, path, line.flags, ReadingOwn(SceneOptions(line.flags, options), options));
     };
     if (!IsFirstRank()) return load();
     RunFiles files = FilesOf(line);
@@ -107,7 +107,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
     files.Check();
     return loaded;
   });
-  options.background = ToDouble(posed.model.background);
+  options.background = ToDouble(posed.model.background), options.low_pass = posed.model.low_pass;
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   const std::string note = change(settings.options, posed);

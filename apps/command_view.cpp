@@ -30,14 +30,14 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   const Origin origin = ReadOrigin(checkpoint);
   PosedModel& posed = to_view->posed;
   posed.model = gs::ModelOfCheckpoint(checkpoint, origin.settings.options);
-  if (line.flags.background) posed.model.background = ToFloat(*line.flags.background);
+  UseRenderingFlags(line.flags, &posed.model);
   if (line.arguments.size() < 2) return;
   // The scene as the training read it, in whose frame the checkpoint is, but in the size asked for.
   Flags flags = line.flags;
   for (const auto& [name, value] : origin.scene_flags) RestoreSceneFlag(name, value, &flags);
   gs::LoadSceneOptions options = SceneOptions(flags, origin.settings.options);
   options.downscale = flags.downscale;
-  options.background = posed.model.background;
+  options.background = posed.model.background, options.low_pass = posed.model.low_pass;
   posed.scene = gs::LoadScene(line.arguments[1], options);
   const auto trained = std::ranges::count_if(posed.scene.views, [](const gs::View& view) { return view.is_trained(); });
   if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {
@@ -57,7 +57,7 @@ ToView LoadToView(const CommandLine& line) {
     to_view.posed = LoadPosedModel(line);
   } else {
     to_view.posed.model = gs::ReadSplat(line.arguments[0]);
-    if (line.flags.background) to_view.posed.model.background = ToFloat(*line.flags.background);
+    UseRenderingFlags(line.flags, &to_view.posed.model);
   }
   if (!has_scene) to_view.posed.scene.extent = ExtentOf(to_view.posed.model);
   return to_view;

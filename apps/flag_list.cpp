@@ -1,8 +1,18 @@
 #include "apps/flag_list.h"
 
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
 #include "apps/train_settings.h"
 
 namespace vesta::app {
+namespace {
+
+// Of the flags that set options, those that few need.
+constexpr std::string_view kRareFlags[] = {"low_pass"};
+
+}  // namespace
 
 std::vector<ListedFlag> FlagsOf(const CommandInfo& command) {
   std::vector<ListedFlag> flags;
@@ -18,6 +28,7 @@ std::vector<ListedFlag> FlagsOf(const CommandInfo& command) {
   for (ListedFlag option : OptionsOf(command)) {
     if (!option.field->flag) continue;
     option.name = option.field->flag;
+    option.only_in_all = std::ranges::find(kRareFlags, option.name) != std::end(kRareFlags);
     flags.push_back(std::move(option));
   }
   add_own(ProgramFlags().after_options);

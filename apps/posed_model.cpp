@@ -7,12 +7,17 @@
 
 namespace vesta::app {
 
-PosedModel LoadPosedModel(const std::string& splat, const std::string& scene,
-                          const std::optional<std::array<double, 3>>& background, gs::LoadSceneOptions options) {
+void UseRenderingFlags(const Flags& flags, gs::SplatModel* model) {
+  if (flags.background) model->background = ToFloat(*flags.background);
+  if (flags.low_pass) model->low_pass = *flags.low_pass;
+}
+
+PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
+                          gs::LoadSceneOptions options) {
   PosedModel posed;
   posed.model = gs::ReadSplat(splat);
-  if (background) posed.model.background = ToFloat(*background);
-  options.background = posed.model.background;
+  UseRenderingFlags(flags, &posed.model);
+  options.background = posed.model.background, options.low_pass = posed.model.low_pass;
   posed.scene = gs::LoadScene(scene, options);
   gs::MoveToScene(posed.scene, &posed.model);
   return posed;
@@ -22,7 +27,7 @@ PosedModel LoadPosedModel(const CommandLine& line) {
   gs::LoadSceneOptions options;
   options.downscale = line.flags.downscale;
   UseSceneFlags(line.flags, 0, &options);
-  return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags.background, options);
+  return LoadPosedModel(line.arguments[0], line.arguments[1], line.flags, options);
 }
 
 std::array<double, 3> ToDouble(const std::array<float, 3>& color) {

@@ -13,13 +13,15 @@
 namespace vesta::app {
 
 struct PosedModel {
-  gs::SplatModel model;  // in the frame of the scene; its background is the one to render over
+  gs::SplatModel model;  // in the frame of the scene; its background and low_pass are those to render with
   gs::Scene scene;
 };
 
-// Reads both, the scene as told but for the background: that given, else what the file of the splat states, else black.
-PosedModel LoadPosedModel(const std::string& splat, const std::string& scene,
-                          const std::optional<std::array<double, 3>>& background, gs::LoadSceneOptions options);
+// The flags' background and low-pass filter, where they are given, in place of what the splat states.
+void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
+// Reads both, the scene as told but for what the splat states, or the flags do.
+PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
+                          gs::LoadSceneOptions options);
 // Those that eval or render name.
 PosedModel LoadPosedModel(const CommandLine& line);
 

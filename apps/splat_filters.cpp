@@ -64,6 +64,7 @@ gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model) {
   if (flags.scene.empty()) return gs::FindFloaters(model, nullptr);
   gs::LoadSceneOptions options;
   UseSceneFlags(flags, 0, &options);
+  options.low_pass = model.low_pass;
   const gs::Scene scene = gs::LoadScene(flags.scene, options);
   gs::SplatModel moved = model;
   gs::MoveToScene(scene, &moved);

@@ -168,6 +168,14 @@ void NoteHowToMeasure(const gs::Scene& scene, const gs::CameraChanges& changes, 
                              : ""));
 }
 
+void NoteLowPass(const gs::SplatModel& model, std::vector<std::string>* notes) {
+  if (model.low_pass == splat::kLowPass) return;
+  notes->push_back(fmt::format(
+      "the splat is made for a low-pass filter of {} pixels^2; other viewers blur by {}: the guide says what "
+      "that costs",
+      model.low_pass, splat::kLowPass));
+}
+
 // Of a training that was stopped by who watches it.
 std::string HowToGoOn(const CommandLine& line, const gs::TrainOptions& options, const OutputFolder& out) {
   if (line.command->command != kTrain || (options.time_limit > 0 && !Interrupted())) return "";
@@ -256,6 +264,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
   const std::string cameras = SaveCameras(scene, result, *out);
   gs::MoveToWorld(scene, &result.model);
   NoteOrigin(result.model, &result.notes);
+  NoteLowPass(result.model, &result.notes);
   NoteMemory(settings.options.memory, result.memory, &result.notes);
   NoteHowToMeasure(scene, result.camera_changes, path, flags, settings.options.downscale, results.model_path(),
                    &result.notes);

@@ -47,6 +47,7 @@ gs::LoadSceneOptions SceneOptions(const Flags& flags, const gs::TrainOptions& op
   UseSceneFlags(flags, options.memory.budget_gib, &scene);
   scene.downscale = options.downscale;
   scene.background = ToFloat(options.background);
+  scene.low_pass = options.low_pass;
   scene.random_points.seed = options.seed;
   scene.hold_out = options.target_psnr > 0;
   return scene;

@@ -35,7 +35,9 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   }
   if (request.kind == FrameKind::kTruth) return truth;
   const splat::Model<float> kernel_model = gs::ToKernelModel(model);
-  splats_.Build(kernel_model, gs::ToPosedCamera(request.view, gs::NearPlane(scene_)), background_.data(), workspace_);
+  splat::PosedCamera posed = gs::ToPosedCamera(request.view, gs::NearPlane(scene_));
+  posed.low_pass = scene_.views.empty() ? model.low_pass : scene_.views.front().camera.low_pass;
+  splats_.Build(kernel_model, posed, background_.data(), workspace_);
   switch (request.kind) {
     case FrameKind::kCount:
       return CountImage();

@@ -17,7 +17,7 @@ PoseTangent PoseCotangent(const DeviceSplatView& view, const Model<float>& model
 }
 
 void ApplyLensJ(const DeviceSplatView& view, const LensTangent& delta, float* d_image, DeviceViewWorkspace& workspace) {
-  device_passes::LensTangents(view.splats().data(), view.num_splats(), view.camera().lens, delta,
+  device_passes::LensTangents(view.splats().data(), view.num_splats(), view.camera(), delta,
                               view.SplatTangents(workspace.splat_sums));
   view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
 }
@@ -34,14 +34,14 @@ void ApplyModelAndCameraJ(const DeviceSplatView& view, const Model<float>& model
     device_passes::AddTangents(moved, view.num_splats(), sum);
   }
   if (delta) {
-    device_passes::LensTangents(view.splats().data(), view.num_splats(), camera.lens, *delta, moved);
+    device_passes::LensTangents(view.splats().data(), view.num_splats(), camera, *delta, moved);
     device_passes::AddTangents(moved, view.num_splats(), sum);
   }
   view.ApplyRasterJ(sum, d_image);
 }
 
 LensTangent LensCotangent(const DeviceSplatView& view, const SplatTangent<float>* cotangents) {
-  return device_passes::LensCotangent(view.splats().data(), view.num_splats(), view.camera().lens, cotangents);
+  return device_passes::LensCotangent(view.splats().data(), view.num_splats(), view.camera(), cotangents);
 }
 
 }  // namespace vesta::splat

@@ -40,11 +40,11 @@ struct PoseCotangentOne {
 };
 
 struct LensTangentOne {
-  Lens lens;
+  PosedCamera camera;
   LensTangent delta;
   const Splat<float>* splats;
   SplatTangent<float>* tangents;
-  VESTA_HD void operator()(Index rank) const { tangents[rank] = LensRows(splats[rank], lens).Tangent<float>(delta); }
+  VESTA_HD void operator()(Index rank) const { tangents[rank] = LensRows(splats[rank], camera).Tangent<float>(delta); }
 };
 
 struct AddTangentOne {
@@ -56,11 +56,11 @@ struct AddTangentOne {
 };
 
 struct LensCotangentOne {
-  Lens lens;
+  PosedCamera camera;
   const Splat<float>* splats;
   const SplatTangent<float>* cotangents;
   VESTA_HD void operator()(Index rank, double* sums) const {
-    LensRows(splats[rank], lens).AddCotangent(cotangents[rank], sums);
+    LensRows(splats[rank], camera).AddCotangent(cotangents[rank], sums);
   }
 };
 
@@ -111,19 +111,19 @@ PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, co
   return motion.InCamera(view);
 }
 
-void LensTangents(const Splat<float>* splats, Index count, const Lens& lens, const LensTangent& delta,
+void LensTangents(const Splat<float>* splats, Index count, const PosedCamera& camera, const LensTangent& delta,
                   SplatTangent<float>* tangents) {
-  device::ForEach(count, LensTangentOne{lens, delta, splats, tangents}, "tangent of the lens");
+  device::ForEach(count, LensTangentOne{camera, delta, splats, tangents}, "tangent of the lens");
 }
 
 void AddTangents(const SplatTangent<float>* tangents, Index count, SplatTangent<float>* sum) {
   device::ForEach(count, AddTangentOne{tangents, sum}, "sum of tangents");
 }
 
-LensTangent LensCotangent(const Splat<float>* splats, Index count, const Lens& lens,
+LensTangent LensCotangent(const Splat<float>* splats, Index count, const PosedCamera& camera,
                           const SplatTangent<float>* cotangents) {
   PiecewiseSums<kLensTangent> pieces(count, 1);
-  pieces.Add(LensCotangentOne{lens, splats, cotangents}, count, "adjoint of the lens");
+  pieces.Add(LensCotangentOne{camera, splats, cotangents}, count, "adjoint of the lens");
   LensTangent sum;
   pieces.Read(sum.v);
   return sum;

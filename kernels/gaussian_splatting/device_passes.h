@@ -29,11 +29,11 @@ void PoseTangents(const Model<float>& model, const PosedCamera& view, const std:
                   const PoseTangent& xi, SplatTangent<float>* tangents);
 PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                           const SplatTangent<float>* cotangents);
-void LensTangents(const Splat<float>* splats, Index count, const Lens& lens, const LensTangent& delta,
+void LensTangents(const Splat<float>* splats, Index count, const PosedCamera& camera, const LensTangent& delta,
                   SplatTangent<float>* tangents);
 // sum += tangents.
 void AddTangents(const SplatTangent<float>* tangents, Index count, SplatTangent<float>* sum);
-LensTangent LensCotangent(const Splat<float>* splats, Index count, const Lens& lens,
+LensTangent LensCotangent(const Splat<float>* splats, Index count, const PosedCamera& camera,
                           const SplatTangent<float>* cotangents);
 
 // The steps of tile_pairs.h.

@@ -14,7 +14,7 @@ void ApplyLensJ(const SplatView<S>& view, const LensTangent& delta, S* d_image, 
   HostBuffer<SplatTangent<S>>& tangents = workspace.splat_sums;
   if (tangents.size() < view.num_splats()) tangents.ResizeForOverwrite(view.num_splats());
   ParallelFor(view.num_splats(), kGrain, [&](Index rank) {
-    tangents[rank] = LensRows(view.splats()[rank], view.camera().lens).template Tangent<S>(delta);
+    tangents[rank] = LensRows(view.splats()[rank], view.camera()).template Tangent<S>(delta);
   });
   view.ApplyRasterJ(tangents.data(), d_image);
 }
@@ -24,7 +24,7 @@ LensTangent LensCotangent(const SplatView<S>& view, const SplatTangent<S>* cotan
   return ParallelSum<LensTangent>(view.num_splats(), kGrain, [&](Index begin, Index end) {
     LensTangent sum;
     for (Index rank = begin; rank < end; ++rank) {
-      LensRows(view.splats()[rank], view.camera().lens).AddCotangent(cotangents[rank], sum.v);
+      LensRows(view.splats()[rank], view.camera()).AddCotangent(cotangents[rank], sum.v);
     }
     return sum;
   });

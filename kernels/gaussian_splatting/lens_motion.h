@@ -5,7 +5,7 @@
 // taken at the border of what the lens shows (lens.h, Shows), that place is held fast.
 #pragma once
 
-#include "kernels/gaussian_splatting/lens.h"
+#include "kernels/gaussian_splatting/posed_camera.h"
 #include "kernels/gaussian_splatting/project.h"
 #include "kernels/gaussian_splatting/types.h"
 
@@ -28,7 +28,8 @@ struct LensRows {
   double w[kLensTangent][kLambda] = {};
 
   template <class S>
-  VESTA_HD LensRows(const Splat<S>& splat, const Lens& lens) {
+  VESTA_HD LensRows(const Splat<S>& splat, const PosedCamera& camera) {
+    const Lens& lens = camera.lens;
     const SplatShape<double> shape = {double(splat.u), double(splat.v), double(splat.r), double(splat.s),
                                       double(splat.beta)};
     // The screen covariance [A B; B C], from the factor of its inverse (types.h).
@@ -40,8 +41,8 @@ struct LensRows {
                                     (B * dC / C - dB) / C};
       WhitenTangent(shape, d, w[k]);
     };
-    set(0, shape.u - lens.cx, 0, 2 * (A - kLowPass), B, 0);
-    set(1, 0, shape.v - lens.cy, 0, B, 2 * (C - kLowPass));
+    set(0, shape.u - lens.cx, 0, 2 * (A - camera.low_pass), B, 0);
+    set(1, 0, shape.v - lens.cy, 0, B, 2 * (C - camera.low_pass));
     set(2, lens.fx, 0, 0, 0, 0);
     set(3, 0, lens.fy, 0, 0, 0);
   }

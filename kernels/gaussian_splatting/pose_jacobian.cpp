@@ -43,7 +43,7 @@ void ApplyModelAndCameraJ(const SplatView<S>& view, const Model<S>& model, const
   }
   if (delta) {
     ParallelFor(view.num_splats(), kGrain, [&](Index rank) {
-      Add(LensRows(view.splats()[rank], view.camera().lens).template Tangent<S>(*delta), tangents[rank]);
+      Add(LensRows(view.splats()[rank], view.camera()).template Tangent<S>(*delta), tangents[rank]);
     });
   }
   view.ApplyRasterJ(tangents, d_image);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/lens.h"
+#include "kernels/gaussian_splatting/types.h"
 
 namespace vesta::splat {
 
@@ -15,6 +16,7 @@ struct PosedCamera {
   Lens lens;
   int width, height;  // of the image, pixels
   double near;
+  double low_pass = kLowPass;  // variance that is added to both screen axes of a Gaussian, pixels squared
 };
 
 }  // namespace vesta::splat

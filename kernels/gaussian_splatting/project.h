@@ -1,7 +1,7 @@
 // Projection of one Gaussian to one view: value for any scalar (floats, SIMD batches, duals, Jets) and adjoint.
 //
-// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + 0.3 I with
-// M = J W R_q S (2 x 3); J is the lens's derivative (lens.h).
+// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + h I with
+// M = J W R_q S (2 x 3) and h the camera's low-pass filter; J is the lens's derivative (lens.h).
 #pragma once
 
 #include "kernels/gaussian_splatting/posed_camera.h"
@@ -17,6 +17,7 @@ struct CameraConstants {
   S R[9], T[3], centre[3];
   L lens;
   S near;
+  S low_pass, low_pass_squared;
   S width, height;           // of the image
   S u_lo, u_hi, v_lo, v_hi;  // guard band: means beyond are not seen
 };
@@ -34,6 +35,11 @@ inline constexpr double kDepthSpread = 0.5;
 // The largest determinant of a screen covariance, pixels^4: beyond it a float cannot hold the determinant's derivative.
 inline constexpr double kLargestDet = 1e34;
 
+template <class S, class L>
+inline void SetLowPass(double variance, CameraConstants<S, L>& c) {
+  c.low_pass = static_cast<S>(variance), c.low_pass_squared = static_cast<S>(variance * variance);
+}
+
 template <class S>
 inline CameraConstants<S> ConstantsOf(const PosedCamera& camera) {
   CameraConstants<S> c;
@@ -42,6 +48,7 @@ inline CameraConstants<S> ConstantsOf(const PosedCamera& camera) {
   for (int i = 0; i < 3; ++i) c.centre[i] = static_cast<S>(camera.centre[i]);
   c.lens = LensIn<S>(camera.lens, camera.width, camera.height);
   c.near = static_cast<S>(camera.near);
+  SetLowPass(camera.low_pass, c);
   c.u_lo = static_cast<S>(-kGuardBand * camera.width), c.u_hi = static_cast<S>((1 + kGuardBand) * camera.width);
   c.v_lo = static_cast<S>(-kGuardBand * camera.height), c.v_hi = static_cast<S>((1 + kGuardBand) * camera.height);
   c.width = static_cast<S>(camera.width), c.height = static_cast<S>(camera.height);
@@ -91,11 +98,11 @@ VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const
   const T c0 = m[1] * n[2] - m[2] * n[1], c1 = m[2] * n[0] - m[0] * n[2], c2 = m[0] * n[1] - m[1] * n[0];
   const T mm = Fma(m[0], m[0], Fma(m[1], m[1], m[2] * m[2]));
   const T nn = Fma(n[0], n[0], Fma(n[1], n[1], n[2] * n[2]));
-  const T low_pass(kLowPass);
+  const T low_pass(camera.low_pass);
   state.B = Fma(m[0], n[0], Fma(m[1], n[1], m[2] * n[2]));
   state.C = nn + low_pass;
-  // |m x n|^2 + 0.3 (|m|^2 + |n|^2) + 0.09, each term positive: A C - B^2 loses all digits in float on needles.
-  state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(low_pass, mm + nn, T(kLowPass * kLowPass)))));
+  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, each term positive: A C - B^2 loses all digits in float on needles.
+  state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(low_pass, mm + nn, T(camera.low_pass_squared)))));
   shape.r = T(kWhitening) * sqrt(state.C / state.det);
   shape.s = T(kWhitening) / sqrt(state.C);
   shape.beta = -state.B / state.C;
@@ -151,7 +158,7 @@ VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T
 
   const T *m = state.M0, *n = state.M1;
   const T c[3] = {m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]};
-  const T two_det = T(2) * det_bar, low_pass(kLowPass);
+  const T two_det = T(2) * det_bar, low_pass(camera.low_pass);
   typename L::template Adjoint<T> adjoint(camera.lens.Jacobian(state.t, state.at));
   T A_bar[9];
   for (int k = 0; k < 3; ++k) {

@@ -181,6 +181,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{{"train", "a", "--background=0,0,2"}, kUsage, "it must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0"}, kUsage, "it must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--background=0,0,0,0"}, kUsage, "it must be three numbers from 0 to 1"},
+        BadLine{{"train", "a", "--low_pass=0"}, kUsage, "--low_pass=0: it must be from 0.01 to 4"},
+        BadLine{{"eval", "a", "b", "--low_pass=nan"}, kUsage, "--low_pass=nan: it must be from 0.01 to 4, or auto"},
         BadLine{{"refine", "a", "b", "--background=0,0,2"}, kUsage, "it must be three numbers from 0 to 1"},
         BadLine{{"train", "a", "--log_lm=maybe"}, kUsage, "--log_lm=maybe: it must be true or false"},
         BadLine{{"train", "a", "--set"}, kUsage, "--set: its value is missing; write --set=KEY=VALUE"},

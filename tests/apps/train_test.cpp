@@ -130,6 +130,31 @@ TEST_F(TinyTraining, BackgroundTravelsWithTheModel) {
   EXPECT_NE(json::parse(ReadFile(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
 }
 
+TEST_F(TinyTraining, LowPassFilterTravelsWithTheModel) {
+  const ProgramOutput output = Train(out_, {"--iterations=20", "--lm_iterations=0", "--low_pass=0.05"});
+  EXPECT_THAT(output.out, HasSubstr("other viewers blur by 0.3"));
+  EXPECT_EQ(gs::ReadSplatPly(Ply(out_)).low_pass, 0.05);
+  ExpectEvalReproduces(out_);
+  const std::string file = folder_ / "blurred.json", refined = folder_ / "refined";
+  ASSERT_EQ(RunProgram({"eval", Ply(out_), scene_, "--low_pass=0.3", "--json", file}).status, 0);
+  EXPECT_NE(json::parse(ReadFile(file))["test"]["psnr"], Metrics(out_)["test"]["psnr"]);
+  // Refining keeps it, or leads to another.
+  const auto refine = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> words = {"refine",           Ply(out_),     scene_,
+                                      "--out=" + refined, "--method=lm", "--lm_iterations=1"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    ASSERT_EQ(RunProgram(words).status, 0);
+    ExpectEvalReproduces(refined);
+  };
+  refine({});
+  EXPECT_EQ(gs::ReadSplatPly(Ply(refined)).low_pass, 0.05);
+  EXPECT_NEAR(Metrics(refined)["history"][0]["train_psnr"].get<double>(), Metrics(out_)["train"]["psnr"], 1e-6);
+  refine({"--low_pass=0.3"});
+  EXPECT_EQ(gs::ReadSplatPly(Ply(refined)).low_pass, 0.3);
+  EXPECT_NEAR(Metrics(refined)["history"][0]["train_psnr"].get<double>(),
+              json::parse(ReadFile(file))["train"]["psnr"].get<double>(), 1e-6);
+}
+
 TEST_F(TinyTraining, InterruptWritesWhatThereIs) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     Program program({"train", scene_, "--out=" + out_, "--iterations=20000"});

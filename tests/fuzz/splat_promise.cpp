@@ -27,8 +27,8 @@ void PromiseItSurvives(const gs::SplatModel& model, const std::string& copy,
   Promise(again.count == model.count && again.sh_degree == model.sh_degree,
           "written and read again it is another splat");
   Promise(again.background == model.background && again.has_background == model.has_background &&
-              again.origin == model.origin,
-          "written and read again it lies elsewhere, or before another background");
+              again.origin == model.origin && again.low_pass == model.low_pass,
+          "written and read again it lies elsewhere, or is rendered otherwise");
 }
 
 }  // namespace vesta::fuzz

@@ -78,6 +78,7 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   const bool alpha_is_mask = !FindColmapModel(path).empty();
   LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes,
                   OwnViewsOf(scene.views, options.processes, options.process), &scene);
+  for (View& view : scene.views) view.camera.low_pass = options.low_pass;
   return scene;
 }
 

@@ -19,8 +19,9 @@ struct LoadSceneOptions {
   TestViews test_views;                      // else every 8th by name, or as a NeRF scene has its own
   // Of decoded photographs; where they take more they are decoded when they are looked at (photograph_store.h).
   double photographs_bytes = std::numeric_limits<double>::infinity();
-  RandomPoints random_points;  // for scenes without points
-  bool hold_out = false;       // keep some training views back (HoldOut)
+  RandomPoints random_points;         // for scenes without points
+  double low_pass = splat::kLowPass;  // of the cameras (Camera::low_pass)
+  bool hold_out = false;              // keep some training views back (HoldOut)
   // Of processes that train together: what falls to others (model/view_owners.h) is decoded only when it is looked at.
   int process = 0, processes = 1;
 };

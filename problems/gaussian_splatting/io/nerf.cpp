@@ -330,7 +330,7 @@ void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
   for (const auto& [key, value] : more) top[key] = value;
   auto& frames = top["frames"] = nlohmann::ordered_json::array();
   for (const View& view : views) {
-    const auto& [width, height, lens] = view.camera;
+    const splat::Lens& lens = view.camera.lens;
     const auto& r = view.rotation;
     const auto center = CameraCenter(view);
     // Columns are the camera's axes in the world, and its centre: right, up, backward.
@@ -338,8 +338,8 @@ void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
     for (std::size_t i = 0; i < 3; ++i) matrix.push_back({r[i], -r[3 + i], -r[6 + i], center[i]});
     matrix.push_back({0, 0, 0, 1});
     frames.push_back({{"file_path", view.name},
-                      {"w", width},
-                      {"h", height},
+                      {"w", view.camera.width},
+                      {"h", view.camera.height},
                       {"fl_x", lens.fx},
                       {"fl_y", lens.fy},
                       {"cx", lens.cx},

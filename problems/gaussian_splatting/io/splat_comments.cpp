@@ -10,12 +10,12 @@
 namespace vesta::gs {
 namespace {
 
-constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin";
+constexpr std::string_view kBackground = "vesta background", kOrigin = "vesta origin", kLowPass = "vesta low_pass";
 
-// The three numbers after a comment of that beginning, where there is one; each must be one that is_valid.
-template <class T>
+// The numbers after a comment of that beginning, where there is one; each must be one that is_valid.
+template <class T, std::size_t N>
 bool ReadComment(const std::string& path, const std::vector<std::string>& comments, std::string_view beginning,
-                 const char* what, bool (*is_valid)(double), std::array<T, 3>* numbers) {
+                 const char* what, bool (*is_valid)(double), std::array<T, N>* numbers) {
   bool is_there = false;
   for (std::string_view comment : comments) {
     if (!comment.starts_with(beginning)) continue;
@@ -23,7 +23,7 @@ bool ReadComment(const std::string& path, const std::vector<std::string>& commen
     for (T& number : *numbers) {
       double value = 0;
       if (!ParseNumber(NextWord(&comment), &value) || !is_valid(value)) {
-        Fail("{}: the comment '{}' is not followed by three {}; correct or remove it", path, beginning, what);
+        Fail("{}: the comment '{}' is not followed by {}; correct or remove it", path, beginning, what);
       }
       number = static_cast<T>(value);
     }
@@ -40,6 +40,7 @@ std::vector<std::string> SplatComments(const SplatModel& model) {
   const auto& [x, y, z] = model.origin;
   if (model.has_background) comments.push_back(fmt::format("{} {} {} {}", kBackground, r, g, b));
   if (model.origin != std::array<double, 3>{}) comments.push_back(fmt::format("{} {} {} {}", kOrigin, x, y, z));
+  if (model.low_pass != splat::kLowPass) comments.push_back(fmt::format("{} {}", kLowPass, model.low_pass));
   return comments;
 }
 
@@ -48,8 +49,13 @@ void ReadSplatComments(const std::string& path, const std::vector<std::string>& 
   const auto is_place = [](double value) {
     return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max());
   };
-  model->has_background = ReadComment(path, comments, kBackground, "numbers in 0..1", +is_color, &model->background);
-  ReadComment(path, comments, kOrigin, "finite numbers", +is_place, &model->origin);
+  model->has_background =
+      ReadComment(path, comments, kBackground, "three numbers in 0..1", +is_color, &model->background);
+  ReadComment(path, comments, kOrigin, "three finite numbers", +is_place, &model->origin);
+  const auto is_low_pass = [](double value) { return value >= splat::kLeastLowPass && value <= splat::kMostLowPass; };
+  std::array<double, 1> low_pass{model->low_pass};
+  ReadComment(path, comments, kLowPass, "a number in 0.01..4", +is_low_pass, &low_pass);
+  model->low_pass = low_pass[0];
 }
 
 }  // namespace vesta::gs

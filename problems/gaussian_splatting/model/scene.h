@@ -9,6 +9,7 @@
 
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/lens.h"
+#include "kernels/gaussian_splatting/types.h"
 #include "problems/gaussian_splatting/model/distortion.h"
 #include "problems/gaussian_splatting/model/image.h"
 #include "problems/gaussian_splatting/model/photograph_store.h"
@@ -19,6 +20,9 @@ namespace vesta::gs {
 struct Camera {
   int width = 0, height = 0;  // of the image, pixels
   splat::Lens lens;
+  // Variance that is added to a Gaussian's two axes in the image, pixels squared of whatever size: how far a pixel
+  // looks beside itself. One for all cameras of a scene (LoadSceneOptions), whose splat is to be rendered with it.
+  double low_pass = splat::kLowPass;
 
   bool operator==(const Camera&) const = default;
 };

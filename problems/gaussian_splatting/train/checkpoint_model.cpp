@@ -33,6 +33,7 @@ SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& o
   }
   for (std::size_t c = 0; c < 3; ++c) model.background[c] = static_cast<float>(options.background[c]);
   model.has_background = true;
+  model.low_pass = options.low_pass;
   return model;
 }
 

@@ -19,6 +19,8 @@ struct TrainOptions : StageOptions {
   std::array<double, 3> background{0, 0, 0};
   // Of the images of the scene, which whoever loads it divides by this.
   int downscale = 1;
+  // Of the scene's cameras (Camera::low_pass), to whom whoever loads it gives it.
+  double low_pass = splat::kLowPass;
   std::uint64_t seed = 0;
   double time_limit = 0;  // seconds from the start of the process; 0: none
   // dB: the Adam stage ends where the views held out (ViewRole::kHeldOut) have as much; 0: none.

@@ -31,6 +31,7 @@ void SetOrigins(const Scene& scene, const TrainOptions& options, SplatModel& mod
   model.origin = scene.origin;
   for (std::size_t c = 0; c < 3; ++c) model.background[c] = static_cast<float>(options.background[c]);
   model.has_background = true;
+  model.low_pass = scene.views.front().camera.low_pass;
 }
 
 // Hands out Adam's result, where LM is to come.

@@ -52,6 +52,7 @@ TEST(LensOfASplat, TangentAgreesWithJetsOfTheProjection) {
   CameraConstants<double, LensIn<Jet>> camera{};
   std::copy_n(constants.R, 9, camera.R);
   std::copy_n(constants.T, 3, camera.T);
+  SetLowPass(scene.view.low_pass, camera);
   const Lens& lens = scene.view.lens;
   camera.lens.fx = lens.fx * exp(Jet(0, 0)), camera.lens.fy = lens.fy * exp(Jet(0, 1));
   camera.lens.cx = lens.cx + lens.fx * Jet(0, 2), camera.lens.cy = lens.cy + lens.fy * Jet(0, 3);

@@ -77,6 +77,7 @@ TEST(Lens, AdjointOfALensThatIsNoPinholeAgreesWithJets) {
     std::copy_n(pose.R, 9, camera.R);
     std::copy_n(pose.T, 3, camera.T);
     camera.lens = {.f = 20, .k = 0.05, .c = 30};
+    SetLowPass(kLowPass, camera);
     double p[kParameters], K[kLambda][kParameters], expected[kLambda][kParameters];
     for (int i = 0; i < kParameters; ++i) p[i] = random.Normal() - (i >= kLogScale && i < kQuaternion ? 2 : 0);
     JetRows(camera, p, expected);
@@ -92,6 +93,7 @@ TEST(Lens, ProjectionAsksTheLensAlone) {
   CameraConstants<double, Telecentric<double>> camera{};
   std::copy_n(pose.R, 9, camera.R);
   camera.lens = {.f = 20, .k = 0, .c = 30};
+  SetLowPass(kLowPass, camera);
   const double log_scale[3] = {-1, -1, -1}, quaternion[4] = {1, 0, 0, 0};
   for (const double z : {1.0, 7.0}) {
     const double mean[3] = {0.5, -0.25, z};

@@ -31,6 +31,7 @@ using Jet = ceres::Jet<double, kPoseTangent>;
 void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
   CameraConstants<Jet, LensIn<double>> camera{};
   camera.lens = LensIn<double>(scene.view.lens, scene.view.width, scene.view.height);
+  SetLowPass(scene.view.low_pass, camera);
   Jet turn[9];
   const Jet omega[3] = {Jet(0, 0), Jet(0, 1), Jet(0, 2)};
   ceres::AngleAxisToRotationMatrix(omega, ceres::RowMajorAdapter3x3(turn));

@@ -54,8 +54,10 @@ TEST_F(LoadSceneTest, PhotographsOfEveryKindInNestedFolders) {
 TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
   LoadSceneOptions options;
   options.downscale = 7;
+  options.low_pass = 0.1;
   const Scene scene = LoadScene(folder_.path(), options);
   const View& view = scene.views[3];
+  EXPECT_EQ(view.camera.low_pass, 0.1);  // of pixels of whatever size
   EXPECT_EQ(view.image.width, 8);
   EXPECT_EQ(view.image.height, 5);
   EXPECT_EQ(view.camera.width, 8);

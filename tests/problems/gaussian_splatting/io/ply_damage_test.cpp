@@ -61,6 +61,10 @@ TEST_F(PlyDamage, MessagesSayWhatIsWrong) {
                 "not a splat in the INRIA layout: its vertices have no property f_rest_3");
   ExpectRefused(Replaced("element", "comment vesta background 1 2 3\nelement"), "the comment 'vesta background'");
   ExpectRefused(Replaced("element", "comment vesta background 1 0\nelement"), "the comment 'vesta background'");
+  for (const char* number : {"", " 0", " 0.009", " 5", " -1", " nan", " x"}) {
+    ExpectRefused(Replaced("element", std::string("comment vesta low_pass") + number + "\nelement"),
+                  "the comment 'vesta low_pass' is not followed by a number in 0.01..4");
+  }
   ExpectRefused(Replaced("element", "comment vesta origin 1 two 3\nelement"), "the comment 'vesta origin'");
   ExpectRefused(Replaced("element", "comment vesta origin 1 2 inf\nelement"), "the comment 'vesta origin'");
   ExpectRefused("\x1f\x8b\x08 and so on", "compressed by gzip");
