@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "kernels/gaussian_splatting/types.h"
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
 
@@ -12,9 +13,15 @@ namespace vesta::gs {
 // Parts of the stage: when cameras begin to move, since the first images are those of no splat yet; and when
 // CameraChoice::kAuto is decided, by the views that are held back until then.
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
-// Until when what views share with their neighbours is held (RemoveSlowMotion), and the mean turn of all
-// (RemoveCommonTurn).
-inline constexpr double kSlowMotionFree = 0.45, kMeanTurnFree = 0.65;
+// Until when what views share with their neighbours is held (RemoveSlowMotion).
+inline constexpr double kSlowMotionFree = 0.45;
+// The same of the mean turn of all (RemoveCommonTurn). Gaussians that are blurred by more than the photographs are, far
+// ones as near ones, pull at it; so with a narrower filter it may move sooner
+// (docs/results/2026-11-28-low-pass.md).
+inline double MeanTurnFree(double low_pass) {
+  constexpr double kLater = 0.2;
+  return kSlowMotionFree + kLater * std::min(low_pass / splat::kLowPass, 1.0);
+}
 
 // The part of the stage after which one more band of the harmonics comes, each time. Exposures that differ from side to
 // side can be shown by harmonics as well; so where they are found bands come later, but before it is judged what bands

@@ -220,7 +220,8 @@ void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   // Not with a lens: its principal point would go where turns that are held cannot.
   const bool holds = free.pose && !free.lens;
   if (holds && !span.HasReached(kSlowMotionFree)) RemoveSlowMotion(given, depth_, &found);
-  if (holds && !span.HasReached(kMeanTurnFree)) RemoveCommonTurn(&found);
+  const double low_pass = given.front()->camera.low_pass;
+  if (holds && !span.HasReached(MeanTurnFree(low_pass))) RemoveCommonTurn(&found);
   if (free.color) RemoveCommonExposure(&found);
   for (std::size_t i = 0; i < found.size(); ++i) session_.cameras().Set(i, found[i]);
 }
