@@ -59,9 +59,9 @@ class FinishedRuns {
       flag_texts += fmt::format(" --{}={}", name, value);
     }
     gs::LoadSceneOptions how = SceneOptions(flags, options);
-    how.background = model_.background;
-    const std::string key =
-        fmt::format("{} {}{} {}", sources_[number].scene, fmt::join(how.background, ","), flag_texts, how.hold_out);
+    how.background = model_.background, how.low_pass = model_.low_pass;
+    const std::string key = fmt::format("{} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
+                                        how.low_pass, flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {
       scene_.reset();  // before the next one takes its room
       scene_ = gs::LoadScene(run.scene, how);

@@ -158,6 +158,7 @@ std::string EvaluationJson(const gs::Evaluation& evaluation, const gs::AlignedEv
   if (aligned != nullptr) json["aligned"] = ToJson(*aligned);
   json["train"] = ToJson(evaluation.train);
   json["cost"] = evaluation.cost;
+  json["low_pass"] = model.low_pass;
   AddModel(model, &json);
   json["device"] = facts.device;
   json["threads"] = facts.threads;

@@ -81,15 +81,17 @@ void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
 }
 
 // What --checkpoint_every and --snapshot_every ask for.
-void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const OutputFolder& out, gs::TrainCallbacks* callbacks) {
+void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
+                  gs::TrainCallbacks* callbacks) {
   callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
   if (!callbacks->checkpoint.every.never() || !flags.view.empty()) {
     callbacks->checkpoint.path = CheckpointFile(out.path());
   }
   callbacks->snapshot_every = ParseInterval("snapshot_every", flags.snapshot_every);
   if (callbacks->snapshot_every.never()) return;
-  callbacks->snapshot = [&scene, &out](gs::Stage stage, int iteration, const splat::Model<float>& model) {
+  callbacks->snapshot = [&scene, &out, options](gs::Stage stage, int iteration, const splat::Model<float>& model) {
     gs::SplatModel copy = gs::CopyOf(model);
+    gs::TellWhatItIsFor(options, &copy);
     gs::MoveToWorld(scene, &copy);
     gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
   };
@@ -242,7 +244,7 @@ int TrainAndWrite(const CommandLine& line, const std::string& path, const gs::Sc
   ProgressLine progress(stdout);
   gs::TrainCallbacks callbacks = Callbacks(&progress, flags.log_lm);
   callbacks.ranks = ranks;
-  SaveOnTheWay(flags, scene, *out, &callbacks);
+  SaveOnTheWay(flags, scene, settings.options, *out, &callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
     // Nothing is copied where the frames are one.
     if (scene.origin == std::array<double, 3>{}) return results.SaveModel(model);

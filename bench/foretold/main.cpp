@@ -70,7 +70,7 @@ int Main(int argc, char** argv) {
   gs::SplatModel model = gs::AtOneDegree(gs::ReadSplat(arguments.positional[0]));
   gs::LoadSceneOptions options;
   options.downscale = arguments.Count("downscale", 1);
-  options.background = model.background;
+  options.background = model.background, options.low_pass = model.low_pass;
   const gs::Scene scene = gs::LoadScene(arguments.positional[1], options);
   gs::MoveToScene(scene, &model);
   const gs::JudgingViews judges = JudgesOf(scene, model, static_cast<std::size_t>(arguments.Count("views", 64)));

@@ -13,10 +13,12 @@
 namespace vesta::bench {
 
 Workload RealWorkload(const std::string& scene_path, const std::string& ply) {
-  const gs::Scene scene = gs::LoadScene(scene_path);
   Workload workload;
   workload.name = "photographs";
   workload.model = gs::ReadSplatPly(ply);
+  gs::LoadSceneOptions loading;
+  loading.low_pass = workload.model.low_pass;
+  const gs::Scene scene = gs::LoadScene(scene_path, loading);
   workload.extent = scene.extent;
   for (const gs::View& view : scene.views) {
     workload.views.push_back(gs::ToPosedCamera(view, gs::NearPlane(scene)));

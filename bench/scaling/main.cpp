@@ -136,8 +136,9 @@ Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
   if (arguments.positional.size() != 3) Fail("the form is `scaling splats SCENE SPLAT.ply`");
   gs::LoadSceneOptions loading;
   loading.downscale = Whole(arguments, "downscale", "1");
-  const gs::Scene scene = gs::LoadScene(arguments.positional[1], loading);
   const gs::SplatModel model = gs::ReadSplatPly(arguments.positional[2]);
+  loading.low_pass = model.low_pass;
+  const gs::Scene scene = gs::LoadScene(arguments.positional[1], loading);
   using Cpu = CpuBackend<float>;
   std::vector<const gs::View*> views;
   for (const gs::View& view : scene.views) {

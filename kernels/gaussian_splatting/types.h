@@ -14,8 +14,9 @@ inline constexpr double kAlphaFloor = 1.0 / 255.0;
 inline constexpr double kAlphaCap = 0.99;
 inline constexpr double kTransmittanceStop = 1e-4;
 // Variance of the low-pass filter added to both screen axes, pixels squared: what 3DGS has (Kerbl et al. 2023), and
-// every viewer. Cameras may have another, between these bounds.
+// most viewers. Cameras may have another, between these bounds.
 inline constexpr double kLowPass = 0.3, kLeastLowPass = 0.01, kMostLowPass = 4;
+constexpr bool IsLowPass(double variance) { return variance >= kLeastLowPass && variance <= kMostLowPass; }
 
 // log2 of the alpha floor.
 inline constexpr double kLog2AlphaFloor = -7.994353436858858;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "problems/gaussian_splatting/io/splat_file.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -95,6 +96,8 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
   ExpectOneLine({"train", "--resume=" + out_, "--set=adam.metric=diagonal"},
                 AllOf(HasSubstr("adam.metric=block"), HasSubstr("cannot become diagonal")));
   ExpectOneLine({"train", "--resume=" + out_, "--seed=5"}, HasSubstr("train.seed=0, which cannot become 5"));
+  ExpectOneLine({"train", "--resume=" + out_, "--low_pass=0.1"},
+                HasSubstr("train.low_pass=0.3, which cannot become 0.1"));
   ExpectOneLine({"train", "--resume=" + out_, "--set=adam.views_per_iteration=2"},
                 HasSubstr("adam.views_per_iteration=1, which cannot become 2"));
   ExpectOneLine({"train", "--resume=" + out_, "--iterations=200"}, HasSubstr("iterations of Adam are done"));
@@ -108,10 +111,13 @@ TEST_F(KilledTraining, WhatCannotChangeIsNamed) {
 }
 
 TEST_F(KilledTraining, LeavesItsSnapshots) {
-  const ProgramOutput output = RunProgram(Train(out_, {"--snapshot_every=2000", "--lm_iterations=1"}));
+  const ProgramOutput output = RunProgram(
+      Train(out_, {"--snapshot_every=2000", "--lm_iterations=1", "--low_pass=0.1", "--background=0.25,0.5,1"}));
   ASSERT_EQ(output.status, 0) << output.err;
   for (const char* name : {"snapshot_adam_002000.ply", "snapshot_adam_004000.ply", "snapshot_lm_000001.ply"}) {
-    EXPECT_TRUE(std::filesystem::exists(out_ + "/" + name)) << name;
+    const gs::SplatModel snapshot = gs::ReadSplat(out_ + "/" + name);
+    EXPECT_EQ(snapshot.low_pass, 0.1) << name;
+    EXPECT_THAT(snapshot.background, testing::ElementsAre(0.25f, 0.5f, 1.0f)) << name;
   }
   EXPECT_EQ(RunProgram({"eval", out_ + "/snapshot_adam_002000.ply", scene_}).status, 0);
 }

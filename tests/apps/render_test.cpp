@@ -118,6 +118,31 @@ TEST_F(Render, TheCamerasOfAPathAreAPath) {
   EXPECT_THAT(output.err, HasSubstr("it would replace " + out_ + "/cameras.json"));
 }
 
+// Cameras that are made anew have the splat's filter too.
+TEST_F(Render, EveryPathIsDrawnWithTheSplatsFilter) {
+  for (const std::string path : {"orbit", "spiral", "photographs", "file"}) {
+    SCOPED_TRACE(path);
+    fs::remove_all(out_);
+    ExpectDone({"--path=spiral", "--frames=2"}, "wrote 2 images");
+    const std::string cameras = folder_ / "path.json", narrow = folder_ / "narrow", wide = folder_ / "wide";
+    fs::copy_file(out_ + "/cameras.json", cameras, fs::copy_options::overwrite_existing);
+    const std::string taken = path == "file" ? cameras : path;
+    gs::SplatModel wall = Wall();
+    const auto draw = [&](const std::string& out, double low_pass, const std::vector<std::string>& flags) {
+      wall.low_pass = low_pass;
+      gs::WriteSplatPly(ply_, wall);
+      std::vector<std::string> words = {"render", ply_, scene_, "--out=" + out, "--path=" + taken, "--frames=2"};
+      if (path == "orbit") words.push_back("--size=24x20");
+      words.insert(words.end(), flags.begin(), flags.end());
+      ASSERT_EQ(RunProgram(words).status, 0);
+    };
+    draw(narrow, 0.3, {}), draw(wide, 4, {});
+    EXPECT_FALSE(ReadFile(narrow + "/00000.png") == ReadFile(wide + "/00000.png"));
+    draw(narrow, 0.3, {"--low_pass=4"});
+    EXPECT_TRUE(ReadFile(narrow + "/00000.png") == ReadFile(wide + "/00000.png"));
+  }
+}
+
 // A scene far from the origin of its files is drawn about one of its own, and its cameras are in the world all the
 // same.
 TEST_F(Render, CamerasAreInTheWorld) {

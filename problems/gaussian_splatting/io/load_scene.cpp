@@ -60,6 +60,7 @@ void NoteDistortion(Scene* scene) {
 }  // namespace
 
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
+  VESTA_CHECK(splat::IsLowPass(options.low_pass), "a low-pass filter of {} pixels^2", options.low_pass);
   Scene scene = ReadModel(path, options);
   const std::size_t named = scene.views.size();
   ChooseTestViews(options.test_views, &scene.views);

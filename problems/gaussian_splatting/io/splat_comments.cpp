@@ -40,6 +40,7 @@ std::vector<std::string> SplatComments(const SplatModel& model) {
   const auto& [x, y, z] = model.origin;
   if (model.has_background) comments.push_back(fmt::format("{} {} {} {}", kBackground, r, g, b));
   if (model.origin != std::array<double, 3>{}) comments.push_back(fmt::format("{} {} {} {}", kOrigin, x, y, z));
+  VESTA_CHECK(splat::IsLowPass(model.low_pass), "a splat with a low-pass filter of {} pixels^2", model.low_pass);
   if (model.low_pass != splat::kLowPass) comments.push_back(fmt::format("{} {}", kLowPass, model.low_pass));
   return comments;
 }
@@ -52,9 +53,9 @@ void ReadSplatComments(const std::string& path, const std::vector<std::string>& 
   model->has_background =
       ReadComment(path, comments, kBackground, "three numbers in 0..1", +is_color, &model->background);
   ReadComment(path, comments, kOrigin, "three finite numbers", +is_place, &model->origin);
-  const auto is_low_pass = [](double value) { return value >= splat::kLeastLowPass && value <= splat::kMostLowPass; };
   std::array<double, 1> low_pass{model->low_pass};
-  ReadComment(path, comments, kLowPass, "a number in 0.01..4", +is_low_pass, &low_pass);
+  const std::string what = fmt::format("a number in {}..{}", splat::kLeastLowPass, splat::kMostLowPass);
+  ReadComment(path, comments, kLowPass, what.c_str(), &splat::IsLowPass, &low_pass);
   model->low_pass = low_pass[0];
 }
 

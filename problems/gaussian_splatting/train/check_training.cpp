@@ -79,6 +79,15 @@ void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* r
   }
 }
 
+// A splat is rendered with one filter, that of its scene's cameras.
+void CheckLowPass(const Scene& scene, const TrainOptions& options) {
+  for (const View& view : scene.views) {
+    if (view.camera.low_pass == options.low_pass) continue;
+    Fail("train.low_pass={}: the camera of view {} has {}; load the scene with LoadSceneOptions::low_pass",
+         options.low_pass, view.name, view.camera.low_pass);
+  }
+}
+
 void CheckTarget(const Scene& scene, const TrainOptions& options) {
   const auto is_held_out = [](const View& view) { return view.role == ViewRole::kHeldOut; };
   if (options.target_psnr <= 0 || std::ranges::any_of(scene.views, is_held_out)) return;
@@ -97,6 +106,7 @@ void CheckJointLm(const TrainOptions& options) {
 
 void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages, Ranks* ranks) {
   CheckViews(scene);
+  CheckLowPass(scene, options);
   CheckTarget(scene, options);
   CheckJointLm(options);
   CheckRanks(scene, options, stages, ranks);

@@ -4,6 +4,7 @@
 #include "problems/gaussian_splatting/model/splat_backend.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/lm_state.h"
+#include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::gs {
 namespace {
@@ -31,9 +32,7 @@ SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& o
   } catch (const Error&) {
     Fail("{}: holds no state of a training of which a splat could be shown", checkpoint.path);
   }
-  for (std::size_t c = 0; c < 3; ++c) model.background[c] = static_cast<float>(options.background[c]);
-  model.has_background = true;
-  model.low_pass = options.low_pass;
+  TellWhatItIsFor(options, &model);
   return model;
 }
 

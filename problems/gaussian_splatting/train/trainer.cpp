@@ -26,14 +26,6 @@ double UnfilledMib(const Scene& scene) {
   return (scene.photographs->MostBytes() - scene.photographs->kept_bytes()) / kMib;
 }
 
-// What a model tells of itself beside its Gaussians.
-void SetOrigins(const Scene& scene, const TrainOptions& options, SplatModel& model) {
-  model.origin = scene.origin;
-  for (std::size_t c = 0; c < 3; ++c) model.background[c] = static_cast<float>(options.background[c]);
-  model.has_background = true;
-  model.low_pass = scene.views.front().camera.low_pass;
-}
-
 // Hands out Adam's result, where LM is to come.
 void SaveBeforeLm(TrainingSession& session, const TrainCallbacks& callbacks, const SplatModel& model,
                   TrainResult* result) {
@@ -88,7 +80,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   }
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   LimitGaussians(session, stages, model);
-  SetOrigins(scene, options, model);
+  TellWhatItIsFor(options, &model), model.origin = scene.origin;
   const Index trained = NumTrainingViews(scene);
   if (trained > options.evaluated_views) {
     session.Note(fmt::format("evaluations look at {} of {} training views; at more by train.evaluated_views",
@@ -114,6 +106,12 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
 }
 
 }  // namespace
+
+void TellWhatItIsFor(const TrainOptions& options, SplatModel* model) {
+  for (std::size_t c = 0; c < 3; ++c) model->background[c] = static_cast<float>(options.background[c]);
+  model->has_background = true;
+  model->low_pass = options.low_pass;
+}
 
 const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 

@@ -138,6 +138,8 @@ struct TrainResult {
 // Error where the checkpoint is of another scene.
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
+// Has a model of such a training tell what it is to be rendered with: its background and its filter.
+void TellWhatItIsFor(const TrainOptions& options, SplatModel* model);
 // From `model`, whose SH degree is kept, and count and order too where none are to be taken out; stages as the options
 // have them.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/io/colmap.h"
@@ -58,6 +59,10 @@ TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
   const Scene scene = LoadScene(folder_.path(), options);
   const View& view = scene.views[3];
   EXPECT_EQ(view.camera.low_pass, 0.1);  // of pixels of whatever size
+  for (const double low_pass : {0.0, -1.0, 5.0, std::nan("")}) {
+    options.low_pass = low_pass;
+    EXPECT_THROW(LoadScene(folder_.path(), options), Error);
+  }
   EXPECT_EQ(view.image.width, 8);
   EXPECT_EQ(view.image.height, 5);
   EXPECT_EQ(view.camera.width, 8);
