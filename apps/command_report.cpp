@@ -8,6 +8,7 @@
 #include "apps/commands.h"
 #include "apps/config_json.h"
 #include "apps/outputs.h"
+#include "apps/posed_model.h"
 #include "apps/print.h"
 #include "apps/report/write_report.h"
 #include "apps/scene_flags.h"
@@ -59,7 +60,7 @@ class FinishedRuns {
       flag_texts += fmt::format(" --{}={}", name, value);
     }
     gs::LoadSceneOptions how = SceneOptions(flags, options);
-    how.background = model_.background, how.low_pass = model_.low_pass;
+    LoadFor(model_, &how);
     const std::string key = fmt::format("{} {} {}{} {}", sources_[number].scene, fmt::join(how.background, ","),
                                         how.low_pass, flag_texts, how.hold_out);
     if (!scene_ || key != scene_key_) {

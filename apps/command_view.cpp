@@ -37,7 +37,7 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   for (const auto& [name, value] : origin.scene_flags) RestoreSceneFlag(name, value, &flags);
   gs::LoadSceneOptions options = SceneOptions(flags, origin.settings.options);
   options.downscale = flags.downscale;
-  options.background = posed.model.background, options.low_pass = posed.model.low_pass;
+  LoadFor(posed.model, &options);
   posed.scene = gs::LoadScene(line.arguments[1], options);
   const auto trained = std::ranges::count_if(posed.scene.views, [](const gs::View& view) { return view.is_trained(); });
   if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {

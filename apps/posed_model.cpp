@@ -12,12 +12,16 @@ void UseRenderingFlags(const Flags& flags, gs::SplatModel* model) {
   if (flags.low_pass) model->low_pass = *flags.low_pass;
 }
 
+void LoadFor(const gs::SplatModel& model, gs::LoadSceneOptions* options) {
+  options->background = model.background, options->low_pass = model.low_pass;
+}
+
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options) {
   PosedModel posed;
   posed.model = gs::ReadSplat(splat);
   UseRenderingFlags(flags, &posed.model);
-  options.background = posed.model.background, options.low_pass = posed.model.low_pass;
+  LoadFor(posed.model, &options);
   posed.scene = gs::LoadScene(scene, options);
   gs::MoveToScene(posed.scene, &posed.model);
   return posed;

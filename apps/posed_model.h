@@ -19,6 +19,8 @@ struct PosedModel {
 
 // The flags' background and low-pass filter, where they are given, in place of what the splat states.
 void UseRenderingFlags(const Flags& flags, gs::SplatModel* model);
+// Has a scene loaded for what the splat is rendered with.
+void LoadFor(const gs::SplatModel& model, gs::LoadSceneOptions* options);
 // Reads both, the scene as told but for what the splat states, or the flags do.
 PosedModel LoadPosedModel(const std::string& splat, const std::string& scene, const Flags& flags,
                           gs::LoadSceneOptions options);

@@ -36,6 +36,7 @@ gs::Image FrameRenderer::Picture(const gs::SplatModel& model, const FrameRequest
   if (request.kind == FrameKind::kTruth) return truth;
   const splat::Model<float> kernel_model = gs::ToKernelModel(model);
   splat::PosedCamera posed = gs::ToPosedCamera(request.view, gs::NearPlane(scene_));
+  // Cameras that the page makes have none of their own, nor has a splat that is being trained.
   posed.low_pass = scene_.views.empty() ? model.low_pass : scene_.views.front().camera.low_pass;
   splats_.Build(kernel_model, posed, background_.data(), workspace_);
   switch (request.kind) {

@@ -35,6 +35,7 @@ inline constexpr double kDepthSpread = 0.5;
 // The largest determinant of a screen covariance, pixels^4: beyond it a float cannot hold the determinant's derivative.
 inline constexpr double kLargestDet = 1e34;
 
+// Squared in double: what a constant would be rounded to.
 template <class S, class L>
 inline void SetLowPass(double variance, CameraConstants<S, L>& c) {
   c.low_pass = static_cast<S>(variance), c.low_pass_squared = static_cast<S>(variance * variance);
