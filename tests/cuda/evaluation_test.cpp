@@ -55,7 +55,8 @@ TEST_F(CudaEvaluation, IsThatOfTheHost) {
   splat::DeviceViewWorkspace workspace;
   // A band of the harmonics is not active yet.
   for (const int degree : {0, 1}) {
-    const gs::Evaluation expected = session.Evaluate({other_.data.data(), other_.count, other_.sh_degree, degree});
+    const gs::Evaluation expected =
+        session.history().Evaluate({other_.data.data(), other_.count, other_.sh_degree, degree});
     const splat::Model<float> model{x.data(), other_.count, other_.sh_degree, degree};
     const gs::Evaluation found =
         gs::Evaluate<CudaBackend<float>>(scene_, options_.background, targets, model, workspace);

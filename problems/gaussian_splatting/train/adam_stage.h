@@ -32,19 +32,19 @@ class AdamStage {
  public:
   // model: to start from, and where the result goes.
   AdamStage(TrainingSession& session, SplatModel& model)
-      : session_(session), options_(session.options()), result_(model), saved_(session.TakeSavedStage(Stage::kAdam)) {}
+      : session_(session), options_(session.options()), result_(model), saved_(session.saved().Take(Stage::kAdam)) {}
 
   // All that is left to do. On a device throws OutOfDeviceMemory; then what follows may be called.
   void Run() {
     if (!state_) Begin();
     views_.LoadFull();
-    while (!finished_ && !state_->span.is_last() && !session_.stopped()) Iterate();
+    while (!finished_ && !state_->span.is_last() && !session_.early_end().stopped()) Iterate();
     if (!finished_) Finish();
   }
 
   int iteration() const { return state_ ? state_->iteration : 0; }
   // Of a stage that could not begin: what it was to begin from is the session's again.
-  void GiveBackSavedStage() { session_.GiveBackSavedStage(std::exchange(saved_, std::nullopt)); }
+  void GiveBackSavedStage() { session_.saved().GiveBack(std::exchange(saved_, std::nullopt)); }
   Index gaussians() const { return state_->model.count(); }
   // Back to before the Gaussians last became more, to go on without. False where there is no such state.
   bool GoBackBeforeGrowth() {
@@ -88,12 +88,12 @@ class AdamStage {
   void Restore(const std::string& bytes) {
     try {
       ArchiveReader reader(bytes);
-      session_.ReadSavedStage([&] { reader(*state_); });
+      session_.saved().OrRefuse([&] { reader(*state_); });
     } catch (const OutOfDeviceMemory&) {
       state_.reset();  // it has not begun
       throw;
     }
-    if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.RefuseSavedStage();
+    if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
   }
 
   StageProgress Progress() const {
@@ -107,8 +107,8 @@ class AdamStage {
     // Before Gaussians change: right after they were cloned or split the splat is worse.
     const bool is_stopped = RecordWhereDue();
     const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
-    session_.SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
-    if (span.is_last() || session_.has_reached_target()) {
+    session_.interim().SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
+    if (span.is_last() || session_.early_end().has_reached_target()) {
       Report();
       return Finish();
     }
@@ -117,7 +117,7 @@ class AdamStage {
     Report();
     PredictWhereDue(degree);
     Save();
-    session_.AttendToWatch(Stage::kAdam, state_->iteration, on_host, are_shared() ? WriteState() : Writer());
+    session_.interim().AttendToWatch(Stage::kAdam, state_->iteration, on_host, are_shared() ? WriteState() : Writer());
   }
   // Leaves the model after this iteration, which was recorded. What is saved, to go on from, is of after its change of
   // the Gaussians; what is said of the end is not in it, as the stage will have another.
@@ -125,19 +125,19 @@ class AdamStage {
     state_->model.DownloadResult(result_);
     finished_ = true;
     const Index gaussians = state_->model.count();
-    if (session_.any_saves()) ChangeGaussians(degree);
+    if (session_.interim().any_saves()) ChangeGaussians(degree);
     Report();
     Save();
     parsimony_.NoteWhoStayed(*state_, gaussians);
   }
   void Report() {
     session_.Report({Stage::kAdam, state_->iteration, outlook_.ExpectedIterations(Progress()), session_.Seconds(),
-                     state_->mean_cost, session_.latest_psnr(), state_->model.count(), ""});
+                     state_->mean_cost, session_.history().training_psnr(), state_->model.count(), ""});
   }
   void Save() {
     const auto gather = [&](const std::vector<bool>& savers) { state_->model.GatherFor(savers); };
-    session_.SaveWhereDue(Stage::kAdam, state_->iteration, Writer(),
-                          are_shared() ? BeforeSaving(gather) : BeforeSaving());
+    session_.interim().SaveWhereDue(Stage::kAdam, state_->iteration, Writer(),
+                                    are_shared() ? BeforeSaving(gather) : BeforeSaving());
   }
   WriteState Writer() {
     return [&](ArchiveWriter& archive) { archive(*state_); };
@@ -171,7 +171,7 @@ class AdamStage {
     try {
       state_->model.Average();
     } catch (const OutOfDeviceMemory& error) {
-      if (!session_.trains_alone()) throw;
+      if (!session_.together().is_alone()) throw;
       state_->averages = false;
       session_.Note(fmt::format("Adam leaves its last parameters, not their mean: {}", error.what()));
     }
@@ -182,8 +182,8 @@ class AdamStage {
     const StageSpan& span = state_->span;
     const double ahead = outlook_.EvaluationSeconds();
     const bool is_due = span.Reaches(1.0 / options_.adam.evaluations);
-    const bool is_stopped = session_.ShouldStop(ahead);
-    if (span.is_last() || is_stopped || (is_due && session_.HasTimeToRecord(ahead))) Record();
+    const bool is_stopped = session_.early_end().ShouldStop(ahead);
+    if (span.is_last() || is_stopped || (is_due && session_.early_end().HasTimeToRecord(ahead))) Record();
     return is_stopped;
   }
   void Record() {
@@ -195,7 +195,7 @@ class AdamStage {
       return EvaluateOrDownload(
           session_, views_.copies(), [&] { return result; }, views_.workspace(), on_host);
     };
-    session_.Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
+    session_.history().Record(Stage::kAdam, state_->iteration, ModelToRecord{state_->model.count(), evaluate, on_host});
     recorded_ = state_->iteration;
   }
   // Where it is not there already it is downloaded, for as long as nothing else is.
@@ -242,12 +242,12 @@ class AdamStage {
     session_.Predict(outlook_.Foretell(Progress(), ahead, is_first_guess, PredictMib(degree, ahead.most_gaussians)));
   }
   double PredictMib(int degree, double gaussians) {
-    const MemoryScene now = session_.CountMemory(OnHost(state_->model.kernel_model(degree)), Stage::kAdam, 8, false);
+    const MemoryScene now = session_.memory().Count(OnHost(state_->model.kernel_model(degree)), Stage::kAdam, 8, false);
     const MemoryScene then = now.Scaled(static_cast<Index>(gaussians));
     if constexpr (kOnHost) {
       return PredictedMib(then, options_, 0);
     } else {
-      return PredictedDeviceMib(then, options_, 0, session_.kept_on_device());
+      return PredictedDeviceMib(then, options_, 0, session_.memory().kept_on_device());
     }
   }
 

@@ -20,14 +20,14 @@ class BeforeGrowth {
   bool empty() const { return kept_.empty(); }
   // On the GPU as long as that takes no room from what was planned for there.
   void Keep(AdamStageState<B>& state) {
-    if (!session_.trains_alone()) return;  // several do not go back
+    if (!session_.together().is_alone()) return;  // several do not go back
     kept_ = Kept();
     iteration_ = state.iteration;
     const double bytes = Kept::ArrayBytes(state);
-    if (bytes <= session_.spare_device_bytes()) {
+    if (bytes <= session_.memory().spare_device_bytes()) {
       try {
         kept_ = Kept(state, true);
-        session_.NoteKeptOnDevice(bytes);
+        session_.memory().NoteKeptOnDevice(bytes);
         return;
       } catch (const OutOfDeviceMemory&) {  // less is free than was
       }

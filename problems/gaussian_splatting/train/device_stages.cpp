@@ -16,12 +16,13 @@ StageRunners DeviceStages() {
   if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
   device::ResetPeak();
   const auto run_lm = [](TrainingSession& session, SplatModel& model, bool hold_batches) {
-    return session.ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
-                           : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
+    return session.together().ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
+                                      : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
   };
   const auto run_joint_lm = [](TrainingSession& session, SplatModel& model, bool eliminate_views) {
-    return session.ranks() ? RunJointLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, eliminate_views)
-                           : RunJointLmStage<CudaBackend<float>>(session, model, eliminate_views);
+    return session.together().ranks()
+               ? RunJointLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, eliminate_views)
+               : RunJointLmStage<CudaBackend<float>>(session, model, eliminate_views);
   };
   const auto memory = [] {
     return DeviceMemoryUse{.free_bytes = static_cast<double>(device::FreeBytes()),

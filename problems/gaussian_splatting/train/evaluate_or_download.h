@@ -19,9 +19,9 @@ Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetVi
                               const std::function<splat::Model<float>()>& on_host) {
   try {
     return Evaluate<B>(session.scene(), session.options().background, copies, model(), workspace,
-                       session.measured_views());
+                       session.history().measured_views());
   } catch (const OutOfDeviceMemory&) {
-    return session.Evaluate(on_host());
+    return session.history().Evaluate(on_host());
   }
 }
 

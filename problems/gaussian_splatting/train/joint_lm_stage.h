@@ -69,9 +69,9 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
   const JointOptions options = JointOptionsOf(session, start.header.done, start.header.eliminates_views);
   // What was found is from there, with photographs as they are, but for what they are unbent by.
   const std::vector<const View*>& given = cameras.given();
-  const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(given.size()));
+  const Share own = OwnTrainingViews(session.together().ranks(), static_cast<Index>(given.size()));
   if (options.free.radial && !start.saved()) start.header.unbent_by = BendsFound(cameras);
-  if (start.saved() && !AreBendsOf(given, options.free, start.header.unbent_by)) session.RefuseSavedStage();
+  if (start.saved() && !AreBendsOf(given, options.free, start.header.unbent_by)) session.saved().Refuse();
   int finished = start.finished();  // iterations, whose best model and cameras are
   try {
     std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
@@ -80,7 +80,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
     JointProblem<B> problem(ProblemOptionsOf(options, model, start.header.units, given, start.header.unbent_by),
                             targets);
     const JointLayout& layout = problem.layout();
-    ProblemToSolve<JointParts, B, E> solved(session.ranks(), problem);
+    ProblemToSolve<JointParts, B, E> solved(session.together().ranks(), problem);
     E backend;
     const vesta::LmOptions engine = EngineOptionsOf(options);
     const auto from_found = [&] {
@@ -95,7 +95,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
       for (Index v = 0; v < layout.views; ++v) views.push_back(layout.UnknownsOf(rest.view(), v));
       return views;
     };
-    if (start.saved() && !cameras.Restore(found())) session.RefuseSavedStage();
+    if (start.saved() && !cameras.Restore(found())) session.saved().Refuse();
     if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x begins with the model
     LmModel<B, E> best(session, stepper, {}, problem.workspace(), model);
     std::string report = RunLmSteps(session, stepper, start.header, best.Recorded(), [&] {
@@ -110,7 +110,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
   } catch (const OutOfDeviceMemory& error) {
     // The others would not know, and without an iteration or Adam nothing was done.
     const int done = start.header.done + finished;
-    if (!std::is_same_v<B, E> || !session.trains_alone() || (done == 0 && !session.options().adam.runs())) throw;
+    if (!std::is_same_v<B, E> || !session.together().is_alone() || (done == 0 && !session.options().adam.runs())) throw;
     session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
     return "";
   }

@@ -39,7 +39,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   engine.hold_batches = hold_batches;
   std::vector<std::shared_ptr<const Image>> photographs;  // of own views, out of the store
   std::vector<TargetView<B>> targets;
-  const Share own = OwnTrainingViews(session.ranks(), static_cast<Index>(session.training_views().size()));
+  const Share own = OwnTrainingViews(session.together().ranks(), static_cast<Index>(session.training_views().size()));
   const auto make_targets = [&] {
     return MakeTargets<B>(session.training_views(), NearPlane(session.scene()), own, &photographs);
   };
@@ -58,7 +58,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       if (targets.empty()) targets = make_targets();
       E backend;
       SplatProblem<B> problem = make_problem();
-      ProblemToSolve<SplatParts, B, E> solved(session.ranks(), problem);
+      ProblemToSolve<SplatParts, B, E> solved(session.together().ranks(), problem);
       typename E::Vector x;
       x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
@@ -74,7 +74,7 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       return report;
     } catch (const OutOfDeviceMemory& error) {
       // The others would not know, and what was begun for several has no model here to go on from.
-      if (!std::is_same_v<B, E> || !session.trains_alone()) throw;
+      if (!std::is_same_v<B, E> || !session.together().is_alone()) throw;
       done += std::exchange(finished, 0);
       resumes = false;  // the model is what the saved solve had come to
       if (rebuilds) {

@@ -15,13 +15,13 @@ class LmStart {
  public:
   // Throws Error, which names the checkpoint, where what was saved is no state of this stage.
   LmStart(TrainingSession& session, const SplatModel& model)
-      : session_(session), saved_(session.TakeSavedStage(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
+      : session_(session), saved_(session.saved().Take(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
     if (!saved_) {
       header = {model, 0, TrainingUnits(session, model)};
       return;
     }
-    session.ReadSavedStage([&] { reader_(header); });
-    if (header.done < 0 || header.done > session.first_iteration()) session.RefuseSavedStage();
+    session.saved().OrRefuse([&] { reader_(header); });
+    if (header.done < 0 || header.done > session.saved().iteration()) session.saved().Refuse();
   }
   LmStart(const LmStart&) = delete;
   LmStart& operator=(const LmStart&) = delete;
@@ -30,10 +30,10 @@ class LmStart {
   // A stepper, by what it is made of and the saved solve; once. Throws as the constructor.
   template <class Stepper, class... Args>
   Stepper GoOn(Args&&... args) {
-    return session_.ReadSavedStage([&] { return Stepper(std::forward<Args>(args)..., reader_); });
+    return session_.saved().OrRefuse([&] { return Stepper(std::forward<Args>(args)..., reader_); });
   }
   // Iterations of the saved solve, whose best the model is that the stage begins with.
-  int finished() const { return saved_ ? session_.first_iteration() - header.done : 0; }
+  int finished() const { return saved_ ? session_.saved().iteration() - header.done : 0; }
 
   LmStageHeader header;
 

@@ -32,29 +32,29 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
   for (const View* view : session.training_views()) {
     values += static_cast<double>(ImageShape{view->camera.width, view->camera.height}.NumValues());
   }
-  if (first == 0 && stepper.summary().iterations.size() == 1 && !session.ends_with(Stage::kLm)) {
-    session.Record(Stage::kLm, 0, best);
-    if (!stepper.done()) session.SaveWhereDue(Stage::kLm, 0, save);
+  if (first == 0 && stepper.summary().iterations.size() == 1 && !session.history().ends_with(Stage::kLm)) {
+    session.history().Record(Stage::kLm, 0, best);
+    if (!stepper.done()) session.interim().SaveWhereDue(Stage::kLm, 0, save);
   }
   // The next step takes as long as the latest, its evaluation included.
-  for (double latest = 0; !stepper.done() && !session.ShouldStop(latest);) {
-    const double begin = session.TotalSeconds();
+  for (double latest = 0; !stepper.done() && !session.early_end().ShouldStop(latest);) {
+    const double begin = session.clock().Total();
     const LmIteration& row = stepper.Step();
     moved();
-    session.Record(Stage::kLm, first + row.iteration, best);
+    session.history().Record(Stage::kLm, first + row.iteration, best);
     session.Report({Stage::kLm, first + row.iteration, session.options().lm.iterations, session.Seconds(),
-                    row.cost / values, session.latest_psnr(), best.gaussians,
+                    row.cost / values, session.history().training_psnr(), best.gaussians,
                     fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
                                 row.pcg_iterations, row.accepted ? "" : " rejected")});
-    session.SnapshotWhereDue(Stage::kLm, first + row.iteration, best.on_host);
+    session.interim().SnapshotWhereDue(Stage::kLm, first + row.iteration, best.on_host);
     if (!stepper.done()) {
-      session.SaveWhereDue(Stage::kLm, first + row.iteration, save);
-      session.AttendToWatch(Stage::kLm, first + row.iteration, best.on_host, save);
+      session.interim().SaveWhereDue(Stage::kLm, first + row.iteration, save);
+      session.interim().AttendToWatch(Stage::kLm, first + row.iteration, best.on_host, save);
     }
-    latest = session.TotalSeconds() - begin;
+    latest = session.clock().Total() - begin;
   }
-  if (session.stopped() && !stepper.done()) {
-    session.SaveWhereDue(Stage::kLm, first + stepper.summary().iterations.back().iteration, save);
+  if (session.early_end().stopped() && !stepper.done()) {
+    session.interim().SaveWhereDue(Stage::kLm, first + stepper.summary().iterations.back().iteration, save);
   }
   const LmSummary& summary = stepper.summary();
   if (summary.status == LmStatus::kFunctionTolerance && session.options().lm.min_gain > 0) {

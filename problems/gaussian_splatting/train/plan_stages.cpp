@@ -43,7 +43,7 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   // Each counted view is built once: all only where LM is to be planned to the last byte.
   const bool is_exact = options.lm.iterations > 0 && (has_cache || options.memory.budget_gib > 0);
   const int counted = is_exact ? all : some;
-  return session.CountMemory(ToKernelModel(model), Stage::kLm, counted, has_cache);
+  return session.memory().Count(ToKernelModel(model), Stage::kLm, counted, has_cache);
 }
 
 // Where there is no room for any, LM is not asked for any more.
@@ -52,7 +52,7 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
   const TrainOptions& options = session.options();
   const bool finds_cameras = FindsCamerasByLm(options);
   LmPlan plan{options.lm};
-  const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
+  const StageMemory memory = MemoryToShare(stages, options.memory, session.together().ranks());
   try {
     plan = finds_cameras ? PlanJointLm(counts, options, memory) : PlanLm(counts, options, memory);
   } catch (const Error& error) {
@@ -60,9 +60,9 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
     if (!options.adam.runs()) throw;
     result->lm_left_out = error.what();
   }
-  if (session.OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  if (session.together().OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
   if (finds_cameras) {
-    plan.eliminate_views = !session.OnAny(!plan.eliminate_views);  // all solve one system
+    plan.eliminate_views = !session.together().OnAny(!plan.eliminate_views);  // all solve one system
     if (!plan.eliminate_views) {
       session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
     }
@@ -82,11 +82,11 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
 void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
   const TrainOptions& options = session.options();
   if (options.memory.budget_gib == 0 && !stages.device_memory) return;
-  const MemoryScene counts = session.CountMemory(ToKernelModel(model), Stage::kAdam, 8, false);
-  const StageMemory memory = MemoryToShare(stages, options.memory, session.ranks());
+  const MemoryScene counts = session.memory().Count(ToKernelModel(model), Stage::kAdam, 8, false);
+  const StageMemory memory = MemoryToShare(stages, options.memory, session.together().ranks());
   const Index fit = PlanGaussians(counts, options, memory);
   if (stages.device_memory) {
-    session.SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
+    session.memory().SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
   }
   const bool grows = options.density.enabled && options.adam.runs();
   if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
@@ -101,23 +101,25 @@ void RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* mod
   const Index batches = NumBatches(session, options.lm);
   const MemoryScene counts = CountForLm(session, stages, *model);
   LmPlan plan = PlanLmStage(session, stages, counts, result);
-  if (options.lm.iterations > 0 && !session.has_reached_target() && !session.ShouldStop()) {
+  if (options.lm.iterations > 0 && !session.early_end().has_reached_target() && !session.early_end().ShouldStop()) {
     session.AdaptOptions().lm = plan.lm;
     result->lm_report = FindsCamerasByLm(options) ? stages.joint_lm(session, *model, plan.eliminate_views)
                                                   : stages.lm(session, *model, plan.hold_batches);
   } else {
     plan.bytes = 0;
   }
-  session.NoteModel(*model);
+  session.memory().NoteModel(*model);
   // Adam's stage may have held more views.
-  const bool differ = session.PlannedViews(Stage::kAdam).size() != session.PlannedViews(Stage::kLm).size();
-  const MemoryScene of_adam = differ ? session.CountMemory(ToKernelModel(*model), Stage::kAdam, 4, false) : counts,
-                    largest = of_adam.Of(session.largest_model());
+  const bool differ =
+      session.memory().PlannedViews(Stage::kAdam).size() != session.memory().PlannedViews(Stage::kLm).size();
+  const MemoryScene of_adam = differ ? session.memory().Count(ToKernelModel(*model), Stage::kAdam, 4, false) : counts,
+                    largest = of_adam.Of(session.memory().largest_model());
   result->memory.jacobian = plan.lm.jacobian;
   result->memory.batches = static_cast<int>(batches);
   if (stages.device_memory) {
     result->memory.predicted_mib = PredictedMibBesideDevice(largest, options);
-    result->memory.device_predicted_mib = PredictedDeviceMib(largest, options, plan.bytes, session.kept_on_device());
+    result->memory.device_predicted_mib =
+        PredictedDeviceMib(largest, options, plan.bytes, session.memory().kept_on_device());
   } else {
     result->memory.predicted_mib = PredictedMib(largest, options, plan.bytes);
   }

@@ -19,7 +19,7 @@ void RunAdamStage(TrainingSession& session, SplatModel& model) {
     try {
       return stage->Run();
     } catch (const OutOfDeviceMemory& error) {
-      if (!session.trains_alone()) throw;
+      if (!session.together().is_alone()) throw;
       const int failed = stage->iteration();
       if (stage->GoBackBeforeGrowth()) {
         session.Note(fmt::format("Adam goes on from iteration {} with {} Gaussians and no more: {}", stage->iteration(),

@@ -25,7 +25,7 @@ StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
   const int n = NumIterations(options.adam), done = now.iteration;
   const double before = now.span.after, planned = 1.0 * done / n;
   if (options.time_limit <= 0) return {planned, (done + 1.0) / n};
-  const double left = n - done, in_time = session_.OfFirst(IterationsInTime(now));
+  const double left = n - done, in_time = session_.together().OfFirst(IterationsInTime(now));
   // A limit that never binds changes no bit.
   if (before == planned && left <= in_time) return {planned, (done + 1.0) / n};
   return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
@@ -40,7 +40,7 @@ int StageOutlook::ExpectedIterations(const StageProgress& now) const {
 
 double StageOutlook::IterationsInTime(const StageProgress& now) const {
   constexpr double kAny = 1e300;
-  const double seconds = session_.SecondsForAdam(SecondsPerPixel());
+  const double seconds = session_.early_end().SecondsForAdam() - EvaluationSeconds();
   if (!pace_.is_known() || seconds >= kAny) return kAny;
   return Ahead(now).IterationsIn(seconds);
 }
@@ -65,7 +65,7 @@ Prediction StageOutlook::Foretell(const StageProgress& now, const StageAhead& ah
   const double row =
       EvaluationSeconds() * ahead.full_seconds / pace_.Seconds(false, static_cast<double>(now.gaussians));
   const double left = (NumIterations(options.adam) - now.iteration) * ahead.seconds + ahead.change_seconds + rows * row;
-  const double total = session_.TotalSeconds();
+  const double total = session_.clock().Total();
   const double seconds = options.time_limit > 0 ? std::min(options.time_limit, total + left) : total + left;
   return {is_first_guess, total, seconds, mib, ahead.gaussians};
 }

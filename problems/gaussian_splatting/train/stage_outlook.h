@@ -37,7 +37,7 @@ class StageOutlook {
   // In all, as far as is known.
   int ExpectedIterations(const StageProgress& now) const;
   // Of the evaluation to come; 0: not known.
-  double EvaluationSeconds() const { return session_.EvaluationAhead(SecondsPerPixel()); }
+  double EvaluationSeconds() const { return session_.history().SecondsAhead(SecondsPerPixel()); }
 
   // What the whole stage will take is to be foretold a second after its start, roughly, and when it is seen how the
   // Gaussians grow. Once each; grows: whether density control observes.

@@ -36,7 +36,7 @@ class StageParsimony {
                         ClaimTime(2, kPartForDegrees, state);
     if (!checks && !prunes && !lowers) return;
     before();
-    session_.NoteModel(state.model.layout());
+    session_.memory().NoteModel(state.model.layout());
     if (checks) KeepOnly(Supported(OnHost(state, degree), Judges()), state);
     // First, since Gaussians of a lower degree cost less.
     if (lowers) LowerDegrees(state, degree);
@@ -69,7 +69,7 @@ class StageParsimony {
     const double free = part * kJudgingPart * limit - state.judged_seconds;
     const auto judged = static_cast<double>(state.model.count());
     const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, session_.IterationsPerEpoch()) <= free;
-    const bool has_time = session_.OfFirst(fits ? 1 : 0) > 0;
+    const bool has_time = session_.together().OfFirst(fits ? 1 : 0) > 0;
     if (!has_time) ++state.judging_left_out;
     return has_time;
   }
@@ -128,7 +128,7 @@ class StageParsimony {
     return model;
   }
   JudgingViews Judges() const {
-    return TrainingViewsOf(session_.scene(), session_.options().background, session_.ranks());
+    return TrainingViewsOf(session_.scene(), session_.options().background, session_.together().ranks());
   }
 
   TrainingSession& session_;

@@ -49,7 +49,8 @@ class StageViews {
   bool have_coarse() const { return !lacks_coarse_; }
   // The processes that share iterations; null where each does all of them.
   Ranks* sharers() const {
-    return options_.adam.views_per_iteration > 1 && !session_.trains_alone() ? session_.ranks() : nullptr;
+    return options_.adam.views_per_iteration > 1 && !session_.together().is_alone() ? session_.together().ranks()
+                                                                                    : nullptr;
   }
 
   // Where CameraChoice::kAuto is to be decided before an iteration.
@@ -141,7 +142,7 @@ class StageViews {
   ViewPasses<B>& passes() { return passes_ ? *passes_ : passes_.emplace(); }
   OwnViewsOfIterations Own() const {
     return OwnViewsOfIterations(
-        OwnViewsInAdam(options_, session_.ranks(), static_cast<Index>(session_.training_views().size())));
+        OwnViewsInAdam(options_, session_.together().ranks(), static_cast<Index>(session_.training_views().size())));
   }
   // Of those that may be trained on yet.
   std::size_t NextView(ViewOrder& order, const AdamStageState<B>& state) const {

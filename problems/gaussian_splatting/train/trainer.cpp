@@ -29,7 +29,7 @@ double UnfilledMib(const Scene& scene) {
 // Hands out Adam's result, where LM is to come.
 void SaveBeforeLm(TrainingSession& session, const TrainCallbacks& callbacks, const SplatModel& model,
                   TrainResult* result) {
-  const bool ends = session.stopped() || session.has_reached_target();
+  const bool ends = session.early_end().stopped() || session.early_end().has_reached_target();
   if (callbacks.before_lm && session.options().lm.iterations > 0 && !ends) {
     try {
       callbacks.before_lm(model);
@@ -37,29 +37,28 @@ void SaveBeforeLm(TrainingSession& session, const TrainCallbacks& callbacks, con
       result->lm_left_out = error.what();
     }
   }
-  if (session.OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  if (session.together().OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
 }
 
 void NoteMissedTarget(TrainingSession& session) {
   session.Note(
       fmt::format("{:.2f} dB on the views held out, not the {:.2f} of --target_psnr; give it longer, as by "
                   "--preset=best, or a lower target",
-                  session.held_out_psnr(), session.options().target_psnr));
+                  session.history().held_out_psnr(), session.options().target_psnr));
 }
 
 // All that the session has to tell.
 void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->eval_seconds = session.EvalSeconds();
-  result->stopped = session.stopped();
+  result->stopped = session.early_end().stopped();
   result->predictions = session.TakePredictions();
-  const bool misses = session.options().target_psnr > 0 && !session.has_reached_target();
-  if (misses && !result->stopped) NoteMissedTarget(session);
+  if (session.early_end().misses_target() && !result->stopped) NoteMissedTarget(session);
   result->cameras = session.cameras().found();
   if (!result->cameras.empty()) {
     result->camera_changes =
         ChangesOf(result->model, session.cameras().given(), result->cameras, NearPlane(session.scene()));
   }
-  result->history = session.TakeHistory();
+  result->history = session.history().Take();
   result->megapixels = CountedMegapixels(session.training_views(), session.options(), result->history);
   result->notes = session.TakeNotes();
 }
@@ -71,12 +70,12 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   TrainingSession session(scene, asked, seconds_before, callbacks);
   const TrainOptions& options = session.options();
   double& before_mib = session.AdaptOptions().memory.before_mib;
-  before_mib = session.MostOfAll(before_mib + session.cameras().CopiedMib() + unfilled_mib);
+  before_mib = session.together().MostOfAll(before_mib + session.cameras().CopiedMib() + unfilled_mib);
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();
-  if (session.first_stage() == Stage::kLm && session.saved_stage()) {
-    model = session.ReadSavedStage([&] { return ModelOfLmStage(*session.saved_stage()); });
+  if (session.saved().stage() == Stage::kLm && session.saved().state()) {
+    model = session.saved().OrRefuse([&] { return ModelOfLmStage(*session.saved().state()); });
   }
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   LimitGaussians(session, stages, model);
@@ -87,15 +86,16 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
                              options.evaluated_views, trained));
   }
   // The first row is of what was given, so that the gain can be told. Without Adam LM records that row.
-  if (is_given && options.adam.runs() && !callbacks.resume) session.Record(Stage::kLm, 0, ToKernelModel(model));
-  if (options.adam.runs() && session.first_stage() == Stage::kAdam) {
+  if (is_given && options.adam.runs() && !callbacks.resume)
+    session.history().Record(Stage::kLm, 0, ToKernelModel(model));
+  if (options.adam.runs() && session.saved().stage() == Stage::kAdam) {
     stages.adam(session, model);
     SaveBeforeLm(session, callbacks, model, &result);
   }
   const double between = session.Seconds();
   session.cameras().DevelopAll();
   RunLm(session, stages, &model, &result);
-  if (!session.has_history()) session.Record(Stage::kLm, 0, ToKernelModel(model));
+  if (session.history().empty()) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;
   result.lm_seconds = session.Seconds() - between;
   result.memory.device_free_mib = device_free / kMib;

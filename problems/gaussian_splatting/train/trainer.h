@@ -9,6 +9,7 @@
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
 #include "problems/gaussian_splatting/train/history.h"
+#include "problems/gaussian_splatting/train/interval.h"
 #include "problems/gaussian_splatting/train/options.h"
 
 namespace vesta::gs {
@@ -22,14 +23,6 @@ struct TrainProgress {
   double psnr = 0;  // of the training views, latest known
   Index gaussians = 0;
   std::string note;  // LM: damping, gain ratio, whether the step was accepted
-};
-
-// Every so many iterations, or minutes of the training's clock; both 0: never. Where iterations are given every one of
-// LM's is due, since it takes as long as hundreds of Adam's; minutes count alike in both stages.
-struct Interval {
-  int iterations = 0;
-  double minutes = 0;
-  bool never() const { return iterations == 0 && minutes == 0; }
 };
 
 // Where the state of the training is saved, so that a later run goes on from there.

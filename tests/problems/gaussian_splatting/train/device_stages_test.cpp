@@ -377,7 +377,7 @@ TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
   const std::size_t before = device::BytesInUse();
   // Room for the first of it.
   const LimitedDeviceMemory limited(before + 20000);
-  const Evaluation found = evaluate(), expected = session.Evaluate(ToKernelModel(model));
+  const Evaluation found = evaluate(), expected = session.history().Evaluate(ToKernelModel(model));
   EXPECT_EQ(downloads, 1);
   EXPECT_EQ(device::BytesInUse(), before) << "what was begun is given back";
   EXPECT_EQ(found.cost, expected.cost);

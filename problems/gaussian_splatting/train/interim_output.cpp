@@ -1,0 +1,90 @@
+#include "problems/gaussian_splatting/train/interim_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace vesta::gs {
+
+InterimOutput::InterimOutput(const TrainCallbacks& callbacks, const Agreement& together, TrainingClock& clock,
+                             const EarlyEnd& end, TrainingNotes& notes, std::function<RunState()> state)
+    : callbacks_(callbacks),
+      together_(together),
+      clock_(clock),
+      end_(end),
+      notes_(notes),
+      state_(std::move(state)),
+      checkpoint_timer_(callbacks.resume ? callbacks.resume->run.seconds : 0),
+      snapshot_timer_(checkpoint_timer_),
+      any_saves_(together.OnAny(Saves())) {}
+
+bool InterimOutput::Saves() const {
+  const CheckpointOptions& options = callbacks_.checkpoint;
+  return !options.path.empty() && (!options.every.never() || callbacks_.watch.wants_checkpoint);
+}
+
+std::string InterimOutput::NoteError(const char* what, const std::function<void()>& write) {
+  try {
+    write();
+  } catch (const Error& error) {
+    // What has been trained so far is not lost for want of a file.
+    std::string line = fmt::format("{}: {}", what, error.what());
+    notes_.Add(line);
+    return line;
+  }
+  return "";
+}
+
+void InterimOutput::SaveWhereDue(Stage stage, int iteration, const WriteState& state, const BeforeSaving& before) {
+  if (!any_saves_) return;
+  const CheckpointOptions& options = callbacks_.checkpoint;
+  const auto is_due = [&] {
+    const bool is_time = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
+    const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
+    return is_time || is_asked || (end_.stopped() && !options.every.never());
+  };
+  const bool is_own = Saves() && is_due();
+  if (before) {
+    const std::vector<bool> savers = together_.OnEach(is_own);
+    if (std::ranges::count(savers, true) > 0) before(savers);
+  }
+  if (is_own) Save(stage, iteration, clock_.Seconds(), state);
+}
+
+void InterimOutput::Save(Stage stage, int iteration, double seconds, const WriteState& state) {
+  const CheckpointOptions& options = callbacks_.checkpoint;
+  RunState run = state_();
+  run.origin = options.origin;
+  run.stage = stage, run.iteration = iteration;
+  run.seconds = seconds, run.eval_seconds = clock_.Paused();
+  const std::string error = NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
+  if (callbacks_.watch.saved) callbacks_.watch.saved(iteration, error);
+}
+
+void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state) {
+  const TrainWatch& watch = callbacks_.watch;
+  bool is_shown = false;  // in a pause the model stays what it is
+  const auto show_where_wanted = [&] {
+    if (is_shown || !watch.wants_model || !watch.wants_model()) return;
+    watch.show(on_host(), state_().cameras);
+    is_shown = true;
+  };
+  show_where_wanted();
+  if (!watch.waits) return;
+  // What is done in a pause takes no time of the training either.
+  const double seconds = clock_.Seconds();
+  const TrainingClock::Absence absence(clock_);
+  while (watch.waits()) {
+    if (state && Saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
+    show_where_wanted();
+  }
+}
+
+void InterimOutput::SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host) {
+  if (!callbacks_.snapshot) return;
+  if (!snapshot_timer_.IsDue(callbacks_.snapshot_every, stage, iteration, clock_.Seconds())) return;
+  NoteError("no snapshot", [&] { callbacks_.snapshot(stage, iteration, on_host()); });
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,60 @@
+// What leaves a training before its end: checkpoints, snapshots, and what its watch asks for.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "problems/gaussian_splatting/train/agreement.h"
+#include "problems/gaussian_splatting/train/early_end.h"
+#include "problems/gaussian_splatting/train/interval.h"
+#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/training_clock.h"
+#include "problems/gaussian_splatting/train/training_notes.h"
+
+namespace vesta::gs {
+
+// Writes the state of a stage; and what comes before it where others have a part of that: told who saves, by process.
+using WriteState = std::function<void(ArchiveWriter&)>;
+using BeforeSaving = std::function<void(const std::vector<bool>& savers)>;
+
+class InterimOutput {
+ public:
+  // state: of the run, what a checkpoint has but for its stage and time. Made by all of several processes
+  // together; the references must outlive this.
+  InterimOutput(const TrainCallbacks& callbacks, const Agreement& together, TrainingClock& clock, const EarlyEnd& end,
+                TrainingNotes& notes, std::function<RunState()> state);
+
+  // Whether the state may be saved after an iteration, by any of several processes.
+  bool any_saves() const { return any_saves_; }
+  // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
+  // saves at intervals stops; state: writes it. An older checkpoint stays until the new one is complete, and where that
+  // cannot be written. before: called first where any saves. Given by all of several processes or by none: they agree
+  // on it, and may exchange in it.
+  void SaveWhereDue(Stage stage, int iteration, const WriteState& state, const BeforeSaving& before = {});
+  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does. state:
+  // empty where other processes have a part of it; then a checkpoint is written after the next iteration.
+  void AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
+  // Hands out the model on the way, where that is due.
+  void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
+
+ private:
+  // Whether this process may save.
+  bool Saves() const;
+  // seconds: of the run.
+  void Save(Stage stage, int iteration, double seconds, const WriteState& state);
+  // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
+  std::string NoteError(const char* what, const std::function<void()>& write);
+
+  const TrainCallbacks& callbacks_;
+  const Agreement& together_;
+  TrainingClock& clock_;
+  const EarlyEnd& end_;
+  TrainingNotes& notes_;
+  std::function<RunState()> state_;
+  // From where the training begins, or goes on.
+  IntervalTimer checkpoint_timer_, snapshot_timer_;
+  bool any_saves_;
+};
+
+}  // namespace vesta::gs

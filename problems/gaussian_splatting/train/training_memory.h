@@ -1,0 +1,47 @@
+// By what sizes the memory of a training is planned, and what it has held.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "problems/gaussian_splatting/memory/memory_scene.h"
+#include "problems/gaussian_splatting/train/agreement.h"
+#include "problems/gaussian_splatting/train/options.h"
+#include "problems/gaussian_splatting/train/training_cameras.h"
+
+namespace vesta::gs {
+
+class TrainingMemory {
+ public:
+  // Made by all of several processes together; all must outlive this.
+  TrainingMemory(const TrainingCameras& cameras, const TrainOptions& options, const Agreement& together);
+
+  // By which views memory of a stage is planned: as many as the process looks at that holds the most.
+  std::vector<const View*> PlannedViews(Stage stage) const;
+  // Sizes that memory is planned by, of this model and PlannedViews(stage). most, with_entries: as in
+  // memory/memory_scene.h.
+  MemoryScene Count(const splat::Model<float>& model, Stage stage, int most, bool with_entries) const;
+
+  // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there
+  // of what is otherwise copied to the host.
+  double spare_device_bytes() const { return spare_device_bytes_; }
+  void SetSpareDeviceBytes(double bytes) { spare_device_bytes_ = bytes; }
+  double kept_on_device() const { return kept_on_device_; }
+  void NoteKeptOnDevice(double bytes) { kept_on_device_ = std::max(kept_on_device_, bytes); }
+
+  // The largest model there was so far, beside the one that a stage gives back: those before Gaussians were taken out.
+  const splat::ModelLayout& largest_model() const { return largest_model_; }
+  void NoteModel(const splat::ModelLayout& layout) {
+    if (layout.Size() > largest_model_.Size()) largest_model_ = layout;
+  }
+
+ private:
+  const TrainingCameras& cameras_;
+  const TrainOptions& options_;
+  const Agreement& together_;
+  double mask_bytes_;  // of the photographs in memory that a process trains on, of the one with the most
+  double spare_device_bytes_ = 0, kept_on_device_ = 0;
+  splat::ModelLayout largest_model_;
+};
+
+}  // namespace vesta::gs
