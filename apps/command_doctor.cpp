@@ -11,7 +11,7 @@
 #include "apps/print.h"
 #include "apps/process.h"
 #include "apps/progress.h"
-#include "apps/train_and_write.h"
+#include "apps/scene_folder.h"
 #include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 

@@ -14,6 +14,7 @@
 #include "apps/print.h"
 #include "apps/process.h"
 #include "apps/ranks.h"
+#include "apps/scene_folder.h"
 #include "apps/train_and_write.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
@@ -114,13 +115,12 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
   const ExpectedModel expected{posed.model.count, posed.model.count, posed.model.sh_degree};
-  return TrainAndWrite(line, path, posed.scene, settings, stages, expected, load_seconds, out ? &*out : nullptr,
-                       [&](const gs::TrainCallbacks& callbacks) {
-                         gs::TrainResult result =
-                             gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
-                         if (!note.empty()) result.notes.push_back(note);
-                         return result;
-                       });
+  const TrainingJob job{line, path, posed.scene, settings, stages, expected, load_seconds, out ? &*out : nullptr};
+  return TrainAndWrite(job, [&](const gs::TrainCallbacks& callbacks) {
+    gs::TrainResult result = gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
+    if (!note.empty()) result.notes.push_back(note);
+    return result;
+  });
 }
 
 }  // namespace

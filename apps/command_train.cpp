@@ -9,6 +9,7 @@
 #include "apps/process.h"
 #include "apps/ranks.h"
 #include "apps/scene_flags.h"
+#include "apps/scene_folder.h"
 #include "apps/train_and_write.h"
 #include "apps/viewer_flags.h"
 #include "kernels/core/check.h"
@@ -76,14 +77,14 @@ int RunTrain(const CommandLine& given) {
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
-  const ExpectedModel expected = ExpectedOf(scene, options);
-  return TrainAndWrite(line, path, scene, settings, stages, expected, load_seconds, out ? &*out : nullptr,
-                       [&](gs::TrainCallbacks& callbacks) {
-                         callbacks.checkpoint.origin = OriginText(
-                             {path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
-                         callbacks.resume = checkpoint ? &*checkpoint : nullptr;
-                         return gs::Train(scene, options, load_seconds, callbacks, stages);
-                       });
+  const TrainingJob job{
+      line, path, scene, settings, stages, ExpectedOf(scene, options), load_seconds, out ? &*out : nullptr};
+  return TrainAndWrite(job, [&](gs::TrainCallbacks& callbacks) {
+    callbacks.checkpoint.origin =
+        OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
+    callbacks.resume = checkpoint ? &*checkpoint : nullptr;
+    return gs::Train(scene, options, load_seconds, callbacks, stages);
+  });
 }
 
 }  // namespace vesta::app

@@ -9,22 +9,25 @@
 
 namespace vesta::gs {
 
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
-                         Index gaussians, bool has_coarse_views, Index before_pruning, double judging) {
+StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options,
+                         const StageProgress& now, double judging) {
   constexpr int kPieces = 100;  // of the whole stage; those that are left are looked at one by one
+  const double done = now.span.after;
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
-  const auto limit = static_cast<double>(std::max(options.density.max_gaussians, gaussians));
-  StageAhead ahead{.gaussians = static_cast<double>(gaussians), .most_gaussians = static_cast<double>(gaussians)};
+  const auto limit = static_cast<double>(std::max(options.density.max_gaussians, now.gaussians));
+  const auto gaussians = static_cast<double>(now.gaussians);
+  StageAhead ahead{.gaussians = gaussians, .most_gaussians = gaussians};
+  Index before_pruning = now.before_pruning;
   int changes = 0;
   double judged_seconds = 0;
   for (int k = 0; k < pieces; ++k) {
     const StageSpan span{done + k * piece, done + (k + 1) * piece};
-    const bool is_coarse = has_coarse_views && IsCoarse(options.adam, span);
+    const bool is_coarse = now.has_coarse_views && IsCoarse(options.adam, span);
     ahead.seconds += pace.Seconds(is_coarse, ahead.gaussians) / pieces;
     ahead.full_seconds += pace.Seconds(false, ahead.gaussians) / pieces;
     if (Densifies(options.density, span)) {
-      ahead.gaussians = std::min(limit, growth.After(static_cast<double>(gaussians), ++changes));
+      ahead.gaussians = std::min(limit, growth.After(gaussians, ++changes));
       ahead.most_gaussians = std::max(ahead.most_gaussians, ahead.gaussians);
       ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
     }

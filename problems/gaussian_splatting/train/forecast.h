@@ -4,10 +4,20 @@
 #include <algorithm>
 
 #include "problems/gaussian_splatting/density/growth_forecast.h"
+#include "problems/gaussian_splatting/model/stage_span.h"
 #include "problems/gaussian_splatting/train/options.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
 
 namespace vesta::gs {
+
+// How far the stage is.
+struct StageProgress {
+  int iteration = 0;     // done
+  StageSpan span{0, 0};  // of that one
+  Index gaussians = 0;
+  Index before_pruning = 0;      // Gaussians that there were before some were taken out; 0: none yet
+  bool has_coarse_views = true;  // of half size
+};
 
 struct StageAhead {
   double seconds = 0;         // of an iteration, mean over what is left of the stage
@@ -23,10 +33,8 @@ struct StageAhead {
   }
 };
 
-// done: the part of the stage that is behind, under 1, with so many Gaussians. has_coarse_views: whether there are
-// views of half size. before_pruning: how many there were when pruning began, 0 where it has not. judging: iterations
-// that look at as many views as judge Gaussians. Needs pace.is_known().
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options, double done,
-                         Index gaussians, bool has_coarse_views, Index before_pruning = 0, double judging = 0);
+// judging: iterations that look at as many views as judge Gaussians. Needs pace.is_known(), and now before the end.
+StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options,
+                         const StageProgress& now, double judging = 0);
 
 }  // namespace vesta::gs

@@ -54,8 +54,7 @@ StageOutlook::Telling StageOutlook::WhatToTell(bool grows) {
 }
 
 StageAhead StageOutlook::Ahead(const StageProgress& now) const {
-  return ForecastStage(pace_, growth_, session_.options(), now.span.after, now.gaussians, now.has_coarse_views,
-                       now.before_pruning, session_.IterationsPerEpoch());
+  return ForecastStage(pace_, growth_, session_.options(), now, session_.IterationsPerEpoch());
 }
 
 Prediction StageOutlook::Foretell(const StageProgress& now, const StageAhead& ahead, bool is_first_guess,

@@ -5,21 +5,11 @@
 #include <optional>
 
 #include "problems/gaussian_splatting/density/growth_forecast.h"
-#include "problems/gaussian_splatting/model/stage_span.h"
 #include "problems/gaussian_splatting/train/forecast.h"
 #include "problems/gaussian_splatting/train/session.h"
 #include "problems/gaussian_splatting/train/stage_pace.h"
 
 namespace vesta::gs {
-
-// How far the stage is.
-struct StageProgress {
-  int iteration = 0;     // done
-  StageSpan span{0, 0};  // of that one
-  Index gaussians = 0;
-  Index before_pruning = 0;      // Gaussians that there were before some were taken out; 0: none yet
-  bool has_coarse_views = true;  // of half size
-};
 
 class StageOutlook {
  public:

@@ -1,0 +1,40 @@
+#include "apps/camera_files.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+#include <vector>
+
+#include "problems/gaussian_splatting/cameras/bent_as_found.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/io/colmap_of_scene.h"
+
+namespace vesta::app {
+
+std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out) {
+  const gs::CameraChanges& changes = result.camera_changes;
+  const std::string folder = out.File(kCameraFolder);
+  if (changes.is_none()) {
+    std::error_code ignored;
+    for (const char* file : {"/cameras.txt", "/images.txt", "/points3D.txt", ""}) {
+      std::filesystem::remove(folder + file, ignored);
+    }
+    return "";
+  }
+  constexpr double kWorthSaying = 0.1;  // pixels
+  std::vector<gs::View> views = gs::MovedViews(scene, result.cameras);
+  const double off = gs::BendAsFound(scene, result.cameras, &views);
+  gs::WriteColmapModel(gs::ColmapOf(scene, views), folder, gs::ColmapFormat::kText);
+  const auto by = [](const char* what, double part) {
+    return part > 0 ? fmt::format("; {} by up to {:.1f} %", what, 100 * part) : "";
+  };
+  return fmt::format(
+      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}{}{}: the COLMAP model {}\n",
+      changes.pixels, changes.degrees, changes.most_pixels, by("gains differ", changes.most_gain),
+      by("focal lengths", changes.most_focal),
+      changes.most_bend > 0 ? fmt::format("; distortion by up to {:.2f} pixels", changes.most_bend) : "",
+      off > kWorthSaying ? fmt::format("{}, whose lenses meet that to {:.2f} pixels", folder, off) : folder);
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,69 @@
+#include "apps/training_callbacks.h"
+
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <cstdio>
+
+#include "apps/checkpointing.h"
+#include "apps/interrupt.h"
+#include "apps/print.h"
+#include "apps/viewer_flags.h"
+#include "problems/gaussian_splatting/io/ply.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
+
+namespace vesta::app {
+namespace {
+
+// --log_lm: each LM iteration goes to the log, whatever the progress line shows.
+void LogIteration(const gs::TrainProgress& p) {
+  if (p.stage != gs::Stage::kLm) return;
+  LOG(INFO) << fmt::format("lm {}: cost {:.6f} train PSNR {:.3f} {:.2f} s {}", p.iteration, p.cost, p.psnr, p.seconds,
+                           p.note);
+}
+
+}  // namespace
+
+gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm) {
+  gs::TrainCallbacks callbacks;
+  callbacks.progress = [line, log_lm](const gs::TrainProgress& progress) {
+    if (log_lm) LogIteration(progress);
+    line->Update(progress);
+  };
+  callbacks.predicted = [line](const gs::Prediction& p) {
+    line->Finish();
+    Print("{}: {} in all, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "a first guess" : "expected",
+          FormatDuration(p.seconds), p.mib, p.gaussians);
+    std::fflush(stdout);
+  };
+  callbacks.stop = Interrupted;
+  return callbacks;
+}
+
+void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
+                  gs::TrainCallbacks* callbacks) {
+  callbacks->checkpoint.every = ParseInterval("checkpoint_every", flags.checkpoint_every);
+  if (!callbacks->checkpoint.every.never() || !flags.view.empty()) {
+    callbacks->checkpoint.path = CheckpointFile(out.path());
+  }
+  callbacks->snapshot_every = ParseInterval("snapshot_every", flags.snapshot_every);
+  if (callbacks->snapshot_every.never()) return;
+  callbacks->snapshot = [&scene, &out, options](gs::Stage stage, int iteration, const splat::Model<float>& model) {
+    gs::SplatModel copy = gs::CopyOf(model);
+    gs::TellWhatItIsFor(options, &copy);
+    gs::MoveToWorld(scene, &copy);
+    gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
+  };
+}
+
+std::unique_ptr<TrainingView> ShowOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
+                                           gs::TrainCallbacks* callbacks) {
+  if (flags.view.empty()) return nullptr;
+  auto view = std::make_unique<TrainingView>(PlaceOfTrainingsView(flags), scene, ToFloat(options.background));
+  view->monitor().Follow(callbacks);
+  Print("shown at {}\n", view->link());
+  std::fflush(stdout);
+  return view;
+}
+
+}  // namespace vesta::app

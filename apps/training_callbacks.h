@@ -1,0 +1,25 @@
+// What a training does on the way: the progress line, checkpoints, snapshots and the page of --view.
+#pragma once
+
+#include <memory>
+
+#include "apps/flags.h"
+#include "apps/outputs.h"
+#include "apps/progress.h"
+#include "apps/viewer/training_view.h"
+#include "problems/gaussian_splatting/train/trainer.h"
+
+namespace vesta::app {
+
+// Shows the training on the line, and the log where --log_lm asks for it; an interrupt stops it.
+gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm);
+
+// What --checkpoint_every and --snapshot_every ask for. scene, out: must outlive the training.
+void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
+                  gs::TrainCallbacks* callbacks);
+
+// Serves the page of --view, if it is asked for, from here on.
+std::unique_ptr<TrainingView> ShowOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
+                                           gs::TrainCallbacks* callbacks);
+
+}  // namespace vesta::app
