@@ -159,6 +159,10 @@ void WriteAdjusted(const Flags& flags, const Adjusted& adjusted, const bundle::B
 int RunBundleAdjust(const CommandLine& line) {
   const Flags& flags = line.flags;
   const std::string& file = line.arguments[0];
+  if (flags.loss == "none" && flags.loss_scale != Flags().loss_scale) {
+    throw UsageError(
+        fmt::format("--loss_scale={}: does nothing without --loss; say which, as --loss=huber", flags.loss_scale));
+  }
   const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks() && !on_gpu;
   if (on_gpu && NumStartedRanks() > 1) Fail("--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
   bundle::BundleData data = FirstRankFirst([&] {

@@ -10,7 +10,7 @@
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 
 namespace vesta::app {
 namespace {

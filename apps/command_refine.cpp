@@ -114,8 +114,14 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   const std::string note = change(settings.options, posed);
   options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
-  const ExpectedModel expected{posed.model.count, posed.model.count, posed.model.sh_degree};
-  const TrainingJob job{line, path, posed.scene, settings, stages, expected, load_seconds, out ? &*out : nullptr};
+  const TrainingJob job{.line = line,
+                        .path = path,
+                        .scene = posed.scene,
+                        .settings = settings,
+                        .stages = stages,
+                        .expected = {posed.model.count, posed.model.count, posed.model.sh_degree},
+                        .load_seconds = load_seconds,
+                        .out = out ? &*out : nullptr};
   return TrainAndWrite(job, [&](const gs::TrainCallbacks& callbacks) {
     gs::TrainResult result = gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
     if (!note.empty()) result.notes.push_back(note);

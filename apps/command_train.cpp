@@ -77,8 +77,14 @@ int RunTrain(const CommandLine& given) {
   const double load_seconds = SecondsSinceStart();
   options.memory.before_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
-  const TrainingJob job{
-      line, path, scene, settings, stages, ExpectedOf(scene, options), load_seconds, out ? &*out : nullptr};
+  const TrainingJob job{.line = line,
+                        .path = path,
+                        .scene = scene,
+                        .settings = settings,
+                        .stages = stages,
+                        .expected = ExpectedOf(scene, options),
+                        .load_seconds = load_seconds,
+                        .out = out ? &*out : nullptr};
   return TrainAndWrite(job, [&](gs::TrainCallbacks& callbacks) {
     callbacks.checkpoint.origin =
         OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});

@@ -39,7 +39,7 @@ void LoadCheckpoint(const CommandLine& line, ToView* to_view) {
   options.downscale = flags.downscale;
   LoadFor(posed.model, &options);
   posed.scene = gs::LoadScene(line.arguments[1], options);
-  const auto trained = std::ranges::count_if(posed.scene.views, [](const gs::View& view) { return view.is_trained(); });
+  const auto trained = gs::NumTrainingViews(posed.scene);
   if (checkpoint.run.cameras.empty() || trained == std::ssize(checkpoint.run.cameras)) {
     to_view->cameras = checkpoint.run.cameras;
   } else {

@@ -55,17 +55,18 @@ void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
         Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
 }
 
-// Null for a process alone.
+// Null where the program was started alone.
 Ranks* RanksOfTraining() { return IsStartedInRanks() ? &WorldRanks() : nullptr; }
 
-// What the first process of several sees of it, or one alone; Adam's result is written before LM begins.
-gs::TrainResult TrainWatched(const TrainingJob& job, const TrainRun& run, TrainingResults* results) {
+// Trains, and shows and saves what the flags ask for on the way. Adam's result is written before LM begins. view: of
+// the page of --view, or null.
+gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, TrainingView* view, TrainingResults* results) {
   const Flags& flags = job.line.flags;
-  const gs::TrainOptions& options = job.settings.options;
   ProgressLine progress(stdout);
-  gs::TrainCallbacks callbacks = Callbacks(&progress, flags.log_lm);
+  gs::TrainCallbacks callbacks = CallbacksShownOn(&progress, flags.log_lm);
   callbacks.ranks = RanksOfTraining();
-  SaveOnTheWay(flags, job.scene, options, *job.out, &callbacks);
+  SaveOnTheWay(flags, job.scene, job.settings.options, *job.out, &callbacks);
+  if (view) view->monitor().Follow(&callbacks);
   callbacks.before_lm = [&](const gs::SplatModel& model) {
     // Nothing is copied where the frames are one.
     if (job.scene.origin == std::array<double, 3>{}) return results->SaveModel(model);
@@ -73,7 +74,6 @@ gs::TrainResult TrainWatched(const TrainingJob& job, const TrainRun& run, Traini
     gs::MoveToWorld(job.scene, &in_world);
     results->SaveModel(in_world);
   };
-  const std::unique_ptr<TrainingView> view = ShowOnTheWay(flags, job.scene, options, &callbacks);
   gs::TrainResult result;
   try {
     result = run(callbacks);
@@ -114,6 +114,7 @@ void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const s
   }
 }
 
+// Leaves the model in the frame of the scene.
 void WriteOwnReport(const TrainingJob& job, const TrainingResults& results, gs::SplatModel* model) {
   std::fflush(stdout);
   gs::MoveToScene(job.scene, model);
@@ -124,7 +125,7 @@ void WriteOwnReport(const TrainingJob& job, const TrainingResults& results, gs::
   Print("wrote {}\n", results.report_path());
 }
 
-// Of a process that writes nothing.
+// As a process that writes nothing.
 void TrainWithOthers(const TrainRun& run) {
   gs::TrainCallbacks callbacks;
   callbacks.stop = Interrupted;
@@ -132,14 +133,16 @@ void TrainWithOthers(const TrainRun& run) {
   run(callbacks);
 }
 
-void TrainAndWriteAll(const TrainingJob& job, const TrainRun& run) {
+void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
   TrainingResults results(job.out);
   const ExpectedModel& expected = job.expected;
   if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
     Print("The disk of {} has no room for {} Gaussians, which there may be in the end\n", job.out->path(),
           expected.most);
   }
-  gs::TrainResult result = TrainWatched(job, run, &results);
+  // Until the results are written, so that the page tells of the end.
+  const std::unique_ptr<TrainingView> view = ViewOfTraining(job.line.flags, job.scene, job.settings.options);
+  gs::TrainResult result = TrainShown(job, run, view.get(), &results);
   const std::string cameras = SaveCameras(job.scene, result, *job.out);
   gs::MoveToWorld(job.scene, &result.model);
   for (std::string& remark : RemarksOn(job, result, results.model_path())) result.notes.push_back(std::move(remark));
@@ -166,7 +169,7 @@ void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) 
 int TrainAndWrite(const TrainingJob& job, const TrainRun& run) {
   CatchInterrupts();
   if (job.out) {
-    TrainAndWriteAll(job, run);
+    TrainAsFirst(job, run);
   } else {
     TrainWithOthers(run);
   }

@@ -5,6 +5,8 @@
 #include <functional>
 #include <string>
 
+#include "apps/flags.h"
+#include "apps/outputs.h"
 #include "apps/training_job.h"
 
 namespace vesta::app {

@@ -11,6 +11,7 @@
 #include "apps/viewer_flags.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::app {
 namespace {
@@ -24,7 +25,7 @@ void LogIteration(const gs::TrainProgress& p) {
 
 }  // namespace
 
-gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm) {
+gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool log_lm) {
   gs::TrainCallbacks callbacks;
   callbacks.progress = [line, log_lm](const gs::TrainProgress& progress) {
     if (log_lm) LogIteration(progress);
@@ -56,11 +57,10 @@ void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOpt
   };
 }
 
-std::unique_ptr<TrainingView> ShowOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
-                                           gs::TrainCallbacks* callbacks) {
+std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
+                                             const gs::TrainOptions& options) {
   if (flags.view.empty()) return nullptr;
   auto view = std::make_unique<TrainingView>(PlaceOfTrainingsView(flags), scene, ToFloat(options.background));
-  view->monitor().Follow(callbacks);
   Print("shown at {}\n", view->link());
   std::fflush(stdout);
   return view;

@@ -12,14 +12,15 @@
 namespace vesta::app {
 
 // Shows the training on the line, and the log where --log_lm asks for it; an interrupt stops it.
-gs::TrainCallbacks Callbacks(ProgressLine* line, bool log_lm);
+gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool log_lm);
 
 // What --checkpoint_every and --snapshot_every ask for. scene, out: must outlive the training.
 void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,
                   gs::TrainCallbacks* callbacks);
 
-// Serves the page of --view, if it is asked for, from here on.
-std::unique_ptr<TrainingView> ShowOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options,
-                                           gs::TrainCallbacks* callbacks);
+// Serves the page of --view from here on, of a training that its monitor is to follow; null where it is not asked for.
+// scene: must outlive the page.
+std::unique_ptr<TrainingView> ViewOfTraining(const Flags& flags, const gs::Scene& scene,
+                                             const gs::TrainOptions& options);
 
 }  // namespace vesta::app

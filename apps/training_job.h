@@ -16,6 +16,7 @@ struct ExpectedModel {
   int sh_degree;
 };
 
+// What it refers to must outlive it.
 struct TrainingJob {
   const CommandLine& line;
   const std::string& path;  // of the scene, as given

@@ -12,7 +12,7 @@ namespace vesta::app {
 // result: of the job, its model in the scene's world. splat: the file that it is written to.
 std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
 
-// Of a training that was stopped by who watches it: how to go on; else nothing.
+// Of a training that was stopped by who watches it: how to go on; else nothing. Of the process that writes.
 std::string HowToGoOn(const TrainingJob& job);
 
 }  // namespace vesta::app

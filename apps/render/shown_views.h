@@ -6,7 +6,7 @@
 
 #include "apps/flags.h"
 #include "apps/posed_model.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/render/surface.h"
 
 namespace vesta::app {

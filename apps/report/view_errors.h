@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kernels/image/metrics.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 

@@ -5,6 +5,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
 namespace vesta::app {
 namespace {
 

@@ -26,7 +26,7 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 

@@ -17,8 +17,9 @@
 #include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/adam/adam.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
 
 namespace vesta::bench {

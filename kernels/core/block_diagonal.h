@@ -5,6 +5,7 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/core/hd.h"
+#include "kernels/core/packed.h"
 
 namespace vesta {
 
@@ -28,11 +29,8 @@ struct BlockGroup {
     return offset + component * component_stride + block * block_stride + copy * copy_stride;
   }
   // Number of stored values: packed lower triangles.
-  Index NumValues() const { return count * size * (size + 1) / 2; }
+  Index NumValues() const { return count * PackedSize(size); }
 };
-
-// Position of element (row, col), row >= col, in a packed lower triangle.
-VESTA_HD constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
 
 // Values of a symmetric block-diagonal matrix over the parameters 0..num_parameters-1; the groups cover each parameter
 // exactly once. Element (row, col) of block i of group g is at values(g)[PackedLower(row, col) * count + i]: blocks

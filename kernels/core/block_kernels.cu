@@ -23,7 +23,7 @@ __device__ void Load(const BlockGroup& group, int order, Index block, const S* v
 }
 
 template <int kOrder>
-constexpr int kPacked = kCapacity<kOrder>*(kCapacity<kOrder> + 1) / 2;
+constexpr int kPacked = PackedSize(kCapacity<kOrder>);
 
 // Calls kernel<order>(), with the order of the group's blocks as a constant where it is a usual one; kHoldsMiddle: the
 // kernel has registers for blocks of the middle order too.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/core/packed.h"
 #include "kernels/gaussian_splatting/color.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/gaussian_splatting/pixel_steps.h"
@@ -337,7 +338,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
-    block.PrefetchAhead(blocks, of_block, kGeometry * (kGeometry + 1) / 2, model.count);
+    block.PrefetchAhead(blocks, of_block, PackedSize(kGeometry), model.count);
     const auto seen = SeenLanes(block, rank_of);
     if (!Lanes<V>::Any(seen)) continue;
     V m[kGramSums], G[kSplatTangent][kSplatTangent];
@@ -377,7 +378,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
         for (int k = 0; k < kSplatTangent; ++k) value = Fma(K[k][row], GK[k], value);
         // A sum of squares, but terms that cancel may round it below zero.
         if (row == col) value = Max(value, V(0));
-        block.Add(blocks + of_block(row * (row + 1) / 2 + col), Select(seen, value, V(0)));
+        block.Add(blocks + of_block(PackedLower(row, col)), Select(seen, value, V(0)));
       }
     }
     for (int c = 0; c < 3; ++c) {
@@ -394,7 +395,7 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
     for (int row = 0; row < ShCoefficients(Degree); ++row) {
       const V scaled = weight * color.basis[row] * V(static_cast<S>(1.0 / 3));
       for (int col = 0; col <= row; ++col) {
-        block.Add(sh_blocks + of_block(row * (row + 1) / 2 + col), Select(seen, scaled * color.basis[col], V(0)));
+        block.Add(sh_blocks + of_block(PackedLower(row, col)), Select(seen, scaled * color.basis[col], V(0)));
       }
     }
   }

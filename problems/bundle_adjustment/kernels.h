@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #include "kernels/core/cpu_dispatch.h"
+#include "kernels/core/packed.h"
 #include "kernels/core/span.h"
 #include "problems/bundle_adjustment/projection.h"
 
@@ -24,8 +25,8 @@ namespace vesta::bundle {
 inline constexpr int kRecordSize = 2 * kRowSize;
 // Doubles of a block of the reduced matrix: nine padded rows.
 inline constexpr int kBlockSize = kCameraSize * kRowSize;
-inline constexpr int kCameraGramSize = kCameraSize * (kCameraSize + 1) / 2;
-inline constexpr int kPointGramSize = kPointSize * (kPointSize + 1) / 2;
+inline constexpr int kCameraGramSize = PackedSize(kCameraSize);
+inline constexpr int kPointGramSize = PackedSize(kPointSize);
 
 // Some observations of one camera, in camera order.
 struct CameraSlice {

@@ -152,7 +152,7 @@ std::vector<PartSegment> BlockSegments(const std::vector<BlockGroup>& part, cons
         run = std::min({group.count - i, whole[first.group].count - first.block,
                         (segment.local + segment.size - 1 - begin) / group.block_stride + 1});
       }
-      for (int value = 0; value < group.size * (group.size + 1) / 2; ++value) {
+      for (int value = 0; value < PackedSize(group.size); ++value) {
         segments.push_back({part_first[g] + value * group.count + i,
                             whole_first[first.group] + value * whole[first.group].count + first.block, run});
       }

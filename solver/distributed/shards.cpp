@@ -91,7 +91,7 @@ std::vector<Support> Shards::BlockValuesOfRanks() const {
     Index first = 0;
     for (const BlockGroup& group : whole_groups_) {
       const Share blocks = BlocksOf(group, PiecesOf(r));
-      for (int element = 0; element < group.size * (group.size + 1) / 2; ++element) {
+      for (int element = 0; element < PackedSize(group.size); ++element) {
         const Index begin = first + element * group.count + blocks.begin;
         ranges.push_back({begin, begin + blocks.size()});
       }

@@ -99,6 +99,7 @@ TEST_F(BundleAdjust, BadInputIsOneLineAndLeavesNothing) {
   refused({"--out=" + (folder_ / "none/out.txt")}, "none/out.txt: cannot be written");
   refused({"--out=" + out_, "--device=gpu"}, "--device=gpu: it must be auto, cpu or cuda");
   refused({"--out=" + out_, "--loss=l2"}, "--loss=l2: it must be none, huber, soft_l1, cauchy, arctan or tukey");
+  refused({"--out=" + out_, "--loss_scale=2"}, "--loss_scale=2: does nothing without --loss; say which");
   refused({"--out=" + out_, "--preset=fast"}, "--preset: not a flag of bundle_adjust");
   std::ofstream(in_) << "1 1 1\n0 0 1 1\n0 0 0 0 0 0 1 0 0\n1 1 0\n";
   refused({"--out=" + out_}, "in.txt: the cost at the start is");

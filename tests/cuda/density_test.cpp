@@ -9,7 +9,7 @@
 #include "kernels/core/device_sort.h"
 #include "kernels/gaussian_splatting/device_splat_view.h"
 #include "problems/gaussian_splatting/adam/device_adam_steps.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/train/trained_model.h"
 #include "tests/cuda/on_device.h"

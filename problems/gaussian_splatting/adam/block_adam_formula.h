@@ -11,6 +11,7 @@
 
 #include <cmath>
 
+#include "kernels/core/packed.h"
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/lane_traits.h"
@@ -33,7 +34,7 @@ struct BlockAdamArrays {
 inline namespace VESTA_ISA {
 
 inline constexpr int kBlockSize = splat::kGeometry;
-inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = kBlockSize * (kBlockSize + 1) / 2;
+inline constexpr int kBasisSize = kBlockSize * kBlockSize, kCovarianceSize = PackedSize(kBlockSize);
 // Second moments are taken to be at least this part of their sum: in directions that are hardly ever pulled at, steps
 // are at most about thirty times as long for the same pull (docs/results/2026-11-22-block-adam.md).
 inline constexpr float kBlockFloor = 1e-3f;
@@ -57,7 +58,7 @@ VESTA_HD constexpr Index FirstTurned(Index view) { return (kTurnEvery - view % k
 constexpr bool IsTurned(Index chunk, Index seen, Index views) { return (chunk + seen) % kTurnEvery < views; }
 
 // Entry (i, j) of a symmetric matrix in its packed lower triangle.
-VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
+VESTA_HD constexpr int PackedEntry(int i, int j) { return j <= i ? PackedLower(i, j) : PackedLower(j, i); }
 
 // Moments and C brought up to date with the gradient of the V's Gaussians from i on, their parameters moved, the
 // gradient zero. Gaussians at none of whose eleven parameters a gradient pulls stay as they are (adam_formula.h).

@@ -6,6 +6,7 @@
 
 #include "problems/gaussian_splatting/cameras/fit_exposure.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/median.h"
 #include "problems/gaussian_splatting/model/targets.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/cameras/align_view.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {

@@ -8,7 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/evaluate/measured_views.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
 

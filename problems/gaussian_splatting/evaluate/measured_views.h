@@ -18,7 +18,7 @@ struct MeasuredViews {
 
 // Of each view of a scene whether it is one of them, of any process.
 inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::vector<View>& views) {
-  const auto trained = static_cast<Index>(std::ranges::count_if(views, &View::is_trained));
+  const Index trained = NumTrainingViews(views);
   const Index most = std::min<Index>(measured.most_trained, trained);
   std::vector<bool> are_measured;
   are_measured.reserve(views.size());

@@ -10,9 +10,6 @@
 
 namespace vesta::gs {
 
-// Values of a packed block.
-constexpr int PackedValues(int size) { return size * (size + 1) / 2; }
-
 // One block of the geometric attributes for each Gaussian; of the spherical harmonics the diagonal, or one block for
 // the three channels.
 inline std::vector<BlockGroup> SplatBlockGroups(const splat::ModelLayout& layout, bool sh_blocks) {

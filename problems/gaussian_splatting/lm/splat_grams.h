@@ -1,6 +1,7 @@
 // Gram matrices of the Gaussians, kept between the diagonal and the blocks, which come from the same pass.
 #pragma once
 
+#include "kernels/core/packed.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 
 namespace vesta::gs {
@@ -14,9 +15,9 @@ class SplatGrams {
   // All zero, of a model so laid out; sh_blocks: with blocks of the harmonics (SplatProblemOptions::sh_blocks).
   void Start(const splat::ModelLayout& layout, bool sh_blocks) {
     count_ = layout.count;
-    blocks_.Resize(PackedValues(splat::kGeometry) * count_);
+    blocks_.Resize(PackedSize(splat::kGeometry) * count_);
     sh_diagonal_.Resize(layout.Size() - splat::kSh * count_);
-    if (sh_blocks) sh_blocks_.Resize(PackedValues(ShCoefficients(layout.sh_degree)) * count_);
+    if (sh_blocks) sh_blocks_.Resize(PackedSize(ShCoefficients(layout.sh_degree)) * count_);
   }
   void Release() { blocks_ = {}, sh_diagonal_ = {}, sh_blocks_ = {}; }
   // What SplatView::AddGram adds to; the last is null where there are none.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/core/packed.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/adam/adam_rule.h"
@@ -14,8 +15,6 @@
 namespace vesta::gs {
 namespace {
 
-constexpr int Packed(int size) { return size * (size + 1) / 2; }
-
 // The Gram matrices of a linearization, measured for the diagonal and held until they become blocks, and the blocks of
 // a preconditioner.
 struct BlockBytes {
@@ -24,9 +23,9 @@ struct BlockBytes {
 
 BlockBytes BlocksOf(const MemoryScene& scene, const LmStageOptions& lm) {
   const bool with_colors = lm.preconditioner == LmPreconditioner::kBlockSh;
-  const double geometry = Packed(splat::kGeometry) * PerGaussianBytes(scene),
+  const double geometry = PackedSize(splat::kGeometry) * PerGaussianBytes(scene),
                diagonal = VectorBytes(scene) - splat::kSh * PerGaussianBytes(scene),
-               colors = with_colors ? Packed(ShCoefficients(scene.layout.sh_degree)) * PerGaussianBytes(scene) : 0;
+               colors = with_colors ? PackedSize(ShCoefficients(scene.layout.sh_degree)) * PerGaussianBytes(scene) : 0;
   return {geometry + diagonal + colors, geometry + (with_colors ? colors : diagonal)};
 }
 

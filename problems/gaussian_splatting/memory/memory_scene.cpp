@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "kernels/gaussian_splatting/splat_view.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "solver/trust_region/line_search.h"
 
 namespace vesta::gs {

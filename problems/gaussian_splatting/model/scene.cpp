@@ -36,6 +36,8 @@ std::array<double, 3> CameraCenter(const View& view) {
   return center;
 }
 
+Index NumTrainingViews(const std::vector<View>& views) { return std::ranges::count_if(views, &View::is_trained); }
+
 void SortAndSplit(std::vector<View>* views) {
   std::sort(views->begin(), views->end(), [](const View& a, const View& b) { return a.name < b.name; });
   SplitByCount(8, views);

@@ -98,6 +98,10 @@ struct Scene {
   std::shared_ptr<PhotographStore> photographs;
 };
 
+// Of the views those that are trained on.
+Index NumTrainingViews(const std::vector<View>& views);
+inline Index NumTrainingViews(const Scene& scene) { return NumTrainingViews(scene.views); }
+
 // Sorts by name and marks every 8th view, from the first on, as a test view: the field's convention.
 void SortAndSplit(std::vector<View>* views);
 // The same split of sorted views at every so manyth; 0: all are to train on. 0 <= every.

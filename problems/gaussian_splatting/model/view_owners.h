@@ -29,8 +29,7 @@ inline Share OwnTrainingViews(const Ranks* ranks, Index views) {
 
 // Of each view of a scene whether it falls to the process; those that are not trained on fall to the first.
 inline std::vector<bool> OwnViewsOf(const std::vector<View>& views, int processes, int process) {
-  const auto trained = std::ranges::count_if(views, [](const View& view) { return view.is_trained(); });
-  const Share own = ViewsOfProcess(trained, processes, process);
+  const Share own = ViewsOfProcess(NumTrainingViews(views), processes, process);
   std::vector<bool> is_own;
   is_own.reserve(views.size());
   Index place = 0;  // among the training views

@@ -11,7 +11,7 @@
 namespace vesta::gs {
 namespace {
 
-constexpr int kBases = kMaxShCoefficients, kBlock = kBases * (kBases + 1) / 2;
+constexpr int kBases = kMaxShCoefficients, kBlock = PackedSize(kBases);
 constexpr Index kGrain = 256;
 
 // Degree of Gaussian i in use.
@@ -69,7 +69,7 @@ void StandIn(const Curvature& curvature, const float* coefficients, int bases, i
   std::array<Lane, kBases> root, scale, left, change;
   float trace = 0;
   for (int k = 0; k < kept; ++k) trace += curvature[PackedLower(k, k)];
-  for (int e = 0; e < kept * (kept + 1) / 2; ++e) factor[e].lane[0] = curvature[e];
+  for (int e = 0; e < PackedSize(kept); ++e) factor[e].lane[0] = curvature[e];
   for (int k = 0; k < kept; ++k) factor[PackedLower(k, k)].lane[0] += kDamping * trace / static_cast<float>(kept);
   BlockLanes<int, 1> treated{};
   FactorizeLanes<1>(kept, factor.data(), root.data(), scale.data(), left.data(), treated);

@@ -12,6 +12,7 @@
 #include <array>
 #include <vector>
 
+#include "kernels/core/packed.h"
 #include "kernels/gaussian_splatting/project_kernels.h"
 #include "kernels/gaussian_splatting/recolor.h"
 #include "kernels/math/spherical_harmonics.h"
@@ -22,7 +23,7 @@ namespace vesta::gs {
 class HarmonicsWorth {
   static constexpr int kLowerCoefficients = 42;  // of degrees 0, 1 and 2
   // Half of a symmetric matrix of as many rows as a Gaussian has coefficients.
-  static constexpr int kCurvatures = kMaxShCoefficients * (kMaxShCoefficients + 1) / 2;
+  static constexpr int kCurvatures = PackedSize(kMaxShCoefficients);
 
  public:
   // Bytes for each Gaussian while it is measured: its packed curvature and one view's term of that, coefficients of

@@ -53,7 +53,7 @@ Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges)
 
 std::vector<double> MeasureSensitivity(const splat::Model<float>& model, const JudgingViews& judges) {
   const Index n = model.count;
-  constexpr Index kEntries = splat::kGeometry * (splat::kGeometry + 1) / 2;
+  constexpr Index kEntries = PackedSize(splat::kGeometry);
   std::vector<float> blocks(static_cast<std::size_t>(kEntries * n));
   std::vector<float> sh_diagonal(static_cast<std::size_t>(model.Size() - model.Offset(splat::kSh)));
   std::vector<float> ones;
@@ -67,7 +67,7 @@ std::vector<double> MeasureSensitivity(const splat::Model<float>& model, const J
   constexpr int kOrder = 6;
   static_assert(splat::kMean == 0 && splat::kLogScale == 3 && splat::kQuaternion == kOrder);
   ParallelFor(n, 1024, [&](Index i) {
-    std::array<double, kOrder*(kOrder + 1) / 2> block{};
+    std::array<double, PackedSize(kOrder)> block{};
     for (std::size_t e = 0; e < block.size(); ++e) {
       block[e] = static_cast<double>(blocks[e * static_cast<std::size_t>(n) + static_cast<std::size_t>(i)]);
     }

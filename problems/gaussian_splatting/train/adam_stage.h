@@ -183,7 +183,7 @@ class AdamStage {
     const double ahead = outlook_.EvaluationSeconds();
     const bool is_due = span.Reaches(1.0 / options_.adam.evaluations);
     const bool is_stopped = session_.early_end().ShouldStop(ahead);
-    if (span.is_last() || is_stopped || (is_due && session_.early_end().HasTimeToRecord(ahead))) Record();
+    if (span.is_last() || is_stopped || (is_due && session_.time().HasTimeToRecord(ahead))) Record();
     return is_stopped;
   }
   void Record() {

@@ -8,7 +8,6 @@
 
 namespace vesta::gs {
 
-// The time limit is of all time, evaluation included.
 class EarlyEnd {
  public:
   // All must outlive this.
@@ -16,8 +15,8 @@ class EarlyEnd {
            const TrainingClock& clock, const RecordedHistory& history)
       : options_(options), callbacks_(callbacks), together_(together), clock_(clock), history_(history) {}
 
-  // True when the caller or the time limit asks to stop, of any of several processes; stays true. Called by all. ahead:
-  // seconds that are still to be spent, on what cannot be broken off.
+  // True when the caller or the time limit, which is of all time, asks to stop, of any of several processes; stays
+  // true. Called by all. ahead: seconds that are still to be spent, on what cannot be broken off.
   bool ShouldStop(double ahead = 0);
   bool stopped() const { return stopped_; }
 
@@ -25,12 +24,6 @@ class EarlyEnd {
   // have not, where something was.
   bool has_reached_target() const { return has_target() && history_.held_out_psnr() >= options_.target_psnr; }
   bool misses_target() const { return has_target() && !has_reached_target(); }
-
-  // Whether there is time for a row of the history that is not the last, which takes so many seconds: under a time
-  // limit a twentieth of the time may go into such. Called by all.
-  bool HasTimeToRecord(double seconds) const;
-  // Seconds that are left for the Adam stage and the evaluation after it, where time is limited; else more than any.
-  double SecondsForAdam() const;
 
  private:
   bool has_target() const { return options_.target_psnr > 0; }

@@ -15,8 +15,7 @@ namespace vesta::gs {
 template <class B>
 Evaluation EvaluateOrDownload(TrainingSession& session, std::span<const TargetView<B>> copies,
                               const std::function<splat::Model<float>()>& model,
-                              typename SplatBackend<B>::Workspace& workspace,
-                              const std::function<splat::Model<float>()>& on_host) {
+                              typename SplatBackend<B>::Workspace& workspace, const ModelOnHost& on_host) {
   try {
     return Evaluate<B>(session.scene(), session.options().background, copies, model(), workspace,
                        session.history().measured_views());

@@ -13,10 +13,6 @@ double IterationsFor(Index training_views) {
   return std::max(kLeast, kEpochs * static_cast<double>(training_views));
 }
 
-Index NumTrainingViews(const Scene& scene) {
-  return std::ranges::count_if(scene.views, [](const View& view) { return view.is_trained(); });
-}
-
 TrainOptions FitToScene(TrainOptions options, Index training_views) {
   ValidateOptions(options);
   AdamOptions& adam = options.adam;

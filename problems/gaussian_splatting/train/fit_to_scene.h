@@ -10,8 +10,6 @@ namespace vesta::gs {
 // else as many as that takes (docs/results/2026-11-24-length.md).
 double IterationsFor(Index training_views);
 
-Index NumTrainingViews(const Scene& scene);
-
 // The options with every std::optional filled in: iterations and degree of the harmonics. Under a time limit time alone
 // ends the Adam stage, unless iterations are given. Throws Error where the options are not valid, or an iteration is to
 // take more views than there are.

@@ -1,7 +1,7 @@
 // What a training records of its course.
 #pragma once
 
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 
 namespace vesta::gs {
 

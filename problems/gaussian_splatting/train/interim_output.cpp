@@ -3,21 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 namespace vesta::gs {
 
-InterimOutput::InterimOutput(const TrainCallbacks& callbacks, const Agreement& together, TrainingClock& clock,
-                             const EarlyEnd& end, TrainingNotes& notes, std::function<RunState()> state)
-    : callbacks_(callbacks),
-      together_(together),
-      clock_(clock),
-      end_(end),
-      notes_(notes),
-      state_(std::move(state)),
-      checkpoint_timer_(callbacks.resume ? callbacks.resume->run.seconds : 0),
-      snapshot_timer_(checkpoint_timer_),
-      any_saves_(together.OnAny(Saves())) {}
+InterimOutput::InterimOutput(const Parts& parts)
+    : parts_(parts),
+      callbacks_(parts.callbacks),
+      clock_(parts.clock),
+      checkpoint_timer_(parts.saved.seconds()),
+      snapshot_timer_(parts.saved.seconds()),
+      any_saves_(parts.together.OnAny(Saves())) {}
 
 bool InterimOutput::Saves() const {
   const CheckpointOptions& options = callbacks_.checkpoint;
@@ -30,7 +25,7 @@ std::string InterimOutput::NoteError(const char* what, const std::function<void(
   } catch (const Error& error) {
     // What has been trained so far is not lost for want of a file.
     std::string line = fmt::format("{}: {}", what, error.what());
-    notes_.Add(line);
+    parts_.notes.Add(line);
     return line;
   }
   return "";
@@ -42,11 +37,11 @@ void InterimOutput::SaveWhereDue(Stage stage, int iteration, const WriteState& s
   const auto is_due = [&] {
     const bool is_time = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
     const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
-    return is_time || is_asked || (end_.stopped() && !options.every.never());
+    return is_time || is_asked || (parts_.early_end.stopped() && !options.every.never());
   };
   const bool is_own = Saves() && is_due();
   if (before) {
-    const std::vector<bool> savers = together_.OnEach(is_own);
+    const std::vector<bool> savers = parts_.together.OnEach(is_own);
     if (std::ranges::count(savers, true) > 0) before(savers);
   }
   if (is_own) Save(stage, iteration, clock_.Seconds(), state);
@@ -54,10 +49,15 @@ void InterimOutput::SaveWhereDue(Stage stage, int iteration, const WriteState& s
 
 void InterimOutput::Save(Stage stage, int iteration, double seconds, const WriteState& state) {
   const CheckpointOptions& options = callbacks_.checkpoint;
-  RunState run = state_();
-  run.origin = options.origin;
-  run.stage = stage, run.iteration = iteration;
-  run.seconds = seconds, run.eval_seconds = clock_.Paused();
+  RunState run{.origin = options.origin,
+               .stage = stage,
+               .iteration = iteration,
+               .scene = parts_.fingerprint,
+               .seconds = seconds,
+               .eval_seconds = clock_.Paused(),
+               .history = parts_.history.rows(),
+               .notes = parts_.notes.lines(),
+               .cameras = parts_.cameras.found()};
   const std::string error = NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
   if (callbacks_.watch.saved) callbacks_.watch.saved(iteration, error);
 }
@@ -67,7 +67,7 @@ void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost&
   bool is_shown = false;  // in a pause the model stays what it is
   const auto show_where_wanted = [&] {
     if (is_shown || !watch.wants_model || !watch.wants_model()) return;
-    watch.show(on_host(), state_().cameras);
+    watch.show(on_host(), parts_.cameras.found());
     is_shown = true;
   };
   show_where_wanted();

@@ -1,6 +1,7 @@
 // What leaves a training before its end: checkpoints, snapshots, and what its watch asks for.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -8,7 +9,10 @@
 #include "problems/gaussian_splatting/train/agreement.h"
 #include "problems/gaussian_splatting/train/early_end.h"
 #include "problems/gaussian_splatting/train/interval.h"
+#include "problems/gaussian_splatting/train/recorded_history.h"
+#include "problems/gaussian_splatting/train/saved_stage.h"
 #include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/training_cameras.h"
 #include "problems/gaussian_splatting/train/training_clock.h"
 #include "problems/gaussian_splatting/train/training_notes.h"
 
@@ -20,10 +24,20 @@ using BeforeSaving = std::function<void(const std::vector<bool>& savers)>;
 
 class InterimOutput {
  public:
-  // state: of the run, what a checkpoint has but for its stage and time. Made by all of several processes
-  // together; the references must outlive this.
-  InterimOutput(const TrainCallbacks& callbacks, const Agreement& together, TrainingClock& clock, const EarlyEnd& end,
-                TrainingNotes& notes, std::function<RunState()> state);
+  // Of the session: what is written, and what that goes by. All must outlive this.
+  struct Parts {
+    const TrainCallbacks& callbacks;
+    std::uint64_t fingerprint;  // of the scene as it was given
+    const SavedStage& saved;
+    const Agreement& together;
+    const TrainingCameras& cameras;
+    const RecordedHistory& history;
+    const EarlyEnd& early_end;
+    TrainingClock& clock;
+    TrainingNotes& notes;
+  };
+  // By all of several processes together.
+  explicit InterimOutput(const Parts& parts);
 
   // Whether the state may be saved after an iteration, by any of several processes.
   bool any_saves() const { return any_saves_; }
@@ -46,12 +60,9 @@ class InterimOutput {
   // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
   std::string NoteError(const char* what, const std::function<void()>& write);
 
+  Parts parts_;
   const TrainCallbacks& callbacks_;
-  const Agreement& together_;
   TrainingClock& clock_;
-  const EarlyEnd& end_;
-  TrainingNotes& notes_;
-  std::function<RunState()> state_;
   // From where the training begins, or goes on.
   IntervalTimer checkpoint_timer_, snapshot_timer_;
   bool any_saves_;

@@ -21,7 +21,7 @@ class LmStart {
       return;
     }
     session.saved().OrRefuse([&] { reader_(header); });
-    if (header.done < 0 || header.done > session.saved().iteration()) session.saved().Refuse();
+    if (header.done < 0 || header.done > session.saved().first_iteration()) session.saved().Refuse();
   }
   LmStart(const LmStart&) = delete;
   LmStart& operator=(const LmStart&) = delete;
@@ -33,7 +33,7 @@ class LmStart {
     return session_.saved().OrRefuse([&] { return Stepper(std::forward<Args>(args)..., reader_); });
   }
   // Iterations of the saved solve, whose best the model is that the stage begins with.
-  int finished() const { return saved_ ? session_.saved().iteration() - header.done : 0; }
+  int finished() const { return saved_ ? session_.saved().first_iteration() - header.done : 0; }
 
   LmStageHeader header;
 

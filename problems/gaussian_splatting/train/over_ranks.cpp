@@ -17,7 +17,7 @@ void CheckRanks(const Scene& scene, const TrainOptions& options, const StageRunn
   if (!ranks) return;
   if (options.lm.iterations > 0) {
     CheckOneBatch({options.lm.batches, options.lm.batch_size});
-    CheckTerms(ViewRunsOf(static_cast<Index>(NumTrainingViews(scene))), *ranks);
+    CheckTerms(ViewRunsOf(NumTrainingViews(scene)), *ranks);
   }
   if (ranks->size() == 1) return;
   const std::vector<std::string> devices = GatherWords(*ranks, stages.gpu.empty() ? stages.device : stages.gpu);

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "problems/gaussian_splatting/evaluate/measured_views.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 #include "problems/gaussian_splatting/train/training_clock.h"

@@ -22,14 +22,17 @@ class SavedStage {
   }
 
   // Where the training begins, and how many iterations of that stage are done.
-  Stage stage() const { return checkpoint_ ? checkpoint_->run.stage : Stage::kAdam; }
-  int iteration() const { return checkpoint_ ? checkpoint_->iteration() : 0; }
+  Stage first_stage() const { return checkpoint_ ? checkpoint_->run.stage : Stage::kAdam; }
+  int first_iteration() const { return checkpoint_ ? checkpoint_->iteration() : 0; }
+  // That it had taken until then, and its evaluations beside that.
+  double seconds() const { return checkpoint_ ? checkpoint_->run.seconds : 0; }
+  double eval_seconds() const { return checkpoint_ ? checkpoint_->run.eval_seconds : 0; }
 
   // None where nothing was saved, or it has been taken.
   const std::optional<std::string>& state() const { return state_; }
   // The state of this stage, once; none where the stage begins anew.
   std::optional<std::string> Take(Stage of) {
-    return of == stage() ? std::exchange(state_, std::nullopt) : std::nullopt;
+    return of == first_stage() ? std::exchange(state_, std::nullopt) : std::nullopt;
   }
   // For another to take.
   void GiveBack(std::optional<std::string> state) { state_ = std::move(state); }

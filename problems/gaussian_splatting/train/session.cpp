@@ -13,18 +13,22 @@ TrainingSession::TrainingSession(const Scene& scene, const TrainOptions& options
       cameras_(scene, options.cameras, OwnViewsInAdam(options, callbacks.ranks, NumTrainingViews(scene))),
       fingerprint_(FingerprintOf(scene)),
       together_(callbacks.ranks),
-      clock_(seconds_before + (callbacks.resume ? callbacks.resume->run.seconds : 0),
-             callbacks.resume ? callbacks.resume->run.eval_seconds : 0),
-      history_(cameras_, options_, callbacks_, clock_),
-      end_(options_, callbacks_, together_, clock_, history_),
-      memory_(cameras_, options_, together_),
       saved_(callbacks.resume),
-      interim_(callbacks_, together_, clock_, end_, notes_, [this] { return State(); }) {
+      clock_(seconds_before + saved_.seconds(), saved_.eval_seconds()),
+      history_(cameras_, options_, callbacks_, clock_),
+      early_end_(options_, callbacks_, together_, clock_, history_),
+      time_(options_, together_, clock_),
+      memory_(cameras_, options_, together_),
+      interim_({.callbacks = callbacks_,
+                .fingerprint = fingerprint_,
+                .saved = saved_,
+                .together = together_,
+                .cameras = cameras_,
+                .history = history_,
+                .early_end = early_end_,
+                .clock = clock_,
+                .notes = notes_}) {
   if (callbacks.resume) Resume(*callbacks.resume);
-}
-
-RunState TrainingSession::State() const {
-  return {.scene = fingerprint_, .history = history_.rows(), .notes = notes_.lines(), .cameras = cameras_.found()};
 }
 
 void TrainingSession::Resume(const Checkpoint& checkpoint) {

@@ -1,5 +1,5 @@
 // What the stages of a training run share, each part in a file of its own: the views, the clock, the history, what
-// processes agree on, what ends it early, what leaves it on the way, its memory, and what it has to say.
+// processes agree on, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 #include "problems/gaussian_splatting/train/interim_output.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
 #include "problems/gaussian_splatting/train/saved_stage.h"
+#include "problems/gaussian_splatting/train/time_budget.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 #include "problems/gaussian_splatting/train/training_clock.h"
@@ -45,13 +46,14 @@ class TrainingSession {
   const TrainingClock& clock() const { return clock_; }
   double Seconds() const { return clock_.Seconds(); }
   // Of evaluations, since the training was gone on with.
-  double EvalSeconds() const { return clock_.Paused() - (callbacks_.resume ? callbacks_.resume->run.eval_seconds : 0); }
+  double EvalSeconds() const { return clock_.Paused() - saved_.eval_seconds(); }
 
   const Agreement& together() const { return together_; }
   RecordedHistory& history() { return history_; }
   const RecordedHistory& history() const { return history_; }
-  EarlyEnd& early_end() { return end_; }
-  const EarlyEnd& early_end() const { return end_; }
+  EarlyEnd& early_end() { return early_end_; }
+  const EarlyEnd& early_end() const { return early_end_; }
+  const TimeBudget& time() const { return time_; }
   TrainingMemory& memory() { return memory_; }
   const TrainingMemory& memory() const { return memory_; }
   // What a resumed training goes on from.
@@ -72,8 +74,6 @@ class TrainingSession {
   std::vector<std::string> TakeNotes() { return notes_.Take(); }
 
  private:
-  // Of the run as it is, but for its stage and time.
-  RunState State() const;
   void Resume(const Checkpoint& checkpoint);
 
   TrainOptions options_;
@@ -81,12 +81,13 @@ class TrainingSession {
   TrainingCameras cameras_;
   std::uint64_t fingerprint_;  // of the scene as it was given
   Agreement together_;
+  SavedStage saved_;
   TrainingClock clock_;
   TrainingNotes notes_;
   RecordedHistory history_;
-  EarlyEnd end_;
+  EarlyEnd early_end_;
+  TimeBudget time_;
   TrainingMemory memory_;
-  SavedStage saved_;
   InterimOutput interim_;
   std::vector<Prediction> predictions_;
 };

@@ -40,8 +40,8 @@ int StageOutlook::ExpectedIterations(const StageProgress& now) const {
 
 double StageOutlook::IterationsInTime(const StageProgress& now) const {
   constexpr double kAny = 1e300;
-  const double seconds = session_.early_end().SecondsForAdam() - EvaluationSeconds();
-  if (!pace_.is_known() || seconds >= kAny) return kAny;
+  if (!session_.time().is_limited() || !pace_.is_known()) return kAny;
+  const double seconds = session_.time().SecondsForAdam() - EvaluationSeconds();
   return Ahead(now).IterationsIn(seconds);
 }
 

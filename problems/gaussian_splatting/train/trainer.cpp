@@ -74,7 +74,7 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
   if (!stages.note.empty()) session.Note(stages.note);
   TrainResult result;
   const double begin = session.Seconds();
-  if (session.saved().stage() == Stage::kLm && session.saved().state()) {
+  if (session.saved().first_stage() == Stage::kLm && session.saved().state()) {
     model = session.saved().OrRefuse([&] { return ModelOfLmStage(*session.saved().state()); });
   }
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
@@ -86,9 +86,9 @@ TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& 
                              options.evaluated_views, trained));
   }
   // The first row is of what was given, so that the gain can be told. Without Adam LM records that row.
-  if (is_given && options.adam.runs() && !callbacks.resume)
-    session.history().Record(Stage::kLm, 0, ToKernelModel(model));
-  if (options.adam.runs() && session.saved().stage() == Stage::kAdam) {
+  const bool tells_gain = is_given && options.adam.runs() && !callbacks.resume;
+  if (tells_gain) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
+  if (options.adam.runs() && session.saved().first_stage() == Stage::kAdam) {
     stages.adam(session, model);
     SaveBeforeLm(session, callbacks, model, &result);
   }

@@ -11,7 +11,7 @@
 
 #include "apps/viewer/training_view.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/io/image_codecs.h"
 #include "problems/gaussian_splatting/model/color_scale.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"

@@ -5,7 +5,7 @@
 
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/spherical_harmonics.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs::test {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 
 namespace vesta::gs {

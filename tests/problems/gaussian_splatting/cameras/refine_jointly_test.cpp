@@ -5,7 +5,7 @@
 #include "kernels/core/error.h"
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 
 namespace vesta::gs {

@@ -7,7 +7,8 @@
 
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/density/density.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 #include "tests/problems/gaussian_splatting/adam/model_adam.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 

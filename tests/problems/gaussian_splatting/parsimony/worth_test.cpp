@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/splat_view.h"
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 

@@ -8,6 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 

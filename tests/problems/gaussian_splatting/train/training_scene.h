@@ -5,6 +5,7 @@
 
 #include <array>
 
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 

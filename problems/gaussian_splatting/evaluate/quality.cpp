@@ -1,26 +1,11 @@
-#include "problems/gaussian_splatting/evaluate/metrics.h"
+#include "problems/gaussian_splatting/evaluate/quality.h"
 
 #include <algorithm>
 #include <limits>
 
-#include "problems/gaussian_splatting/evaluate/evaluation.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
-
-Image Renderer::Render(const SplatModel& model, const View& view) {
-  Image image(view.camera.width, view.camera.height);
-  splats_.Build(ToKernelModel(model), ToPosedCamera(view, near_), background_.data(), workspace_);
-  splats_.Render(image.rgb.data());
-  return image;
-}
-
-Evaluation Renderer::Evaluate(const SplatModel& model, const Scene& scene) {
-  return Evaluate(ToKernelModel(model), scene);
-}
-
-Evaluation Renderer::Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured) {
-  return gs::Evaluate<CpuBackend<float>>(scene, background_, {}, model, workspace_, measured);
-}
 
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective) {
   const double part = CountedPart(photograph);

@@ -3,12 +3,8 @@
 
 #include <vector>
 
-#include "kernels/gaussian_splatting/splat_view.h"
 #include "kernels/image/metrics.h"
-#include "problems/gaussian_splatting/evaluate/measured_views.h"
 #include "problems/gaussian_splatting/model/scene.h"
-#include "problems/gaussian_splatting/model/splat_model.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::gs {
 
@@ -35,24 +31,5 @@ struct ViewQuality {
 ViewQuality QualityOf(std::size_t view, const Image& photograph, const ImageQuality& whole, double objective);
 // Of all views, in any order.
 Evaluation MeanOf(const std::vector<View>& views, std::vector<ViewQuality> measured);
-
-// Renders views of models; keeps its working memory between calls.
-class Renderer {
- public:
-  // background: 0..1. near: distance of the near plane, world units.
-  Renderer(const std::array<double, 3>& background, double near) : background_(background), near_(near) {}
-
-  // The model seen from the view, not clamped.
-  Image Render(const SplatModel& model, const View& view);
-  Evaluation Evaluate(const SplatModel& model, const Scene& scene);
-  // The same for a model still in training, with fewer active SH bands.
-  Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured = {});
-
- private:
-  std::array<double, 3> background_;
-  double near_;
-  splat::SplatView<float> splats_;
-  splat::ViewWorkspace<float> workspace_;
-};
 
 }  // namespace vesta::gs

@@ -1,10 +1,9 @@
-#include "problems/gaussian_splatting/evaluate/metrics.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "kernels/gaussian_splatting/layout.h"
+#include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

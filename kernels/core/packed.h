@@ -1,0 +1,13 @@
+// Symmetric matrices as packed lower triangles, row by row.
+#pragma once
+
+#include "kernels/core/hd.h"
+
+namespace vesta {
+
+// Position of element (row, col), row >= col.
+VESTA_HD constexpr int PackedLower(int row, int col) { return row * (row + 1) / 2 + col; }
+// Number of elements of a matrix of that order.
+VESTA_HD constexpr int PackedSize(int order) { return PackedLower(order, 0); }
+
+}  // namespace vesta
