@@ -12,7 +12,9 @@
 #include "apps/process.h"
 #include "apps/progress.h"
 #include "apps/scene_folder.h"
+#include "apps/train_settings.h"
 #include "kernels/core/process_memory.h"
+#include "problems/gaussian_splatting/io/load_scene.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 
 namespace vesta::app {

@@ -9,6 +9,7 @@
 #include "kernels/gaussian_splatting/layout.h"
 #include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::bench {
 

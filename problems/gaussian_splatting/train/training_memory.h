@@ -6,6 +6,7 @@
 
 #include "problems/gaussian_splatting/memory/memory_scene.h"
 #include "problems/gaussian_splatting/train/agreement.h"
+#include "problems/gaussian_splatting/train/history.h"
 #include "problems/gaussian_splatting/train/options.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 
