@@ -6,22 +6,28 @@
 #include <system_error>
 #include <vector>
 
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/cameras/bent_as_found.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/io/colmap_of_scene.h"
 
 namespace vesta::app {
 
+void RemoveCameras(const OutputFolder& out) {
+  const std::string folder = out.File(kCameraFolder);
+  if (!FolderExists(folder)) return;
+  RemoveAbandonedTemporaries(folder, [](const std::string& name) { return name.ends_with(".txt"); });
+  std::error_code ignored;
+  for (const char* file : {"/cameras.txt", "/images.txt", "/points3D.txt", ""}) {  // the folder where it is empty then
+    std::filesystem::remove(folder + file, ignored);
+  }
+}
+
 std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out) {
   const gs::CameraChanges& changes = result.camera_changes;
+  if (changes.is_none()) return "";
   const std::string folder = out.File(kCameraFolder);
-  if (changes.is_none()) {
-    std::error_code ignored;
-    for (const char* file : {"/cameras.txt", "/images.txt", "/points3D.txt", ""}) {
-      std::filesystem::remove(folder + file, ignored);
-    }
-    return "";
-  }
   constexpr double kWorthSaying = 0.1;  // pixels
   std::vector<gs::View> views = gs::MovedViews(scene, result.cameras);
   const double off = gs::BendAsFound(scene, result.cameras, &views);

@@ -4,15 +4,18 @@
 #include <string>
 
 #include "apps/outputs.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_result.h"
 
 namespace vesta::app {
 
 // Of the output's folder.
 inline constexpr const char* kCameraFolder = "cameras";
 
+// Those of an earlier training.
+void RemoveCameras(const OutputFolder& out);
+
 // What was found of the cameras, as a COLMAP model with the scene's points. Returns a line that says so; none where
-// nothing moved: then those of an earlier training go.
+// nothing moved: then nothing is written.
 std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, const OutputFolder& out);
 
 }  // namespace vesta::app

@@ -89,8 +89,8 @@ void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& befor
   }
   const int done = checkpoint.run.stage == gs::Stage::kAdam ? checkpoint.iteration() : 0;
   const gs::AdamOptions& adam = now.options.adam;
-  if (adam.iterations && gs::NumIterations(adam) < done) {
-    Fail("{}: {} iterations of Adam are done; --iterations={} cannot be fewer", checkpoint.path,
+  if (adam.iterations && gs::NumIterations(adam) <= done) {
+    Fail("{}: {} iterations of Adam are done; --iterations={} must be more", checkpoint.path,
          done * adam.views_per_iteration, *adam.iterations);
   }
 }

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "apps/train_settings.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/checkpoint.h"
+#include "problems/gaussian_splatting/train/interval.h"
 
 namespace vesta::app {
 

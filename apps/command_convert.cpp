@@ -24,7 +24,7 @@ int RunConvert(const CommandLine& line) {
   gs::CheckSplatExtension(to);
   CheckWritable("out", to);
   std::string said;
-  const gs::SplatModel model = Filtered(line.flags, gs::ReadSplat(from), &said);
+  const gs::SplatModel model = Filtered(line.flags, gs::ReadSplat(from), &files, &said);
   gs::WriteSplat(to, model);
   Print("{}", said);
   Print("{} Gaussians of SH degree {}: {:.3f} MB, now {:.3f} MB in {}\n", model.count, model.sh_degree,

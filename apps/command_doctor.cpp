@@ -16,6 +16,7 @@
 #include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
+#include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
 namespace {

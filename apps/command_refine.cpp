@@ -21,6 +21,7 @@
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/parsimony/prune.h"
+#include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
 namespace {
@@ -123,7 +124,8 @@ int RefineChanged(const CommandLine& line, const Change& change) {
                         .load_seconds = load_seconds,
                         .out = out ? &*out : nullptr};
   return TrainAndWrite(job, [&](const gs::TrainCallbacks& callbacks) {
-    gs::TrainResult result = gs::Refine(posed.scene, std::move(posed.model), options, load_seconds, callbacks, stages);
+    gs::TrainResult result =
+        gs::Refine(posed.scene, std::move(posed.model), options, SecondsSinceStart(), callbacks, stages);
     if (!note.empty()) result.notes.push_back(note);
     return result;
   });

@@ -15,6 +15,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
 #include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/train/trainer.h"
 
 namespace vesta::app {
 namespace {
@@ -89,7 +90,7 @@ int RunTrain(const CommandLine& given) {
     callbacks.checkpoint.origin =
         OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
     callbacks.resume = checkpoint ? &*checkpoint : nullptr;
-    return gs::Train(scene, options, load_seconds, callbacks, stages);
+    return gs::Train(scene, options, SecondsSinceStart(), callbacks, stages);
   });
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "apps/flags.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/stage_runners.h"
 
 namespace vesta::app {
 

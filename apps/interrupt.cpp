@@ -47,7 +47,6 @@ void CatchInterrupts(std::string_view told) {
   Catch(SIGTERM, Note, once);
   if (!IsIgnored(SIGHUP)) Catch(SIGHUP, Note, once);  // nohup has it ignored
   Catch(SIGPIPE, DropOutput, 0);
-  Catch(SIGXFSZ, SIG_IGN, 0);  // a file that may not grow is an error of the write
 }
 
 bool Interrupted() { return interrupted != 0; }

@@ -2,6 +2,7 @@
 // bundle_adjust | help. `vesta help` says more.
 #include <glog/logging.h>
 
+#include <csignal>
 #include <cstdio>
 #include <new>
 #include <string>
@@ -79,6 +80,7 @@ int Complain(const char* message, int status) {
 int main(int argc, char** argv) {
   namespace app = vesta::app;
   app::SecondsSinceStart();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of the write
   vesta::ReturnFreedMemory();
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;

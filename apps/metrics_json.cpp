@@ -1,5 +1,6 @@
 #include "apps/metrics_json.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "apps/config_json.h"
@@ -101,6 +102,15 @@ void AddCameras(const gs::TrainResult& result, Json* json) {
   (*json)["cameras"] = std::move(cameras);
 }
 
+// When it ended, by its last row; where there is none it took no time after what was before.
+double EndOfAdam(const std::vector<gs::HistoryRow>& history, double before) {
+  double end = before;
+  for (const gs::HistoryRow& row : history) {
+    if (row.stage == gs::Stage::kAdam) end = row.seconds;
+  }
+  return end;
+}
+
 // Names of files need be no text.
 std::string Text(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
@@ -108,7 +118,7 @@ std::string Text(const Json& json) { return json.dump(1, ' ', false, Json::error
 
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings) {
   VESTA_CHECK(!result.history.empty(), "no evaluation to write");
-  const double adam_end = facts.load_seconds + result.adam_seconds;
+  const double adam_end = EndOfAdam(result.history, facts.load_seconds);
   Json json;
   json["test"] = ToJson(result.history.back().test);
   json["train"] = ToJson(result.history.back().train);
@@ -116,7 +126,7 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   AddModel(result.model, &json);
   json["seconds"] = {{"load", facts.load_seconds},
                      {"adam", adam_end},
-                     {"lm", adam_end + result.lm_seconds},
+                     {"lm", std::max(adam_end, result.history.back().seconds)},
                      {"eval", result.eval_seconds},
                      {"total", facts.total_seconds}};
   json["work_megapixels"] = result.megapixels;

@@ -8,7 +8,7 @@
 #include "apps/train_settings.h"
 #include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/cameras/aligned_evaluation.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_result.h"
 
 namespace vesta::app {
 
@@ -25,16 +25,9 @@ struct RunFacts {
   const Ranks* ranks = nullptr;  // null: not started by MPI
 };
 
-// {"test": {"psnr", "ssim"}, "train": {"psnr", "ssim"}, "gaussians", "parameters", "seconds": {"load", "adam", "lm",
-// "eval", "total"}, "work_megapixels", "peak_memory_mib", "memory": {"predicted_mib", "peak_mib", "budget_mib",
-// "jacobian", "batches", "gpu": {"predicted_mib", "peak_mib", "free_mib"}}, "version", "command", "scene",
-// "scene_flags": {...}, "device", "threads", "processes": {"count", "exchanges", "received_mib", "exchange_seconds"},
-// "seed", "preset", "options": {...}, "notes": [...], "history": [...]}.
-// test and train are those of the last row of the history. adam and lm: when each stage ended, evaluation left out, as
-// in the rows; eval: spent in evaluation. gpu: where the stages ran on one, free_mib before them; scene_flags: those
-// given of how the scene was read; processes: where MPI started them, what the first received from the others and its
-// seconds for that, waiting for them among these; options: as --config reads them; notes: where something was done
-// otherwise than asked for. A figure that is not finite is null.
+// Fields as docs/guide/training_a_scene.md has them ("metrics.json"); a test compares the two. test, train and held_out
+// are those of the last row of the history; adam and lm the seconds of the last rows of their stages. A figure that is
+// not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
 // {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above. aligned (null: none): besides

@@ -88,6 +88,14 @@ void RunFiles::CheckPlace(const Output& output) const {
   }
 }
 
+void RunFiles::CheckFolder(const Output& output) {
+  std::error_code error;
+  const fs::file_status status = fs::status(output.path, error);
+  if (fs::exists(status) && !fs::is_directory(status)) {
+    Fail("{}: {} is no folder, which it is to become; rename it or choose another folder", output.given, output.path);
+  }
+}
+
 void RunFiles::CheckFile(const Output& output) const {
   std::error_code error;
   const fs::file_status status = fs::status(output.path, error);
@@ -111,7 +119,7 @@ void RunFiles::CheckFile(const Output& output) const {
 void RunFiles::Check() const {
   for (const Output& output : outputs_) {
     CheckPlace(output);
-    if (!output.is_folder) CheckFile(output);
+    output.is_folder ? CheckFolder(output) : CheckFile(output);
   }
 }
 

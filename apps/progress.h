@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/time_left.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 
 namespace vesta::app {
 

@@ -60,20 +60,22 @@ gs::SplatModel Cropped(const std::string& given, const gs::Box& box, gs::SplatMo
   return gs::InOrder(std::move(model), within);
 }
 
-gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model) {
+gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, RunFiles* files) {
   if (flags.scene.empty()) return gs::FindFloaters(model, nullptr);
   gs::LoadSceneOptions options;
   UseSceneFlags(flags, 0, &options);
   options.low_pass = model.low_pass;
   const gs::Scene scene = gs::LoadScene(flags.scene, options);
+  files->ReadsScene(flags.scene, scene);
+  files->Check();
   gs::SplatModel moved = model;
   gs::MoveToScene(scene, &moved);
   const gs::JudgingViews judges = gs::TrainingViewsOf(scene, ToDouble(model.background));
   return gs::FindFloaters(moved, &judges);
 }
 
-gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, std::string* said) {
-  const gs::FloaterCount found = FloatersOf(flags, model);
+gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
+  const gs::FloaterCount found = FloatersOf(flags, model, files);
   if (found.kept.empty()) Fail("--clean: all {} Gaussians would go; leave the flag out", model.count);
   *said += fmt::format("clean: {} of {} Gaussians stay; {} too faint, {} around everything, {} alone",
                        found.kept.size(), model.count, found.faint, found.huge, found.isolated);
@@ -86,11 +88,14 @@ gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, std::string* sa
 void CheckFilterFlags(const Flags& flags) {
   BoxOf(flags);
   if (!flags.clean && !flags.scene.empty()) throw UsageError("--scene is of --clean; give both");
+  if (flags.scene.empty() && !SceneFlagTexts(flags).empty()) {
+    throw UsageError(fmt::format("--{} is of --scene; give both", SceneFlagTexts(flags).front().first));
+  }
 }
 
-gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, std::string* said) {
+gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
   if (const auto box = BoxOf(flags)) model = Cropped(flags.box, *box, std::move(model), said);
-  if (flags.clean) model = Cleaned(flags, std::move(model), said);
+  if (flags.clean) model = Cleaned(flags, std::move(model), files, said);
   return model;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "apps/flags.h"
+#include "apps/outputs.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::app {
@@ -12,7 +13,8 @@ namespace vesta::app {
 void CheckFilterFlags(const Flags& flags);
 
 // The splat without what lies outside of --box, and then without what --clean takes for floaters; it may be as it was.
-// `said` gets a line for each. Throws Error where nothing would be left.
-gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, std::string* said);
+// `files`: of the run, which get those of --scene; `said` gets a line for each. Throws Error where nothing would be
+// left.
+gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said);
 
 }  // namespace vesta::app

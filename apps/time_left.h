@@ -1,7 +1,7 @@
 // How long a stage of training will still take, by how long it has taken so far.
 #pragma once
 
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 
 namespace vesta::app {
 

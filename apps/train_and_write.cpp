@@ -63,7 +63,7 @@ Ranks* RanksOfTraining() { return IsStartedInRanks() ? &WorldRanks() : nullptr; 
 gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, TrainingView* view, TrainingResults* results) {
   const Flags& flags = job.line.flags;
   ProgressLine progress(stdout);
-  gs::TrainCallbacks callbacks = CallbacksShownOn(&progress, flags.log_lm);
+  gs::TrainCallbacks callbacks = CallbacksShownOn(&progress, job.settings.options.lm.iterations > 0, flags.log_lm);
   callbacks.ranks = RanksOfTraining();
   SaveOnTheWay(flags, job.scene, job.settings.options, *job.out, &callbacks);
   if (view) view->monitor().Follow(&callbacks);
@@ -143,16 +143,15 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
   // Until the results are written, so that the page tells of the end.
   const std::unique_ptr<TrainingView> view = ViewOfTraining(job.line.flags, job.scene, job.settings.options);
   gs::TrainResult result = TrainShown(job, run, view.get(), &results);
-  const std::string cameras = SaveCameras(job.scene, result, *job.out);
   gs::MoveToWorld(job.scene, &result.model);
   for (std::string& remark : RemarksOn(job, result, results.model_path())) result.notes.push_back(std::move(remark));
   for (const std::string& note : result.notes) Print("{}\n", note);
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
   result.notes.insert(result.notes.begin(), job.scene.notes.begin(), job.scene.notes.end());  // told at the start
   SaveResults(job, result, &results);
-  PrintOutcome(job, result, cameras);
+  PrintOutcome(job, result, SaveCameras(job.scene, result, *job.out));
   Print("{}wrote {} and {}{}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path(),
-        result.stopped ? HowToGoOn(job) : "");
+        result.stopped ? HowToGoOn(job, result) : "");
   if (job.line.flags.report) WriteOwnReport(job, results, &result.model);
 }
 

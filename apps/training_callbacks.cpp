@@ -12,6 +12,7 @@
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/train/render_settings.h"
 
 namespace vesta::app {
 namespace {
@@ -25,16 +26,16 @@ void LogIteration(const gs::TrainProgress& p) {
 
 }  // namespace
 
-gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool log_lm) {
+gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm) {
   gs::TrainCallbacks callbacks;
   callbacks.progress = [line, log_lm](const gs::TrainProgress& progress) {
     if (log_lm) LogIteration(progress);
     line->Update(progress);
   };
-  callbacks.predicted = [line](const gs::Prediction& p) {
+  callbacks.predicted = [line, has_lm](const gs::Prediction& p) {
     line->Finish();
-    Print("{}: {} in all, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "a first guess" : "expected",
-          FormatDuration(p.seconds), p.mib, p.gaussians);
+    Print("{}: {} {}, {:.0f} MiB, {:.0f} Gaussians\n", p.is_first_guess ? "a first guess" : "expected",
+          FormatDuration(p.seconds), has_lm ? "up to LM" : "in all", p.mib, p.gaussians);
     std::fflush(stdout);
   };
   callbacks.stop = Interrupted;
@@ -51,7 +52,7 @@ void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOpt
   if (callbacks->snapshot_every.never()) return;
   callbacks->snapshot = [&scene, &out, options](gs::Stage stage, int iteration, const splat::Model<float>& model) {
     gs::SplatModel copy = gs::CopyOf(model);
-    gs::TellWhatItIsFor(options, &copy);
+    gs::TellRenderSettings(options, &copy);
     gs::MoveToWorld(scene, &copy);
     gs::WriteSplatPly(out.File(fmt::format("snapshot_{}_{:06}.ply", gs::StageName(stage), iteration)), copy);
   };

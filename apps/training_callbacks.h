@@ -7,12 +7,13 @@
 #include "apps/outputs.h"
 #include "apps/progress.h"
 #include "apps/viewer/training_view.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 
 namespace vesta::app {
 
-// Shows the training on the line, and the log where --log_lm asks for it; an interrupt stops it.
-gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool log_lm);
+// Shows the training on the line, and the log where --log_lm asks for it; an interrupt stops it. has_lm: whether LM
+// follows the Adam stage, which alone is foretold.
+gs::TrainCallbacks CallbacksShownOn(ProgressLine* line, bool has_lm, bool log_lm);
 
 // What --checkpoint_every and --snapshot_every ask for. scene, out: must outlive the training.
 void SaveOnTheWay(const Flags& flags, const gs::Scene& scene, const gs::TrainOptions& options, const OutputFolder& out,

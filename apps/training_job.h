@@ -6,7 +6,8 @@
 #include "apps/command_line.h"
 #include "apps/outputs.h"
 #include "apps/train_settings.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/stage_runners.h"
+#include "problems/gaussian_splatting/train/train_result.h"
 
 namespace vesta::app {
 

@@ -7,12 +7,10 @@
 #include <filesystem>
 
 #include "apps/camera_files.h"
-#include "apps/checkpointing.h"
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "apps/scene_flags.h"
 #include "kernels/core/process_memory.h"
-#include "kernels/core/text_file.h"
 
 namespace vesta::app {
 namespace {
@@ -74,14 +72,15 @@ std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult
   return remarks;
 }
 
-std::string HowToGoOn(const TrainingJob& job) {
+std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result) {
   const Flags& flags = job.line.flags;
   if (job.line.command->command != kTrain) return "";
   if (job.settings.options.time_limit > 0 && !Interrupted()) return "";
-  const bool may_save = !flags.checkpoint_every.empty() || !flags.view.empty();
-  return may_save && FileExists(CheckpointFile(job.out->path()))
-             ? fmt::format("; go on by `vesta train --resume {}`", job.out->path())
-             : "; no checkpoint to go on from (--checkpoint_every)";
+  // That it was gone on with from is of this training too; any other may lie there.
+  std::error_code ignored;
+  const bool goes_on = !flags.resume.empty() && std::filesystem::equivalent(flags.resume, job.out->path(), ignored);
+  return result.saved || goes_on ? fmt::format("; go on by `vesta train --resume {}`", job.out->path())
+                                 : "; no checkpoint to go on from (--checkpoint_every)";
 }
 
 }  // namespace vesta::app

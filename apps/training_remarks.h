@@ -13,6 +13,6 @@ namespace vesta::app {
 std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
 
 // Of a training that was stopped by who watches it: how to go on; else nothing. Of the process that writes.
-std::string HowToGoOn(const TrainingJob& job);
+std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result);
 
 }  // namespace vesta::app

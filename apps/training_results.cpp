@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "apps/camera_files.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/io/ply.h"
 
@@ -24,6 +25,7 @@ TrainingResults::TrainingResults(OutputFolder* out)
 
 void TrainingResults::Open() {
   if (!metrics_) metrics_ = std::make_unique<AtomicFile>(metrics_path_);
+  model_.reset();  // its temporary file has the name of the next one's
   model_ = std::make_unique<AtomicFile>(model_path_);
 }
 
@@ -49,11 +51,17 @@ void TrainingResults::CommitModel(const gs::SplatModel& model) {
   std::error_code ignored;
   std::filesystem::remove(metrics_path_, ignored);
   std::filesystem::remove(report_path_, ignored);
+  RemoveCameras(*out_);
   model_->Commit();
 }
 
 void TrainingResults::SaveModel(const gs::SplatModel& model) {
-  CommitModel(model);
+  try {
+    CommitModel(model);
+  } catch (const Error&) {
+    Open();  // what comes later does not follow what there was no room for
+    throw;
+  }
   has_saved_model_ = true;
   out_->Keep();
   Open();

@@ -34,10 +34,11 @@ std::vector<ViewError> ViewRenderer::Measure() {
   for (const gs::View& view : scene_.views) {
     if (!view.is_test()) continue;
     const std::shared_ptr<const gs::Image> photograph = view.Photograph();
-    const gs::Image render = renderer_.Render(model_, view);
-    const ImageQuality quality =
+    const gs::Image render = renderer_.RenderToCompare(model_, view, *photograph);
+    const ImageQuality whole =
         meter.Measure(gs::ValuesOf(render), gs::ValuesOf(*photograph), {view.camera.width, view.camera.height});
-    errors.push_back({view.name, quality, PartWithHalfOfError(render, *photograph)});
+    const gs::ViewQuality of_counted = gs::QualityOf(0, *photograph, whole, 0);
+    errors.push_back({view.name, of_counted.quality, PartWithHalfOfError(render, *photograph) / of_counted.counted});
   }
   return errors;
 }
@@ -49,7 +50,8 @@ ViewPictures ViewRenderer::Picture(const gs::View& view, int max_width) {
           .height = view.camera.height,
           .truth = Jpeg(*photograph, max_width),
           .render = Jpeg(render, max_width),
-          .error = Jpeg(ErrorMap(render, *photograph), (std::min(max_width, render.width) + 1) / 2)};
+          .error = Jpeg(ErrorMap(renderer_.RenderToCompare(model_, view, *photograph), *photograph),
+                        (std::min(max_width, render.width) + 1) / 2)};
 }
 
 }  // namespace vesta::app

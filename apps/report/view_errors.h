@@ -15,7 +15,7 @@ namespace vesta::app {
 struct ViewError {
   std::string name;
   ImageQuality quality;
-  double half_in = 0;  // PartWithHalfOfError
+  double half_in = 0;  // PartWithHalfOfError, of the pixels that count
 };
 
 // Pictures of a view as files within a page (DataUri), JPEG.

@@ -10,7 +10,7 @@
 
 #include "apps/time_left.h"
 #include "apps/viewer/shown_model.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 
 namespace vesta::app {
 

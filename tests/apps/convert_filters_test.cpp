@@ -97,6 +97,7 @@ TEST_F(ConvertFilters, WhatCannotBeIsOneLine) {
   ExpectRefused({"--box=50,50,50,51,51,51"}, kFailed,
                 "--box=50,50,50,51,51,51: no Gaussian lies within; their centres lie in -1.25,-1.25,-1.25,5,1.25,30");
   ExpectRefused({"--scene=" + scene_}, kUsage, "--scene is of --clean; give both");
+  ExpectRefused({"--clean", "--images=small"}, kUsage, "--images is of --scene; give both");
   ExpectRefused({"--clean", "--scene=" + (folder_ / "none")}, kFailed, "none: no such scene folder");
   gs::SplatModel faint = gs::ReadSplat(ply_);
   std::fill_n(faint.attribute(splat::kOpacity), faint.count, -9.0f);

@@ -137,6 +137,8 @@ TEST_F(Outputs, DoNotReplaceThePointsOfANerfScene) {
   ExpectRefused(train(nerf + "/data"), {"--out=" + nerf + "/data", "is a folder of the scene"});
   ExpectRefused(train(nerf + "/views/new"), {"is a folder of the scene"});
   EXPECT_EQ(RunProgram(train(nerf + "/results")).status, 0);
+  const std::string points = "--out=" + nerf + "/data/point_cloud.ply";
+  ExpectRefused({"convert", ply_, points, "--clean", "--scene=" + nerf}, {points, "is a folder of the scene"});
 }
 
 TEST_F(Outputs, OfABundleAdjustmentAreTwoFilesAndNotTheInput) {
@@ -167,7 +169,47 @@ TEST_F(Outputs, TakeTheNameOfNoFolderOrDevice) {
   EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
+// Where the cameras go that a training finds.
+TEST_F(Outputs, AFileIsNoFolder) {
+  fs::create_directories(out_);
+  Write(out_ + "/cameras", "a letter");
+  ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, out_ + "/cameras is no folder"});
+}
+
+TEST_F(Outputs, CamerasAreOfTheSplatBesideThem) {
+  ASSERT_EQ(RunProgram(Train({"--out=" + out_, "--refine_cameras=pose"})).status, 0);
+  EXPECT_THAT(NamesIn(out_ + "/cameras"), UnorderedElementsAre("cameras.txt", "images.txt", "points3D.txt"));
+  Write(out_ + "/cameras/images.txt.12.tmp", "half");
+  Write(out_ + "/cameras/letter.txt", "not ours");
+  ASSERT_EQ(RunProgram(Train({"--out=" + out_})).status, 0);
+  EXPECT_THAT(NamesIn(out_ + "/cameras"), UnorderedElementsAre("letter.txt"));
+}
+
+// What was trained for is written first.
+TEST_F(Outputs, ASplatIsNotLostForItsCameras) {
+  fs::create_directories(out_ + "/cameras/images.txt/in_the_way");
+  const ProgramOutput output = RunProgram(Train({"--out=" + out_, "--refine_cameras=pose"}));
+  EXPECT_EQ(output.status, 1);
+  EXPECT_THAT(output.err, AllOf(StartsWith("vesta: " + out_ + "/cameras/images.txt"), EndsWith("\n")));
+  EXPECT_EQ(CountLines(output.err), 1) << output.err;
+  EXPECT_GT(gs::ReadSplatPly(out_ + "/point_cloud.ply").count, 0);
+  EXPECT_TRUE(fs::exists(out_ + "/metrics.json"));
+}
+
 // A limit on the size of files stands in for a full disk.
+TEST_F(Outputs, OfEveryCommandAreWholeOrAbsent) {
+  gs::SplatModel model;
+  model.Resize(0, 1000);
+  std::fill_n(model.attribute(splat::kQuaternion), model.count, 1.0f);
+  gs::WriteSplatPly(ply_, model);
+  const std::string copy = folder_ / "copy.ply";
+  const ProgramOutput output =
+      RunShell(fmt::format("ulimit -f 20; exec {} convert {} --out={} 2>&1", VESTA_PROGRAM, ply_, copy));
+  EXPECT_EQ(output.status, 1);
+  EXPECT_THAT(output.out, StartsWith("vesta: " + copy));
+  EXPECT_THAT(NamesIn(folder_.path()), UnorderedElementsAre("scene", "model.ply"));
+}
+
 TEST_F(Outputs, FindADiskTooFullBeforeTheFirstIteration) {
   const ProgramOutput output = RunShell(
       fmt::format("ulimit -f 300; exec {} train {} --out={} 2>&1 --iterations=40", VESTA_PROGRAM, scene_, out_));

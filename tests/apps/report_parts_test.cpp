@@ -4,12 +4,15 @@
 
 #include <cmath>
 
+#include "apps/posed_model.h"
 #include "apps/report/error_map.h"
 #include "apps/report/html.h"
 #include "apps/report/page.h"
 #include "apps/report/svg_chart.h"
+#include "apps/report/view_errors.h"
 #include "kernels/core/error.h"
 #include "tests/apps/html_check.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::app {
 namespace {
@@ -76,6 +79,27 @@ TEST(ErrorMap, KnowsInHowFewPixelsHalfOfItIs) {
   const gs::Image truth = render;
   render.plane(1)[3] = 0.9f;
   EXPECT_NEAR(PartWithHalfOfError(render, truth), 0.005, 1e-12) << "half of one pixel in a hundred";
+}
+
+// Where pixels do not count figures are those of the training's evaluation, and the error is of those that do.
+TEST(ViewErrors, AreOfThePixelsThatCount) {
+  const gs::SplatModel model = gs::test::RandomModel(40, 0, 1);
+  gs::Scene scene = gs::test::RingOfCameras(8, 48, 32, true);
+  gs::test::RenderTruth(gs::test::Perturbed(model, 0.05, 2), 0, &scene);
+  for (gs::View& view : scene.views) {
+    view.image.mask.resize(view.image.num_pixels());
+    for (std::size_t i = 0; i < view.image.mask.size(); ++i) {
+      view.image.mask[i] = i % 48 < 24 ? 1 : 0;
+      for (int c = 0; c < 3 && view.image.mask[i] == 0; ++c) view.image.plane(c)[i] = 0.9f;
+    }
+  }
+  gs::Renderer renderer(ToDouble(model.background), gs::NearPlane(scene));
+  const gs::Evaluation evaluation = renderer.Evaluate(model, scene);
+  const std::vector<ViewError> errors = ViewRenderer(model, scene).Measure();
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_DOUBLE_EQ(errors[0].quality.psnr, evaluation.test.psnr);
+  EXPECT_DOUBLE_EQ(errors[0].quality.ssim, evaluation.test.ssim);
+  EXPECT_LT(errors[0].half_in, 0.5);
 }
 
 TEST(SvgChart, MarksAreRoundAndWithin) {

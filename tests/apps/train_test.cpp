@@ -43,6 +43,8 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
               UnorderedElementsAre("test", "train", "gaussians", "parameters", "seconds", "work_megapixels",
                                    "predicted", "peak_memory_mib", "memory", "version", "command", "scene", "device",
                                    "threads", "seed", "preset", "options", "history"));
+  const std::string guide = ReadFile(VESTA_GUIDE "/training_a_scene.md");
+  for (const std::string& key : Keys(metrics)) EXPECT_THAT(guide, HasSubstr(fmt::format("`{}`", key)));
   EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
   EXPECT_EQ(metrics["parameters"], model.count * 23);

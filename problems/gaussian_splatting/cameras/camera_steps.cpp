@@ -36,6 +36,12 @@ StepVector AdamStep(const CameraOptions& options, const FreeUnknowns& free, cons
 
 }  // namespace
 
+void BringToSize(double pixels, CameraStepState* state) {
+  if (state->curvature.empty() || state->pixels == pixels) return;
+  for (double& value : state->curvature) value *= pixels / state->pixels;
+  state->pixels = pixels;
+}
+
 double GaussNewtonPart(const CameraOptions& options, double done) {
   const double into_rest = done - (1 - options.rest);
   return into_rest > 0 ? Fallen(options.step, options.step_at_end, into_rest / options.rest) : options.step;

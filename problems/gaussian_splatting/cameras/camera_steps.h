@@ -11,18 +11,23 @@ namespace vesta::gs {
 
 // Of one view, in the order of a step (FreeUnknowns); how steps are scaled.
 struct CameraStepState {
-  // Gauss-Newton's: J^T W J of the view's cost, square, when it was last measured; empty: not yet. age: of that.
+  // Gauss-Newton's: J^T W J of the view's cost, square, when it was last measured; empty: not yet. age: of that;
+  // pixels: of the image whose cost it is of, which is a sum over them.
   std::vector<double> curvature;
   int age = 0;
+  double pixels = 0;
   // Adam's moments, and how many steps they are of.
   std::vector<double> first, second;
   int steps = 0;
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(curvature, age, first, second, steps);
+    archive(curvature, age, pixels, first, second, steps);
   }
 };
+
+// A curvature of the view at another size as that at this one.
+void BringToSize(double pixels, CameraStepState* state);
 
 // Where a camera is in its scene and its training.
 struct CameraSurroundings {

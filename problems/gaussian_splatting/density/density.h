@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/core/check.h"
 #include "kernels/core/sort.h"
@@ -29,8 +30,8 @@ class DensityControl {
   DensityControl(const DensityOptions& options, double extent, std::uint64_t seed)
       : options_(options), extent_(extent), seed_(seed) {}
 
-  // From now on at most so many, where that is fewer.
-  void LimitGaussians(Index most) { options_.max_gaussians = std::min(options_.max_gaussians, most); }
+  // From now on at most so many, where the options allow more.
+  void LimitGaussians(Index most) { most_ = std::min(most_, most); }
   // Of a model of so many Gaussians from now on, of which nothing was observed.
   void Forget(Index count) {
     pull_.Resize(count);
@@ -54,7 +55,7 @@ class DensityControl {
   Buffer<float, Space>& pull() { return pull_; }
   Buffer<int, Space>& seen() { return seen_; }
 
-  // What is to become of the model x of `count` Gaussians. Never leaves more than max_gaussians (the strongest
+  // What is to become of the model x of `count` Gaussians. Never makes more than max_gaussians (the strongest
   // candidates come first, of two alike the earlier) and never none. On a device it waits some times, for numbers of
   // Gaussians, and throws OutOfDeviceMemory.
   DensityPlan<Space> Decide(const float* x, Index count) const;
@@ -69,17 +70,18 @@ class DensityControl {
   }
 
   // Whether what was read can be that of a model of so many Gaussians.
-  bool IsOf(Index count) const { return options_.max_gaussians > 0 && pull_.size() == count && seen_.size() == count; }
-  // The limit and what was observed; the rest are options.
+  bool IsOf(Index count) const { return most_ > 0 && pull_.size() == count && seen_.size() == count; }
+  // What was observed, and for how many there turned out to be room; the rest are options, which may be others now.
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(options_.max_gaussians, pull_, seen_);
+    archive(most_, pull_, seen_);
   }
 
  private:
   static constexpr Index kGrain = 4096;
 
   DensityOptions options_;
+  Index most_ = std::numeric_limits<Index>::max();
   double extent_;
   std::uint64_t seed_;
   Buffer<float, Space> pull_;
@@ -108,7 +110,7 @@ class FateSums {
 
 // Candidates that find no room are kept as they are: the weakest, and of two alike the later.
 template <class Space>
-void KeepTheWeakest(const Observed& observed, Index candidates, Index room, Fate* fate) {
+void HoldBackTheWeakest(const Observed& observed, Index candidates, Index room, Fate* fate) {
   Buffer<std::uint32_t, Space> keys, indices;
   keys.ResizeForOverwrite(observed.count);
   indices.ResizeForOverwrite(observed.count);
@@ -138,9 +140,9 @@ DensityPlan<Space> DensityControl<Space>::Decide(const float* x, Index count) co
   }
   // Each candidate, cloned or split, adds one.
   Index candidates = sums.Sum(plan.fate, kGrowing);
-  const Index room = std::max<Index>(options_.max_gaussians - kept, 0);
+  const Index room = std::max<Index>(std::min(options_.max_gaussians, most_) - kept, 0);
   if (candidates > room) {
-    density::KeepTheWeakest<Space>(observed, candidates, room, plan.fate.data());
+    density::HoldBackTheWeakest<Space>(observed, candidates, room, plan.fate.data());
     candidates = room;
   }
   plan.count = kept + candidates;

@@ -11,6 +11,13 @@ Image Renderer::Render(const SplatModel& model, const View& view) {
   return image;
 }
 
+Image Renderer::RenderToCompare(const SplatModel& model, const View& view, const Image& photograph) {
+  Image image = Render(model, view);
+  ShowLeftOut<CpuBackend<float>>(MaskOf(photograph), ValuesOf(photograph),
+                                 HostSpan<float>(image.rgb.data(), static_cast<Index>(image.rgb.size())));
+  return image;
+}
+
 Evaluation Renderer::Evaluate(const SplatModel& model, const Scene& scene) {
   return Evaluate(ToKernelModel(model), scene);
 }

@@ -20,6 +20,8 @@ class Renderer {
 
   // The model seen from the view, not clamped.
   Image Render(const SplatModel& model, const View& view);
+  // The same as it is compared with the view's photograph: pixels that do not count show what that shows.
+  Image RenderToCompare(const SplatModel& model, const View& view, const Image& photograph);
   Evaluation Evaluate(const SplatModel& model, const Scene& scene);
   // The same for a model still in training, with fewer active SH bands.
   Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured = {});

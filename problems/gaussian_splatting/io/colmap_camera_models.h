@@ -36,7 +36,7 @@ void WriteParameters(const ColmapCamera& record, const Write& write);
 
 // The place of a parameter; of kFocal that of fx.
 double& ParameterOf(ColmapCamera& record, CameraParameter parameter);
-// For messages: "a focal length".
+// For messages: "the camera's focal length".
 const char* WhatIs(CameraParameter parameter);
 
 template <class Read>

@@ -14,7 +14,7 @@ namespace vesta::gs {
 // Whether it has chunks.
 bool IsCompressedPly(const PlyFile& file);
 
-// With bounds of colours or, as older files, without: then colours are in 0..1. Comments give background and origin
+// With bounds of colours or, as older files, without: then colours are in 0..1. Comments give what else it states
 // (splat_comments.h). Throws Error, one line with the file and what is wrong.
 SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& options = {});
 

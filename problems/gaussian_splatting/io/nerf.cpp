@@ -266,6 +266,9 @@ json ReadFrames(const std::string& path, const fs::path& folder, const ImageFold
 // The file that holds the points; empty where there is none. transforms: the file that may name it.
 std::string FindPoints(const fs::path& folder, const std::string& transforms, const json& top) {
   const std::string named = FrameValues(top, top, transforms).Text("ply_file_path", "");
+  if (LeavesScene("", named)) {
+    Fail("{}: the points {} lie outside the scene; move them there", transforms, Printable(named));
+  }
   if (!named.empty()) return (folder / named).string();
   for (const char* name : {"points3D.ply", "points3d.ply", "sparse_pc.ply"}) {
     std::string path = (folder / name).string();

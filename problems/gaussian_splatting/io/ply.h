@@ -17,7 +17,7 @@ namespace vesta::gs {
 
 // The layout of the INRIA code (Kerbl et al. 2023): x y z nx ny nz f_dc_0..2 f_rest_0.. opacity scale_0..2 rot_0..3,
 // f_rest channel by channel. Read in any order, float or double, binary or ascii, other properties ignored; the number
-// of f_rest (0, 9, 24, 45) gives the degree. Comments give background and origin (splat_comments.h). An opacity logit
+// of f_rest (0, 9, 24, 45) gives the degree. Comments give what else it states (splat_comments.h). An opacity logit
 // may be infinite. Throws Error, one line with the file and what is wrong.
 SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options = {});
 SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options);

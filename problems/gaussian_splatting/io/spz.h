@@ -10,7 +10,7 @@
 
 namespace vesta::gs {
 
-// Versions 1 to 3, SH degree 0 to 3; vesta's background and origin are read from the comment of the gzip header. The
+// Versions 1 to 3, SH degree 0 to 3; vesta's comments (splat_comments.h) are read from that of the gzip header. The
 // flag for splats trained with antialiasing is passed over. Throws Error, one line with the file and what is wrong.
 // What a header counts allocates nothing before the file has been found long enough to become it.
 SplatModel ReadSpz(const std::string& path, const ReadSplatOptions& options = {});

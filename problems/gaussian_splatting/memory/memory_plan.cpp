@@ -21,6 +21,15 @@ double RoundedGib(double bytes) { return bytes / kGib + 0.005; }
 
 double StageMib(double adam, double lm, double between) { return std::max({adam, lm, between}) / kMib; }
 
+bool MayHoldOneBatch(const LmStageOptions& lm) { return lm.batches > 1 && lm.merge_batches; }
+
+// Of LM that takes as little as it can: each view is rebuilt when it is needed, and of batches that are merged one is
+// held at a time.
+double FrugalLmBytes(const MemoryScene& scene, LmStageOptions lm, const StageMemory& memory) {
+  lm.jacobian = JacobianKind::kRebuild;
+  return memory.lm_bytes(scene, lm, !MayHoldOneBatch(lm));
+}
+
 }  // namespace
 
 StageMemory HostMemory(const MemoryOptions& memory) {
@@ -71,7 +80,7 @@ LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const Stage
   const bool holds = lm.jacobian == JacobianKind::kRebuild && memory.holds_views;
   if (takes(holds ? JacobianKind::kRecompute : lm.jacobian, true, fits) || lm.iterations == 0) return plan;
   if (takes(JacobianKind::kRecompute, true, fits) || takes(JacobianKind::kRebuild, true, memory.bytes)) return plan;
-  if (lm.batches > 1 && lm.merge_batches && takes(JacobianKind::kRebuild, false, memory.bytes)) return plan;
+  if (MayHoldOneBatch(lm) && takes(JacobianKind::kRebuild, false, memory.bytes)) return plan;
   throw Error(memory.refusal("LM with one view at a time", plan.bytes));
 }
 
@@ -93,9 +102,7 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
     const MemoryScene scaled = scene.Scaled(gaussians);
     const double adam = options.adam.runs() ? memory.adam_bytes(scaled, options) : 0;
     if (FindsCamerasByLm(options)) return std::max(adam, memory.joint_lm_bytes(scaled, options, false));
-    LmStageOptions lm = options.lm;
-    lm.jacobian = JacobianKind::kRebuild;
-    return std::max(adam, lm.iterations > 0 ? memory.lm_bytes(scaled, lm, true) : 0.0);
+    return std::max(adam, options.lm.iterations > 0 ? FrugalLmBytes(scaled, options.lm, memory) : 0.0);
   };
   if (bytes_of(scene.layout.count) > memory.bytes) {
     throw Error(memory.refusal("this scene", bytes_of(scene.layout.count)));

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -85,7 +86,7 @@ class AdamStage {
     saved_.reset();
     state_->model.DivideAmong(views_.sharers());
   }
-  void Restore(const std::string& bytes) {
+  void Restore(std::string_view bytes) {
     try {
       ArchiveReader reader(bytes);
       session_.saved().OrRefuse([&] { reader(*state_); });
@@ -94,6 +95,10 @@ class AdamStage {
       throw;
     }
     if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
+    const int n = NumIterations(options_.adam);
+    if (state_->iteration >= n) {
+      session_.saved().Refuse(fmt::format("{} iterations of Adam are done; {} are asked for", state_->iteration, n));
+    }
   }
 
   StageProgress Progress() const {
@@ -254,7 +259,7 @@ class AdamStage {
   TrainingSession& session_;
   const TrainOptions& options_;
   SplatModel& result_;
-  std::optional<std::string> saved_;  // to begin from
+  std::optional<std::string_view> saved_;  // to begin from
   std::optional<AdamStageState<B>> state_;
   StageViews<B> views_{session_};
   BeforeGrowth<B> before_growth_{session_};

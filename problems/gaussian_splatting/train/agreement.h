@@ -18,6 +18,8 @@ class Agreement {
   Ranks* ranks() const { return ranks_; }
   // What one process decides by itself, as where its GPU has no room, others do not know of.
   bool is_alone() const { return !ranks_ || ranks_->size() == 1; }
+  // Whether what is said by one alone, as by its clock, is this one's to say.
+  bool is_first() const { return !ranks_ || ranks_->rank() == 0; }
   // Whether it is so in any of them.
   bool OnAny(bool mine) const { return ranks_ ? OnAnyRank(*ranks_, mine) : mine; }
   // In which of them it is so.

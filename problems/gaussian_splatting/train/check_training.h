@@ -1,7 +1,10 @@
 // What a training refuses before it begins.
 #pragma once
 
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "kernels/ranks/ranks.h"
+#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/train/options.h"
+#include "problems/gaussian_splatting/train/stage_runners.h"
 
 namespace vesta::gs {
 

@@ -4,7 +4,7 @@
 #include "problems/gaussian_splatting/model/splat_backend.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/lm_state.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/render_settings.h"
 
 namespace vesta::gs {
 namespace {
@@ -32,7 +32,7 @@ SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& o
   } catch (const Error&) {
     Fail("{}: holds no state of a training of which a splat could be shown", checkpoint.path);
   }
-  TellWhatItIsFor(options, &model);
+  TellRenderSettings(options, &model);
   return model;
 }
 

@@ -1,7 +1,7 @@
 // The stages of training on a GPU.
 #pragma once
 
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/stage_runners.h"
 
 namespace vesta::gs {
 

@@ -3,7 +3,8 @@
 namespace vesta::gs {
 
 bool EarlyEnd::ShouldStop(double ahead) {
-  if (options_.time_limit > 0 && clock_.Total() + ahead >= options_.time_limit) stopped_ = true;
+  const bool is_limited = options_.time_limit > 0 && together_.is_first();
+  if (is_limited && clock_.Total() + ahead >= options_.time_limit) stopped_ = true;
   if (callbacks_.stop && callbacks_.stop()) stopped_ = true;
   return stopped_ = together_.OnAny(stopped_);
 }

@@ -3,7 +3,7 @@
 
 #include "problems/gaussian_splatting/train/agreement.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 #include "problems/gaussian_splatting/train/training_clock.h"
 
 namespace vesta::gs {
@@ -15,8 +15,8 @@ class EarlyEnd {
            const TrainingClock& clock, const RecordedHistory& history)
       : options_(options), callbacks_(callbacks), together_(together), clock_(clock), history_(history) {}
 
-  // True when the caller or the time limit, which is of all time, asks to stop, of any of several processes; stays
-  // true. Called by all. ahead: seconds that are still to be spent, on what cannot be broken off.
+  // True when the caller asks to stop, of any of several processes, or the time limit does, which is of all time by the
+  // first's clock; stays true. Called by all. ahead: seconds that are still to be spent, on what cannot be broken off.
   bool ShouldStop(double ahead = 0);
   bool stopped() const { return stopped_; }
 

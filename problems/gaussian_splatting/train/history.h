@@ -6,7 +6,7 @@
 namespace vesta::gs {
 
 enum class Stage { kAdam, kLm };
-const char* StageName(Stage stage);
+inline const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
 // One evaluation of the model during training.
 struct HistoryRow {

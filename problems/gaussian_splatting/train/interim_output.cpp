@@ -59,6 +59,7 @@ void InterimOutput::Save(Stage stage, int iteration, double seconds, const Write
                .notes = parts_.notes.lines(),
                .cameras = parts_.cameras.found()};
   const std::string error = NoteError("no checkpoint", [&] { WriteCheckpoint(options.path, run, state); });
+  has_saved_ = has_saved_ || error.empty();
   if (callbacks_.watch.saved) callbacks_.watch.saved(iteration, error);
 }
 

@@ -11,7 +11,7 @@
 #include "problems/gaussian_splatting/train/interval.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
 #include "problems/gaussian_splatting/train/saved_stage.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 #include "problems/gaussian_splatting/train/training_clock.h"
 #include "problems/gaussian_splatting/train/training_notes.h"
@@ -41,6 +41,8 @@ class InterimOutput {
 
   // Whether the state may be saved after an iteration, by any of several processes.
   bool any_saves() const { return any_saves_; }
+  // Whether this process has.
+  bool has_saved() const { return has_saved_; }
   // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
   // saves at intervals stops; state: writes it. An older checkpoint stays until the new one is complete, and where that
   // cannot be written. before: called first where any saves. Given by all of several processes or by none: they agree
@@ -66,6 +68,7 @@ class InterimOutput {
   // From where the training begins, or goes on.
   IntervalTimer checkpoint_timer_, snapshot_timer_;
   bool any_saves_;
+  bool has_saved_ = false;
 };
 
 }  // namespace vesta::gs

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
 
@@ -39,7 +38,7 @@ class LmStart {
 
  private:
   TrainingSession& session_;
-  std::optional<std::string> saved_;
+  std::optional<std::string_view> saved_;
   ArchiveReader reader_;
 };
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <optional>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "kernels/core/archive.h"
@@ -29,7 +29,7 @@ struct LmStageHeader {
 };
 
 // The model in what such a stage saved.
-inline SplatModel ModelOfLmStage(const std::string& saved) {
+inline SplatModel ModelOfLmStage(std::string_view saved) {
   ArchiveReader reader(saved);
   LmStageHeader header;
   SplatModel model;

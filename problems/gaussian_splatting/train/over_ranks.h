@@ -3,8 +3,10 @@
 
 #include <vector>
 
+#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/memory/memory_plan.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/options.h"
+#include "problems/gaussian_splatting/train/stage_runners.h"
 
 namespace vesta::gs {
 

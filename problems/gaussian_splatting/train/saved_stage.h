@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "kernels/core/check.h"
@@ -18,7 +19,7 @@ class SavedStage {
  public:
   // null: nothing was saved, the training begins with Adam's first iteration. Must outlive this.
   explicit SavedStage(const Checkpoint* checkpoint) : checkpoint_(checkpoint) {
-    if (checkpoint) state_ = checkpoint->stage_state;
+    if (checkpoint) state_ = checkpoint->stage_state;  // in its memory, as it may be large
   }
 
   // Where the training begins, and how many iterations of that stage are done.
@@ -29,13 +30,13 @@ class SavedStage {
   double eval_seconds() const { return checkpoint_ ? checkpoint_->run.eval_seconds : 0; }
 
   // None where nothing was saved, or it has been taken.
-  const std::optional<std::string>& state() const { return state_; }
+  const std::optional<std::string_view>& state() const { return state_; }
   // The state of this stage, once; none where the stage begins anew.
-  std::optional<std::string> Take(Stage of) {
+  std::optional<std::string_view> Take(Stage of) {
     return of == first_stage() ? std::exchange(state_, std::nullopt) : std::nullopt;
   }
   // For another to take.
-  void GiveBack(std::optional<std::string> state) { state_ = std::move(state); }
+  void GiveBack(std::optional<std::string_view> state) { state_ = state; }
 
   // Where it cannot be one: throws Error, which names the checkpoint, and why where that is known.
   [[noreturn]] void Refuse(const std::string& why = "") const {
@@ -58,7 +59,7 @@ class SavedStage {
 
  private:
   const Checkpoint* checkpoint_;
-  std::optional<std::string> state_;
+  std::optional<std::string_view> state_;
 };
 
 }  // namespace vesta::gs

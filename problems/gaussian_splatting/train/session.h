@@ -13,7 +13,7 @@
 #include "problems/gaussian_splatting/train/recorded_history.h"
 #include "problems/gaussian_splatting/train/saved_stage.h"
 #include "problems/gaussian_splatting/train/time_budget.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 #include "problems/gaussian_splatting/train/training_clock.h"
 #include "problems/gaussian_splatting/train/training_memory.h"

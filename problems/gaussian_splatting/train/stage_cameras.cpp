@@ -56,7 +56,7 @@ bool StageCameras::IsState(const StageCamerasState& state) const {
     const CameraStepState& own = state.views[view];
     const int all = free.num_tangent(), of_view = free.OwnOfView().num_tangent();
     return is_of(own.curvature, all * all) && is_of(own.first, of_view) && is_of(own.second, of_view) && own.age >= 0 &&
-           own.steps >= 0;
+           (own.curvature.empty() || own.pixels > 0) && own.steps >= 0;
   };
   const std::size_t views = state.views.size(), lenses = state.lenses.size();
   if (views != 0 && views != lenses_.of.size()) return false;

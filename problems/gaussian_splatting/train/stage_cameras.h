@@ -64,11 +64,14 @@ class StageCameras {
     const FreeUnknowns free = FreeOf(seen.view, *state);
     state->views.resize(session_.cameras().found().size());
     CameraStepState& own = state->views[seen.view];
+    const auto pixels = static_cast<double>(seen.target.shape().PlaneSize());
     if (IsCurvatureDue(span, own)) {
       try {
         own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target, seen.about);
+        own.pixels = pixels;
       } catch (const OutOfDeviceMemory& error) {
         NoteLackOfRoom(error.what());
+        BringToSize(pixels, &own);
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }

@@ -24,10 +24,12 @@ StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
   const TrainOptions& options = session_.options();
   const int n = NumIterations(options.adam), done = now.iteration;
   const double before = now.span.after, planned = 1.0 * done / n;
-  if (options.time_limit <= 0) return {planned, (done + 1.0) / n};
-  const double left = n - done, in_time = session_.together().OfFirst(IterationsInTime(now));
+  const bool is_limited = options.time_limit > 0;
+  const double left = n - done, in_time = is_limited ? session_.together().OfFirst(IterationsInTime(now)) : left;
   // A limit that never binds changes no bit.
   if (before == planned && left <= in_time) return {planned, (done + 1.0) / n};
+  // A limit that does, or one that did before the training was gone on with, or as many iterations as there were not to
+  // be then: what is left of the stage is divided among those that are left.
   return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <string>
 #include <utility>
 
 #include "problems/gaussian_splatting/model/initialize.h"
@@ -10,9 +11,12 @@
 #include "problems/gaussian_splatting/train/counted_work.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/joint_lm_stage.h"
+#include "problems/gaussian_splatting/train/limit_gaussians.h"
 #include "problems/gaussian_splatting/train/lm_stage.h"
-#include "problems/gaussian_splatting/train/plan_stages.h"
+#include "problems/gaussian_splatting/train/memory_report.h"
+#include "problems/gaussian_splatting/train/render_settings.h"
 #include "problems/gaussian_splatting/train/run_adam_stage.h"
+#include "problems/gaussian_splatting/train/run_lm.h"
 #include "problems/gaussian_splatting/train/session.h"
 
 namespace vesta::gs {
@@ -26,20 +30,6 @@ double UnfilledMib(const Scene& scene) {
   return (scene.photographs->MostBytes() - scene.photographs->kept_bytes()) / kMib;
 }
 
-// Hands out Adam's result, where LM is to come.
-void SaveBeforeLm(TrainingSession& session, const TrainCallbacks& callbacks, const SplatModel& model,
-                  TrainResult* result) {
-  const bool ends = session.early_end().stopped() || session.early_end().has_reached_target();
-  if (callbacks.before_lm && session.options().lm.iterations > 0 && !ends) {
-    try {
-      callbacks.before_lm(model);
-    } catch (const Error& error) {
-      result->lm_left_out = error.what();
-    }
-  }
-  if (session.together().OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
-}
-
 void NoteMissedTarget(TrainingSession& session) {
   session.Note(
       fmt::format("{:.2f} dB on the views held out, not the {:.2f} of --target_psnr; give it longer, as by "
@@ -51,6 +41,7 @@ void NoteMissedTarget(TrainingSession& session) {
 void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->eval_seconds = session.EvalSeconds();
   result->stopped = session.early_end().stopped();
+  result->saved = session.interim().has_saved();
   result->predictions = session.TakePredictions();
   if (session.early_end().misses_target() && !result->stopped) NoteMissedTarget(session);
   result->cameras = session.cameras().found();
@@ -63,57 +54,86 @@ void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->notes = session.TakeNotes();
 }
 
-TrainResult RunStages(const Scene& scene, SplatModel model, const TrainOptions& asked, bool is_given,
-                      double seconds_before, const TrainCallbacks& callbacks, const StageRunners& stages) {
-  CheckTraining(scene, asked, stages, callbacks.ranks);
-  const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
-  TrainingSession session(scene, asked, seconds_before, callbacks);
-  const TrainOptions& options = session.options();
+// What a training begins with.
+struct TrainingStart {
+  SplatModel model;
+  bool is_given;  // by the caller, who is told the gain
+  double seconds_before;
+};
+
+// What the process holds before the stages, as memory is planned by; unfilled_mib: of photographs that will be kept.
+void CountWhatIsHeld(TrainingSession& session, double unfilled_mib) {
   double& before_mib = session.AdaptOptions().memory.before_mib;
   before_mib = session.together().MostOfAll(before_mib + session.cameras().CopiedMib() + unfilled_mib);
-  if (!stages.note.empty()) session.Note(stages.note);
-  TrainResult result;
-  const double begin = session.Seconds();
-  if (session.saved().first_stage() == Stage::kLm && session.saved().state()) {
-    model = session.saved().OrRefuse([&] { return ModelOfLmStage(*session.saved().state()); });
+}
+
+// Where the training goes on in the stage of LM, its model.
+void GoOnFromLm(TrainingSession& session, SplatModel* model) {
+  if (session.saved().first_stage() != Stage::kLm || !session.saved().state()) return;
+  *model = session.saved().OrRefuse([&] { return ModelOfLmStage(*session.saved().state()); });
+}
+
+void NoteSampledEvaluations(TrainingSession& session) {
+  const Index trained = NumTrainingViews(session.scene()), evaluated = session.options().evaluated_views;
+  if (trained <= evaluated) return;
+  session.Note(
+      fmt::format("evaluations look at {} of {} training views; at more by train.evaluated_views", evaluated, trained));
+}
+
+// The Adam stage, where there is one to run, and its result for the caller, where LM is to come. Returns why there is
+// to be no LM; else nothing.
+std::string RunAdam(TrainingSession& session, const StageRunners& stages, const TrainCallbacks& callbacks,
+                    SplatModel* model) {
+  if (!session.options().adam.runs() || session.saved().first_stage() != Stage::kAdam) return "";
+  stages.adam(session, *model);
+  const bool ends = session.early_end().stopped() || session.early_end().has_reached_target();
+  std::string left_out;
+  if (callbacks.before_lm && session.options().lm.iterations > 0 && !ends) {
+    try {
+      callbacks.before_lm(*model);
+    } catch (const Error& error) {
+      left_out = error.what();
+    }
   }
+  if (session.together().OnAny(!left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  return left_out;
+}
+
+TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOptions& asked,
+                      const TrainCallbacks& callbacks, const StageRunners& stages) {
+  CheckTraining(scene, asked, stages, callbacks.ranks);
+  const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
+  TrainingSession session(scene, asked, start.seconds_before, callbacks);
+  CountWhatIsHeld(session, unfilled_mib);
+  if (!stages.note.empty()) session.Note(stages.note);
+  const double begin = session.Seconds();
+  SplatModel model = std::move(start.model);
+  GoOnFromLm(session, &model);
   const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
   LimitGaussians(session, stages, model);
-  TellWhatItIsFor(options, &model), model.origin = scene.origin;
-  const Index trained = NumTrainingViews(scene);
-  if (trained > options.evaluated_views) {
-    session.Note(fmt::format("evaluations look at {} of {} training views; at more by train.evaluated_views",
-                             options.evaluated_views, trained));
-  }
+  TellRenderSettings(session.options(), &model), model.origin = scene.origin;
+  NoteSampledEvaluations(session);
   // The first row is of what was given, so that the gain can be told. Without Adam LM records that row.
-  const bool tells_gain = is_given && options.adam.runs() && !callbacks.resume;
+  const bool tells_gain = start.is_given && session.options().adam.runs() && !callbacks.resume;
   if (tells_gain) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
-  if (options.adam.runs() && session.saved().first_stage() == Stage::kAdam) {
-    stages.adam(session, model);
-    SaveBeforeLm(session, callbacks, model, &result);
-  }
+  TrainResult result;
+  result.lm_left_out = RunAdam(session, stages, callbacks, &model);
   const double between = session.Seconds();
   session.cameras().DevelopAll();
-  RunLm(session, stages, &model, &result);
+  LmOutcome lm = RunLm(session, stages, &model);
+  if (!lm.left_out.empty()) result.lm_left_out = lm.left_out;
+  result.lm_report = std::move(lm.report);
   if (session.history().empty()) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
   result.adam_seconds = between - begin;
   result.lm_seconds = session.Seconds() - between;
+  result.memory = ReportOfMemory(session, stages, model, lm);
   result.memory.device_free_mib = device_free / kMib;
-  if (stages.device_memory) result.memory.device_peak_mib = stages.device_memory().peak_bytes / kMib;
   result.model = std::move(model);
   TakeFindings(session, &result);
   return result;
 }
 
 }  // namespace
-
-void TellWhatItIsFor(const TrainOptions& options, SplatModel* model) {
-  for (std::size_t c = 0; c < 3; ++c) model->background[c] = static_cast<float>(options.background[c]);
-  model->has_background = true;
-  model->low_pass = options.low_pass;
-}
-
-const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
 
 StageRunners HostStages() {
   return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>, RunJointLmStage<CpuBackend<float>>};
@@ -125,7 +145,7 @@ TrainResult Train(const Scene& scene, const TrainOptions& options, double second
   SplatModel model = InitializeFromPoints(scene.points, scene.extent, *fitted.sh_degree, fitted.density.max_gaussians);
   const std::vector<Index> order = SpatialOrder(model);
   model = InOrder(std::move(model), order);
-  return RunStages(scene, std::move(model), fitted, false, seconds_before, callbacks, stages);
+  return RunStages(scene, {std::move(model), false, seconds_before}, fitted, callbacks, stages);
 }
 
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
@@ -135,7 +155,7 @@ TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& opt
   TrainOptions without_growth = FitToScene(options, NumTrainingViews(scene));
   without_growth.density.enabled = false;
   TrainResult result =
-      RunStages(scene, InOrder(std::move(model), order), without_growth, true, seconds_before, callbacks, stages);
+      RunStages(scene, {InOrder(std::move(model), order), true, seconds_before}, without_growth, callbacks, stages);
   // Some were taken out, or have a lower degree now: those left stay in the order of space.
   if (result.model.layout() != layout) return result;
   // Neither stage moves a Gaussian elsewhere among the others: theirs is the order they came in.

@@ -1,138 +1,20 @@
 // Training in two stages: Adam from points, then Levenberg-Marquardt by the engine; or LM alone, from a given model.
 #pragma once
 
-#include <functional>
-#include <vector>
-
-#include "kernels/ranks/ranks.h"
-#include "problems/gaussian_splatting/cameras/camera_changes.h"
+#include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "problems/gaussian_splatting/train/checkpoint.h"
-#include "problems/gaussian_splatting/train/history.h"
-#include "problems/gaussian_splatting/train/interval.h"
 #include "problems/gaussian_splatting/train/options.h"
+#include "problems/gaussian_splatting/train/stage_runners.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
+#include "problems/gaussian_splatting/train/train_result.h"
 
 namespace vesta::gs {
-
-// After every iteration of either stage.
-struct TrainProgress {
-  Stage stage = Stage::kAdam;
-  int iteration = 0, iterations = 0;
-  double seconds = 0;
-  double cost = 0;  // running mean of the views' costs (Adam), cost over all training views (LM); per pixel and channel
-  double psnr = 0;  // of the training views, latest known
-  Index gaussians = 0;
-  std::string note;  // LM: damping, gain ratio, whether the step was accepted
-};
-
-// Where the state of the training is saved, so that a later run goes on from there.
-struct CheckpointOptions {
-  std::string path;  // a file; written whole or not at all
-  Interval every;
-  std::string origin;  // RunState::origin
-};
-
-// What the whole training will take, foreseen on the way.
-struct Prediction {
-  bool is_first_guess = false;  // from speed alone: how the Gaussians will grow has not been seen yet
-  double at_seconds = 0;        // of the training so far (TrainingClock), evaluation included
-  double seconds = 0;           // the same at the end of the Adam stage, evaluation included
-  double mib = 0;               // most that the Adam stage holds, of a GPU where it runs on one
-  double gaussians = 0;
-};
-
-// Who watches a training and holds it. All are called at the end of iterations that others follow, by the thread that
-// trains; each may be empty.
-struct TrainWatch {
-  // Whether to be shown the model now, which on a GPU is downloaded for it; and the cameras of the training views as
-  // they are with it, as TrainResult::cameras has them.
-  std::function<bool()> wants_model;
-  std::function<void(const splat::Model<float>&, const std::vector<ViewUnknowns>& cameras)> show;
-  // Whether the state is to be saved now, to CheckpointOptions::path (where processes share iterations it is after the
-  // next one), and what became of it: why not, else empty.
-  std::function<bool()> wants_checkpoint;
-  std::function<void(int iteration, const std::string& error)> saved;
-  // Whether the training is paused: then it may take its time, which no clock of the training counts, and is asked
-  // again, after all the others.
-  std::function<bool()> waits;
-};
-
-struct TrainCallbacks {
-  std::function<void(const TrainProgress&)> progress;
-  // A second after the start, and when it is seen how the Gaussians grow.
-  std::function<void(const Prediction&)> predicted;
-  // With every row of the history, and the model that it is of. The clock stands still.
-  std::function<void(const HistoryRow&, const splat::Model<float>&)> evaluated;
-  // Asked after every iteration; true ends training there, with the result as it stands.
-  std::function<bool()> stop;
-  // With the model on the way, as it is shown in the history.
-  Interval snapshot_every;
-  std::function<void(Stage, int iteration, const splat::Model<float>&)> snapshot;
-  CheckpointOptions checkpoint;
-  TrainWatch watch;
-  // With Adam's result, before LM begins. LM is left out where it throws Error, for the reason that it gives.
-  std::function<void(const SplatModel&)> before_lm;
-  // To go on from; null: from the start. Must outlive the training.
-  const Checkpoint* resume = nullptr;
-  // Processes that train together, all by the same call; null: this one alone. LM's views are theirs in shares. They
-  // end with the same model; of the other callbacks only those of the first write and show, and a time limit goes by
-  // its clock.
-  Ranks* ranks = nullptr;
-};
-
-class TrainingSession;
-
-// Memory of the GPU.
-struct DeviceMemoryUse {
-  double free_bytes = 0;    // that could be allocated now, if nobody else does
-  double peak_bytes = 0;    // most that was in use
-  double pooled_bytes = 0;  // of those free: what this process keeps for itself
-};
-
-// What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
-// engine's full report; hold_batches: vesta::LmOptions::hold_batches.
-struct StageRunners {
-  std::string device;
-  std::function<void(TrainingSession&, SplatModel&)> adam;
-  std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
-  std::function<std::string(TrainingSession&, SplatModel&, bool eliminate_views)> joint_lm;  // RunJointLmStage
-  std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
-  std::string note = {};                                // where they run elsewhere than expected: why
-  std::string gpu = {}, gpu_id = {};                    // its name, and what tells it from others
-};
-StageRunners HostStages();
-
-// What was foreseen and chosen (memory_plan.h).
-struct MemoryReport {
-  double predicted_mib = 0;  // most that the process would hold, from the model that LM started from
-  // The same of the GPU, what it had free before the run, and most that was in use; 0 without one.
-  double device_predicted_mib = 0, device_free_mib = 0, device_peak_mib = 0;
-  JacobianKind jacobian = JacobianKind::kRecompute;
-  int batches = 1;
-};
-
-struct TrainResult {
-  MemoryReport memory;
-  SplatModel model;
-  std::vector<ViewUnknowns> cameras;  // of the training views, from as they were given; empty: as they were given
-  CameraChanges camera_changes;
-  std::vector<Prediction> predictions;
-  std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
-  double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
-  double megapixels = 0;                                      // CountedMegapixels
-  bool stopped = false;                                       // by the callback or the time limit
-  std::string lm_report;                                      // the engine's full report, empty without LM
-  std::string lm_left_out;                                    // why LM did not run though asked for; else empty
-  std::vector<std::string> notes;                             // what was done otherwise than asked for, a line each
-};
 
 // seconds_before: since the start of the process (loading). The scene's images must be loaded. With callbacks.resume
 // the training goes on with these options, to the same bits as without the break where they are those of before; throws
 // Error where the checkpoint is of another scene.
 TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
-// Has a model of such a training tell what it is to be rendered with: its background and its filter.
-void TellWhatItIsFor(const TrainOptions& options, SplatModel* model);
 // From `model`, whose SH degree is kept, and count and order too where none are to be taken out; stages as the options
 // have them.
 TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,

@@ -17,6 +17,7 @@
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/parsimony/worth.h"
 #include "problems/gaussian_splatting/render/surface_colors.h"
+#include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/apps/viewer/http_get.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"

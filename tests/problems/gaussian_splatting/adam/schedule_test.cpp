@@ -73,6 +73,11 @@ TEST(StageSpan, ReachesEachPartOnce) {
   EXPECT_FALSE(Span(50).Reaches(0));
 }
 
+TEST(StageSpan, CountsOfTinyPartsAreNumbers) {
+  EXPECT_EQ((StageSpan{0.5, 0.6}.PartsBefore(0.1)), 5);
+  EXPECT_GE((StageSpan{0.5, 0.6}.PartsBefore(1e-300)), 1000000);
+}
+
 TEST(DensitySchedule, IsOfTheMiddleOfTheStage) {
   const DensityOptions density{.begin = 0.1, .end = 0.6, .every = 0.05, .opacity_reset_every = 0.3};
   int times = 0, first = 0, last = 0;

@@ -37,6 +37,22 @@ TEST(CameraStep, IsGaussNewtons) {
   EXPECT_NEAR(CameraStep(half, kPose, gradient, kAnywhere, &state)[1], step[1] / 2, 1e-15);
 }
 
+// An image of twice the size has four times the cost, and the same step.
+TEST(CameraStep, OfAnOlderCurvatureIsThatOfTheSizeOfNow) {
+  CameraStepState state = CoupledState();
+  state.pixels = 1000;
+  const std::vector<double> gradient{1, -2, 0.5, 3, 0, -1};
+  std::vector<double> larger = gradient;
+  for (double& value : larger) value *= 4;
+  const std::vector<double> step = CameraStep({}, kPose, gradient, kAnywhere, &state);
+  BringToSize(4000, &state);
+  EXPECT_EQ(CameraStep({}, kPose, larger, kAnywhere, &state), step);
+  EXPECT_EQ(state.pixels, 4000);
+  CameraStepState unknown;
+  BringToSize(4000, &unknown);
+  EXPECT_TRUE(unknown.curvature.empty());
+}
+
 TEST(CameraStep, GoesNoFurtherThanItMay) {
   CameraStepState state = CoupledState();
   const std::vector<double> gradient{100, 0, 0, 0, 0, 400};

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <string_view>
 
+#include "kernels/core/archive.h"
 #include "kernels/gaussian_splatting/layout.h"
 #include "kernels/math/quaternion.h"
 #include "tests/problems/gaussian_splatting/density/density_scene.h"
@@ -227,6 +230,29 @@ TEST(Density, CapIsHardAndGoesToTheStrongest) {
     scene.Observe(control, Pulls(scene.model.count, kStrong));
     test::Densify(control, scene.model, adam, round);
     EXPECT_EQ(scene.model.count, kCount + kRoom);
+  }
+}
+
+TEST(Density, RoomThatWasNotThereIsNotForgotten) {
+  constexpr Index kCount = 10;
+  DensityOptions options = OptionsThatClone();
+  options.max_gaussians = 100;
+  DensityControl<Host> before(options, 1, kSeed);
+  before.Forget(kCount);
+  before.LimitGaussians(kCount + 4);
+  std::string saved;
+  ArchiveWriter writer([&](std::string_view bytes) { saved += bytes; });
+  before.Visit(writer);
+  for (const Index most : {kCount + 2, kCount + 8}) {  // the options of now
+    DensityScene scene(kCount);
+    options.max_gaussians = most;
+    DensityControl<Host> control(options, 1, kSeed);
+    ArchiveReader reader(saved);
+    control.Visit(reader);
+    scene.Observe(control, Pulls(kCount, kStrong));
+    test::ModelAdam adam{LearningRates()};
+    test::Densify(control, scene.model, adam, 1);
+    EXPECT_EQ(scene.model.count, std::min(most, kCount + 4));
   }
 }
 

@@ -150,6 +150,11 @@ TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
   top["ply_file_path"] = "mine.ply";
   Write(top);
   ExpectError([&] { Read(); }, "mine.ply: no such file");
+  for (const char* outside : {"../mine.ply", "/mine.ply"}) {
+    top["ply_file_path"] = outside;
+    Write(top);
+    ExpectError([&] { Read(); }, std::string("the points ") + outside + " lie outside the scene; move them there");
+  }
   top["ply_file_path"] = 7;
   Write(top);
   ExpectError([&] { Read(); }, (folder_ / "transforms.json") + ": ply_file_path is not a text");

@@ -190,6 +190,20 @@ TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
   EXPECT_EQ(message_of([&] { PlanLm(MadeUp(), options, HostMemory(options.memory)); }), "no error");
 }
 
+// What LM has room for by holding one batch at a time is not refused before it.
+TEST(MemoryPlan, GaussiansAreForLmAtItsMostFrugal) {
+  TrainOptions options;
+  options.lm.iterations = 8, options.lm.batches = 4, options.lm.merge_batches = true;
+  options.adam.iterations = 0;
+  LmStageOptions rebuilt = options.lm;
+  rebuilt.jacobian = JacobianKind::kRebuild;
+  const double all = LmBytes(MadeUp(), rebuilt, true), one = LmBytes(MadeUp(), rebuilt, false);
+  ASSERT_LT(one, all);
+  options.memory.budget_gib = (one + all) / 2 / (1 << 30);
+  EXPECT_FALSE(PlanLm(MadeUp(), options, HostMemory(options.memory)).hold_batches);
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), MadeUp().layout.count);
+}
+
 TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
   TrainOptions options;
   options.lm.iterations = 8;

@@ -153,6 +153,26 @@ TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
   }
 }
 
+// A limit is an option of the training that goes on; what there turned out to be no room for stays out.
+TEST_F(Checkpoints, GoOnWithTheLimitsOfNow) {
+  TrainUntil(Options(), Stage::kAdam, 10, false);
+  TrainOptions fewer = Options();
+  fewer.density.max_gaussians = 62;
+  EXPECT_EQ(TrainUntil(fewer, Stage::kAdam, 1000, true).model.count, 62);
+  TrainUntil(fewer, Stage::kAdam, 10, false);
+  EXPECT_GT(TrainUntil(Options(), Stage::kAdam, 1000, true).model.count, 62);
+}
+
+TEST_F(Checkpoints, OfMoreIterationsThanAreAskedForAreRefused) {
+  TrainUntil(Options(), Stage::kAdam, 30, false);
+  TrainOptions fewer = Options();
+  fewer.adam.iterations = 3 * 31;
+  EXPECT_THAT(ErrorOf([&] { TrainUntil(fewer, Stage::kAdam, 1000, true); }),
+              HasSubstr("31 iterations of Adam are done; 31 are asked for"));
+  fewer.adam.iterations = 3 * 32;
+  EXPECT_EQ(TrainUntil(fewer, Stage::kAdam, 1000, true).history.back().iteration, kLm) << "LM follows as ever";
+}
+
 TEST_F(Checkpoints, LmGoesOnForLonger) {
   TrainOptions longer = Options();
   longer.lm.iterations = kLm + 3;

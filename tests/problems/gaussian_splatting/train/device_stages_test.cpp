@@ -176,7 +176,7 @@ struct OffScene {
   Scene scene = test::RingWithImages(model, 8, 56, 42);
 
   OffScene() {
-    scene.views[2] = test::RingWithImages(model, 8, 144, 128).views[2];  // large enough for a coarse one
+    scene.views[2] = test::RingWithImages(model, 8, 128, 128).views[2];  // large enough for a coarse one
     scene = CamerasOff(std::move(scene));
     scene.views[2].image = test::Bent(scene.views[2].image, scene.views[2].camera, {0.3, 0});
     scene.views[2].bent = BentCamera{scene.views[2].camera, {.radial = {-0.1}}};
@@ -294,6 +294,31 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
   EXPECT_THAT(result.notes, Contains(StartsWith("cameras are stepped by older curvatures, or stay where there is")));
   EXPECT_EQ(result.history.back().iteration, 40);
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
+}
+
+// The last that there was room for are of images of half the size.
+TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
+  const SplatModel model = test::RandomModel(60, 1, 7);
+  const Scene scene = CamerasOff(test::RingWithImages(model, 8, 144, 128));
+  TrainOptions options = FindingCameras();
+  options.cameras.refine = CameraChoice::kPose;
+  options.adam.iterations = 24;
+  const auto train = [&](bool is_limited) {
+    TrainCallbacks callbacks;
+    callbacks.progress = [&](const TrainProgress& p) {
+      if (is_limited && p.iteration == 13) vesta::test::SetDeviceMemory(device::BytesInUse() + 500000);
+    };
+    const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
+    return Refine(scene, model, options, 0, callbacks, DeviceStages());
+  };
+  const TrainResult whole = train(false), limited = train(true);
+  EXPECT_THAT(limited.notes, Contains(StartsWith("cameras are stepped by older curvatures")));
+  double off = 0, moved = 0;
+  for (std::size_t v = 0; v < whole.cameras.size(); ++v) {
+    const splat::CameraMotion &found = limited.cameras[v].motion, &expected = whole.cameras[v].motion;
+    off += Distance(found, expected), moved += Distance(expected, {});
+  }
+  EXPECT_LT(off, 0.3 * moved) << "steps that are four times as long overshoot";
 }
 
 TEST(DeviceStages, AdamEndsWithItsModelWhereMemoryRunsOut) {

@@ -4,6 +4,7 @@
 
 #include "problems/gaussian_splatting/train/session.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/support/thread_ranks.h"
 
 namespace vesta::gs {
 namespace {
@@ -23,6 +24,21 @@ TEST(EarlyEnd, TimeLimitIsOfAllTime) {
   options.time_limit = 0;
   TrainingSession unlimited(scene, options, 1e6, callbacks);
   EXPECT_FALSE(unlimited.early_end().ShouldStop(1e6));
+}
+
+// Clocks differ; theirs all would end the training by whichever is ahead.
+TEST(EarlyEnd, TimeLimitIsByTheClockOfTheFirst) {
+  const Scene scene = TrainingScene();
+  TrainOptions options;
+  options.time_limit = 100;
+  for (const int late : {0, 1}) {
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      TrainingSession session(scene, options, ranks.rank() == late ? 200 : 0, callbacks);
+      EXPECT_EQ(session.early_end().ShouldStop(), late == 0);
+    });
+  }
 }
 
 TEST(EarlyEnd, TargetIsOfTheLatestRow) {

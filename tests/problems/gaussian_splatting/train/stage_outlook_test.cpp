@@ -39,6 +39,20 @@ TEST(StageOutlook, IterationsAreEqualPartsWhereTimeIsNotLimited) {
   EXPECT_EQ(outlook.ExpectedIterations(half), 40);
 }
 
+// As where there was a time limit, or other iterations were asked for, before the training was gone on with.
+TEST(StageOutlook, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
+  const Scene scene = test::TrainingScene();
+  const TrainCallbacks callbacks;
+  TrainingSession session(scene, WithIterations(40), 0, callbacks);
+  const StageOutlook outlook(session);
+  StageProgress now{20, {0.7, 0.75}, 100};
+  const StageSpan next = outlook.NextSpan(now);
+  EXPECT_EQ(next.before, 0.75);
+  EXPECT_DOUBLE_EQ(next.after, 0.75 + 0.25 / 20);
+  while (!now.span.is_last() && now.iteration < 100) now.span = outlook.NextSpan(now), ++now.iteration;
+  EXPECT_EQ(now.iteration, 40);
+}
+
 // Of the time that is left some is for what is not an iteration, so that somewhat fewer fit.
 TEST(StageOutlook, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
   const Scene scene = test::TrainingScene();

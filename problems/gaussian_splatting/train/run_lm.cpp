@@ -1,9 +1,11 @@
-#include "problems/gaussian_splatting/train/plan_stages.h"
+#include "problems/gaussian_splatting/train/run_lm.h"
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "problems/gaussian_splatting/lm/view_batches.h"
-#include "problems/gaussian_splatting/memory/memory_plan.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
@@ -46,9 +48,9 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   return session.memory().Count(ToKernelModel(model), Stage::kLm, counted, has_cache);
 }
 
-// Where there is no room for any, LM is not asked for any more.
+// Where there is no room for any, LM is not asked for any more; left_out says why.
 LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const MemoryScene& counts,
-                   TrainResult* result) {
+                   std::string* left_out) {
   const TrainOptions& options = session.options();
   const bool finds_cameras = FindsCamerasByLm(options);
   LmPlan plan{options.lm};
@@ -58,9 +60,9 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
   } catch (const Error& error) {
     // What Adam has made is not lost for want of memory.
     if (!options.adam.runs()) throw;
-    result->lm_left_out = error.what();
+    *left_out = error.what();
   }
-  if (session.together().OnAny(!result->lm_left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  if (session.together().OnAny(!left_out->empty())) session.AdaptOptions().lm.iterations = 0;
   if (finds_cameras) {
     plan.eliminate_views = !session.together().OnAny(!plan.eliminate_views);  // all solve one system
     if (!plan.eliminate_views) {
@@ -79,50 +81,20 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
 
 }  // namespace
 
-void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
-  const TrainOptions& options = session.options();
-  if (options.memory.budget_gib == 0 && !stages.device_memory) return;
-  const MemoryScene counts = session.memory().Count(ToKernelModel(model), Stage::kAdam, 8, false);
-  const StageMemory memory = MemoryToShare(stages, options.memory, session.together().ranks());
-  const Index fit = PlanGaussians(counts, options, memory);
-  if (stages.device_memory) {
-    session.memory().SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));
-  }
-  const bool grows = options.density.enabled && options.adam.runs();
-  if (options.memory.budget_gib == 0 && grows && fit < options.density.max_gaussians) {
-    session.Note(fmt::format("at most {} Gaussians: the GPU has no room for more", fit));
-  }
-  session.AdaptOptions().density.max_gaussians = fit;
-}
-
-void RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model, TrainResult* result) {
+LmOutcome RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model) {
   const TrainOptions& options = session.options();
   MendOddities(session, *model, &session.AdaptOptions().lm);
-  const Index batches = NumBatches(session, options.lm);
-  const MemoryScene counts = CountForLm(session, stages, *model);
-  LmPlan plan = PlanLmStage(session, stages, counts, result);
-  if (options.lm.iterations > 0 && !session.early_end().has_reached_target() && !session.early_end().ShouldStop()) {
-    session.AdaptOptions().lm = plan.lm;
-    result->lm_report = FindsCamerasByLm(options) ? stages.joint_lm(session, *model, plan.eliminate_views)
-                                                  : stages.lm(session, *model, plan.hold_batches);
-  } else {
-    plan.bytes = 0;
+  LmOutcome outcome{
+      .plan = {}, .batches = NumBatches(session, options.lm), .counts = CountForLm(session, stages, *model)};
+  outcome.plan = PlanLmStage(session, stages, outcome.counts, &outcome.left_out);
+  if (options.lm.iterations == 0 || session.early_end().has_reached_target() || session.early_end().ShouldStop()) {
+    outcome.plan.bytes = 0;
+    return outcome;
   }
-  session.memory().NoteModel(*model);
-  // Adam's stage may have held more views.
-  const bool differ =
-      session.memory().PlannedViews(Stage::kAdam).size() != session.memory().PlannedViews(Stage::kLm).size();
-  const MemoryScene of_adam = differ ? session.memory().Count(ToKernelModel(*model), Stage::kAdam, 4, false) : counts,
-                    largest = of_adam.Of(session.memory().largest_model());
-  result->memory.jacobian = plan.lm.jacobian;
-  result->memory.batches = static_cast<int>(batches);
-  if (stages.device_memory) {
-    result->memory.predicted_mib = PredictedMibBesideDevice(largest, options);
-    result->memory.device_predicted_mib =
-        PredictedDeviceMib(largest, options, plan.bytes, session.memory().kept_on_device());
-  } else {
-    result->memory.predicted_mib = PredictedMib(largest, options, plan.bytes);
-  }
+  session.AdaptOptions().lm = outcome.plan.lm;
+  outcome.report = FindsCamerasByLm(options) ? stages.joint_lm(session, *model, outcome.plan.eliminate_views)
+                                             : stages.lm(session, *model, outcome.plan.hold_batches);
+  return outcome;
 }
 
 }  // namespace vesta::gs
