@@ -15,6 +15,7 @@
 #include "apps/train_settings.h"
 #include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
+#include "problems/gaussian_splatting/model/camera_rig.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 
@@ -29,8 +30,8 @@ const char* KindOf(const gs::Scene& scene) {
 
 double DecodedMib(const gs::Scene& scene) {
   double pixels = 0;
-  for (const gs::View& view : scene.views) pixels += static_cast<double>(view.camera.width) * view.camera.height;
-  return pixels * 3 * sizeof(float) / (1 << 20);
+  for (const gs::View& view : scene.views) pixels += view.camera.pixels();
+  return pixels * gs::kImageBytes / (1 << 20);
 }
 
 void PrintWhatItIs(const std::string& path, const gs::Scene& scene) {
@@ -40,8 +41,7 @@ void PrintWhatItIs(const std::string& path, const gs::Scene& scene) {
   });
   Print("{}: {}, {} photographs of {} x {} pixels{}, {:.0f} degrees from left to right, {:.0f} MiB once decoded\n",
         OneLine(path), KindOf(scene), scene.views.size(), first.width, first.height,
-        is_one_size ? "" : " and other sizes",
-        2 * std::atan(0.5 * first.width / first.lens.fx) * 180 / std::numbers::pi, DecodedMib(scene));
+        is_one_size ? "" : " and other sizes", gs::HorizontalAngle(first), DecodedMib(scene));
   PrintScene(scene);
 }
 

@@ -9,6 +9,7 @@
 
 #include "apps/print.h"
 #include "apps/report/html.h"
+#include "problems/gaussian_splatting/model/camera_rig.h"
 
 namespace vesta::app {
 namespace {
@@ -34,11 +35,7 @@ struct Axes {
 };
 
 Axes AxesOf(const gs::Scene& scene) {
-  Vec3 down{};
-  for (const gs::View& view : scene.views) {
-    for (std::size_t i = 0; i < 3; ++i) down[i] += Axis(view, 1)[i];
-  }
-  const Vec3 up = Unit({-down[0], -down[1], -down[2]}, {0, 0, 1});
+  const Vec3 up = Unit(gs::SumOfUps(scene.views), {0, 0, 1});
   // Square to it: how the first camera looks, or holds itself where it looks down.
   const gs::View& first = scene.views.front();
   const Vec3 right = Unit(Cross(Axis(first, 2), up), Unit(Cross(Axis(first, 1), up), {1, 0, 0}));

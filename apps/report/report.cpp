@@ -7,6 +7,7 @@
 
 #include "apps/report/camera_plan.h"
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/camera_rig.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 
 namespace vesta::app {
@@ -30,7 +31,7 @@ ReportedScene DescribeScene(const std::string& name, const gs::Scene& scene, std
   for (const gs::View& view : scene.views) {
     ++(view.is_test() ? described.test : view.is_trained() ? described.training : described.held_out);
     const gs::Camera& camera = view.camera;
-    const double angle = 2 * std::atan(0.5 * camera.width / camera.lens.fx) * 180 / std::numbers::pi;
+    const double angle = gs::HorizontalAngle(camera);
     const auto take = [&](auto value, auto* low, auto* high) {
       *low = is_first ? value : std::min(*low, value);
       *high = is_first ? value : std::max(*high, value);

@@ -89,7 +89,7 @@ std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& sho
       if (!color.is_none()) color.Inverse().Apply(values);
       return image;
     };
-    const double bytes = 3.0 * sizeof(float) * view.camera.width * view.camera.height;
+    const double bytes = gs::kImageBytes * view.camera.pixels();
     view.stored = std::make_shared<gs::StoredPhotograph>(store, gs::PhotographSource{.decode = copy, .bytes = bytes});
   }
   return views;

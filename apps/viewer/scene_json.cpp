@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/math/quaternion.h"
+#include "problems/gaussian_splatting/model/camera_rig.h"
 #include "problems/gaussian_splatting/model/median.h"
 
 namespace vesta::app {
@@ -59,10 +60,7 @@ Place PlaceOf(const gs::PointCloud& points) {
 
 // Against the mean of the cameras' downward axes; without cameras that of a camera that turns nothing.
 Point UpOf(const gs::Scene& scene) {
-  Point up{};
-  for (const gs::View& view : scene.views) {
-    for (std::size_t k = 0; k < 3; ++k) up[k] -= view.rotation[3 + k];
-  }
+  Point up = gs::SumOfUps(scene.views);
   const double length = std::hypot(up[0], up[1], up[2]);
   if (length < 1e-6 * static_cast<double>(scene.views.size()) || length == 0) return {0, -1, 0};
   for (double& x : up) x /= length;

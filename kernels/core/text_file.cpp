@@ -46,6 +46,20 @@ bool ParseWord(std::string_view word, T* value) {
 bool ParseNumber(std::string_view word, double* value) { return ParseWord(word, value); }
 bool ParseNumber(std::string_view word, Index* value) { return ParseWord(word, value); }
 
+bool NextLine(std::string_view* text, std::string_view* line) {
+  if (text->empty()) return false;
+  const std::size_t end = std::min(text->find('\n'), text->size());
+  *line = text->substr(0, end);
+  text->remove_prefix(std::min(end + 1, text->size()));
+  return true;
+}
+
+std::string_view Trimmed(std::string_view line) {
+  constexpr const char* kSpace = " \t\r";
+  const std::size_t begin = std::min(line.find_first_not_of(kSpace), line.size());
+  return line.substr(begin, line.find_last_not_of(kSpace) + 1 - begin);
+}
+
 std::string_view NextWord(std::string_view* text) {
   constexpr const char* kSpace = " \t\r\n";
   text->remove_prefix(std::min(text->find_first_not_of(kSpace), text->size()));

@@ -19,6 +19,11 @@ std::string ReadFile(const std::string& path);
 bool ParseNumber(std::string_view word, double* value);
 bool ParseNumber(std::string_view word, Index* value);
 
+// Cuts the first line off `text`, without its end, which the last need not have; false where there is nothing left.
+bool NextLine(std::string_view* text, std::string_view* line);
+// Without the white space around it.
+std::string_view Trimmed(std::string_view line);
+
 // The next word of `text`, which is cut off at its front together with the white space before it; empty at the end.
 std::string_view NextWord(std::string_view* text);
 

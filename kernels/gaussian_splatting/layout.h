@@ -28,6 +28,8 @@ inline constexpr int kMaxShDegree = 3;
 inline constexpr int kMaxAttributes = kSh + 48;
 
 VESTA_HD constexpr int NumAttributes(int sh_degree) { return kSh + 3 * (sh_degree + 1) * (sh_degree + 1); }
+// Of these the harmonics above degree 0, 0..45.
+VESTA_HD constexpr int NumHigherHarmonics(int sh_degree) { return NumAttributes(sh_degree) - NumAttributes(0); }
 // Attributes of band b, 0..3, are those from FirstOfBand(b) on, before NumAttributes(b). Geometry counts as band 0.
 VESTA_HD constexpr int FirstOfBand(int band) { return band == 0 ? 0 : NumAttributes(band - 1); }
 VESTA_HD constexpr int BandOf(int attribute) {

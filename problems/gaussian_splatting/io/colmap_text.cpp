@@ -18,10 +18,7 @@ class LineReader {
 
   // Moves to the next line; false at the end of the file.
   bool NextLine() {
-    if (rest_.empty()) return false;
-    const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-    line_ = rest_.substr(0, end);
-    rest_.remove_prefix(std::min(end + 1, rest_.size()));
+    if (!vesta::NextLine(&rest_, &line_)) return false;
     ++number_;
     return true;
   }
@@ -55,10 +52,7 @@ class LineReader {
     return static_cast<T>(value);
   }
   // What is left of the line, without the white space around it.
-  std::string Rest() {
-    const std::size_t begin = std::min(line_.find_first_not_of(" \t\r"), line_.size());
-    return std::string(line_.substr(begin, line_.find_last_not_of(" \t\r") + 1 - begin));
-  }
+  std::string Rest() { return std::string(Trimmed(line_)); }
   std::string Where() const { return fmt::format("{}: line {}", path_, number_); }
 
  private:

@@ -88,7 +88,7 @@ double DcOf(double color) { return (color - 0.5) / sh::k0; }
 int DegreeOf(const PlyFile& file, const PlyTable& sh) {
   const int num_rest = sh.CountWithPrefix("f_rest_");
   for (int degree = 1; degree <= 3; ++degree) {
-    if (num_rest == 3 * ((degree + 1) * (degree + 1) - 1)) return degree;
+    if (num_rest == splat::NumHigherHarmonics(degree)) return degree;
   }
   Fail("{}: {} properties f_rest_* of sh; a splat of degree 1, 2 or 3 has 9, 24 or 45", file.path(), num_rest);
 }

@@ -51,7 +51,7 @@ void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize si
   constexpr double kMaxPixels = 1 << 28;
   // Deflate packs at most 1032 bytes into one, so 8256 black and white pixels; a JPEG needs more.
   constexpr double kMaxPixelsPerByte = 8320;
-  const double pixels = static_cast<double>(size.width) * size.height;
+  const double pixels = size.pixels();
   if (size.width <= 0 || size.height <= 0) FailDamagedImage(path, "it has no pixels");
   if (pixels > kMaxPixels) {
     Fail("{}: {} x {} pixels are more than the 268 million that are read; downscale it", path, size.width, size.height);

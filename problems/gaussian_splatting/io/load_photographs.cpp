@@ -17,7 +17,7 @@ constexpr double kMib = 1 << 20;
 // Two photographs have to fit: one that is looked at, and one that is decoded.
 void CheckBudget(double budget, const std::vector<View>& views) {
   double most = 0;
-  for (const View& view : views) most = std::max(most, 3.0 * sizeof(float) * view.camera.width * view.camera.height);
+  for (const View& view : views) most = std::max(most, kImageBytes * view.camera.pixels());
   if (2 * most <= budget) return;
   Fail(
       "--photographs_mib: {:.1f} MiB are less than two photographs take, {:.1f}; allow so much (a half of "

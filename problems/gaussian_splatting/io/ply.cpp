@@ -30,8 +30,8 @@ std::vector<FileColumn> FileColumns(int sh_degree) {
   for (int i = 0; i < 3; ++i) columns.push_back({std::string(1, "xyz"[i]), splat::kMean + i});
   for (const char* normal : {"nx", "ny", "nz"}) columns.push_back({normal, -1});
   add("f_dc", 3, splat::kSh);
-  const int rest = (sh_degree + 1) * (sh_degree + 1) - 1;
-  for (int i = 0; i < 3 * rest; ++i) {
+  const int higher = splat::NumHigherHarmonics(sh_degree), rest = higher / 3;  // of a channel
+  for (int i = 0; i < higher; ++i) {
     const int channel = i / rest, coefficient = 1 + i % rest;
     columns.push_back({fmt::format("f_rest_{}", i), splat::kSh + 3 * coefficient + channel});
   }
@@ -43,7 +43,7 @@ std::vector<FileColumn> FileColumns(int sh_degree) {
 
 int DegreeOf(const std::string& path, int num_rest) {
   for (int degree = 0; degree <= 3; ++degree) {
-    if (num_rest == 3 * ((degree + 1) * (degree + 1) - 1)) return degree;
+    if (num_rest == splat::NumHigherHarmonics(degree)) return degree;
   }
   Fail("{}: {} properties f_rest_*; a splat of degree 0, 1, 2 or 3 has 0, 9, 24 or 45", path, num_rest);
 }

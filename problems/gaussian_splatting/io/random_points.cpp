@@ -9,6 +9,7 @@
 #include <random>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/camera_rig.h"
 
 namespace vesta::gs {
 namespace {
@@ -65,16 +66,9 @@ std::optional<Vector> MeetingOfAxes(const std::vector<View>& views, const Vector
 
 // For each view the depth at which things are likely.
 std::vector<double> LikelyDepths(const std::vector<View>& views) {
-  Vector mean{};
-  for (const View& view : views) {
-    const Vector center = CameraCenter(view);
-    for (std::size_t i = 0; i < 3; ++i) mean[i] += center[i] / static_cast<double>(views.size());
-  }
-  double radius = 0;
-  for (const View& view : views) {
-    const Vector center = CameraCenter(view);
-    radius = std::max(radius, std::hypot(center[0] - mean[0], center[1] - mean[1], center[2] - mean[2]));
-  }
+  std::vector<const View*> all;
+  for (const View& view : views) all.push_back(&view);
+  const auto [mean, radius] = SpreadOf(all);
   constexpr double kRadiiAway = 4;
   std::vector<double> depths(views.size(), radius > 0 ? kRadiiAway * radius : 1.0);
   if (!(radius > 0)) return depths;

@@ -50,7 +50,7 @@ struct Widths {
   explicit Widths(const Header& header)
       : mean(header.version == 1 ? 6 : 9),
         rotation(header.version >= 3 ? 4 : 3),
-        sh(3 * ((header.sh_degree + 1) * (header.sh_degree + 1) - 1)) {}
+        sh(splat::NumHigherHarmonics(header.sh_degree)) {}
   Index Sum() const { return mean + opacity + color + scale + rotation + sh; }
 };
 
@@ -174,11 +174,8 @@ void SkipExtensions(const std::string& path, GzipReader* reader) {
 
 std::vector<std::string> LinesOf(const std::string& text) {
   std::vector<std::string> lines;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    lines.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
+  std::string_view rest = text, line;
+  while (NextLine(&rest, &line)) lines.emplace_back(line);
   return lines;
 }
 

@@ -76,22 +76,18 @@ CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& 
   return steps;
 }
 
-constexpr double kPlaneBytes = 3 * sizeof(float);  // a pixel
-
-double Pixels(const Camera& camera) { return static_cast<double>(camera.width) * camera.height; }
-
 // What making it will take at most beside the result: the decoder's samples, four of two bytes, and the planes made of
 // them; where planes are made of planes or turned, or have a mask, these.
 double MostWorkBytes(const View& view, const CameraSteps& steps, const PhotographRule& rule) {
-  constexpr double kMostSampleBytes = 8, kMaskedPlaneBytes = kPlaneBytes + 1;
-  const double in_file = Pixels(steps.in_file), undistorted = Pixels(steps.undistorted),
-               result = Pixels(steps.downscaled);
-  double most = (kMaskedPlaneBytes + kMostSampleBytes) * in_file;
-  most = std::max(most, 2 * kMaskedPlaneBytes * in_file);
-  if (!view.mask_path.empty()) most = std::max(most, (2 * kMaskedPlaneBytes + kMostSampleBytes) * in_file);
-  if (!view.distortion.is_none()) most = std::max(most, kMaskedPlaneBytes * (in_file + undistorted));
-  if (rule.downscale > 1) most = std::max(most, kMaskedPlaneBytes * (undistorted + result));
-  return most - kPlaneBytes * result;
+  constexpr double kMostSampleBytes = 8, kMaskedBytes = kImageBytes + 1;
+  const double in_file = steps.in_file.pixels(), undistorted = steps.undistorted.pixels(),
+               result = steps.downscaled.pixels();
+  double most = (kMaskedBytes + kMostSampleBytes) * in_file;
+  most = std::max(most, 2 * kMaskedBytes * in_file);
+  if (!view.mask_path.empty()) most = std::max(most, (2 * kMaskedBytes + kMostSampleBytes) * in_file);
+  if (!view.distortion.is_none()) most = std::max(most, kMaskedBytes * (in_file + undistorted));
+  if (rule.downscale > 1) most = std::max(most, kMaskedBytes * (undistorted + result));
+  return most - kImageBytes * result;
 }
 
 void CheckSomethingCounts(const View& view, const Image& image) {
@@ -134,14 +130,14 @@ ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rul
   const Camera& camera = steps.downscaled;
   const bool may_have_mask = rule.alpha_is_mask || !view.mask_path.empty();
   return {.camera = camera,
-          .bytes = (kPlaneBytes + (may_have_mask ? 1 : 0)) * camera.width * camera.height,
+          .bytes = (kImageBytes + (may_have_mask ? 1 : 0)) * camera.pixels(),
           .work_bytes = MostWorkBytes(view, steps, rule)};
 }
 
 double ExpectedBytes(const View& view, const PhotographRule& rule) {
   const Camera camera = UndistortedCamera(view, view.camera);
   const ImageSize size = DownscaledSize({camera.width, camera.height}, rule.downscale);
-  return kPlaneBytes * size.width * size.height;
+  return kImageBytes * size.pixels();
 }
 
 }  // namespace vesta::gs

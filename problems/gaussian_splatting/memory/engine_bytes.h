@@ -7,9 +7,6 @@
 
 namespace vesta::gs {
 
-// A pixel of an image.
-inline constexpr double kImageBytes = 3 * sizeof(float);
-
 // One vector of parameters.
 double VectorBytes(const MemoryScene& scene);
 

@@ -36,7 +36,7 @@ MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<cons
     }
     const Camera& camera = views[v]->camera;
     const auto tiles = [](int size) { return (size + splat::kTileSize - 1) / splat::kTileSize; };
-    counts[v].pixels = static_cast<double>(camera.width) * camera.height;
+    counts[v].pixels = camera.pixels();
     counts[v].tiles = static_cast<double>(tiles(camera.width)) * tiles(camera.height);
   }
   const bool is_bent = std::ranges::any_of(views, [](const View* v) { return v->bent.has_value(); });

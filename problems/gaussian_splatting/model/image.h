@@ -31,8 +31,13 @@ double CountedPart(const Image& image);
 // That its pixels take.
 double BytesOf(const Image& image);
 
+// Bytes that an image takes for each pixel.
+inline constexpr double kImageBytes = 3 * sizeof(float);
+
 struct ImageSize {
   int width = 0, height = 0;
+
+  double pixels() const { return static_cast<double>(width) * height; }
 };
 
 // The 8-bit value of a colour: 255 times it, clamped to 0..255 and rounded; 0 for NaN.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/camera_rig.h"
 #include "problems/gaussian_splatting/model/depth_in_view.h"
 #include "problems/gaussian_splatting/model/median.h"
 
@@ -67,18 +68,11 @@ namespace {
 
 // 1.1 times the largest distance of a training camera's centre from their mean; 1 where all coincide.
 double CameraRadius(const std::vector<View>& views) {
-  std::vector<std::array<double, 3>> centers;
+  std::vector<const View*> trained;
   for (const View& view : views) {
-    if (view.is_trained()) centers.push_back(CameraCenter(view));
+    if (view.is_trained()) trained.push_back(&view);
   }
-  std::array<double, 3> mean{};
-  for (const auto& center : centers) {
-    for (std::size_t i = 0; i < 3; ++i) mean[i] += center[i] / static_cast<double>(centers.size());
-  }
-  double radius = 0;
-  for (const auto& center : centers) {
-    radius = std::max(radius, std::hypot(center[0] - mean[0], center[1] - mean[1], center[2] - mean[2]));
-  }
+  const double radius = SpreadOf(trained).radius;
   return radius > 0 ? 1.1 * radius : 1.0;
 }
 

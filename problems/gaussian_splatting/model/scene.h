@@ -24,6 +24,7 @@ struct Camera {
   // looks beside itself. One for all cameras of a scene (LoadSceneOptions), whose splat is to be rendered with it.
   double low_pass = splat::kLowPass;
 
+  double pixels() const { return ImageSize{width, height}.pixels(); }
   bool operator==(const Camera&) const = default;
 };
 

@@ -218,7 +218,7 @@ class AdamStage {
       if (Densifies(options_.density, state_->span)) Densify();
       if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
     }
-    parsimony_.TakeOut(*state_, degree, [&] {
+    parsimony_.Thin(*state_, degree, [&] {
       views_.LendPhotographs();
       views_.FreePasses();
       before_growth_.Forget();  // of more than there are now

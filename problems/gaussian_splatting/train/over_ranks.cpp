@@ -63,7 +63,7 @@ std::vector<const View*> LargestShare(const std::vector<const View*>& views, con
     double pixels = 0;
     for (Index v = own.begin; v < own.end; ++v) {
       const Camera& camera = views[static_cast<std::size_t>(v)]->camera;
-      pixels += static_cast<double>(camera.width) * camera.height;
+      pixels += camera.pixels();
     }
     if (pixels <= most) continue;
     most = pixels;

@@ -25,7 +25,7 @@ double RecordedHistory::SecondsAhead(double seconds_per_pixel) const {
   const std::vector<bool> are_measured = AreMeasured(measured_, views);
   for (std::size_t v = 0; v < views.size(); ++v) {
     const Camera& camera = views[v].camera;
-    if (are_measured[v]) pixels += static_cast<double>(camera.width) * camera.height;
+    if (are_measured[v]) pixels += camera.pixels();
   }
   return kShareOfEvaluation * seconds_per_pixel * pixels;
 }

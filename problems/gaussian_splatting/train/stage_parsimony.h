@@ -28,7 +28,7 @@ class StageParsimony {
   // What goes after the iteration that state.span says; Gaussians have been added before, by what was observed of them.
   // degree: of the harmonics in use. before() is called where views judge, and may free what iterations work in.
   template <class Before>
-  void TakeOut(AdamStageState<B>& state, int degree, const Before& before) {
+  void Thin(AdamStageState<B>& state, int degree, const Before& before) {
     const bool checks = ChecksSupport(options_, state.span);
     const bool prunes = Prunes(options_, state.span) && ClaimTime(1, PartDone(options_, state.span), state);
     // Not while bands wait for their turn.

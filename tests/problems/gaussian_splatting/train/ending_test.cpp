@@ -65,32 +65,6 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   EXPECT_EQ(Train(scene, options, 0, {}).model.data, all.model.data);
 }
 
-TEST(Trainer, ATargetNeedsViewsHeldOut) {
-  TrainOptions options = ShortTraining(2, 0);
-  options.target_psnr = 20;
-  try {
-    Train(TrainingScene(), options, 0, {});
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("LoadSceneOptions::hold_out"));
-  }
-}
-
-TEST(Trainer, TheFilterIsThatOfTheScene) {
-  TrainOptions options = ShortTraining(2, 0);
-  options.low_pass = 0.1;
-  Scene scene = TrainingScene();
-  try {
-    Train(scene, options, 0, {});
-    FAIL() << "no error";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("train.low_pass=0.1: the camera of view"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("has 0.3; load the scene with LoadSceneOptions::low_pass"));
-  }
-  for (View& view : scene.views) view.camera.low_pass = 0.1;
-  EXPECT_EQ(Train(scene, options, 0, {}).model.low_pass, 0.1);
-}
-
 // To foresee leaves no trace in what is trained.
 TEST(Trainer, ForeseesItsEnd) {
   const Scene scene = TrainingScene();

@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "problems/gaussian_splatting/train/trainer.h"
 #include "solver/normal_equations/preconditioner.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/problems/gaussian_splatting/train/training_scene.h"
 
 namespace vesta::gs {
 namespace {
@@ -64,6 +66,18 @@ TEST(LmStage, TakesThePreconditionerThatTheProblemGives) {
   lm.preconditioner = LmPreconditioner::kJacobi;
   EXPECT_THAT(SolvedWith(lm, problem, ring), testing::HasSubstr("PCG, Jacobi"));
   EXPECT_EQ(problem.applied, 0);
+}
+
+// Iterations of LM that a training with this least gain has done.
+int LmIterations(double min_gain) {
+  TrainOptions options = test::ShortTraining(20, 3);
+  options.lm.min_gain = min_gain;
+  return Train(test::TrainingScene(), options, 0, {}).history.back().iteration;
+}
+
+TEST(LmStage, EndsWhereAnIterationGainsLittle) {
+  EXPECT_EQ(LmIterations(0), 3);
+  EXPECT_EQ(LmIterations(1), 1) << "no iteration takes all of the cost";
 }
 
 }  // namespace
