@@ -60,6 +60,16 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   Vector3 middle = Vector3::Zero();
   for (const View* view : given) middle += CentreOf(*view) / views;
 
+  // How much all have grown is told from how far centres stand apart: where they hardly do, as in a panorama, it would
+  // be told from what else moved them.
+  constexpr double kFarApart = 2;  // by their root mean squares
+  double arms = 0, shifts = 0;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    arms += (CentreOf(*given[i]) - middle).squaredNorm();
+    shifts += InTheWorld(*given[i], (*found)[i].motion).shift.squaredNorm();
+  }
+  const bool has_grown = arms > kFarApart * kFarApart * shifts;
+
   Eigen::Matrix<double, kSimilarity, kSimilarity> normal = decltype(normal)::Zero();
   Vector7 right = Vector7::Zero();
   const auto add = [&](const Eigen::Matrix<double, 3, kSimilarity>& rows, const Vector3& value) {
@@ -75,7 +85,7 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
     add(rows, depth * motion.turn);
     rows.leftCols<3>() = -CrossMatrix(arm);
     rows.middleCols<3>(3) = Matrix3::Identity();
-    rows.col(6) = arm;
+    if (has_grown) rows.col(6) = arm;
     add(rows, motion.shift);
   }
   // By its pseudo-inverse: a freedom of which nothing is known stays.

@@ -13,7 +13,7 @@ namespace vesta::gs {
 // motions, by least squares of turns, times `depth`, and of centres; and of the exposures, by channel, the affine map
 // whose removal leaves gains with the mean 1 and offsets with the mean 0. So the views lie on the whole where they were
 // given. given: as many, in the same order. depth: of what they see, world units, > 0. Where views leave a freedom
-// undetermined (one view, or all centres in one place: the scale) it is not touched.
+// undetermined (one view, or all centres in one place, but for how they were moved: the scale) it is not touched.
 void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
 void RemoveCommonExposure(std::vector<ViewUnknowns>* found);
 

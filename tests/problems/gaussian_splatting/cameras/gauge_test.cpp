@@ -101,6 +101,37 @@ TEST(Gauge, OneViewStaysWhereItWasGiven) {
   EXPECT_LT(ring.Largest(), 1e-9);
 }
 
+// A panorama, whose centres are nearly one: what is seen of a growth there is what else moved them.
+TEST(Gauge, CentresThatAreNearlyOneDoNotGrow) {
+  Ring ring;
+  for (std::size_t i = 0; i < ring.scene.views.size(); ++i) {
+    View& view = ring.scene.views[i];
+    view = MovedView(view, test::RandomMotion(0, 1e-4 * kDepth, 50 + i));
+    const std::array<double, 3> c = CameraCenter(view);
+    for (std::size_t a = 0; a < 3; ++a) {  // to within a thousandth of where it stood
+      for (std::size_t b = 0; b < 3; ++b) view.translation[a] += 0.999 * view.rotation[3 * a + b] * c[b];
+    }
+  }
+  for (const std::uint64_t seed : {0, 100, 200}) {
+    for (std::size_t i = 0; i < ring.found.size(); ++i) {
+      ring.found[i].motion = test::RandomMotion(0, 0.01 * kDepth, seed + i);
+    }
+    const auto apart = [&] {  // of the centres beside where they were given, squared
+      double sum = 0;
+      for (std::size_t i = 0; i < ring.found.size(); ++i) {
+        const std::array<double, 3> now = CameraCenter(MovedView(*ring.views[i], ring.found[i].motion)),
+                                    given = CameraCenter(*ring.views[i]);
+        for (std::size_t k = 0; k < 3; ++k) sum += (now[k] - given[k]) * (now[k] - given[k]);
+      }
+      return sum;
+    };
+    const double before = apart();
+    ring.Fix(5);
+    EXPECT_LT(apart(), before) << "what they share is gone";
+    EXPECT_GT(apart(), before / 4) << "what each has is not";
+  }
+}
+
 // All views in one place, and none at all.
 TEST(Gauge, WhatIsUndeterminedIsNoFault) {
   Ring ring;
