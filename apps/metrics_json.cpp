@@ -102,9 +102,9 @@ void AddCameras(const gs::TrainResult& result, Json* json) {
   (*json)["cameras"] = std::move(cameras);
 }
 
-// When it ended, by its last row; where there is none it took no time after what was before.
-double EndOfAdam(const std::vector<gs::HistoryRow>& history, double before) {
-  double end = before;
+// When it ended, by its last row; where there is none it took no time.
+double EndOfAdam(const std::vector<gs::HistoryRow>& history) {
+  double end = history.front().seconds;
   for (const gs::HistoryRow& row : history) {
     if (row.stage == gs::Stage::kAdam) end = row.seconds;
   }
@@ -118,7 +118,7 @@ std::string Text(const Json& json) { return json.dump(1, ' ', false, Json::error
 
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings) {
   VESTA_CHECK(!result.history.empty(), "no evaluation to write");
-  const double adam_end = EndOfAdam(result.history, facts.load_seconds);
+  const double adam_end = EndOfAdam(result.history);
   Json json;
   json["test"] = ToJson(result.history.back().test);
   json["train"] = ToJson(result.history.back().train);

@@ -25,7 +25,7 @@ struct RunFacts {
   const Ranks* ranks = nullptr;  // null: not started by MPI
 };
 
-// Fields as docs/guide/training_a_scene.md has them ("metrics.json"); a test compares the two. test, train and held_out
+// Fields as docs/guide/training_a_scene.md has them ("metrics.json"). test, train and held_out
 // are those of the last row of the history; adam and lm the seconds of the last rows of their stages. A figure that is
 // not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);

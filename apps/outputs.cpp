@@ -88,11 +88,15 @@ void RunFiles::CheckPlace(const Output& output) const {
   }
 }
 
-void RunFiles::CheckFolder(const Output& output) {
+void RunFiles::CheckFolder(const Output& output) const {
   std::error_code error;
   const fs::file_status status = fs::status(output.path, error);
   if (fs::exists(status) && !fs::is_directory(status)) {
     Fail("{}: {} is no folder, which it is to become; rename it or choose another folder", output.given, output.path);
+  }
+  for (const std::string& file : read_) {
+    if (!IsWithin(Canonical(file), Canonical(output.path))) continue;
+    Fail("{}: {} lies in {}, which is written anew; choose another folder", output.given, file, output.path);
   }
 }
 

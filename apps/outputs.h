@@ -35,7 +35,7 @@ class RunFiles {
   };
   void CheckPlace(const Output& output) const;
   void CheckFile(const Output& output) const;
-  static void CheckFolder(const Output& output);
+  void CheckFolder(const Output& output) const;
 
   std::vector<std::string> read_;
   std::vector<std::string> scenes_, scene_folders_;  // canonical: theirs alone, and with all below

@@ -149,10 +149,18 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
   if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
   result.notes.insert(result.notes.begin(), job.scene.notes.begin(), job.scene.notes.end());  // told at the start
   SaveResults(job, result, &results);
-  PrintOutcome(job, result, SaveCameras(job.scene, result, *job.out));
+  std::string cameras, no_cameras;
+  try {
+    cameras = SaveCameras(job.scene, result, *job.out);
+  } catch (const Error& error) {
+    no_cameras = error.what();
+  }
+  PrintOutcome(job, result, cameras);
   Print("{}wrote {} and {}{}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path(),
         result.stopped ? HowToGoOn(job, result) : "");
   if (job.line.flags.report) WriteOwnReport(job, results, &result.model);
+  if (!no_cameras.empty())
+    Fail("{}; without the cameras that were found, the splat is in {}", no_cameras, results.model_path());
 }
 
 }  // namespace

@@ -69,6 +69,7 @@ void TrainingResults::SaveModel(const gs::SplatModel& model) {
 }
 
 void TrainingResults::Save(const gs::SplatModel& model, const std::string& metrics) {
+  if (!model_ || !metrics_) Open();  // where that failed before
   metrics_->Write(metrics);
   metrics_->Finish();
   CommitModel(model);

@@ -1,5 +1,5 @@
 // What train and refine write: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, which always belong to one
-// training.
+// training; cameras that an earlier one has found go with its splat (camera_files.h).
 #pragma once
 
 #include <memory>

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <optional>
 
 #include "apps/report/camera_plan.h"
 #include "kernels/core/check.h"

@@ -34,7 +34,7 @@ std::vector<ViewError> ViewRenderer::Measure() {
   for (const gs::View& view : scene_.views) {
     if (!view.is_test()) continue;
     const std::shared_ptr<const gs::Image> photograph = view.Photograph();
-    const gs::Image render = renderer_.RenderToCompare(model_, view, *photograph);
+    const gs::Image render = gs::ToCompare(renderer_.Render(model_, view), *photograph);
     const ImageQuality whole =
         meter.Measure(gs::ValuesOf(render), gs::ValuesOf(*photograph), {view.camera.width, view.camera.height});
     const gs::ViewQuality of_counted = gs::QualityOf(0, *photograph, whole, 0);
@@ -50,7 +50,7 @@ ViewPictures ViewRenderer::Picture(const gs::View& view, int max_width) {
           .height = view.camera.height,
           .truth = Jpeg(*photograph, max_width),
           .render = Jpeg(render, max_width),
-          .error = Jpeg(ErrorMap(renderer_.RenderToCompare(model_, view, *photograph), *photograph),
+          .error = Jpeg(ErrorMap(gs::ToCompare(render, *photograph), *photograph),
                         (std::min(max_width, render.width) + 1) / 2)};
 }
 

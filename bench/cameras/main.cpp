@@ -75,13 +75,9 @@ class Trainings {
 
  private:
   Outcome End(const Method& method, const gs::Scene& scene, const gs::TrainOptions& options, Outcome outcome) const {
-    std::vector<const gs::View*> views;
-    for (const gs::View& view : scene.views) {
-      if (view.is_trained()) views.push_back(&view);
-    }
     gs::TrainResult& result = outcome.result;
     Ended ended =
-        RunEnding(method.ending, std::move(result.model), views, result.cameras,
+        RunEnding(method.ending, std::move(result.model), gs::TrainingViews(scene.views), result.cameras,
                   {JointOptionsOf(scene, options, method.ending_finds, arguments_), arguments_.Count("rounds", 4)});
     result.model = std::move(ended.model);
     result.cameras = std::move(ended.views);

@@ -14,14 +14,6 @@
 namespace vesta::bench {
 namespace {
 
-std::vector<const gs::View*> TrainingViewsOf(const gs::Scene& scene) {
-  std::vector<const gs::View*> trained;
-  for (const gs::View& view : scene.views) {
-    if (view.is_trained()) trained.push_back(&view);
-  }
-  return trained;
-}
-
 // Median over the training views of how much longer or shorter focal lengths are than the true ones, as a part.
 double FocalError(const std::vector<const gs::View*>& truth, const std::vector<const gs::View*>& found) {
   std::vector<double> errors;
@@ -50,7 +42,7 @@ FoundCameras FoundBy(const gs::TrainResult& result, const gs::Scene& given) {
 }
 
 Row MeasureCameras(const TrueCameras& truth, const FoundCameras& found, const std::optional<FoundCameras>& settled) {
-  const std::vector<const gs::View*> trained = TrainingViewsOf(found.scene);
+  const std::vector<const gs::View*> trained = gs::TrainingViews(found.scene.views);
   const PoseError error = ErrorOf(truth.scene, trained);
   const PoseError left = settled ? ErrorOf(settled->scene, trained) : PoseError();
   return {{"off_degrees", error.degrees},
@@ -59,7 +51,7 @@ Row MeasureCameras(const TrueCameras& truth, const FoundCameras& found, const st
           {"off_pixels_near", error.near},
           {"left_pixels", left.pixels},
           {"left_pixels_near", left.near},
-          {"off_focal", FocalError(TrainingViewsOf(truth.scene), trained)},
+          {"off_focal", FocalError(gs::TrainingViews(truth.scene.views), trained)},
           {"off_gain", GainError(truth.gains, found.gains)},
           {"left_gain", settled ? GainError(Product(truth.gains, settled->gains), found.gains) : 0.0}};
 }

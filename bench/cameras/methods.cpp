@@ -38,11 +38,11 @@ Method MethodOf(const std::string& name, const Perturbation& by, const gs::Camer
     throw Error(training +
                 ": methods are exact, settled, none, late, gauss_newton, auto and adam:ROTATION:TRANSLATION");
   }
-  const bool ends_on_other = method.ending == Ending::kLm || method.ending == Ending::kNothing;
+  const bool finds_no_cameras = method.ending == Ending::kLm || method.ending == Ending::kNothing;
   if (method.perturbs_late() && method.ending == Ending::kLm) {
     throw Error("late: what follows begins where the training has ended; choose another ending than lm");
   }
-  if (refine == gs::CameraChoice::kAuto && !ends_on_other) {
+  if (refine == gs::CameraChoice::kAuto && !finds_no_cameras) {
     throw Error(name + ": what follows auto has nothing to go by; choose gauss_newton");
   }
   // The joint ones look for what is off where the training does not say what is looked for, the others for poses.

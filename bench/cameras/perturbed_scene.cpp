@@ -88,10 +88,7 @@ gs::Scene Perturbed(const gs::Scene& scene, const Perturbation& by, std::uint64_
 }
 
 PoseError ErrorOf(const gs::Scene& truth, const std::vector<const gs::View*>& found) {
-  Views true_views;
-  for (const gs::View& view : truth.views) {
-    if (view.is_trained()) true_views.push_back(&view);
-  }
+  const Views true_views = gs::TrainingViews(truth.views);
   VESTA_CHECK(true_views.size() == found.size(), "{} training views, {} found", true_views.size(), found.size());
   std::vector<std::size_t> all(found.size());
   std::iota(all.begin(), all.end(), std::size_t{0});

@@ -140,10 +140,7 @@ Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
   loading.low_pass = model.low_pass;
   const gs::Scene scene = gs::LoadScene(arguments.positional[1], loading);
   using Cpu = CpuBackend<float>;
-  std::vector<const gs::View*> views;
-  for (const gs::View& view : scene.views) {
-    if (view.is_trained()) views.push_back(&view);
-  }
+  std::vector<const gs::View*> views = gs::TrainingViews(scene.views);
   const auto wanted = static_cast<std::size_t>(Whole(arguments, "views", "0"));
   if (wanted > views.size()) Fail("--views {}: the scene has {} training views", wanted, views.size());
   if (wanted > 0) views.resize(wanted);

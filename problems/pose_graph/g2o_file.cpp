@@ -28,10 +28,7 @@ class Reader {
 
   PoseGraph Read() {
     const std::string text = ReadFile(path_);
-    for (std::string_view rest = text; !rest.empty();) {
-      const std::size_t end = std::min(rest.find('\n'), rest.size());
-      line_ = rest.substr(0, end);
-      rest.remove_prefix(std::min(end + 1, rest.size()));
+    for (std::string_view rest = text; NextLine(&rest, &line_);) {
       ++number_;
       const std::string_view tag = NextWord(&line_);
       if (!tag.empty() && tag.front() != '#') ReadRecord(tag);

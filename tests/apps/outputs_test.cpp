@@ -176,6 +176,15 @@ TEST_F(Outputs, AFileIsNoFolder) {
   ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, out_ + "/cameras is no folder"});
 }
 
+// As where a scene looks through the cameras that a training has found.
+TEST_F(Outputs, DoNotReplaceTheModelThatIsRead) {
+  fs::create_directories(out_);
+  fs::rename(scene_ + "/sparse/0", out_ + "/cameras");
+  fs::create_directory_symlink(out_ + "/cameras", scene_ + "/sparse/0");
+  ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, "lies in " + out_ + "/cameras, which is written anew"});
+  EXPECT_EQ(RunProgram(Train({"--out=" + (folder_ / "other")})).status, 0);
+}
+
 TEST_F(Outputs, CamerasAreOfTheSplatBesideThem) {
   ASSERT_EQ(RunProgram(Train({"--out=" + out_, "--refine_cameras=pose"})).status, 0);
   EXPECT_THAT(NamesIn(out_ + "/cameras"), UnorderedElementsAre("cameras.txt", "images.txt", "points3D.txt"));
@@ -190,7 +199,9 @@ TEST_F(Outputs, ASplatIsNotLostForItsCameras) {
   fs::create_directories(out_ + "/cameras/images.txt/in_the_way");
   const ProgramOutput output = RunProgram(Train({"--out=" + out_, "--refine_cameras=pose"}));
   EXPECT_EQ(output.status, 1);
-  EXPECT_THAT(output.err, AllOf(StartsWith("vesta: " + out_ + "/cameras/images.txt"), EndsWith("\n")));
+  EXPECT_THAT(output.err, AllOf(StartsWith("vesta: " + out_ + "/cameras/images.txt"),
+                                EndsWith("the splat is in " + out_ + "/point_cloud.ply\n")));
+  EXPECT_THAT(output.out, HasSubstr("wrote " + out_ + "/point_cloud.ply"));
   EXPECT_EQ(CountLines(output.err), 1) << output.err;
   EXPECT_GT(gs::ReadSplatPly(out_ + "/point_cloud.ply").count, 0);
   EXPECT_TRUE(fs::exists(out_ + "/metrics.json"));

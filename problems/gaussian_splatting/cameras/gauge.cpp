@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
@@ -63,10 +64,16 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   // How much all have grown is told from how far centres stand apart: where they hardly do, as in a panorama, it would
   // be told from what else moved them.
   constexpr double kFarApart = 2;  // by their root mean squares
+  std::vector<WorldMotion> motions;
+  Vector3 mean_shift = Vector3::Zero();
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    motions.push_back(InTheWorld(*given[i], (*found)[i].motion));
+    mean_shift += motions[i].shift / views;
+  }
   double arms = 0, shifts = 0;
   for (std::size_t i = 0; i < given.size(); ++i) {
     arms += (CentreOf(*given[i]) - middle).squaredNorm();
-    shifts += InTheWorld(*given[i], (*found)[i].motion).shift.squaredNorm();
+    shifts += (motions[i].shift - mean_shift).squaredNorm();
   }
   const bool has_grown = arms > kFarApart * kFarApart * shifts;
 
@@ -78,7 +85,7 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
   };
   for (std::size_t i = 0; i < given.size(); ++i) {
     const View& view = *given[i];
-    const WorldMotion motion = InTheWorld(view, (*found)[i].motion);
+    const WorldMotion& motion = motions[i];
     const Vector3 arm = CentreOf(view) - middle;
     Eigen::Matrix<double, 3, kSimilarity> rows = decltype(rows)::Zero();
     rows.leftCols<3>() = depth * Matrix3::Identity();

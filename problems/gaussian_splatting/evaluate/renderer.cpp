@@ -4,17 +4,16 @@
 
 namespace vesta::gs {
 
+Image ToCompare(Image rendered, const Image& photograph) {
+  const HostSpan<float> values(rendered.rgb.data(), static_cast<Index>(rendered.rgb.size()));
+  ShowLeftOut<CpuBackend<float>>(MaskOf(photograph), ValuesOf(photograph), values);
+  return rendered;
+}
+
 Image Renderer::Render(const SplatModel& model, const View& view) {
   Image image(view.camera.width, view.camera.height);
   splats_.Build(ToKernelModel(model), ToPosedCamera(view, near_), background_.data(), workspace_);
   splats_.Render(image.rgb.data());
-  return image;
-}
-
-Image Renderer::RenderToCompare(const SplatModel& model, const View& view, const Image& photograph) {
-  Image image = Render(model, view);
-  ShowLeftOut<CpuBackend<float>>(MaskOf(photograph), ValuesOf(photograph),
-                                 HostSpan<float>(image.rgb.data(), static_cast<Index>(image.rgb.size())));
   return image;
 }
 

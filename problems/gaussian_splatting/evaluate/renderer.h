@@ -12,6 +12,9 @@
 
 namespace vesta::gs {
 
+// A rendered image as it is compared with its photograph: pixels that do not count show what that shows.
+Image ToCompare(Image rendered, const Image& photograph);
+
 // Renders views of models; keeps its working memory between calls.
 class Renderer {
  public:
@@ -20,8 +23,6 @@ class Renderer {
 
   // The model seen from the view, not clamped.
   Image Render(const SplatModel& model, const View& view);
-  // The same as it is compared with the view's photograph: pixels that do not count show what that shows.
-  Image RenderToCompare(const SplatModel& model, const View& view, const Image& photograph);
   Evaluation Evaluate(const SplatModel& model, const Scene& scene);
   // The same for a model still in training, with fewer active SH bands.
   Evaluation Evaluate(const splat::Model<float>& model, const Scene& scene, const MeasuredViews& measured = {});

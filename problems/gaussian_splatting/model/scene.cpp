@@ -37,6 +37,14 @@ std::array<double, 3> CameraCenter(const View& view) {
   return center;
 }
 
+std::vector<const View*> TrainingViews(const std::vector<View>& views) {
+  std::vector<const View*> trained;
+  for (const View& view : views) {
+    if (view.is_trained()) trained.push_back(&view);
+  }
+  return trained;
+}
+
 Index NumTrainingViews(const std::vector<View>& views) { return std::ranges::count_if(views, &View::is_trained); }
 
 void SortAndSplit(std::vector<View>* views) {
@@ -68,11 +76,7 @@ namespace {
 
 // 1.1 times the largest distance of a training camera's centre from their mean; 1 where all coincide.
 double CameraRadius(const std::vector<View>& views) {
-  std::vector<const View*> trained;
-  for (const View& view : views) {
-    if (view.is_trained()) trained.push_back(&view);
-  }
-  const double radius = SpreadOf(trained).radius;
+  const double radius = SpreadOf(TrainingViews(views)).radius;
   return radius > 0 ? 1.1 * radius : 1.0;
 }
 

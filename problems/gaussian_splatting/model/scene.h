@@ -100,6 +100,8 @@ struct Scene {
 };
 
 // Of the views those that are trained on.
+// Those that are trained on, in their order; and how many.
+std::vector<const View*> TrainingViews(const std::vector<View>& views);
 Index NumTrainingViews(const std::vector<View>& views);
 inline Index NumTrainingViews(const Scene& scene) { return NumTrainingViews(scene.views); }
 

@@ -27,7 +27,7 @@ inline double RenderedViewsBytes(const splat::ViewCounts& view, double gaussians
                    kImages = 2 + LinearizationImages(SsimLinearization::kQuadratic);
   return splat::SplatView<float>::Bytes(view, gaussians) + Workspace::BuildBytes(view, gaussians) +
          splat::kSpareRoom * (view.splats + view.pairs) * kSums + view.splats * sizeof(splat::Recolors<float>) +
-         kImages * 3 * sizeof(float) * view.pixels +
+         kImages * kImageBytes * view.pixels +
          PhotometricLoss<float>::GradientBytes(SsimLinearization::kQuadratic, view.pixels);
 }
 

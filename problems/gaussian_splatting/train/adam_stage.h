@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernels/core/archive.h"
+#include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/cameras/options.h"
@@ -95,9 +96,10 @@ class AdamStage {
       throw;
     }
     if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
-    const int n = NumIterations(options_.adam);
+    const int n = NumIterations(options_.adam), views = options_.adam.views_per_iteration;
     if (state_->iteration >= n) {
-      session_.saved().Refuse(fmt::format("{} iterations of Adam are done; {} are asked for", state_->iteration, n));
+      Fail("{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
+           session_.saved().path(), state_->iteration * views, n * views);
     }
   }
 

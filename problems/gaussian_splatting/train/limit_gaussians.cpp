@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "problems/gaussian_splatting/memory/memory_plan.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {

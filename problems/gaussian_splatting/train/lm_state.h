@@ -1,7 +1,6 @@
 // What the LM stage goes on from, beside options and photographs: the model, its units of length, and the solve.
 #pragma once
 
-#include <optional>
 #include <string_view>
 #include <vector>
 

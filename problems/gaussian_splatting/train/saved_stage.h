@@ -25,6 +25,7 @@ class SavedStage {
   // Where the training begins, and how many iterations of that stage are done.
   Stage first_stage() const { return checkpoint_ ? checkpoint_->run.stage : Stage::kAdam; }
   int first_iteration() const { return checkpoint_ ? checkpoint_->iteration() : 0; }
+  const std::string& path() const { return checkpoint_->path; }  // where something was saved
   // That it had taken until then, and its evaluations beside that.
   double seconds() const { return checkpoint_ ? checkpoint_->run.seconds : 0; }
   double eval_seconds() const { return checkpoint_ ? checkpoint_->run.eval_seconds : 0; }

@@ -71,10 +71,10 @@ class StageCameras {
         own.pixels = pixels;
       } catch (const OutOfDeviceMemory& error) {
         NoteLackOfRoom(error.what());
-        BringToSize(pixels, &own);
       }
       own.age = CurvatureAge(session_.options().adam, span);
     }
+    BringToSize(pixels, &own);  // where an older one serves, or the stage has gone back
     if (CanStep(own)) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
   // Where processes have shared the views of an iteration: moves what the others have stepped as they did. stepped: the

@@ -32,7 +32,7 @@ struct CheckpointOptions {
   std::string origin;  // RunState::origin
 };
 
-// What the whole training will take, foreseen on the way.
+// What the training will take up to the end of the Adam stage, foreseen on the way.
 struct Prediction {
   bool is_first_guess = false;  // from speed alone: how the Gaussians will grow has not been seen yet
   double at_seconds = 0;        // of the training so far (TrainingClock), evaluation included

@@ -153,7 +153,7 @@ TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
   }
 }
 
-// A limit is an option of the training that goes on; what there turned out to be no room for stays out.
+// How many Gaussians there may be is for the training that goes on to say.
 TEST_F(Checkpoints, GoOnWithTheLimitsOfNow) {
   TrainUntil(Options(), Stage::kAdam, 10, false);
   TrainOptions fewer = Options();
@@ -168,7 +168,7 @@ TEST_F(Checkpoints, OfMoreIterationsThanAreAskedForAreRefused) {
   TrainOptions fewer = Options();
   fewer.adam.iterations = 3 * 31;
   EXPECT_THAT(ErrorOf([&] { TrainUntil(fewer, Stage::kAdam, 1000, true); }),
-              HasSubstr("31 iterations of Adam are done; 31 are asked for"));
+              HasSubstr("93 iterations of Adam are done and 93 asked for; ask for more"));
   fewer.adam.iterations = 3 * 32;
   EXPECT_EQ(TrainUntil(fewer, Stage::kAdam, 1000, true).history.back().iteration, kLm) << "LM follows as ever";
 }

@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 
