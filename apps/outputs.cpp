@@ -73,14 +73,20 @@ void RunFiles::ReadsScene(const std::string& folder, const gs::Scene& scene) {
   for (const std::string& first : firsts) scene_folders_.push_back(Canonical(fs::path(folder) / first).string());
 }
 
-void RunFiles::Writes(const std::string& given, const std::string& file) { outputs_.push_back({given, file, false}); }
+void RunFiles::Writes(const std::string& given, const std::string& file) {
+  outputs_.push_back({given, file, Kind::kFile});
+}
 
 void RunFiles::WritesInto(const std::string& given, const std::string& folder) {
-  outputs_.push_back({given, folder, true});
+  outputs_.push_back({given, folder, Kind::kSomeIn});
+}
+
+void RunFiles::WritesFolder(const std::string& given, const std::string& folder) {
+  outputs_.push_back({given, folder, Kind::kFolder});
 }
 
 void RunFiles::CheckPlace(const Output& output) const {
-  const fs::path folder = output.is_folder ? Canonical(output.path) : FolderOf(output.path);
+  const fs::path folder = output.kind == Kind::kFile ? FolderOf(output.path) : Canonical(output.path);
   const auto holds = [&](const std::string& scene) { return IsWithin(folder, scene); };
   if (std::find(scenes_.begin(), scenes_.end(), folder.string()) != scenes_.end() ||
       std::any_of(scene_folders_.begin(), scene_folders_.end(), holds)) {
@@ -95,7 +101,7 @@ void RunFiles::CheckFolder(const Output& output) const {
     Fail("{}: {} is no folder, which it is to become; rename it or choose another folder", output.given, output.path);
   }
   for (const std::string& file : read_) {
-    if (!IsWithin(Canonical(file), Canonical(output.path))) continue;
+    if (output.kind != Kind::kFolder || !IsWithin(Canonical(file), Canonical(output.path))) continue;
     Fail("{}: {} lies in {}, which is written anew; choose another folder", output.given, file, output.path);
   }
 }
@@ -114,7 +120,7 @@ void RunFiles::CheckFile(const Output& output) const {
   }
   for (const Output& other : outputs_) {
     if (&other == &output) break;
-    if (!other.is_folder && IsSameFile(other.path, output.path)) {
+    if (other.kind == Kind::kFile && IsSameFile(other.path, output.path)) {
       Fail("{}: it is the same file as {}; choose another name", output.given, other.given);
     }
   }
@@ -123,7 +129,7 @@ void RunFiles::CheckFile(const Output& output) const {
 void RunFiles::Check() const {
   for (const Output& output : outputs_) {
     CheckPlace(output);
-    output.is_folder ? CheckFolder(output) : CheckFile(output);
+    output.kind == Kind::kFile ? CheckFile(output) : CheckFolder(output);
   }
 }
 

@@ -24,14 +24,17 @@ class RunFiles {
   // A file that is written, and files of names yet unknown; given: the flag that says so, "--out=DIR".
   void Writes(const std::string& given, const std::string& file);
   void WritesInto(const std::string& given, const std::string& folder);
+  // A folder whose files are all the run's: nothing that is read may lie in it.
+  void WritesFolder(const std::string& given, const std::string& folder);
 
   // Throws Error, one line naming the flag, where the rule does not hold, or a file cannot be replaced: a folder.
   void Check() const;
 
  private:
+  enum class Kind { kFile, kSomeIn, kFolder };
   struct Output {
     std::string given, path;
-    bool is_folder;
+    Kind kind;
   };
   void CheckPlace(const Output& output) const;
   void CheckFile(const Output& output) const;

@@ -168,7 +168,7 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
 void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
   const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
   file("point_cloud.ply"), file("metrics.json");
-  files->WritesInto(Given("out", out), out + "/" + kCameraFolder);
+  files->WritesFolder(Given("out", out), out + "/" + kCameraFolder);
   if (flags.report) file("report.html");
   if (!flags.checkpoint_every.empty() || !flags.view.empty()) files->Writes(Given("out", out), CheckpointFile(out));
 }

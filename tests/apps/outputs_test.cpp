@@ -185,6 +185,13 @@ TEST_F(Outputs, DoNotReplaceTheModelThatIsRead) {
   EXPECT_EQ(RunProgram(Train({"--out=" + (folder_ / "other")})).status, 0);
 }
 
+// As the splat of a training whose test views are rendered beside it.
+TEST_F(Outputs, MayLieBesideWhatIsRead) {
+  fs::create_directories(out_);
+  fs::copy_file(ply_, out_ + "/point_cloud.ply");
+  EXPECT_EQ(RunProgram({"render", out_ + "/point_cloud.ply", scene_, "--out=" + out_}).status, 0);
+}
+
 TEST_F(Outputs, CamerasAreOfTheSplatBesideThem) {
   ASSERT_EQ(RunProgram(Train({"--out=" + out_, "--refine_cameras=pose"})).status, 0);
   EXPECT_THAT(NamesIn(out_ + "/cameras"), UnorderedElementsAre("cameras.txt", "images.txt", "points3D.txt"));
