@@ -34,6 +34,16 @@ StepVector AdamStep(const CameraOptions& options, const FreeUnknowns& free, cons
   return step;
 }
 
+// Damped, with momentum.
+StepVector GaussNewtonStep(const CameraOptions& options, const std::vector<double>& gradient, Eigen::Index own,
+                           const CameraSurroundings& around, const CameraStepState& state) {
+  const StepMatrix H = Damped(StepMatrixOf(state.curvature).topLeftCorner(own, own));
+  StepVector step =
+      -GaussNewtonPart(options, around.done) * H.ldlt().solve(Eigen::Map<const StepVector>(gradient.data(), own));
+  if (!state.first.empty()) step += options.momentum * Eigen::Map<const StepVector>(state.first.data(), own);
+  return step;
+}
+
 }  // namespace
 
 void BringToSize(double pixels, CameraStepState* state) {
@@ -55,18 +65,14 @@ std::vector<double> CameraStep(const CameraOptions& options, const FreeUnknowns&
   VESTA_CHECK(is_adam ? gradient.size() == static_cast<std::size_t>(own)
                       : state->curvature.size() == gradient.size() * gradient.size(),
               "a gradient of {} numbers, but a curvature of {}", gradient.size(), state->curvature.size());
-  StepVector step;
-  if (is_adam) {
-    step = AdamStep(options, free, gradient, around, state);
-  } else {
-    const StepMatrix H = Damped(StepMatrixOf(state->curvature).topLeftCorner(own, own));
-    step = -GaussNewtonPart(options, around.done) * H.ldlt().solve(Eigen::Map<const StepVector>(gradient.data(), own));
-  }
+  StepVector step = is_adam ? AdamStep(options, free, gradient, around, state)
+                            : GaussNewtonStep(options, gradient, own, around, *state);
   if (!step.allFinite()) step.setZero();
   if (free.pose) {
     const double far = std::max(step.head<3>().norm(), step.segment<3>(3).norm() / around.depth);
     if (far > around.most) step *= around.most / far;
   }
+  if (!is_adam && options.momentum > 0) state->first.assign(step.begin(), step.end());
   std::vector<double> whole(step.begin(), step.end());
   whole.resize(static_cast<std::size_t>(free.num_tangent()));
   return whole;

@@ -16,7 +16,7 @@ struct CameraStepState {
   std::vector<double> curvature;
   int age = 0;
   double pixels = 0;
-  // Adam's moments, and how many steps they are of.
+  // Adam's moments, and how many steps they are of; the first of Gauss-Newton is its latest step.
   std::vector<double> first, second;
   int steps = 0;
 

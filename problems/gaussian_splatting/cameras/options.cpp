@@ -12,6 +12,7 @@ const schema::Table<CameraOptions>& CameraFields() {
        "refine_cameras"},
       {"rule", &O::rule, kCameraRules, "how a camera is stepped when its view is trained on; adam: for comparison"},
       {"step", &O::step, {1e-6, 1.9}, "part of Gauss-Newton's step that is taken"},
+      {"momentum", &O::momentum, {0, 0.99}, "part of the step before that is added to each"},
       {"rest", &O::rest, {0, 1}, "last part of the Adam stage, in which it falls"},
       {"step_at_end", &O::step_at_end, {1e-6, 1}, "the same at the end of the stage"},
       {"joint", &O::joint,

@@ -38,6 +38,9 @@ struct CameraOptions {
   // Part of Gauss-Newton's step that is taken. In the last part of the stage, this long, it falls geometrically to
   // step_at_end: while splats move gradients are noisy, and cameras come to rest as the mean of the splat does.
   double step = 1;
+  // Part of a view's step before that is added to each (heavy ball; Polyak 1964): cameras that are far off arrive
+  // sooner, and follow sooner what is wrong with the splat (docs/results/2026-11-25-cameras-in-training.md).
+  double momentum = 0;
   double rest = 0.2;
   double step_at_end = 0.1;
   // Whether LM finds them too, at once with the splats (train/joint_lm_stage.h). Without an Adam stage it does so

@@ -29,24 +29,47 @@ TEST(CameraStep, IsGaussNewtons) {
   for (std::size_t i = 0; i < 6; ++i) {
     for (std::size_t j = 0; j < 6; ++j) gradient[i] -= state.curvature[6 * i + j] * wanted[j];
   }
-  const std::vector<double> step = CameraStep({}, kPose, gradient, kAnywhere, &state);
+  CameraOptions options;
+  options.momentum = 0;
+  const std::vector<double> step = CameraStep(options, kPose, gradient, kAnywhere, &state);
   ASSERT_EQ(step.size(), 6U);
   for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(step[i], wanted[i], 1e-3);  // damped by as much
-  CameraOptions half;
-  half.step = 0.5;
-  EXPECT_NEAR(CameraStep(half, kPose, gradient, kAnywhere, &state)[1], step[1] / 2, 1e-15);
+  options.step = 0.5;
+  EXPECT_NEAR(CameraStep(options, kPose, gradient, kAnywhere, &state)[1], step[1] / 2, 1e-15);
+}
+
+// Of steps that stay alike the sum is 1 / (1 - momentum) times them.
+TEST(CameraStep, GoesOnAsBefore) {
+  CameraStepState state = CoupledState();
+  CameraOptions options;
+  options.momentum = 0.5;
+  const std::vector<double> gradient{1, -2, 0.5, 3, 0, -1};
+  const std::vector<double> first = CameraStep(options, kPose, gradient, kAnywhere, &state);
+  const std::vector<double> second = CameraStep(options, kPose, gradient, kAnywhere, &state);
+  const std::vector<double> none = CameraStep(options, kPose, std::vector<double>(6, 0), kAnywhere, &state);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_NEAR(second[i], 1.5 * first[i], 1e-12);
+    EXPECT_NEAR(none[i], 0.75 * first[i], 1e-12);
+  }
+  // What a step may not do at once the next one does not owe.
+  CameraStepState held = CoupledState();
+  const CameraSurroundings near{.depth = 2, .most = 1e-4, .done = 0};
+  const std::vector<double> cut = CameraStep(options, kPose, gradient, near, &held);
+  EXPECT_EQ(CameraStep(options, kPose, std::vector<double>(6, 0), near, &held)[0], cut[0] / 2);
 }
 
 // An image of twice the size has four times the cost, and the same step.
 TEST(CameraStep, OfAnOlderCurvatureIsThatOfTheSizeOfNow) {
   CameraStepState state = CoupledState();
   state.pixels = 1000;
+  CameraOptions options;
+  options.momentum = 0;
   const std::vector<double> gradient{1, -2, 0.5, 3, 0, -1};
   std::vector<double> larger = gradient;
   for (double& value : larger) value *= 4;
-  const std::vector<double> step = CameraStep({}, kPose, gradient, kAnywhere, &state);
+  const std::vector<double> step = CameraStep(options, kPose, gradient, kAnywhere, &state);
   BringToSize(4000, &state);
-  EXPECT_EQ(CameraStep({}, kPose, larger, kAnywhere, &state), step);
+  EXPECT_EQ(CameraStep(options, kPose, larger, kAnywhere, &state), step);
   EXPECT_EQ(state.pixels, 4000);
   CameraStepState unknown;
   BringToSize(4000, &unknown);
