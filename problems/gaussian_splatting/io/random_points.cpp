@@ -67,12 +67,14 @@ std::optional<Vector> MeetingOfAxes(const std::vector<View>& views, const Vector
 // For each view the depth at which things are likely.
 std::vector<double> LikelyDepths(const std::vector<View>& views) {
   std::vector<const View*> all;
+  all.reserve(views.size());
   for (const View& view : views) all.push_back(&view);
-  const auto [mean, radius] = SpreadOf(all);
+  const CameraSpread spread = SpreadOf(all);
+  const double radius = spread.radius;
   constexpr double kRadiiAway = 4;
   std::vector<double> depths(views.size(), radius > 0 ? kRadiiAway * radius : 1.0);
   if (!(radius > 0)) return depths;
-  const std::optional<Vector> meeting = MeetingOfAxes(views, mean, radius);
+  const std::optional<Vector> meeting = MeetingOfAxes(views, spread.mean, radius);
   if (!meeting) return depths;
   std::vector<double> met;
   met.reserve(views.size());

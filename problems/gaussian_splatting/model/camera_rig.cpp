@@ -9,6 +9,7 @@ namespace vesta::gs {
 CameraSpread SpreadOf(const std::vector<const View*>& views) {
   CameraSpread spread;
   std::vector<std::array<double, 3>> centers;
+  centers.reserve(views.size());
   for (const View* view : views) centers.push_back(CameraCenter(*view));
   std::array<double, 3>& mean = spread.mean;
   for (const auto& center : centers) {
