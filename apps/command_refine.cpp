@@ -52,9 +52,6 @@ void CheckOneGoal(const CommandLine& line, const gs::TrainOptions& options) {
     throw UsageError("how much is to go? Give --keep=PART, under 1, --max_loss or --size_mib");
   }
   if (own + (keeps ? 1 : 0) > 1) throw UsageError("--keep, --max_loss and --size_mib: give only one of them");
-  if (flags.max_loss && IsGiven(line, "parsimony.criterion")) {
-    throw UsageError("--set parsimony.criterion: --max_loss goes by worth; give a part to --keep");
-  }
 }
 
 std::string GoalText(const Flags& flags, double keep) {
@@ -70,8 +67,7 @@ std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedMo
   const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
   if (!line.flags.max_loss && !is_short) return "";
   const Index before = posed.model.count;
-  gs::PruneOptions prune{.goal = {},
-                         .ranking = {options.parsimony.criterion, options.parsimony.supported, options.seed}};
+  gs::PruneOptions prune{.goal = {}, .supported = options.parsimony.supported};
   if (line.flags.max_loss) {
     prune.goal.max_rise = line.flags.max_loss;
   } else {

@@ -3,7 +3,6 @@
 
 #include "kernels/gaussian_splatting/linearized_loss.h"
 #include "kernels/gaussian_splatting/recolor.h"
-#include "kernels/gaussian_splatting/removal.h"
 #include "kernels/gaussian_splatting/types.h"
 
 namespace vesta::splat {
@@ -22,8 +21,8 @@ struct RasterKernels {
   void (*adjoint)(const TileLists<S>& lists, int tile, const S* image, const S* u, SplatTangent<S>* pair_sums);
   // For each pair of the tile the Gram sums under the non-negative weights omega (3 planes).
   void (*gram)(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums);
-  // For each pair of the tile what the loss gains or loses without its splat.
-  void (*removal)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, Removal<S>* pair_sums);
+  // For each pair of the tile the rise of the loss without its splat; negative where that is better.
+  void (*removal)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss, S* pair_rises);
   // For each pair of the tile the curvature of the loss by the colour of its splat.
   void (*color_curvature)(const TileLists<S>& lists, int tile, const LinearizedLoss<S>& loss,
                           ColorCurvature<S>* pair_sums);

@@ -202,15 +202,14 @@ void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega
 }
 
 template <class S>
-void SplatView<S>::AddRemovals(const LinearizedLoss<S>& loss, Removal<double>* removals,
-                               ViewWorkspace<S>& workspace) const {
+void SplatView<S>::AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const {
   const TileLists<S> lists = Lists();
-  const Removal<S>* of_view = SumTiles<S>(
-      bins_, num_splats(), workspace.pair_removals, workspace.splat_removals,
+  const S* of_view = SumTiles<S>(
+      bins_, num_splats(), workspace.pair_rises, workspace.splat_rises,
       [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) { raster.removal(lists, tile, loss, pairs); });
   ParallelFor(rank_of_.size(), kGaussianGrain, [&](Index i) {
     const std::int32_t rank = rank_of_[i];
-    if (rank >= 0) removals[i].rise += of_view[rank].rise, removals[i].weight += of_view[rank].weight;
+    if (rank >= 0) rises[i] += of_view[rank];
   });
 }
 

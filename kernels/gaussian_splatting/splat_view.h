@@ -22,7 +22,7 @@ struct ViewWorkspace {
   HostBuffer<KeyValue> order, order_scratch;
   HostBuffer<SplatTangent<S>> pair_sums, splat_sums;
   HostBuffer<SplatGram<S>> pair_grams, splat_grams;
-  HostBuffer<Removal<S>> pair_removals, splat_removals;
+  HostBuffer<S> pair_rises, splat_rises;
   HostBuffer<ColorCurvature<S>> pair_colors, splat_colors;
   HostBuffer<Recolors<S>> recolors;
   HostBuffer<RecolorRises<S>> pair_recolors, splat_recolors;
@@ -99,8 +99,9 @@ class SplatView {
   // 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
-  // removals[i] += those of Gaussian i, for each that is seen. loss.rendered: from Render.
-  void AddRemovals(const LinearizedLoss<S>& loss, Removal<double>* removals, ViewWorkspace<S>& workspace) const;
+  // rises[i] += that of the loss without Gaussian i, for each that is seen (removal_pass.h). loss.rendered: from
+  // Render.
+  void AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
   // Of the splats, by rank; in the workspace, until the next call.
   const ColorCurvature<S>* ColorCurvatures(const LinearizedLoss<S>& loss, ViewWorkspace<S>& workspace) const;
   // rises[i] += those of Gaussian i with other colours, for each that is seen; recolor(i): a Recolors<S>.

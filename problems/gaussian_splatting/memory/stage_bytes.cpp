@@ -78,7 +78,8 @@ class Parts {
 
  private:
   static constexpr bool kIsDevice = !std::is_same_v<typename B::Space, Host>;
-  static constexpr double kWorthBytes = sizeof(splat::Removal<double>) + 2 * sizeof(double) + sizeof(Index);
+  // The rise by one view and by all, and the score and place of each Gaussian in an order.
+  static constexpr double kWorthBytes = 3 * sizeof(double) + sizeof(Index);
 
   double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
 

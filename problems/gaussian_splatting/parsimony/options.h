@@ -2,7 +2,6 @@
 #pragma once
 
 #include "kernels/core/schema.h"
-#include "problems/gaussian_splatting/parsimony/criterion.h"
 
 namespace vesta::gs {
 
@@ -15,7 +14,6 @@ struct ParsimonyOptions {
   double price = 1;
   double sh_price = 0.5;
   double keep = 1;  // below 1, in place of a price: part of the Gaussians there are at `begin` that is left at `end`
-  Criterion criterion = Criterion::kWorth;
   double begin = 0.6;
   double end = 0.8;
   double every = 0.025;

@@ -39,9 +39,10 @@ std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
   return order;
 }
 
-// Scores with what hardly any view shows below all else.
+// Scores with what hardly any view shows below all else, where `supported` asks for that.
 std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<float>& model,
-                                const JudgingViews& judges) {
+                                const JudgingViews& judges, bool supported) {
+  if (!supported) return scores;
   const std::vector<bool> are_wanting = WhichAreWanting(model, judges);
   for (std::size_t i = 0; i < scores.size(); ++i) {
     if (are_wanting[i]) scores[i] = -std::numeric_limits<double>::infinity();
@@ -53,7 +54,7 @@ void PruneToCount(const JudgingViews& judges, const PruneOptions& options, Prune
   const Index count = std::max<Index>(*options.goal.count, 1);
   for (; result.model.count > count; ++result.rounds) {
     const Index left = std::max(count, result.model.count - PartOf(result.model.count, kPartOfRound));
-    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.ranking, left);
+    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.supported, left);
     result.model = InOrder(std::move(result.model), kept);
   }
 }
@@ -79,8 +80,7 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, Worth 
   double part_of_rest = 0.5, part_of_round = kPartOfRound;
   while (part_of_round > kLeastRound) {
     const splat::Model<float> model = ToKernelModel(last);
-    std::vector<Index> order =
-        LeastFirst(options.ranking.supported ? WithSupport(worth.rise, model, judges) : worth.rise);
+    std::vector<Index> order = LeastFirst(WithSupport(worth.rise, model, judges, options.supported));
     const auto limit = std::min(PartOf(last.count, part_of_round), last.count - 1);
     const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
     if (gone < PartOf(last.count, kLeastRound)) break;
@@ -101,12 +101,8 @@ void PruneToRise(const JudgingViews& judges, const PruneOptions& options, Worth 
 
 }  // namespace
 
-std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, const Ranking& ranking,
-                           Index count) {
-  std::vector<double> scores = ScoresOf(model, judges, ranking.criterion, ranking.seed);
-  const bool by_support = ranking.supported && ranking.criterion == Criterion::kWorth;
-  if (by_support) scores = WithSupport(std::move(scores), model, judges);
-  return Highest(scores, count);
+std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, bool supported, Index count) {
+  return Highest(WithSupport(MeasureWorth(model, judges).rise, model, judges, supported), count);
 }
 
 std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price,

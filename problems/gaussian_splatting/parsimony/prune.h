@@ -3,24 +3,18 @@
 // once they are gone, so all are judged anew after each.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "problems/gaussian_splatting/parsimony/criterion.h"
+#include "problems/gaussian_splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
 
-// Who goes before whom.
-struct Ranking {
-  Criterion criterion = Criterion::kWorth;
-  bool supported = true;  // by worth: what hardly any view shows (Support::is_wanting) goes before all others
-  std::uint64_t seed = 0;
-};
-
-// Those of the model that stay where `count` are to, at least one, ascending: whoever ranks highest.
-std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, const Ranking& ranking,
-                           Index count);
+// The `count` Gaussians of the model, at least one, without which the cost of the views would rise the most (worth.h);
+// ascending. supported: what hardly any view shows (Support::is_wanting) goes before all others.
+std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, bool supported, Index count);
 
 // Those that pay for their parameters, ascending: without whom the cost of the views would rise by at least `price`
 // times cost / n for each of them, n the number of the pixels' values. Price 1 is Akaike's criterion (1974, "A new look
@@ -41,7 +35,7 @@ struct PruneGoal {
 
 struct PruneOptions {
   PruneGoal goal;
-  Ranking ranking;  // of a count; a rise is judged by worth, and support where that is asked for
+  bool supported = true;  // what hardly any view shows goes before all others
 };
 
 struct PruneResult {

@@ -37,14 +37,6 @@ class RenderedViews {
   // Both must outlive this.
   RenderedViews(const splat::Model<float>& model, const JudgingViews& judges) : model_(model), judges_(judges) {}
 
-  // body(view): with view() and image() of that judge.
-  template <class Body>
-  void ForEach(const Body& body) {
-    for (const View* view : judges_.views) {
-      Render(*view);
-      body(*view);
-    }
-  }
   // What judges tell of the Gaussians that they see. ask(view, rows), with view() and image() of that judge: adds to
   // rows, one for each Gaussian and zero before. take(view) gives what takes (i, row) of each that is seen, the judges
   // in their order, Gaussians in parallel. Of several processes each asks its own judges, and all take what all were

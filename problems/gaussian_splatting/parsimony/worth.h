@@ -1,5 +1,5 @@
 // What each Gaussian of a model is worth: by how much the photometric cost of the training views rises without it
-// (kernels/gaussian_splatting/removal.h), and how much of their pixels it makes.
+// (kernels/gaussian_splatting/removal_pass.h).
 #pragma once
 
 #include <vector>
@@ -11,18 +11,12 @@ namespace vesta::gs {
 
 // Costs are sums over views, pixels and channels of the loss that trainings lower: 0.8 |e| + 0.2 (1 - SSIM).
 struct Worth {
-  double cost = 0;             // of the views with all Gaussians
-  double values = 0;           // pixels of the views, by channel
-  std::vector<double> rise;    // by Gaussian: when it goes and all others stay as they are; negative: better without
-  std::vector<double> weight;  // by Gaussian: the sum of its shares of the pixels, alpha T
+  double cost = 0;           // of the views with all Gaussians
+  double values = 0;         // pixels of the views, by channel
+  std::vector<double> rise;  // by Gaussian: when it goes and all others stay as they are; negative: better without
 };
 
 // Takes about three times as long as rendering all views.
 Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges);
-
-// log |det| of the 6 x 6 block of J^T J of each Gaussian's mean and standard deviations, J of all colours of all views:
-// how sure the photographs are of where and how large it is (Hanson et al. 2025, PUP 3D-GS, equation 6). -infinity
-// where they do not tell.
-std::vector<double> MeasureSensitivity(const splat::Model<float>& model, const JudgingViews& judges);
 
 }  // namespace vesta::gs

@@ -81,13 +81,12 @@ class StageParsimony {
     const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
     if (options_.prunes_to_count() && left >= judged) return;
     const double begin = session_.Seconds();
-    const Ranking ranking{options_.criterion, options_.supported, session_.options().seed};
     const auto round = static_cast<std::uint64_t>(state.iteration);
     const splat::Model<float> model = OnHost(state, degree);
     const std::vector<Index> kept =
         options_.prunes_to_count()
-            ? Keepers(model, Judges(), ranking, left)
-            : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span), ranking.seed, round);
+            ? Keepers(model, Judges(), options_.supported, left)
+            : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span), session_.options().seed, round);
     KeepOnly(kept, state);
     pace_.ObserveJudging(judged, session_.Seconds() - begin);
     state.judged_seconds += session_.Seconds() - begin;

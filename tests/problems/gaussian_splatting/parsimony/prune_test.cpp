@@ -29,14 +29,12 @@ struct Padded {
     for (Index i = kNeeded; i < kAll; ++i) logit[i] = -4;
   }
   JudgingViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
-  PruneResult PruneTo(const PruneGoal& goal, Criterion criterion = Criterion::kWorth) const {
-    return Prune(model, Judges(), {.goal = goal, .ranking = {.criterion = criterion}});
-  }
+  PruneResult PruneTo(const PruneGoal& goal) const { return Prune(model, Judges(), {.goal = goal}); }
 };
 
 TEST(Keepers, AreThoseTheViewsMiss) {
   const Padded padded;
-  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), {}, Padded::kNeeded);
+  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kNeeded);
   ASSERT_EQ(kept.size(), 30U);
   for (Index i = 0; i < Padded::kNeeded; ++i) EXPECT_EQ(kept[static_cast<std::size_t>(i)], i);
 }
@@ -46,29 +44,15 @@ TEST(Keepers, WhatNoViewShowsGoesFirst) {
   // Large, opaque, and outside all images.
   padded.model.attribute(splat::kMean + 1)[4] = 4;
   for (int k = 0; k < 3; ++k) padded.model.attribute(splat::kLogScale + k)[4] = -1;
-  const auto kept = [&](const Ranking& ranking) {
-    return Keepers(ToKernelModel(padded.model), padded.Judges(), ranking, Padded::kAll - 1);
-  };
-  EXPECT_THAT(kept({}), testing::Not(testing::Contains(4)));
-  EXPECT_THAT(kept({.criterion = Criterion::kOpacity}), testing::Contains(4)) << "by which it counts as much as others";
+  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kAll - 1);
+  EXPECT_THAT(kept, testing::Not(testing::Contains(4)));
 }
 
-TEST(Keepers, HaveTheHighestScoresByEachCriterion) {
+TEST(Keepers, AreAsManyAsAskedForInTheirOrder) {
   const Padded padded;
-  std::set<std::vector<Index>> ways;
-  for (const auto& criterion : kCriteria) {
-    const std::vector<Index> kept =
-        Keepers(ToKernelModel(padded.model), padded.Judges(), {.criterion = criterion.value}, Padded::kAll / 4);
-    EXPECT_EQ(kept.size(), 10U) << criterion.name;
-    EXPECT_TRUE(std::ranges::is_sorted(kept)) << criterion.name;
-    ways.insert(kept);
-  }
-  EXPECT_EQ(ways.size(), 5U) << "each has its own";
-  const auto random = [&](std::uint64_t seed) {
-    return Keepers(ToKernelModel(padded.model), padded.Judges(), {.criterion = Criterion::kRandom, .seed = seed}, 10);
-  };
-  EXPECT_EQ(random(1), random(1));
-  EXPECT_NE(random(1), random(2));
+  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kAll / 4);
+  EXPECT_EQ(kept.size(), 10U);
+  EXPECT_TRUE(std::ranges::is_sorted(kept));
 }
 
 TEST(WorthTheirPrice, GoesByTheRiseForEachParameter) {

@@ -2,12 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
-#include <limits>
+#include <utility>
 #include <vector>
 
-#include "kernels/gaussian_splatting/splat_view.h"
 #include "problems/gaussian_splatting/evaluate/renderer.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
@@ -92,37 +90,7 @@ TEST(Worth, WhatNoViewShowsHasNone) {
   fit.model.attribute(splat::kMean + 1)[7] = 1000;
   const Worth worth = fit.Measure();
   EXPECT_EQ(worth.rise[7], 0);
-  EXPECT_EQ(worth.weight[7], 0);
-  EXPECT_GT(worth.weight[8], 0);
-  EXPECT_EQ(MeasureSensitivity(ToKernelModel(fit.model), TrainingViewsOf(fit.scene, kBackground))[7],
-            -std::numeric_limits<double>::infinity());
-}
-
-// By J v, column by column.
-TEST(Sensitivity, IsTheDeterminantOfTheJacobian) {
-  const Fit fit;
-  const splat::Model<float> model = ToKernelModel(fit.model);
-  const JudgingViews judges = TrainingViewsOf(fit.scene, kBackground);
-  const std::vector<double> sensitivity = MeasureSensitivity(model, judges);
-  constexpr int kOrder = 6;
-  for (const Index i : {2, 17, 31}) {
-    Eigen::Matrix<double, kOrder, kOrder> gram = Eigen::Matrix<double, kOrder, kOrder>::Zero();
-    for (const View* view : judges.views) {
-      splat::SplatView<float> splats;
-      splat::ViewWorkspace<float> workspace;
-      splats.Build(model, ToPosedCamera(*view, judges.near), kBackground.data(), workspace);
-      Eigen::MatrixXf columns(3 * splats.num_pixels(), kOrder);
-      for (int k = 0; k < kOrder; ++k) {
-        std::vector<float> dx(fit.model.data.size());
-        // By the standard deviation, not its logarithm.
-        const float unit = k < splat::kLogScale ? 1 : std::exp(-fit.model.attribute(k)[i]);
-        dx[static_cast<std::size_t>(k * model.count + i)] = unit;
-        splats.ApplyJ(model, dx.data(), columns.col(k).data(), workspace);
-      }
-      gram += (columns.transpose() * columns).cast<double>();
-    }
-    EXPECT_NEAR(sensitivity[static_cast<std::size_t>(i)], std::log(gram.determinant()), 2e-3) << i;
-  }
+  EXPECT_NE(worth.rise[8], 0);
 }
 
 }  // namespace
