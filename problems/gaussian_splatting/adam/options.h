@@ -28,13 +28,8 @@ struct AdamOptions {
   // All rates times this at the start, and the factor by which they have fallen, geometrically, at the end.
   double rate_factor = 4.0;
   double rate_decay = 0.5;
-  // In the last part of the stage, this long, they fall by another factor. High rates come far and end in noise, which
-  // a cooldown takes out. The mean below does so too, and ends better
-  // (docs/results/archive/2026-11-23-parameter-mean.md).
-  double cooldown = 0;
-  double cooldown_to = 0.03;
   // In the last part of the stage, this long, it shows and leaves the weighted mean of its parameters since the last
-  // densification (parameter_mean.h); 0: the last ones.
+  // densification (parameter_mean.h), since high rates come far and end in noise; 0: the last ones.
   double average_part = 0.5;
   // The first part of the stage, this long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;

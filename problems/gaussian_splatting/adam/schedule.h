@@ -22,9 +22,7 @@ inline bool IsCoarse(const AdamOptions& adam, const StageSpan& span) { return sp
 
 // What all rates are multiplied by.
 inline double RateFactor(const AdamOptions& adam, const StageSpan& span) {
-  const double cooled = span.before - (1 - adam.cooldown);
-  const double cooldown = cooled > 0 ? std::pow(adam.cooldown_to, cooled / adam.cooldown) : 1;
-  return adam.rate_factor * std::pow(adam.rate_decay, span.before) * cooldown;
+  return adam.rate_factor * std::pow(adam.rate_decay, span.before);
 }
 
 // Whether the parameters after iteration `it` count in their mean. Neighbours are alike: those after every fifth view

@@ -39,7 +39,6 @@ TrainOptions Paper() {
   adam.metric = AdamMetric::kDiagonal;
   adam.rate_factor = 1;
   adam.rate_decay = 1;
-  adam.cooldown = 0;
   adam.average_part = 0;
   adam.coarse_part = 0;
   adam.sh_band_every = 0.05;

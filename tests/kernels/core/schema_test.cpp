@@ -99,9 +99,9 @@ TEST(Schema, SaysWhatIsAllowed) {
 }
 
 TEST(Schema, NearestNamesHaveMuchInCommon) {
-  const std::vector<std::string> names = {"lm.l1_floor", "lm.l1_weight", "adam.cooldown", "adam.cooldown_to"};
+  const std::vector<std::string> names = {"lm.l1_floor", "lm.l1_weight", "density.prune_opacity", "density.prune_size"};
   EXPECT_THAT(Nearest("lm.l1_flor", names, 1), ElementsAre("lm.l1_floor"));
-  EXPECT_THAT(Nearest("cooldown", names), ElementsAre("adam.cooldown", "adam.cooldown_to"));
+  EXPECT_THAT(Nearest("prune", names), ElementsAre("density.prune_opacity", "density.prune_size"));
   EXPECT_THAT(Nearest("zzz", names), IsEmpty());
 }
 

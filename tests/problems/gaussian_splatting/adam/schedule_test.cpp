@@ -12,17 +12,10 @@ namespace {
 StageSpan Span(int it, int n = 100) { return {(it - 1.0) / n, 1.0 * it / n}; }
 
 TEST(AdamSchedule, RatesDecayGeometrically) {
-  const AdamOptions adam{.rate_factor = 5, .rate_decay = 0.25, .cooldown = 0};
+  const AdamOptions adam{.rate_factor = 5, .rate_decay = 0.25};
   EXPECT_DOUBLE_EQ(RateFactor(adam, Span(1)), 5);
   EXPECT_DOUBLE_EQ(RateFactor(adam, Span(51)), 2.5);
   EXPECT_DOUBLE_EQ(RateFactor(adam, Span(101)), 1.25);
-}
-
-TEST(AdamSchedule, CooldownIsTheLastPart) {
-  const AdamOptions adam{.rate_factor = 5, .rate_decay = 1, .cooldown = 0.2, .cooldown_to = 0.01};
-  EXPECT_DOUBLE_EQ(RateFactor(adam, Span(81)), 5);
-  EXPECT_NEAR(RateFactor(adam, Span(91)), 0.5, 1e-12);
-  EXPECT_NEAR(RateFactor(adam, Span(101)), 0.05, 1e-12);
 }
 
 TEST(AdamSchedule, TheMeanIsOverTheLastPart) {
