@@ -45,13 +45,6 @@ Json ToJson(const gs::AlignedEvaluation& aligned) {
   return json;
 }
 
-Json ToJson(const gs::Prediction& prediction) {
-  return {{"at_seconds", prediction.at_seconds},
-          {"seconds", prediction.seconds},
-          {"mib", prediction.mib},
-          {"gaussians", prediction.gaussians}};
-}
-
 Json ToJson(const Ranks& ranks) {
   constexpr double kBytesInMib = 1 << 20;
   const RankTraffic& traffic = ranks.traffic();
@@ -129,7 +122,6 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
                      {"lm", std::max(adam_end, result.history.back().seconds)},
                      {"eval", result.eval_seconds},
                      {"total", facts.total_seconds}};
-  json["work_megapixels"] = result.megapixels;
   json["peak_memory_mib"] = facts.peak_memory_mib;
   json["memory"] = {{"predicted_mib", result.memory.predicted_mib},
                     {"peak_mib", facts.peak_memory_mib},
@@ -140,9 +132,6 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
     json["memory"]["gpu"] = {{"predicted_mib", result.memory.device_predicted_mib},
                              {"peak_mib", result.memory.device_peak_mib},
                              {"free_mib", result.memory.device_free_mib}};
-  }
-  for (const gs::Prediction& prediction : result.predictions) {
-    json[prediction.is_first_guess ? "guessed" : "predicted"] = ToJson(prediction);
   }
   json["version"] = Version();
   json["command"] = facts.command;

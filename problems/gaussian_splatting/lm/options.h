@@ -48,7 +48,7 @@ struct SplatMetricOptions {
   double rates_damping = 1.2;
   // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
   // see. Where the order has been fitted, the cost rises in proportion to the way
-  // (docs/results/archive/2026-11-21-lm-damping.md).
+  // (docs/results/2026-11-23-lm-ablation.md).
   double position_damping = 5;
   // Weight of what a splat's length adds to D of its quaternion (lm/length_metric.h).
   double rotation_damping = 1;
@@ -65,7 +65,7 @@ struct SplatMetricOptions {
 struct LmStageOptions : SplatMetricOptions {
   int iterations = 0;
   // The stage ends sooner where an iteration lowers the cost by a smaller part than this: on some scenes Adam leaves
-  // next to nothing to gain (docs/results/2026-11-22-stage-switch.md).
+  // next to nothing to gain (docs/results/2026-11-23-weighted-mean.md).
   double min_gain = 0.006;
   int pcg_iterations = 4;
   int batches = 1;

@@ -64,11 +64,9 @@ class TrainingSession {
   void Report(const TrainProgress& progress) const {
     if (callbacks_.progress) callbacks_.progress(progress);
   }
-  void Predict(const Prediction& prediction) {
-    predictions_.push_back(prediction);
+  void Predict(const Prediction& prediction) const {
     if (callbacks_.predicted) callbacks_.predicted(prediction);
   }
-  std::vector<Prediction> TakePredictions() { return std::move(predictions_); }
   // A line for the user on what is done otherwise than asked for.
   void Note(std::string line) { notes_.Add(std::move(line)); }
   std::vector<std::string> TakeNotes() { return notes_.Take(); }
@@ -89,7 +87,6 @@ class TrainingSession {
   TimeBudget time_;
   TrainingMemory memory_;
   InterimOutput interim_;
-  std::vector<Prediction> predictions_;
 };
 
 // LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.

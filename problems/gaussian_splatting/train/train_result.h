@@ -26,10 +26,8 @@ struct TrainResult {
   SplatModel model;
   std::vector<ViewUnknowns> cameras;  // of the training views, from as they were given; empty: as they were given
   CameraChanges camera_changes;
-  std::vector<Prediction> predictions;
   std::vector<HistoryRow> history;                            // not empty; the last row is that of the model
   double adam_seconds = 0, lm_seconds = 0, eval_seconds = 0;  // spent in each
-  double megapixels = 0;                                      // CountedMegapixels
   bool stopped = false;                                       // by the callback or the time limit
   bool saved = false;                                         // a checkpoint, on the way
   std::string lm_report;                                      // the engine's full report, empty without LM

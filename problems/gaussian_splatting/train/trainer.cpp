@@ -8,7 +8,6 @@
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "problems/gaussian_splatting/train/check_training.h"
-#include "problems/gaussian_splatting/train/counted_work.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
 #include "problems/gaussian_splatting/train/joint_lm_stage.h"
 #include "problems/gaussian_splatting/train/limit_gaussians.h"
@@ -42,7 +41,6 @@ void TakeFindings(TrainingSession& session, TrainResult* result) {
   result->eval_seconds = session.EvalSeconds();
   result->stopped = session.early_end().stopped();
   result->saved = session.interim().has_saved();
-  result->predictions = session.TakePredictions();
   if (session.early_end().misses_target() && !result->stopped) NoteMissedTarget(session);
   result->cameras = session.cameras().found();
   if (!result->cameras.empty()) {
@@ -50,7 +48,6 @@ void TakeFindings(TrainingSession& session, TrainResult* result) {
         ChangesOf(result->model, session.cameras().given(), result->cameras, NearPlane(session.scene()));
   }
   result->history = session.history().Take();
-  result->megapixels = CountedMegapixels(session.training_views(), session.options(), result->history);
   result->notes = session.TakeNotes();
 }
 

@@ -71,9 +71,8 @@ TEST(Trainer, ForeseesItsEnd) {
   TrainCallbacks callbacks;
   std::vector<Prediction> told;
   callbacks.predicted = [&](const Prediction& prediction) { told.push_back(prediction); };
-  const TrainResult result = Train(scene, options, 0, callbacks);
+  Train(scene, options, 0, callbacks);
   ASSERT_FALSE(told.empty());
-  ASSERT_EQ(result.predictions.size(), told.size());
   const Prediction& last = told.back();
   EXPECT_FALSE(last.is_first_guess);
   EXPECT_GT(last.seconds, last.at_seconds);
