@@ -5,7 +5,8 @@ the same images: when its test PSNR and SSIM are passed, and where the run ends.
   bench/scenes.py PROGRAM SCENES_DIR OUT_DIR [--json FILE] [--only NAME ...] [-- flags for `vesta train`]
 
 SCENES_DIR holds llff-fern-tiny, llff-fern, mip360-bonsai and strecha-herzjesu-p25 as COLMAP scenes. Each run's output
-lies in OUT_DIR/NAME. Prints a table; with --json also {"bench", "machine", "commit", "rows", "targets"}.
+lies in OUT_DIR/NAME. Prints a table; with --json also {"bench", "machine", "commit", "rows", "targets"}. Presets are compared
+by `-- --preset=NAME`.
 """
 import argparse
 import json

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "kernels/core/check.h"
@@ -33,21 +32,6 @@ Curve MedianCurve(const std::vector<Curve>& repeats) {
     median[i].seconds = *middle;
   }
   return median;
-}
-
-gs::HistoryRow At(const Curve& curve, double seconds) {
-  VESTA_CHECK(!curve.empty(), "an empty curve");
-  const auto after = std::find_if(curve.begin(), curve.end(), [&](const auto& row) { return row.seconds > seconds; });
-  if (after == curve.begin()) return curve.front();
-  gs::HistoryRow row = *(after - 1);
-  if (after == curve.end()) return row;
-  const double t = (seconds - row.seconds) / (after->seconds - row.seconds);
-  const auto blend = [t](double& value, double next) { value = std::lerp(value, next, t); };
-  blend(row.cost, after->cost);
-  blend(row.train.psnr, after->train.psnr), blend(row.train.ssim, after->train.ssim);
-  blend(row.test.psnr, after->test.psnr), blend(row.test.ssim, after->test.ssim);
-  row.seconds = seconds;
-  return row;
 }
 
 double SecondsToCost(const Curve& curve, double cost) {

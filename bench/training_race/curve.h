@@ -15,10 +15,6 @@ using Curve = std::vector<gs::HistoryRow>;
 // its seconds (of an even number the later one). Throws Error where repeats differ in more, or there is none.
 Curve MedianCurve(const std::vector<Curve>& repeats);
 
-// The state `seconds` after the start of the clock: interpolated linearly between two rows, and constant before the
-// first and after the last. Its stage, iteration and Gaussians are the earlier row's. The curve must not be empty.
-gs::HistoryRow At(const Curve& curve, double seconds);
-
 // Seconds at the first row whose cost is at or below `cost`; infinity if there is none.
 double SecondsToCost(const Curve& curve, double cost);
 

@@ -1,7 +1,7 @@
 // Levenberg-Marquardt against Adam on one scene, from one start: how long each takes to Adam's best test quality.
 //
-//   lm_vs_adam SCENE [--methods ours,paper,adam,adam_batch] [--lengths N,...] [--rate_factors X,...]
-//              [--views_per_iteration N,...] [--repeats N] [--evaluations N] [--json FILE] [--curves FILE]
+//   lm_vs_adam SCENE [--methods ours,paper,adam] [--lengths N,...] [--rate_factors X,...]
+//              [--repeats N] [--evaluations N] [--json FILE] [--curves FILE]
 //              [-- flags of vesta train]
 //
 // Each training runs in a process of its own, on --threads of the flags after "--", which are those of `ours`; the
@@ -211,9 +211,8 @@ void Tell(const std::string& scene, const std::vector<Outcome>& outcomes, Report
 }
 
 int Main(int argc, char** argv) {
-  const RaceSetup setup = SetUpRace(
-      argc, argv,
-      {"methods", "lengths", "rate_factors", "views_per_iteration", "repeats", "evaluations", "json", "curves"});
+  const RaceSetup setup =
+      SetUpRace(argc, argv, {"methods", "lengths", "rate_factors", "repeats", "evaluations", "json", "curves"});
   const auto training_views = static_cast<int>(std::count_if(setup.scene.views.begin(), setup.scene.views.end(),
                                                              [](const auto& view) { return view.is_trained(); }));
   std::ofstream curves = OpenCurves(setup.arguments);

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "bench/training_race/adam_schedules.h"
-#include "bench/training_race/changes.h"
 #include "kernels/core/check.h"
 
 namespace vesta::bench {
@@ -36,35 +34,35 @@ std::vector<double> RateFactors(const Arguments& arguments, double ours) {
   return factors;
 }
 
+// Adam alone, as a rival of LM: with the diagonal metric, at full size from the start.
 Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
-  return {fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, AdamAlone(ours, iterations, factor)};
-}
-
-Method LargeBatchMethod(const gs::TrainOptions& ours, int length, double factor, int views) {
-  const gs::TrainOptions options = LargeBatchAdam(ours, length, factor, views);
-  return {fmt::format("adam {} x{:g} of {} views", *options.adam.iterations, options.adam.rate_factor, views),
-          MethodKind::kLargeBatchAdam, options};
-}
-
-Method CoarseMethod(const gs::TrainOptions& ours, double factor) {
-  Method method = AdamMethod(ours, *ours.adam.iterations, factor);
-  method.name += ", coarse at first";
-  method.kind = MethodKind::kCoarseAdam;
-  method.options.adam.coarse_part = ours.adam.coarse_part;
+  Method method{fmt::format("adam {} x{:g}", iterations, factor), MethodKind::kAdam, ours};
+  method.options.lm.iterations = 0;
+  gs::AdamOptions& adam = method.options.adam;
+  adam.metric = gs::AdamMetric::kDiagonal;
+  adam.coarse_part = 0;
+  adam.iterations = iterations;
+  adam.rate_factor = factor;
   return method;
 }
 
 // This stage is raced to a cost. So it runs to its last iteration, has the options that lower the cost fastest near a
 // minimum, and omits those that give up cost for better test views: docs/results/2026-11-23-harmonics-blocks.md.
 Method OurLm(const gs::TrainOptions& ours) {
-  return {"our LM", MethodKind::kOurLm,
-          Changed(ours,
-                  "lm.min_gain=0 lm.view_agreement=0 lm.preconditioner=block_sh lm.sh_damping=0.0001 "
-                  "lm.initial_lambda=0.004")};
+  Method method{"our LM", MethodKind::kOurLm, ours};
+  gs::LmStageOptions& lm = method.options.lm;
+  lm.min_gain = 0;
+  lm.view_agreement = 0;
+  lm.preconditioner = gs::LmPreconditioner::kBlockSh;
+  lm.sh_damping = 0.0001;
+  lm.initial_lambda = 0.004;
+  return method;
 }
 
 Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {
-  return {preset, MethodKind::kPublishedLm, Changed(ours, "lm=" + preset)};
+  Method method{preset, MethodKind::kPublishedLm, ours};
+  method.options.lm = gs::PresetOptions(preset).lm;
+  return method;
 }
 
 }  // namespace
@@ -74,7 +72,7 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
   const std::vector<int> lengths = Counts(arguments, "lengths", {shortest, 2 * shortest, 4 * shortest});
   const std::vector<double> factors = RateFactors(arguments, ours.adam.rate_factor);
   std::vector<Method> methods;
-  for (const std::string& group : SplitAtCommas(arguments.Flag("methods", "ours,paper,adam,adam_batch"))) {
+  for (const std::string& group : SplitAtCommas(arguments.Flag("methods", "ours,paper,adam"))) {
     if (group == "ours") {
       methods.push_back({"ours", MethodKind::kOurs, ours});
     } else if (group == "paper") {
@@ -89,14 +87,8 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
         }
       }
       if (!has_ours) methods.push_back(AdamMethod(ours, *ours.adam.iterations, ours.adam.rate_factor));
-    } else if (group == "adam_batch") {
-      for (const int views : Counts(arguments, "views_per_iteration", {4, 16})) {
-        methods.push_back(LargeBatchMethod(ours, lengths[lengths.size() / 2], factors[factors.size() / 2], views));
-      }
-    } else if (group == "adam_coarse") {
-      for (const double factor : factors) methods.push_back(CoarseMethod(ours, factor));
     } else {
-      Fail("--methods={}: choose among ours, paper, adam, adam_batch, adam_coarse", group);
+      Fail("--methods={}: choose among ours, paper, adam", group);
     }
   }
   std::stable_sort(methods.begin(), methods.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });

@@ -14,10 +14,8 @@ enum class MethodKind {
   // our LM stage to its last iteration, whatever it gains, and by the whole gradient (lm.view_agreement 0),
   // from the state at which ours begins its own
   kOurLm,
-  kPublishedLm,     // an LM stage as published, from the state at which ours begins its own
-  kAdam,            // Adam alone, one view an iteration
-  kLargeBatchAdam,  // Adam alone, the mean gradient of several views an iteration
-  kCoarseAdam,      // Adam alone, at its start on images of half the size
+  kPublishedLm,  // an LM stage as published, from the state at which ours begins its own
+  kAdam,         // Adam alone, one view an iteration
 };
 
 // Whether it is an LM stage alone.
@@ -29,14 +27,12 @@ struct Method {
   gs::TrainOptions options;
 };
 
-// The methods whose group (ours, paper, adam, adam_batch, adam_coarse) is in --methods; ours comes first. All share
+// The methods whose group (ours, paper, adam) is in --methods; ours comes first. All share
 // initialisation, densification, cap, background and seed with `ours`.
 //
 // paper: the LM stages of the paper and of its released code, and ours.
 // adam: --lengths x --rate_factors; unless given, 1, 2 and 4 times the longer of ours' own Adam stage and 16 epochs of
 // the training views, and 1/2, 1 and 2 times ours' factor; and ours' own schedule beside them.
-// adam_batch: for each number of --views_per_iteration LargeBatchAdam of the middle length at the middle factor.
-// adam_coarse: ours' length at each of the factors, with ours' coarse part, which the others do not have.
 // Throws Error where a flag cannot be used.
 std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOptions& ours, int training_views);
 

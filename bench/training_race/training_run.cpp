@@ -38,9 +38,6 @@ void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
                                  : row.iteration == gs::NumIterations(job.options.adam);
     SendRow(row, is_start ? &model : nullptr, send);
   };
-  double seconds = 0;
-  callbacks.progress = [&](const gs::TrainProgress& progress) { seconds = progress.seconds; };
-  callbacks.stop = [&] { return job.training_seconds > 0 && seconds >= job.training_seconds; };
   if (job.start) {
     gs::TrainOptions lm_alone = job.options;
     lm_alone.adam.iterations = 0;

@@ -14,7 +14,6 @@ struct TrainingJob {
   // LM alone from this model, which took that many seconds of training; null: the whole training, from the points.
   const gs::SplatModel* start = nullptr;
   double seconds_before = 0;
-  double training_seconds = 0;  // ends it, loading and evaluation left out; 0: never
 };
 
 struct TrainingRun {

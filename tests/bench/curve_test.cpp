@@ -44,17 +44,6 @@ TEST(MedianCurve, RefusesRepeatsThatDiffer) {
   EXPECT_THROW(MedianCurve({kCurve, other}), Error);
 }
 
-TEST(At, IsOnTheLineBetweenRows) {
-  const gs::HistoryRow row = At(kCurve, 3.5);
-  EXPECT_DOUBLE_EQ(row.cost, .325);
-  EXPECT_DOUBLE_EQ(row.test.psnr, 26.75);
-  EXPECT_DOUBLE_EQ(row.test.ssim, .87);
-  EXPECT_EQ(row.iteration, kCurve[1].iteration);
-  EXPECT_EQ(At(kCurve, 2).cost, .4);
-  EXPECT_EQ(At(kCurve, 0).cost, .5);
-  EXPECT_EQ(At(kCurve, 9).cost, .3);
-}
-
 TEST(SecondsToCost, IsTheFirstRowAtOrBelow) {
   EXPECT_EQ(SecondsToCost(kCurve, .4), 2);
   EXPECT_EQ(SecondsToCost(kCurve, .39), 4);

@@ -13,7 +13,7 @@ using testing::ElementsAre;
 
 std::vector<std::string> Names(std::vector<const char*> flags, int training_views = 17) {
   flags.insert(flags.begin(), "lm_vs_adam");
-  std::vector<std::string> known = {"methods", "lengths", "rate_factors", "views_per_iteration", "evaluations"};
+  std::vector<std::string> known = {"methods", "lengths", "rate_factors", "evaluations"};
   const Arguments arguments(static_cast<int>(flags.size()), const_cast<char**>(flags.data()), known);
   gs::TrainOptions ours = gs::PresetOptions("balanced");
   ours.adam.iterations = 2000;
@@ -38,11 +38,6 @@ TEST(SelectMethods, NineSchedulesByDefaultAndOursBesideThem) {
   EXPECT_EQ(names.size(), 10u);
   EXPECT_THAT(names, Contains("adam 2000 x5"));
   EXPECT_THAT(names, Contains("adam 16000 x2.5"));
-}
-
-TEST(SelectMethods, LargeBatchesSeeAsManyViews) {
-  EXPECT_THAT(Names({"--methods=adam_batch", "--lengths=400,800,1600", "--rate_factors=3", "--views_per_iteration=4"}),
-              ElementsAre("adam 800 x3 of 4 views"));
 }
 
 TEST(SelectMethods, RefusesWhatItCannotUse) {
