@@ -99,9 +99,9 @@ TEST(Schema, SaysWhatIsAllowed) {
 }
 
 TEST(Schema, NearestNamesHaveMuchInCommon) {
-  const std::vector<std::string> names = {"lm.l1_floor", "lm.l1_weight", "density.prune_opacity", "density.prune_size"};
+  const std::vector<std::string> names = {"lm.l1_floor", "lm.l1_weight", "lm.min_lambda", "lm.max_lambda"};
   EXPECT_THAT(Nearest("lm.l1_flor", names, 1), ElementsAre("lm.l1_floor"));
-  EXPECT_THAT(Nearest("prune", names), ElementsAre("density.prune_opacity", "density.prune_size"));
+  EXPECT_THAT(Nearest("min_lambda", names), ElementsAre("lm.min_lambda", "lm.max_lambda"));
   EXPECT_THAT(Nearest("zzz", names), IsEmpty());
 }
 
