@@ -8,7 +8,6 @@
 
 #include "kernels/core/atomic_file.h"
 #include "kernels/core/text_file.h"
-#include "problems/gaussian_splatting/cameras/bent_as_found.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/io/colmap_of_scene.h"
 
@@ -28,19 +27,14 @@ std::string SaveCameras(const gs::Scene& scene, const gs::TrainResult& result, c
   const gs::CameraChanges& changes = result.camera_changes;
   if (changes.is_none()) return "";
   const std::string folder = out.File(kCameraFolder);
-  constexpr double kWorthSaying = 0.1;  // pixels
-  std::vector<gs::View> views = gs::MovedViews(scene, result.cameras);
-  const double off = gs::BendAsFound(scene, result.cameras, &views);
-  gs::WriteColmapModel(gs::ColmapOf(scene, views), folder, gs::ColmapFormat::kText);
+  gs::WriteColmapModel(gs::ColmapOf(scene, gs::MovedViews(scene, result.cameras)), folder, gs::ColmapFormat::kText);
   const auto by = [](const char* what, double part) {
     return part > 0 ? fmt::format("; {} by up to {:.1f} %", what, 100 * part) : "";
   };
   return fmt::format(
-      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}{}{}: the COLMAP model {}\n",
+      "cameras moved by {:.2f} pixels and {:.3f} degrees (medians), {:.2f} pixels at most{}{}: the COLMAP model {}\n",
       changes.pixels, changes.degrees, changes.most_pixels, by("gains differ", changes.most_gain),
-      by("focal lengths", changes.most_focal),
-      changes.most_bend > 0 ? fmt::format("; distortion by up to {:.2f} pixels", changes.most_bend) : "",
-      off > kWorthSaying ? fmt::format("{}, whose lenses meet that to {:.2f} pixels", folder, off) : folder);
+      by("focal lengths", changes.most_focal), folder);
 }
 
 }  // namespace vesta::app

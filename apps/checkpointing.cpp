@@ -15,16 +15,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // What the model, its photographs or the saved state are made of.
-constexpr const char* kFixed[] = {"adam.metric",    "adam.views_per_iteration", "cameras.refine",
-                                  "cameras.rule",   "train.sh_degree",          "train.downscale",
-                                  "train.low_pass", "train.background",         "train.seed"};
+constexpr const char* kFixed[] = {"adam.metric",     "adam.views_per_iteration", "cameras.refine",   "train.sh_degree",
+                                  "train.downscale", "train.low_pass",           "train.background", "train.seed"};
 
 bool IsFixed(const std::string& name, gs::Stage stage) {
   for (const char* fixed : kFixed) {
     if (name == fixed) return true;
   }
-  return stage == gs::Stage::kLm && (name == "cameras.joint" || name.starts_with("adam.") ||
-                                     name.starts_with("density.") || name.starts_with("rates."));
+  return stage == gs::Stage::kLm &&
+         (name.starts_with("adam.") || name.starts_with("density.") || name.starts_with("rates."));
 }
 
 }  // namespace

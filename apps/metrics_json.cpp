@@ -76,21 +76,16 @@ void AddModel(const gs::SplatModel& model, Json* json) {
 
 void AddCameras(const gs::TrainResult& result, Json* json) {
   const gs::CameraChanges& changes = result.camera_changes;
-  Json cameras = {{"moved_degrees", changes.degrees},
-                  {"moved_pixels", changes.pixels},
-                  {"moved_pixels_most", changes.most_pixels},
-                  {"gain_most", changes.most_gain},
-                  {"focal_most", changes.most_focal},
-                  {"bend_pixels_most", changes.most_bend},
-                  {"views", Json::array()}};
+  Json cameras = {{"moved_degrees", changes.degrees},         {"moved_pixels", changes.pixels},
+                  {"moved_pixels_most", changes.most_pixels}, {"gain_most", changes.most_gain},
+                  {"focal_most", changes.most_focal},         {"views", Json::array()}};
   for (const gs::ViewUnknowns& view : result.cameras) {
     cameras["views"].push_back({{"quaternion", view.motion.quaternion},
                                 {"translation", view.motion.translation},
                                 {"gain", view.color.gain},
                                 {"offset", view.color.offset},
                                 {"log_focal", view.lens.log_focal},
-                                {"principal_shift", view.lens.shift},
-                                {"radial", view.lens.radial}});
+                                {"principal_shift", view.lens.shift}});
   }
   (*json)["cameras"] = std::move(cameras);
 }

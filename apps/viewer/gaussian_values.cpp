@@ -4,7 +4,6 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
-#include "problems/gaussian_splatting/cameras/unbend.h"
 #include "problems/gaussian_splatting/model/median.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/parsimony/worth.h"
@@ -81,10 +80,9 @@ std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& sho
     if (!given.is_trained()) continue;
     const gs::ViewUnknowns found = shown.cameras ? (*shown.cameras)[views.size()] : gs::ViewUnknowns();
     gs::View& view = views.emplace_back(gs::AsFound(given, found));
-    const auto copy = [this, &given, color = found.color, radial = gs::Visible(given.camera, found.lens.radial)] {
+    const auto copy = [this, &given, color = found.color] {
       if (ends_) Fail("{}: not read any more, as the page is over", given.image_path);
       gs::Image image = given.stored ? *given.stored->Read() : given.image;
-      if (radial != gs::RadialCoefficients{}) image = gs::Unbent(image, given.camera, radial);
       const HostSpan<float> values{image.rgb.data(), static_cast<Index>(image.rgb.size())};
       if (!color.is_none()) color.Inverse().Apply(values);
       return image;

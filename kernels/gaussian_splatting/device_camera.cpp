@@ -22,19 +22,14 @@ void ApplyLensJ(const DeviceSplatView& view, const LensTangent& delta, float* d_
   view.ApplyRasterJ(workspace.splat_sums.data(), d_image);
 }
 
-void ApplyModelAndCameraJ(const DeviceSplatView& view, const Model<float>& model, const float* dx,
-                          const PoseTangent* xi, const LensTangent* delta, float* d_image,
-                          DeviceViewWorkspace& workspace) {
+void ApplyModelAndPoseJ(const DeviceSplatView& view, const Model<float>& model, const float* dx, const PoseTangent* xi,
+                        float* d_image, DeviceViewWorkspace& workspace) {
   const PosedCamera& camera = view.camera();
   SplatTangent<float>* const sum = view.SplatTangents(workspace.splat_sums);
   device_passes::ProjectTangent(model, camera, view.rank_of().data(), dx, sum);
-  SplatTangent<float>* const moved = view.SplatTangents(workspace.pair_sums);
   if (xi) {
+    SplatTangent<float>* const moved = view.SplatTangents(workspace.pair_sums);
     device_passes::PoseTangents(model, camera, view.rank_of().data(), *xi, moved);
-    device_passes::AddTangents(moved, view.num_splats(), sum);
-  }
-  if (delta) {
-    device_passes::LensTangents(view.splats().data(), view.num_splats(), camera, *delta, moved);
     device_passes::AddTangents(moved, view.num_splats(), sum);
   }
   view.ApplyRasterJ(sum, d_image);

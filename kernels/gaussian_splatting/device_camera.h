@@ -14,9 +14,8 @@ PoseTangent PoseCotangent(const DeviceSplatView& view, const Model<float>& model
                           const SplatTangent<float>* cotangents);
 void ApplyLensJ(const DeviceSplatView& view, const LensTangent& delta, float* d_image, DeviceViewWorkspace& workspace);
 // As pose_jacobian.h has it.
-void ApplyModelAndCameraJ(const DeviceSplatView& view, const Model<float>& model, const float* dx,
-                          const PoseTangent* xi, const LensTangent* delta, float* d_image,
-                          DeviceViewWorkspace& workspace);
+void ApplyModelAndPoseJ(const DeviceSplatView& view, const Model<float>& model, const float* dx, const PoseTangent* xi,
+                        float* d_image, DeviceViewWorkspace& workspace);
 LensTangent LensCotangent(const DeviceSplatView& view, const SplatTangent<float>* cotangents);
 
 }  // namespace vesta::splat

@@ -34,17 +34,12 @@ void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTange
 }
 
 template <class S>
-void ApplyModelAndCameraJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent* xi,
-                          const LensTangent* delta, S* d_image, ViewWorkspace<S>& workspace) {
+void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent* xi, S* d_image,
+                        ViewWorkspace<S>& workspace) {
   SplatTangent<S>* tangents = view.ProjectTangents(model, dx, workspace);
   if (xi) {
     const SplatTangent<S>* moved = PoseTangents(view, model, *xi, workspace.pair_sums);  // which no tangent pass takes
     ParallelFor(view.num_splats(), kGrain, [&](Index rank) { Add(moved[rank], tangents[rank]); });
-  }
-  if (delta) {
-    ParallelFor(view.num_splats(), kGrain, [&](Index rank) {
-      Add(LensRows(view.splats()[rank], view.camera()).template Tangent<S>(*delta), tangents[rank]);
-    });
   }
   view.ApplyRasterJ(tangents, d_image);
 }
@@ -70,10 +65,10 @@ template void ApplyPoseJ(const SplatView<float>&, const Model<float>&, const Pos
                          ViewWorkspace<float>&);
 template void ApplyPoseJ(const SplatView<double>&, const Model<double>&, const PoseTangent&, double*,
                          ViewWorkspace<double>&);
-template void ApplyModelAndCameraJ(const SplatView<float>&, const Model<float>&, const float*, const PoseTangent*,
-                                   const LensTangent*, float*, ViewWorkspace<float>&);
-template void ApplyModelAndCameraJ(const SplatView<double>&, const Model<double>&, const double*, const PoseTangent*,
-                                   const LensTangent*, double*, ViewWorkspace<double>&);
+template void ApplyModelAndPoseJ(const SplatView<float>&, const Model<float>&, const float*, const PoseTangent*, float*,
+                                 ViewWorkspace<float>&);
+template void ApplyModelAndPoseJ(const SplatView<double>&, const Model<double>&, const double*, const PoseTangent*,
+                                 double*, ViewWorkspace<double>&);
 template PoseTangent ApplyPoseJT(const SplatView<float>&, const Model<float>&, const float*, const float*,
                                  ViewWorkspace<float>&);
 template PoseTangent ApplyPoseJT(const SplatView<double>&, const Model<double>&, const double*, const double*,

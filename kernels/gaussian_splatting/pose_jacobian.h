@@ -5,7 +5,6 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/camera_kernels.h"
-#include "kernels/gaussian_splatting/lens_motion.h"
 #include "kernels/gaussian_splatting/splat_view.h"
 
 namespace vesta::splat {
@@ -14,11 +13,11 @@ namespace vesta::splat {
 template <class S>
 void ApplyPoseJ(const SplatView<S>& view, const Model<S>& model, const PoseTangent& xi, S* d_image,
                 ViewWorkspace<S>& workspace);
-// d_image = J_model dx + J xi + J_lens delta, of parameters (laid out as those of the model), pose and lens at once, by
-// one raster pass; xi and delta may be null.
+// d_image = J_model dx + J xi, of parameters (laid out as those of the model) and pose at once, by one raster pass; xi
+// may be null.
 template <class S>
-void ApplyModelAndCameraJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent* xi,
-                          const LensTangent* delta, S* d_image, ViewWorkspace<S>& workspace);
+void ApplyModelAndPoseJ(const SplatView<S>& view, const Model<S>& model, const S* dx, const PoseTangent* xi, S* d_image,
+                        ViewWorkspace<S>& workspace);
 // J^T u. image: from view.Render.
 template <class S>
 PoseTangent ApplyPoseJT(const SplatView<S>& view, const Model<S>& model, const S* image, const S* u,

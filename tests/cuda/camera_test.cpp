@@ -85,12 +85,11 @@ struct GradientAndCurvature {
     passes.AddGradient(model, there, scene.background, g.data());
     std::int64_t& waits = device::CountedHostWork().waits;
     waits = 0;
-    gradient = GradientOf(gs::SeenView<B>{0, model, there, there.camera.lens, passes.view,
-                                          passes.workspace.splat_sums.data(), passes.image, passes.image_gradient},
+    gradient = GradientOf(gs::SeenView<B>{0, model, there, passes.view, passes.workspace.splat_sums.data(),
+                                          passes.image, passes.image_gradient},
                           free);
     gradient_waits = std::exchange(waits, 0);
-    curvature = ViewCurvature(free, {scene.background[0], scene.background[1], scene.background[2]}, model, there,
-                              there.camera.lens);
+    curvature = ViewCurvature(free, {scene.background[0], scene.background[1], scene.background[2]}, model, there);
     curvature_waits = waits;
   }
 };
@@ -108,8 +107,7 @@ TEST_F(CudaCameras, GradientAndCurvatureOfAViewAreThoseOfTheHost) {
   const gs::TargetView<CpuBackend<float>> target{scene.view, ViewOf(truth), ViewOf(mask)};
   const DeviceBuffer<float> x = ToDevice(host.x);
   const splat::Model<float> model = {x.data(), scene.layout(), scene.active_sh_degree};
-  for (const gs::FreeUnknowns free :
-       {gs::FreeUnknowns(), gs::FreeUnknowns{true, true, true}, gs::FreeUnknowns{true, true, true, true}}) {
+  for (const gs::FreeUnknowns free : {gs::FreeUnknowns(), gs::FreeUnknowns{true, true, true}}) {
     SCOPED_TRACE(free.num_tangent());
     const GradientAndCurvature<CudaBackend<float>> found(model, scene, target, free);
     const GradientAndCurvature<CpuBackend<float>> expected(host.model, scene, target, free);
@@ -117,7 +115,7 @@ TEST_F(CudaCameras, GradientAndCurvatureOfAViewAreThoseOfTheHost) {
     EXPECT_LT(RelativeError(found.gradient, expected.gradient), kSumTolerance);
     EXPECT_LT(RelativeError(found.curvature, expected.curvature), kSumTolerance);
     // As docs/cuda.md has it, of all products of a view's images at once; and two while the view is built.
-    EXPECT_EQ(found.gradient_waits, 1 + (free.color || free.radial ? 1 : 0) + (free.lens ? 1 : 0));
+    EXPECT_EQ(found.gradient_waits, 1 + (free.color ? 1 : 0) + (free.lens ? 1 : 0));
     EXPECT_EQ(found.curvature_waits, 1 + 2);
   }
 }

@@ -112,7 +112,7 @@ void CheckpointSeeds(const ScratchFolder& scratch, const std::string& corpus) {
     run.history = {
         {.stage = stage, .iteration = 2, .seconds = 1, .cost = 0.5, .train = {}, .test = {}, .gaussians = 2}};
     run.notes = {"a note"};
-    gs::LmStageHeader header{.layout = {.count = 2}, .done = 1, .units = {1, 1}, .unbent_by = {{0.1, -0.1}}};
+    gs::LmStageHeader header{.layout = {.count = 2}, .done = 1, .units = {1, 1}};
     std::vector<float> parameters(2 * splat::NumAttributes(0), 0.5f);
     gs::WriteCheckpoint(scratch / "checkpoint", run, [&](ArchiveWriter& archive) { archive(header, parameters); });
     const std::string bytes = scratch.Read("checkpoint");

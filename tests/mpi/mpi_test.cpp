@@ -89,6 +89,15 @@ TEST_F(UnderMpi, RefinesToTheSameSplatOnAnyNumberOfProcesses) {
   }
 }
 
+TEST_F(UnderMpi, FindsNoCameras) {
+  WriteTinyScene(folder_ / "scene");
+  const ProgramOutput output = RunProgram(Vesta(2, {"train", folder_ / "scene", "--out=" + (folder_ / "out"),
+                                                    "--iterations=30", "--refine_cameras=pose", "--noreport"}));
+  EXPECT_NE(output.status, 0);
+  EXPECT_NE(output.err.find("--refine_cameras=pose: one process finds cameras, not 2"), std::string::npos)
+      << output.err;
+}
+
 TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
   WriteTinyScene(folder_ / "scene");
   std::string alone;
@@ -105,19 +114,6 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     EXPECT_EQ(processes["count"], count);
     EXPECT_EQ(processes["received_mib"] > 0.0, count > 1);
     EXPECT_GT(processes["exchange_seconds"], 0.0);
-  }
-  // LM that finds cameras and lenses too, from that splat.
-  std::string refined;
-  for (const int count : {1, 2}) {
-    const std::string out = folder_ / ("refined" + std::to_string(count));
-    const ProgramOutput output = RunProgram(
-        Vesta(count, {"refine", folder_ / "trained1/point_cloud.ply", folder_ / "scene", "--out=" + out,
-                      "--iterations=0", "--lm_iterations=2", "--threads=1", "--refine_cameras=all", "--noreport"}));
-    ASSERT_EQ(output.status, 0) << output.err;
-    const std::string splat = ReadFile(out + "/point_cloud.ply") + ReadFile(out + "/cameras/images.txt") +
-                              ReadFile(out + "/cameras/cameras.txt");
-    if (count == 1) refined = splat;
-    EXPECT_TRUE(splat == refined) << count << " processes";
   }
   // The Adam stage is the same without mpirun.
   const auto by_adam = [&](const std::string& name, bool is_under_mpi) {

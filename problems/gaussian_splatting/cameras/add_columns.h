@@ -9,7 +9,7 @@ namespace vesta::gs {
 // By pixel of a channel: sum += scale (factors[0] column 0 + ...), added up in double.
 template <class S, class U>
 struct AddColumns {
-  static constexpr int kMost = 14;  // columns
+  static constexpr int kMost = 12;  // columns
 
   double scale;
   int columns;

@@ -6,7 +6,6 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/moved_view.h"
-#include "problems/gaussian_splatting/cameras/unbend.h"
 #include "problems/gaussian_splatting/model/median.h"
 
 namespace vesta::gs {
@@ -27,7 +26,6 @@ CameraChanges ChangesOf(const SplatModel& model, const std::vector<const View*>&
     for (const double log_focal : found[i].lens.log_focal) {
       changes.most_focal = std::max(changes.most_focal, std::abs(std::exp(log_focal) - 1));
     }
-    changes.most_bend = std::max(changes.most_bend, CornerBend(given[i]->camera, found[i].lens.radial));
     for (const double gain : found[i].color.gain) changes.most_gain = std::max(changes.most_gain, std::abs(gain - 1));
   }
   if (given.empty()) return changes;

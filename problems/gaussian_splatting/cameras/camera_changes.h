@@ -9,12 +9,12 @@
 
 namespace vesta::gs {
 
-// Over the views: medians of turns and of shifts (MedianShift), the largest of these, of the gains beside 1, of focal
-// lengths as parts of themselves, and of what lenses bend the corners of their images by, pixels.
+// Over the views: medians of turns and of shifts (MedianShift), the largest of these, of the gains beside 1, and of
+// focal lengths as parts of themselves.
 struct CameraChanges {
-  double degrees = 0, pixels = 0, most_pixels = 0, most_gain = 0, most_focal = 0, most_bend = 0;
+  double degrees = 0, pixels = 0, most_pixels = 0, most_gain = 0, most_focal = 0;
 
-  bool is_none() const { return degrees == 0 && most_pixels == 0 && most_gain == 0 && most_bend == 0; }
+  bool is_none() const { return degrees == 0 && most_pixels == 0 && most_gain == 0; }
 };
 
 // given, found: as many. near: distance of the near plane, world units.

@@ -4,25 +4,21 @@
 
 #include <vector>
 
-#include "problems/gaussian_splatting/cameras/options.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
 
 namespace vesta::gs {
 
-// Of one view, in the order of a step (FreeUnknowns); how steps are scaled.
+// Of one view: how steps are scaled.
 struct CameraStepState {
-  // Gauss-Newton's: J^T W J of the view's cost, square, when it was last measured; empty: not yet. age: of that;
-  // pixels: of the image whose cost it is of, which is a sum over them.
+  // J^T W J of the view's cost, square, in the order of a step (FreeUnknowns), when it was last measured; empty: not
+  // yet. age: of that; pixels: of the image whose cost it is of, which is a sum over them.
   std::vector<double> curvature;
   int age = 0;
   double pixels = 0;
-  // Adam's moments, and how many steps they are of; the first of Gauss-Newton is its latest step.
-  std::vector<double> first, second;
-  int steps = 0;
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(curvature, age, pixels, first, second, steps);
+    archive(curvature, age, pixels);
   }
 };
 
@@ -36,12 +32,14 @@ struct CameraSurroundings {
   double done = 0;   // part of the stage
 };
 
-// Part of Gauss-Newton's step that is taken so far into the stage.
-double GaussNewtonPart(const CameraOptions& options, double done);
+// Part of Gauss-Newton's step that is taken so far into the stage: the whole, and in the last fifth of the stage
+// geometrically less, down to a tenth. While splats move gradients are noisy, and cameras come to rest as the mean of
+// the splat does.
+double GaussNewtonPart(double done);
 
-// The step by a gradient of the view's cost, of what is the view's own: the lens stays (lens_steps.h).
-std::vector<double> CameraStep(const CameraOptions& options, const FreeUnknowns& free,
-                               const std::vector<double>& gradient, const CameraSurroundings& around,
-                               CameraStepState* state);
+// The step by a gradient of the view's cost, of what is the view's own: the lens stays (lens_steps.h). curvature: as
+// CameraStepState has it.
+std::vector<double> CameraStep(const FreeUnknowns& free, const std::vector<double>& gradient,
+                               const std::vector<double>& curvature, const CameraSurroundings& around);
 
 }  // namespace vesta::gs

@@ -1,14 +1,12 @@
 // What of finding cameras nvcc compiles.
 #include "kernels/core/for_each.cuh"
 #include "problems/gaussian_splatting/cameras/add_columns.h"
-#include "problems/gaussian_splatting/cameras/bend_derivative.h"
 #include "problems/gaussian_splatting/cameras/exposed_pixels.h"
 
 namespace vesta {
 
 using AddFloatColumns = gs::AddColumns<float, float>;
 VESTA_DEVICE_FOR_EACH(AddFloatColumns, "sum of columns")
-VESTA_DEVICE_FOR_EACH(gs::BendDerivative<float>, "derivative by a bend")
 VESTA_DEVICE_FOR_EACH(gs::ExposeChange<float>, "derivative of an exposure")
 VESTA_DEVICE_FOR_EACH(gs::ExposePixel<float>, "exposure")
 VESTA_DEVICE_FOR_EACH(gs::ScalePixel<float>, "gains")

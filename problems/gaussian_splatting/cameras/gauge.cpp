@@ -19,7 +19,6 @@ using Vector7 = Eigen::Matrix<double, kSimilarity, 1>;
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 Matrix3 RotationOf(const View& view) { return Eigen::Map<const RowMajor3>(view.rotation.data()); }
 Vector3 CentreOf(const View& view) { return Vector3(CameraCenter(view).data()); }
-Vector3 LookOf(const View& view) { return RotationOf(view).row(2); }
 // The rotation vector of a motion.
 Vector3 LogOf(const splat::CameraMotion& motion) {
   const double* q = motion.quaternion;
@@ -104,37 +103,6 @@ void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std
     splat::CameraMotion& motion = (*found)[i].motion;
     const Vector3 arm = CentreOf(MovedView(*given[i], motion)) - middle - shift;
     motion = Placed(*given[i], motion, back, middle + back * arm / (1 + common[6]));
-  }
-}
-
-void RemoveSlowMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found) {
-  VESTA_CHECK(given.size() == found->size(), "{} views, but {} that were found", given.size(), found->size());
-  constexpr double kLooks = 0.8, kCentres = 0.6;  // widths: of directions as unit vectors, of centres in depths
-  constexpr double kFew = 20;                     // neighbours, whose mean tells nothing
-  struct Standing {
-    Vector3 look, centre;
-    WorldMotion motion;
-  };
-  std::vector<Standing> all;
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    all.push_back({LookOf(*given[i]), CentreOf(*given[i]), InTheWorld(*given[i], (*found)[i].motion)});
-  }
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    const Standing& own = all[i];
-    WorldMotion mean{Vector3::Zero(), Vector3::Zero()};
-    double neighbours = 0;  // itself among them
-    for (const Standing& other : all) {
-      const double far = (other.look - own.look).squaredNorm() / (kLooks * kLooks) +
-                         (other.centre - own.centre).squaredNorm() / (kCentres * kCentres * depth * depth);
-      const double weight = std::exp(-far / 2);
-      mean.turn += weight * other.motion.turn;
-      mean.shift += weight * other.motion.shift;
-      neighbours += weight;
-    }
-    const double part = (1 - kFew / neighbours) / neighbours;
-    if (!mean.turn.allFinite() || !mean.shift.allFinite() || !(part > 0)) continue;
-    const Vector3 centre = own.centre + own.motion.shift - part * mean.shift;
-    (*found)[i].motion = Placed(*given[i], (*found)[i].motion, RotationBy(-part * mean.turn), centre);
   }
 }
 

@@ -17,14 +17,6 @@ namespace vesta::gs {
 void RemoveCommonMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
 void RemoveCommonExposure(std::vector<ViewUnknowns>* found);
 
-// Takes out what each view shares with those that stand near and look the same way: the mean of their motions, turns
-// and shifts in the axes of the world, weighted by Gaussians of the distances of centres (standard deviation 0.6
-// depths) and of viewing directions (0.8). Along a walk that looks all round views are tied to such neighbours only: a
-// bend of the whole costs next to nothing, and the errors of a splat that is barely there go into it (docs/results,
-// cameras-in-training). But the fewer the neighbours are, the more of their mean is what they were wrong by: of n, the
-// sum of the weights, 1 - 20/n of it is taken out, and nothing where n is 20 or less. depth: as above.
-void RemoveSlowMotion(const std::vector<const View*>& given, double depth, std::vector<ViewUnknowns>* found);
-
 // Takes out the mean turn of all views in their own axes, about their centres. Photographs hardly tell of it where
 // cameras stand in a ring: that all tilt, and the scene sinks, is nearly the same. So the errors of a splat that is not
 // finished go into it, and come out slowly (docs/results, cameras-in-training). The mean of the turns by which cameras

@@ -1,9 +1,7 @@
-// Splats, cameras, lenses and exposures at one x.
+// Splats, cameras and exposures at one x.
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,18 +11,17 @@
 
 namespace vesta::gs {
 
-// One view, as joint_view.h shows it.
+// One view.
 template <class B>
 struct JointUnit {
   const TargetView<B>* target = nullptr;
   ViewUnknowns unknowns;
-  std::optional<RadialCoefficients> unbent_by;  // BendOf
   typename SplatBackend<B>::SplatView view;
   typename B::Vector rendered;  // before the exposure
   typename SplatBackend<B>::Loss::Linearization W;
   std::vector<double> prior, prior_jacobian;  // ViewPrior's
-  // J_c^T W J_c of the view's own unknowns and then of its lens, the prior's included; made when it is asked for. W J_c
-  // of its own: only where views may be eliminated.
+  // J_c^T W J_c of the view's own unknowns, the prior's included; made when it is asked for. W J_c: only where views
+  // may be eliminated.
   std::vector<double> curvature;
   ViewColumns<B> weighted;
 
@@ -57,10 +54,7 @@ class JointLinearization final : public Linearization<B> {
   // The gradient; that of the splats shrunk where the views disagree (lm/view_agreement.h).
   bool has_own_descent() const override { return options_.splats.view_agreement > 0; }
   void Descent(View d) override;
-  void SquaredGradients(View squares) override;
-  // gradient, squares: of the whole.
-  void DescentOf(Index units, ConstView gradient, View squares) const override;
-  // Exact for lenses and views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
+  // Exact for views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
   void DiagJTJ(View d) override;
   std::vector<BlockGroup> block_groups() const override { return BlockGroupsOf(options_, layout_); }
   void BlockGram(BlockDiagonal<B>& blocks) override;
@@ -73,35 +67,21 @@ class JointLinearization final : public Linearization<B> {
   // Steps and gradients of one view are those of the splats, where they lie, and the rest (joint_rest.h).
   using ConstHere = HostSpan<const S>;
   using Here = HostSpan<S>;
-  // d_image = J of view v by what is no view's own, splats and lens; g += its transpose times u, an image, which is
-  // overwritten.
-  void ApplySharedJ(Index v, ConstView splats, ConstHere rest, View d_image);
-  void AddSharedJT(Index v, View u, View g, Here g_rest);
-  // y += what view v's prior adds to H x of its lens, of the rest of either.
-  void AddPriorOfLens(Index v, ConstHere x, Here y) const;
-  // values of the lenses' block group = the sums over each one's views of what is given of a view.
-  void AddLensBlocks(const std::function<std::vector<double>(Index)>& of_view, View values) const;
+  // d_image = J of view v by the splats; g += its transpose times u, an image, which is overwritten.
+  void ApplySplatsJ(Index v, ConstView splats, View d_image);
+  void AddSplatsJT(Index v, View u, View g);
   void ApplyW(const JointUnit<B>& unit, ConstView u, View Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
   // What both hold of the diagonal and the blocks.
   const SplatGrams<B>& Grams();
   const std::vector<double>& CurvatureOf(std::size_t view) { return MakeCurvature(units_[view]); }
-  // Of what a part has of the splats only sums over the parts are held.
-  bool is_part() const { return options_.splats.is_part; }
-  void ReleaseGrams() { grams_.Release(); }
   JointScratch<B>& scratch() { return *scratch_; }
 
  private:
   static constexpr Index kGrain = 16384;  // parameters
 
   Index num_priors() const { return layout_.views * layout_.free.num_tangent(); }
-  // Builds all views, and sums their gradients, of which comes the descent; of a part their squares. A part is built
-  // when it is first asked for something, so that gradients are held of one at a time.
+  // Builds all views, and sums their gradients, of which comes the descent.
   void MakeUnits();
-  void EnsureUnits() {
-    if (units_.empty()) MakeUnits();
-  }
-  // squares becomes the descent of the splats.
-  void DescentOfSplats(Index units, ConstView gradient, View squares) const;
   // x: the rest of it.
   void Build(Index v, ConstHere x, JointUnit<B>& unit, View image_gradient);
   // d_image = J v of view v, without the prior's; g += J^T u, u overwritten.
@@ -111,10 +91,6 @@ class JointLinearization final : public Linearization<B> {
   void ApplyPriorJ(Index v, ConstHere step, S* out) const;
   void AddPriorJT(Index v, const S* u, Here g) const;
   const std::vector<double>& MakeCurvature(JointUnit<B>& unit);
-  // d_image = the derivative of what is rendered.
-  void ApplyImageJ(Index v, ConstView splats, ConstHere rest, const splat::PoseTangent* pose, View d_image);
-  // d_image += what the lens's bend adds to the derivative of what is shown.
-  void AddBendJ(Index v, ConstHere rest, View d_image);
 
   JointProblemOptions options_;
   JointLayout layout_;

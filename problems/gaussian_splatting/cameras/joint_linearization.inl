@@ -11,7 +11,7 @@
 #include "problems/gaussian_splatting/cameras/joint_linearization.h"
 #include "problems/gaussian_splatting/cameras/joint_reduced.h"
 #include "problems/gaussian_splatting/cameras/joint_rest.h"
-#include "problems/gaussian_splatting/cameras/joint_view.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/cameras/view_columns.inl"
 #include "problems/gaussian_splatting/lm/view_agreement.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
@@ -29,7 +29,7 @@ JointLinearization<B>::JointLinearization(const JointProblemOptions& options, co
       views_(views),
       scratch_(std::move(scratch)) {
   for (const TargetView<B>& view : views_) num_values_ += view.shape().NumValues();
-  if (!is_part()) MakeUnits();
+  MakeUnits();
 }
 
 template <Backend B>
@@ -55,14 +55,10 @@ void JointLinearization<B>::MakeUnits() {
     }
   }
   g_rest.Store();
-  if (steers && !is_part()) DescentOfSplats(layout_.views, gradient_, descent_);
-}
-
-template <Backend B>
-void JointLinearization<B>::DescentOfSplats(Index units, ConstView gradient, View squares) const {
-  ForEach<typename B::Space>(layout_.splats, kGrain,
-                             AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement), static_cast<S>(units),
-                                              gradient.data(), squares.data()});
+  if (!steers) return;
+  ForEach<typename B::Space>(n, kGrain,
+                             AgreedDescent<S>{static_cast<S>(options_.splats.view_agreement),
+                                              static_cast<S>(layout_.views), gradient_.data(), descent_.data()});
 }
 
 template <Backend B>
@@ -71,31 +67,28 @@ void JointLinearization<B>::Build(Index v, ConstHere x, JointUnit<B>& unit, View
   CheckTruth(target);
   unit.target = &target;
   unit.unknowns = layout_.UnknownsOf(x, v);
-  unit.unbent_by = BendOf(options_, layout_, v);
   unit.view.Build(model_, AsFound(target.camera, unit.unknowns), options_.splats.background.data(),
                   scratch_->workspace);
   unit.rendered.ResizeForOverwrite(target.shape().NumValues());
   unit.view.Render(unit.rendered.data());
   const View shown = scratch_->Weighted(unit.values());
   B().Copy(unit.rendered, shown);
-  ShowAsFound<B>(unit.unknowns, unit.unbent_by, target, *scratch_, shown);
+  Expose<B>(unit.unknowns.color, shown);
   LinearizeLoss<B>(scratch_->loss, target, shown, image_gradient, unit.W);
-  const ImageOfPrior of_image{unit.values(), CornerOf(target.camera)};
-  unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, of_image);
-  unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, of_image);
+  unit.prior = options_.prior.Residuals(unit.unknowns, layout_.free, unit.values());
+  unit.prior_jacobian = options_.prior.Jacobian(unit.unknowns, layout_.free, unit.values());
 }
 
 template <Backend B>
 auto JointLinearization<B>::residuals() const -> ConstView {
   if (residuals_.empty()) {
-    VESTA_CHECK(!units_.empty(), "the residuals of a part that was not looked at");
     residuals_.ResizeForOverwrite(num_residuals());
     Rest<B> priors(FromZero(), residuals_.view(), num_values_);
     Index at = 0, prior = 0;
     for (const JointUnit<B>& unit : units_) {
       const View part = residuals_.view().subspan(at, unit.values());
       B().Copy(unit.rendered, part);
-      ShowAsFound<B>(unit.unknowns, unit.unbent_by, *unit.target, *scratch_, part);
+      Expose<B>(unit.unknowns.color, part);
       B().Axpby(-1.0, unit.target->truth, 1.0, part);
       at += unit.values();
       for (const double r : unit.prior) priors.view()[prior++] = static_cast<S>(r);
@@ -106,57 +99,19 @@ auto JointLinearization<B>::residuals() const -> ConstView {
 }
 
 template <Backend B>
-void JointLinearization<B>::ApplyImageJ(Index v, ConstView splats, ConstHere rest, const splat::PoseTangent* pose,
-                                        View d_image) {
+void JointLinearization<B>::ApplySplatsJ(Index v, ConstView splats, View d_image) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
-  splat::LensTangent lens;
-  const ConstHere of_lens = layout_.LensStepOf(rest, v);
-  for (int k = 0; k < layout_.free.pinhole_tangent(); ++k) lens.v[k] = static_cast<double>(of_lens[k]);
-  ApplyModelAndCameraJ(unit.view, model_, splats.data(), pose, layout_.free.lens ? &lens : nullptr, d_image.data(),
-                       scratch_->workspace);
-}
-
-template <Backend B>
-void JointLinearization<B>::AddBendJ(Index v, ConstHere rest, View d_image) {
-  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
-  if (!unit.unbent_by) return;
-  const ConstHere of_lens = layout_.LensStepOf(rest, v);
-  AddBend<B>([&](int k) { return static_cast<double>(of_lens[layout_.free.Radial(k)]); }, *unit.target, *scratch_,
-             d_image);
-}
-
-template <Backend B>
-void JointLinearization<B>::ApplySharedJ(Index v, ConstView splats, ConstHere rest, View d_image) {
-  const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
-  ApplyImageJ(v, splats, rest, nullptr, d_image);
+  ApplyModelAndPoseJ(unit.view, model_, splats.data(), nullptr, d_image.data(), scratch_->workspace);
   ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), d_image);
-  AddBendJ(v, rest, d_image);
   ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
 template <Backend B>
-void JointLinearization<B>::AddSharedJT(Index v, View u, View g, Here g_rest) {
+void JointLinearization<B>::AddSplatsJT(Index v, View u, View g) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
-  const Here of_lens = layout_.LensStepOf(g_rest, v);
   ClearLeftOut<B>(unit.target->mask, u);
-  if (unit.unbent_by) {
-    ImageProducts<B> products(kRadialTangent);
-    for (int k = 0; k < kRadialTangent; ++k) {
-      const View column = scratch_->Column(unit.values());
-      PhotographBend<B>(*unit.target, k, column);
-      products.AddDot(ConstView(column), ConstView(u));
-    }
-    const std::vector<double> sums = products.Read();
-    for (int k = 0; k < kRadialTangent; ++k) {
-      of_lens[layout_.free.Radial(k)] += static_cast<S>(sums[static_cast<std::size_t>(k)]);
-    }
-  }
   ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), u);
   unit.view.AddJT(model_, unit.rendered.data(), u.data(), g.data(), scratch_->workspace);
-  if (!layout_.free.lens) return;
-  // What the adjoint pass has left: the cotangents of the splats.
-  const splat::LensTangent lens = LensCotangent(unit.view, scratch_->workspace.splat_sums.data());
-  for (int k = 0; k < layout_.free.pinhole_tangent(); ++k) of_lens[k] += static_cast<S>(lens.v[k]);
 }
 
 template <Backend B>
@@ -165,7 +120,8 @@ void JointLinearization<B>::ApplyViewJ(Index v, ConstView splats, ConstHere rest
   const ConstHere own = layout_.StepOf(rest, v);
   splat::PoseTangent pose;
   for (int k = 0; k < layout_.free.pose_tangent(); ++k) pose.v[k] = static_cast<double>(own[k]);
-  ApplyImageJ(v, splats, rest, layout_.free.pose ? &pose : nullptr, d_image);
+  ApplyModelAndPoseJ(unit.view, model_, splats.data(), layout_.free.pose ? &pose : nullptr, d_image.data(),
+                     scratch_->workspace);
   const Index plane = unit.values() / ImageShape::kChannels;
   ExposeChange<S> change{.gain = ChannelsOf<S>(unit.unknowns.color.gain),
                          .d_gain = {},
@@ -178,7 +134,6 @@ void JointLinearization<B>::ApplyViewJ(Index v, ConstView splats, ConstHere rest
     change.d_offset.of[c] = own[layout_.free.Offset(c)];
   }
   ForEach<typename B::Space>(plane, kExposureGrain, change);
-  AddBendJ(v, rest, d_image);
   ClearLeftOut<B>(unit.target->mask, d_image);
 }
 
@@ -193,8 +148,9 @@ void JointLinearization<B>::AddViewJT(Index v, View u, View g, Here g_rest) {
     Index at = layout_.free.Gain(0);
     for (const double sum : products.Read()) own[at++] += static_cast<S>(sum);
   }
-  AddSharedJT(v, u, g, g_rest);
+  AddSplatsJT(v, u, g);
   if (!layout_.free.pose) return;
+  // What the adjoint pass has left: the cotangents of the splats.
   const splat::PoseTangent xi = PoseCotangent(unit.view, model_, scratch_->workspace.splat_sums.data());
   for (int k = 0; k < splat::kPoseTangent; ++k) own[k] += static_cast<S>(xi.v[k]);
 }
@@ -202,11 +158,11 @@ void JointLinearization<B>::AddViewJT(Index v, View u, View g, Here g_rest) {
 template <Backend B>
 void JointLinearization<B>::ApplyPriorJ(Index v, ConstHere step, S* out) const {
   const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
-  const std::vector<double> whole = layout_.WholeStepOf(step, v);
-  const std::size_t n = whole.size();
-  for (std::size_t i = 0; i < n; ++i) {
+  const ConstHere own = layout_.StepOf(step, v);
+  const Index n = own.size();
+  for (Index i = 0; i < n; ++i) {
     double sum = 0;
-    for (std::size_t j = 0; j < n; ++j) sum += J[i * n + j] * whole[j];
+    for (Index j = 0; j < n; ++j) sum += J[static_cast<std::size_t>(i * n + j)] * static_cast<double>(own[j]);
     out[i] = static_cast<S>(sum);
   }
 }
@@ -214,31 +170,17 @@ void JointLinearization<B>::ApplyPriorJ(Index v, ConstHere step, S* out) const {
 template <Backend B>
 void JointLinearization<B>::AddPriorJT(Index v, const S* u, Here g) const {
   const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
-  const Here own = layout_.StepOf(g, v), of_lens = layout_.LensStepOf(g, v);
-  const Index n = own.size() + of_lens.size();
+  const Here own = layout_.StepOf(g, v);
+  const Index n = own.size();
   for (Index j = 0; j < n; ++j) {
     double sum = 0;
     for (Index i = 0; i < n; ++i) sum += J[static_cast<std::size_t>(i * n + j)] * static_cast<double>(u[i]);
-    (j < own.size() ? own[j] : of_lens[j - own.size()]) += static_cast<S>(sum);
-  }
-}
-
-template <Backend B>
-void JointLinearization<B>::AddPriorOfLens(Index v, ConstHere x, Here y) const {
-  const std::vector<double>& J = units_[static_cast<std::size_t>(v)].prior_jacobian;
-  const ConstHere of_lens = layout_.LensStepOf(x, v);
-  const Here to = layout_.LensStepOf(y, v);
-  const Index n = layout_.free.num_tangent();
-  for (Index k = 0; k < of_lens.size(); ++k) {
-    const Index at = layout_.free.Lens(static_cast<int>(k));  // where J is diagonal
-    const double j = J[static_cast<std::size_t>(at * n + at)];
-    to[k] += static_cast<S>(j * j * static_cast<double>(of_lens[k]));
+    own[j] += static_cast<S>(sum);
   }
 }
 
 template <Backend B>
 void JointLinearization<B>::ApplyJ(ConstView v, View u) {
-  EnsureUnits();
   const Index n = layout_.free.num_tangent();
   const ConstRest<B> rest(v, layout_.splats);
   Rest<B> priors(FromZero(), u, num_values_);
@@ -254,7 +196,6 @@ void JointLinearization<B>::ApplyJ(ConstView v, View u) {
 
 template <Backend B>
 void JointLinearization<B>::ApplyJT(ConstView u, View g) {
-  EnsureUnits();
   const Index n = layout_.free.num_tangent();
   B().Fill(0, g);
   const ConstRest<B> priors(u, num_values_);
@@ -272,7 +213,6 @@ void JointLinearization<B>::ApplyJT(ConstView u, View g) {
 
 template <Backend B>
 void JointLinearization<B>::ApplyW(ConstView u, View Wu) {
-  EnsureUnits();
   Index at = 0;
   for (const JointUnit<B>& unit : units_) {
     ApplyW(unit, u.subspan(at, unit.values()), Wu.subspan(at, unit.values()));
@@ -283,7 +223,6 @@ void JointLinearization<B>::ApplyW(ConstView u, View Wu) {
 
 template <Backend B>
 void JointLinearization<B>::ApplyH(ConstView v, View Hv) {
-  EnsureUnits();
   B().Fill(0, Hv);
   const ConstRest<B> rest(v, layout_.splats);
   Rest<B> to(FromZero(), Hv, layout_.splats);
@@ -302,38 +241,18 @@ void JointLinearization<B>::ApplyH(ConstView v, View Hv) {
 
 template <Backend B>
 void JointLinearization<B>::Gradient(View g) {
-  if (gradient_.empty()) MakeUnits();
   B().Copy(gradient_, g);
-  if (is_part()) gradient_ = {};
 }
 
 template <Backend B>
 void JointLinearization<B>::Descent(View d) {
-  VESTA_CHECK(!is_part(), "the descent of a part");
   B().Axpby(-1.0, gradient_, 0.0, d);
   if (has_own_descent()) B().Copy(descent_, d.subspan(0, layout_.splats));
 }
 
 template <Backend B>
-void JointLinearization<B>::SquaredGradients(View squares) {
-  VESTA_CHECK(is_part() && has_own_descent(), "the squares of a problem that is no part, or has no descent of its own");
-  if (descent_.empty()) MakeUnits();
-  B().Fill(0, squares);
-  B().Copy(descent_, squares.subspan(0, layout_.splats));
-  descent_ = {};
-}
-
-template <Backend B>
-void JointLinearization<B>::DescentOf(Index units, ConstView gradient, View squares) const {
-  const Index n = layout_.splats, views = squares.size() - n;
-  DescentOfSplats(units, gradient, squares);
-  B().Axpby(-1.0, gradient.subspan(n, views), 0.0, squares.subspan(n, views));
-}
-
-template <Backend B>
 const SplatGrams<B>& JointLinearization<B>::Grams() {
   if (!grams_.empty()) return grams_;
-  EnsureUnits();
   grams_.Start(model_, options_.splats.sh_blocks);
   for (const JointUnit<B>& unit : units_) {
     const View omega = scratch_->Image(unit.values());
@@ -352,19 +271,10 @@ const SplatGrams<B>& JointLinearization<B>::Grams() {
 template <Backend B>
 const std::vector<double>& JointLinearization<B>::MakeCurvature(JointUnit<B>& unit) {
   if (!unit.curvature.empty()) return unit.curvature;
-  const auto bend = [&](int k, View column) {
-    if (unit.unbent_by) {
-      PhotographBend<B>(*unit.target, k, column);
-    } else {
-      B().Fill(0, column);
-    }
-  };
-  ViewColumns<B> columns = ColumnsOf<B>(layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
-                                        MovesOf<B>(layout_.free, unit.view, model_, scratch_->workspace).view(), bend);
+  const ViewColumns<B> columns = ColumnsOf<B>(layout_.free, unit.unknowns.color, *unit.target, unit.rendered.view(),
+                                              MovesOf<B>(layout_.free, unit.view, model_, scratch_->workspace).view());
   unit.curvature =
       WeightedGram<B>(columns, scratch_->loss, unit.W, options_.eliminate_views ? &unit.weighted : nullptr);
-  columns = {};  // before the copy takes its room
-  if (options_.eliminate_views && layout_.free.lens) unit.weighted = unit.weighted.OwnOfView();
   const auto n = static_cast<std::size_t>(layout_.free.num_tangent());
   const std::vector<double>& J = unit.prior_jacobian;
   for (std::size_t row = 0; row < n; ++row) {
@@ -381,54 +291,26 @@ void JointLinearization<B>::DiagJTJ(View d) {
   Rest<B> rest(FromZero(), d, layout_.splats);
   const Index n = layout_.free.num_tangent();
   for (std::size_t v = 0; v < units_.size(); ++v) {
-    const Here own = layout_.StepOf(rest.view(), static_cast<Index>(v)),
-               of_lens = layout_.LensStepOf(rest.view(), static_cast<Index>(v));
+    const Here own = layout_.StepOf(rest.view(), static_cast<Index>(v));
     const std::vector<double>& H = CurvatureOf(v);
-    const auto at = [&](Index k) { return static_cast<S>(H[static_cast<std::size_t>(k * n + k)]); };
-    for (Index k = 0; k < own.size(); ++k) own[k] = at(k);
-    for (Index k = 0; k < of_lens.size(); ++k) of_lens[k] += at(own.size() + k);
+    for (Index k = 0; k < n; ++k) own[k] = static_cast<S>(H[static_cast<std::size_t>(k * n + k)]);
   }
   rest.Store();
-  if (is_part()) ReleaseGrams();  // others' would be held beside them
 }
 
 template <Backend B>
 void JointLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
   Grams().CopyBlocks(blocks);
-  const int own = layout_.own().num_tangent(), all = layout_.free.num_tangent(),
-            of_views = static_cast<int>(blocks.groups().size()) - 1;
-  Rest<B> values(FromZero(), blocks.values(of_views), 0);
+  Rest<B> values(FromZero(), blocks.values(static_cast<int>(blocks.groups().size()) - 1), 0);
   for (std::size_t v = 0; v < units_.size(); ++v) {
-    const std::vector<double> block = SquareOf(CurvatureOf(v), all, 0, own);
-    FillBlock(block, own, static_cast<Index>(v), layout_.views, values.view());
+    FillBlock(CurvatureOf(v), layout_.free.num_tangent(), static_cast<Index>(v), layout_.views, values.view());
   }
   values.Store();
-  if (layout_.lenses > 0) {
-    AddLensBlocks([&](Index v) { return SquareOf(CurvatureOf(static_cast<std::size_t>(v)), all, own, all); },
-                  blocks.values(of_views - 1));
-  }
-  if (!options_.eliminate_views) ReleaseGrams();  // nobody asks again unless a step is refused
-}
-
-template <Backend B>
-void JointLinearization<B>::AddLensBlocks(const std::function<std::vector<double>(Index)>& of_view, View values) const {
-  const int n = layout_.free.lens_tangent();
-  std::vector<std::vector<double>> sums(static_cast<std::size_t>(layout_.lenses),
-                                        std::vector<double>(static_cast<std::size_t>(n) * static_cast<std::size_t>(n)));
-  for (Index v = 0; v < layout_.views; ++v) {
-    std::vector<double>& sum = sums[static_cast<std::size_t>(layout_.LensOf(v))];
-    std::ranges::transform(sum, of_view(v), sum.begin(), std::plus());
-  }
-  Rest<B> here(FromZero(), values, 0);
-  for (Index lens = 0; lens < layout_.lenses; ++lens) {
-    FillBlock(sums[static_cast<std::size_t>(lens)], n, lens, layout_.lenses, here.view());
-  }
-  here.Store();
+  if (!options_.eliminate_views) grams_.Release();  // nobody asks again unless a step is refused
 }
 
 template <Backend B>
 std::unique_ptr<ReducedSystem<B>> JointLinearization<B>::MakeReducedSystem() {
-  EnsureUnits();
   return options_.eliminate_views ? std::make_unique<JointReducedSystem<B>>(*this) : nullptr;
 }
 

@@ -6,13 +6,9 @@ namespace vesta::gs {
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout) {
   std::vector<BlockGroup> groups = SplatBlockGroups(options.splats, options.splats.sh_blocks);
-  const int lens = layout.free.lens_tangent(), own = layout.own().num_tangent();
-  if (lens > 0) {
-    groups.push_back(
-        {.size = lens, .count = layout.lenses, .offset = layout.splats, .component_stride = 1, .block_stride = lens});
-  }
+  const int own = layout.free.num_tangent();
   groups.push_back(
-      {.size = own, .count = layout.views, .offset = layout.shared(), .component_stride = 1, .block_stride = own});
+      {.size = own, .count = layout.views, .offset = layout.splats, .component_stride = 1, .block_stride = own});
   return groups;
 }
 

@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/cameras/exposed_colors.h"
 #include "problems/gaussian_splatting/cameras/joint_linearization.h"
 #include "problems/gaussian_splatting/cameras/joint_problem.h"
 #include "problems/gaussian_splatting/cameras/joint_rest.h"
-#include "problems/gaussian_splatting/cameras/joint_view.h"
+#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 
 namespace vesta::gs {
@@ -21,43 +22,15 @@ JointProblem<B>::JointProblem(const JointProblemOptions& options, std::span<cons
     : options_(options),
       views_(views),
       layout_{options.splats.Size(), static_cast<Index>(views.size()), options.free},
-      splats_(std::make_shared<SplatProblem<B>>(options.splats, views)),
+      splats_(options.splats, views),
       scratch_(std::make_shared<JointScratch<B>>(options.splats.weights)) {
   VESTA_CHECK(!views.empty(), "no views to find cameras of");
-  VESTA_CHECK(layout_.own().num_tangent() > 0, "views with neither pose nor colour to find");
-  if (options.free.lens) {
-    const bool has_each = options.lens_of.size() == views.size() &&
-                          std::ranges::all_of(options.lens_of, [&](std::size_t lens) { return lens < views.size(); });
-    VESTA_CHECK(has_each, "lenses of {} views, of {}, or one beyond their number", options.lens_of.size(),
-                views.size());
-    layout_.lens_of = options.lens_of;
-    layout_.lenses = static_cast<Index>(*std::ranges::max_element(options.lens_of)) + 1;
-  }
-  if (options.free.radial_tangent() > 0) {
-    VESTA_CHECK(options.unbent_by.size() == views.size(), "bends of {} views, of {}", options.unbent_by.size(),
-                views.size());
-  }
+  VESTA_CHECK(options.free.pose || options.free.color, "views with neither pose nor colour to find");
+  VESTA_CHECK(!options.free.lens, "lenses, which are found in the Adam stage alone");
   VESTA_CHECK(options.prior.weight >= 0 && std::isfinite(options.prior.weight),
               "a prior of weight {}; choose 0 or more", options.prior.weight);
   VESTA_CHECK(options.prior.depth > 0 && std::isfinite(options.prior.depth), "a depth of {}; it must be above 0",
               options.prior.depth);
-}
-
-template <Backend B>
-JointProblem<B>::JointProblem(const JointProblem& whole, const Share& views)
-    : options_(whole.options_),
-      views_(whole.views_.subspan(static_cast<std::size_t>(views.begin), static_cast<std::size_t>(views.size()))),
-      layout_(whole.layout_),
-      splats_(whole.splats_),
-      scratch_(whole.scratch_) {
-  options_.splats.is_part = true;
-  layout_.views = views.size();
-  layout_.views_before = views.begin, layout_.views_after = whole.layout_.views - views.end;
-}
-
-template <Backend B>
-std::unique_ptr<JointProblem<B>> JointProblem<B>::MakePart(const Share& views) const {
-  return std::unique_ptr<JointProblem>(new JointProblem(*this, views));
 }
 
 template <Backend B>
@@ -81,14 +54,13 @@ double JointProblem<B>::Cost(ConstView x, std::span<const Index> units) {
     CheckTruth(target);
     const ViewUnknowns unknowns = layout_.UnknownsOf(rest.view(), v);
     const bool has_gains = std::ranges::all_of(unknowns.color.gain, [](double gain) { return gain > 0; });
-    if (!has_gains || !IsLens(unknowns.lens, target.camera)) return std::numeric_limits<double>::infinity();
+    if (!has_gains) return std::numeric_limits<double>::infinity();
     view.Build(model, AsFound(target.camera, unknowns), options_.splats.background.data(), scratch_->workspace);
     image.ResizeForOverwrite(target.truth.size());
     view.Render(image.data());
-    ShowAsFound<B>(unknowns, BendOf(options_, layout_, v), target, *scratch_, image.view());
+    Expose<B>(unknowns.color, image.view());
     cost += EvaluateLoss<B>(scratch_->loss, target, image.view()).cost;
-    const ImageOfPrior of_image{image.size(), CornerOf(target.camera)};
-    for (const double r : options_.prior.Residuals(unknowns, options_.free, of_image)) cost += r * r / 2;
+    for (const double r : options_.prior.Residuals(unknowns, options_.free, image.size())) cost += r * r / 2;
   }
   return cost;
 }
@@ -103,7 +75,7 @@ std::unique_ptr<Linearization<B>> JointProblem<B>::Linearize(ConstView x, int ba
 template <Backend B>
 bool JointProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
   const Index n = layout_.splats;
-  if (!splats_->DampingMetric(x.subspan(0, n), diag_h.subspan(0, n), D.subspan(0, n))) return false;
+  if (!splats_.DampingMetric(x.subspan(0, n), diag_h.subspan(0, n), D.subspan(0, n))) return false;
   B().Copy(diag_h.subspan(n, diag_h.size() - n), D.subspan(n, D.size() - n));
   return true;
 }
@@ -116,7 +88,8 @@ void JointProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
   const ConstRest<B> from(x, n), by(delta, n);
   Rest<B> to(out, n);
   for (Index v = 0; v < layout_.views; ++v) {
-    const std::vector<double> step = layout_.WholeStepOf(by.view(), v);
+    const HostSpan<const S> own = layout_.StepOf(by.view(), v);
+    const std::vector<double> step(own.begin(), own.end());
     const HostSpan<const double> numbers(step.data(), static_cast<Index>(step.size()));
     layout_.SetUnknowns(gs::Plus(layout_.UnknownsOf(from.view(), v), options_.free, numbers), v, to.view());
   }

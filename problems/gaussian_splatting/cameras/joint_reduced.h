@@ -10,8 +10,7 @@ namespace vesta::gs {
 
 // A view's unknowns meet the splats in its own image alone. So the Schur complement is the sum over views of
 // J_s^T (W - W J_c C^-1 J_c^T W) J_s, C = J_c^T W J_c + lambda D of the view: products as those of the splats alone,
-// with what a camera could do taken out of each image. Lenses, which views share, are kept with the splats. W J_c is
-// held, eight images a view.
+// with what a camera could do taken out of each image. W J_c is held, eight images a view.
 template <Backend B>
 class JointReducedSystem final : public ReducedSystem<B> {
  public:
@@ -21,30 +20,27 @@ class JointReducedSystem final : public ReducedSystem<B> {
   // Borrows the linearization.
   explicit JointReducedSystem(JointLinearization<B>& linearization);
 
-  Index size() const override { return layout_.shared(); }
+  Index size() const override { return layout_.splats; }
   void SetDamping(double lambda, ConstView metric) override;
   void ReduceRhs(ConstView rhs, View reduced) override;
   void Apply(ConstView x, View y) override;
   void BackSubstitute(ConstView rhs, View step) override;
-  // Of splats and lenses. The splats' blocks are those of H: upper bounds of the Schur complement's, which would take
-  // six adjoint passes a view.
+  // Those of H: upper bounds of the Schur complement's, which would take six adjoint passes a view.
   std::vector<BlockGroup> kept_groups() const override;
   void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
 
  private:
   HostSpan<double> ViewPart(std::size_t view) {
-    const Index n = layout_.own().num_tangent();
+    const Index n = layout_.free.num_tangent();
     return views_.view().subspan(static_cast<Index>(view) * n, n);
   }
-  // What its own unknowns leave of the curvature by its lens.
-  std::vector<double> LensSchur(std::size_t view);
   // In place by C^-1 of that view.
   void SolveView(std::size_t view) { blocks_[view].Solve(ViewPart(view), ViewPart(view)); }
 
   JointLinearization<B>& linearization_;
   const JointLayout& layout_;
   double lambda_ = 0;
-  ConstView metric_;  // of what is kept; empty: of a part, whose whole is damped where all are summed
+  ConstView metric_;                                       // of the splats
   std::vector<BlockDiagonal<CpuBackend<double>>> blocks_;  // C of each view, its factor
   HostBuffer<double> views_;                               // of all of them
 };

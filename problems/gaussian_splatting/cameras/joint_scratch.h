@@ -1,4 +1,4 @@
-// What a joint problem, its parts and their linearizations go through their views in, one call at a time.
+// What a joint problem and its linearizations go through their views in, one call at a time.
 #pragma once
 
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -18,7 +18,6 @@ class JointScratch {
   // Images of so many values, each until it is asked for again.
   View Image(Index values) { return Of(values, image_); }
   View Weighted(Index values) { return Of(values, weighted_); }
-  View Column(Index values) { return Of(values, column_); }
 
  private:
   static View Of(Index values, Vector& images) {
@@ -26,7 +25,7 @@ class JointScratch {
     return images.view().subspan(0, values);
   }
 
-  Vector image_, weighted_, column_;
+  Vector image_, weighted_;
 };
 
 }  // namespace vesta::gs

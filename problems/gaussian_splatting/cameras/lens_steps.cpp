@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <type_traits>
 
 #include "kernels/core/check.h"
@@ -11,15 +10,15 @@
 namespace vesta::gs {
 namespace {
 
-template <class Matrix>
-auto CurvatureOf(const FreeUnknowns& free, Matrix& system) {
-  return Eigen::Map<std::conditional_t<std::is_const_v<Matrix>, const StepMatrix, StepMatrix>>(
-      system.curvature.data(), free.lens_tangent(), free.lens_tangent());
+template <class System>
+auto CurvatureOf(System& system) {
+  return Eigen::Map<std::conditional_t<std::is_const_v<System>, const StepMatrix, StepMatrix>>(
+      system.curvature.data(), splat::kLensTangent, splat::kLensTangent);
 }
-template <class Vector>
-auto GradientOf(const FreeUnknowns& free, Vector& system) {
-  return Eigen::Map<std::conditional_t<std::is_const_v<Vector>, const StepVector, StepVector>>(system.gradient.data(),
-                                                                                               free.lens_tangent());
+template <class System>
+auto GradientOf(System& system) {
+  return Eigen::Map<std::conditional_t<std::is_const_v<System>, const StepVector, StepVector>>(system.gradient.data(),
+                                                                                               splat::kLensTangent);
 }
 
 // H = [own, coupling^T; coupling, lens] of a view, its own part solvable.
@@ -47,36 +46,23 @@ void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, co
   const StepVector of_lens = g.tail(H.lens.rows()) - H.coupling * solver.solve(StepVector(g.head(H.own.rows())));
   const StepMatrix schur = H.lens - H.coupling * solver.solve(StepMatrix(H.coupling.transpose()));
   if (!of_lens.allFinite() || !schur.allFinite()) return;
-  GradientOf(free, *system) += of_lens;
-  CurvatureOf(free, *system) += schur;
-  for (int k = 0; k < free.radial_tangent(); ++k) {
-    system->before[static_cast<std::size_t>(k)] += H.lens(free.Radial(k), free.Radial(k));
-  }
+  GradientOf(*system) += of_lens;
+  CurvatureOf(*system) += schur;
   ++system->views;
 }
 
-LensStepNumbers LensStep(const FreeUnknowns& free, const LensSystem& system, double part, const LensLimit& limit) {
-  StepMatrix H = Damped(CurvatureOf(free, system));
-  // What poses and focal lengths do nearly as well is left to them: in that direction gradients are noise for the most
-  // part.
-  constexpr double kHardlyTold = 0.1;
-  for (int k = 0; k < free.radial_tangent(); ++k) {
-    H(free.Radial(k), free.Radial(k)) += kHardlyTold * system.before[static_cast<std::size_t>(k)];
-  }
-  const StepVector step = -part * H.ldlt().solve(GradientOf(free, system));
-  LensStepNumbers lens;
-  StepVector reach = step.cwiseAbs();
-  for (Eigen::Index k = splat::kLensTangent, power = 3; k < step.size(); ++k, power += 2) {
-    reach[k] *= std::pow(limit.corner, power);
-  }
-  const double largest = reach.maxCoeff();
+splat::LensTangent LensStep(const LensSystem& system, double part, double most) {
+  const StepMatrix H = Damped(CurvatureOf(system));
+  const StepVector step = -part * H.ldlt().solve(GradientOf(system));
+  splat::LensTangent lens;
+  const double largest = step.cwiseAbs().maxCoeff();
   if (!step.allFinite() || largest == 0) return lens;
-  Eigen::Map<StepVector>(lens.v, step.size()) = step * std::min(1.0, limit.most / largest);
+  Eigen::Map<StepVector>(lens.v, step.size()) = step * std::min(1.0, most / largest);
   return lens;
 }
 
 std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
-                           const LensStepNumbers& lens) {
+                           const splat::LensTangent& lens) {
   const Parts H(free, curvature);
   const Eigen::Map<const StepVector> of_lens(lens.v, free.lens_tangent());
   StepVector own = -H.own.ldlt().solve(StepVector(H.coupling.transpose() * of_lens));

@@ -9,12 +9,10 @@
 
 namespace vesta::gs {
 
-// A lens's share of the systems of views: Schur complements, square, and gradients of them, of as many numbers as are
-// free; of how many views.
+// A lens's share of the systems of views: Schur complements, square, and gradients of them; of how many views.
 struct LensSystem {
-  std::array<double, kLensNumbers * kLensNumbers> curvature{};
-  std::array<double, kLensNumbers> gradient{};
-  std::array<double, kRadialTangent> before{};  // curvatures of k1 and k2 before views' own unknowns were eliminated
+  std::array<double, splat::kLensTangent * splat::kLensTangent> curvature{};
+  std::array<double, splat::kLensTangent> gradient{};
   int views = 0;
 };
 
@@ -22,15 +20,12 @@ struct LensSystem {
 // own unknowns where they are best for every lens.
 void AddToLens(const FreeUnknowns& free, const std::vector<double>& gradient, const std::vector<double>& curvature,
                LensSystem* system);
-// How far a step of a lens may go, in focal lengths: by more than `most` no number of it moves what is seen one from
-// the principal point, nor k1 and k2 what is seen `corner` from it, of all pixels the farthest.
-struct LensLimit {
-  double most = 1, corner = 1;
-};
-// The step of the lens, of whose views the same is free, by part of Gauss-Newton's. Zero where nothing is known.
-LensStepNumbers LensStep(const FreeUnknowns& free, const LensSystem& system, double part, const LensLimit& limit);
+// The step of the lens by part of Gauss-Newton's. No number of it is larger than `most`: by so many focal lengths moves
+// what is seen one from the principal point. Zero where nothing is known.
+splat::LensTangent LensStep(const LensSystem& system, double part, double most);
 // How a view's own unknowns follow such a step: a step of theirs, that of the lens included. They stay where that is no
 // number.
-std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature, const LensStepNumbers& lens);
+std::vector<double> Follow(const FreeUnknowns& free, const std::vector<double>& curvature,
+                           const splat::LensTangent& lens);
 
 }  // namespace vesta::gs

@@ -19,6 +19,7 @@ View MovedView(const View& view, const splat::CameraMotion& motion) {
   View moved;
   moved.name = view.name, moved.image_path = view.image_path, moved.role = view.role;
   moved.camera = view.camera, moved.rotation = view.rotation, moved.translation = view.translation;
+  moved.bent = view.bent;
   splat::MovePose(motion, moved.rotation.data(), moved.translation.data());
   return moved;
 }

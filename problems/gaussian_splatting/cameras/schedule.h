@@ -13,14 +13,12 @@ namespace vesta::gs {
 // Parts of the stage: when cameras begin to move, since the first images are those of no splat yet; and when
 // CameraChoice::kAuto is decided, by the views that are held back until then.
 inline constexpr double kCamerasMove = 0.01, kCamerasDecide = 0.1;
-// Until when what views share with their neighbours is held (RemoveSlowMotion).
-inline constexpr double kSlowMotionFree = 0.45;
-// The same of the mean turn of all (RemoveCommonTurn). Gaussians that are blurred by more than the photographs are, far
-// ones as near ones, pull at it; so with a narrower filter it may move sooner
+// Until when the mean turn of all cameras is held (RemoveCommonTurn). Gaussians that are blurred by more than the
+// photographs are, far ones as near ones, pull at it; so with a narrower filter it may move sooner
 // (docs/results/2026-11-28-low-pass.md).
 inline double MeanTurnFree(double low_pass) {
-  constexpr double kLater = 0.2;
-  return kSlowMotionFree + kLater * std::min(low_pass / splat::kLowPass, 1.0);
+  constexpr double kSoonest = 0.45, kLater = 0.2;
+  return kSoonest + kLater * std::min(low_pass / splat::kLowPass, 1.0);
 }
 
 // The part of the stage after which one more band of the harmonics comes, each time. Exposures that differ from side to

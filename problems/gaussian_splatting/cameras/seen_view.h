@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/lens_motion.h"
-#include "problems/gaussian_splatting/cameras/bend_column.h"
 #include "problems/gaussian_splatting/cameras/image_products.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
@@ -19,7 +18,6 @@ struct SeenView {
   std::size_t view = 0;  // of the training views
   const splat::Model<float>& model;
   const TargetView<B>& target;
-  splat::Lens about;  // as given, for the size of the target: what its photograph is unbent about
   const typename SplatBackend<B>::SplatView& splats;
   const splat::SplatTangent<float>* cotangents;  // of the splats, by rank
   typename B::ConstView image, image_gradient;   // as rendered, where it takes part; of the cost by it
@@ -34,21 +32,14 @@ std::vector<double> GradientOf(const SeenView<B>& seen, const FreeUnknowns& free
     const splat::PoseTangent pose = PoseCotangent(seen.splats, seen.model, seen.cotangents);
     std::copy_n(pose.v, splat::kPoseTangent, gradient.begin());
   }
-  ImageProducts<B> products(free.color_tangent() + free.radial_tangent());
+  ImageProducts<B> products(free.color_tangent());
   if (free.color) AddExposureProducts<B>(seen.image, seen.image_gradient, products);
   if (free.lens) {
     const splat::LensTangent lens = LensCotangent(seen.splats, seen.cotangents);
-    std::copy_n(lens.v, free.pinhole_tangent(), gradient.begin() + free.Lens(0));
-  }
-  typename B::Vector column;
-  for (int k = 0; k < free.radial_tangent(); ++k) {
-    column.ResizeForOverwrite(seen.image.size());
-    BendColumn<B>(seen.target, seen.about, k, seen.image, column.view());
-    products.AddDot(typename B::ConstView(column.view()), seen.image_gradient);
+    std::copy_n(lens.v, free.lens_tangent(), gradient.begin() + free.Lens(0));
   }
   const std::vector<double> sums = products.Read();
-  std::copy_n(sums.begin(), free.color_tangent(), gradient.begin() + free.pose_tangent());
-  std::copy_n(sums.begin() + free.color_tangent(), free.radial_tangent(), gradient.end() - free.radial_tangent());
+  std::ranges::copy(sums, gradient.begin() + free.pose_tangent());
   return gradient;
 }
 

@@ -21,9 +21,7 @@ struct SharedLenses {
 };
 
 // Views share a lens where their cameras were given alike.
-inline bool ShareALens(const View& one, const View& other) {
-  return one.camera == other.camera && one.bent == other.bent;
-}
+inline bool ShareALens(const View& one, const View& other) { return one.camera == other.camera; }
 SharedLenses LensesSharedBy(const std::vector<const View*>& views);
 
 }  // namespace vesta::gs

@@ -9,7 +9,7 @@
 
 namespace vesta::gs {
 
-inline constexpr int kMostStepNumbers = FreeUnknowns{true, true, true, true}.num_tangent();
+inline constexpr int kMostStepNumbers = FreeUnknowns{true, true, true}.num_tangent();
 using StepVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostStepNumbers, 1>;
 using StepMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMostStepNumbers, kMostStepNumbers>;

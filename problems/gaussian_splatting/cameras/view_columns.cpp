@@ -17,9 +17,9 @@ template void ViewColumns<Float>::Add(double, const double*, float*) const;
 template void ViewColumns<Float>::Add(double, const double*, double*) const;
 template void ViewColumns<Double>::Add(double, const double*, double*) const;
 template ViewColumns<Float> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<Float>&,
-                                      HostSpan<const float>, HostSpan<const float>, const FillBendColumn<Float>&);
+                                      HostSpan<const float>, HostSpan<const float>);
 template ViewColumns<Double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<Double>&,
-                                       HostSpan<const double>, HostSpan<const double>, const FillBendColumn<Double>&);
+                                       HostSpan<const double>, HostSpan<const double>);
 template HostBuffer<float> MovesOf<Float>(const FreeUnknowns&, const splat::SplatView<float>&,
                                           const splat::Model<float>&, splat::ViewWorkspace<float>&);
 template HostBuffer<double> MovesOf<Double>(const FreeUnknowns&, const splat::SplatView<double>&,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
@@ -15,7 +14,7 @@ namespace vesta::gs {
 
 // A matrix from steps of a view (FreeUnknowns) to images of 3 planes. Each channel has a gain and an offset of its own,
 // so a gain's column and those of the other two channels' make one image, and likewise the offsets': with the pose's
-// six and the lens's six there are fourteen at most. W treats channels by themselves too, so W times the matrix is one
+// six and the lens's four there are twelve at most. W treats channels by themselves too, so W times the matrix is one
 // of the same form. In the memory of B.
 template <class B>
 class ViewColumns {
@@ -39,8 +38,6 @@ class ViewColumns {
   // First the pose's, then the gains', then the offsets', then the lens's.
   View image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   ConstView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
-  // A copy without the lens's.
-  ViewColumns OwnOfView() const;
   // Of a step, the number that image k is of in that channel.
   int Place(int k, int channel) const;
 
@@ -58,16 +55,11 @@ class ViewColumns {
 };
 
 // The derivatives of the image that is shown, color of `rendered`, by the view's unknowns; zero where the target's mask
-// leaves pixels out. moves: MovesOf the view. bend: fills the column of k1 (0) or k2 (1), where they are free. Of this
-// and what follows, bodies are in view_columns.inl.
-template <class B>
-using FillBendColumn = std::function<void(int k, typename B::View column)>;
+// leaves pixels out. moves: MovesOf the view. Of this and what follows, bodies are in view_columns.inl.
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
-                         typename B::ConstView rendered, typename B::ConstView moves,
-                         const FillBendColumn<B>& bend = nullptr);
-// The derivatives of the image of a view by the numbers of its pose and of its pinhole that are free, one after the
-// other.
+                         typename B::ConstView rendered, typename B::ConstView moves);
+// The derivatives of the image of a view by the numbers of its pose and of its lens that are free, one after the other.
 template <class B>
 typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,
                            const splat::Model<typename B::Scalar>& model,
@@ -78,16 +70,6 @@ template <class B>
 std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<B>::Loss& loss,
                                  const typename SplatBackend<B>::Loss::Linearization& W,
                                  ViewColumns<B>* weighted = nullptr);
-
-// Rows and columns [begin, end) of a square matrix, n numbers a side.
-inline std::vector<double> SquareOf(const std::vector<double>& H, int n, int begin, int end) {
-  std::vector<double> square;
-  for (int row = begin; row < end; ++row) {
-    const auto at = H.begin() + static_cast<std::ptrdiff_t>(row) * n;
-    square.insert(square.end(), at + begin, at + end);
-  }
-  return square;
-}
 
 // A block of the engine from the whole of a symmetric matrix, n numbers a side: number `block` of so many of its group.
 template <class T>

@@ -22,13 +22,6 @@ int ViewColumns<B>::Place(int k, int channel) const {
 }
 
 template <class B>
-ViewColumns<B> ViewColumns<B>::OwnOfView() const {
-  ViewColumns own(free_.OwnOfView(), shape_);
-  B().Copy(images_.view().subspan(0, own.images_.size()), own.images_.view());
-  return own;
-}
-
-template <class B>
 template <class U>
 void ViewColumns<B>::Project(const U* u, double* g) const {
   using Plane = Span<const U, typename B::Space>;
@@ -51,7 +44,7 @@ template <class U>
 void ViewColumns<B>::Add(double scale, const double* v, U* u) const {
   const Index n = shape_.PlaneSize();
   for (int c = 0; c < ImageShape::kChannels; ++c) {
-    static_assert(AddColumns<typename B::Scalar, U>::kMost == splat::kPoseTangent + 2 + kLensNumbers);
+    static_assert(AddColumns<typename B::Scalar, U>::kMost == splat::kPoseTangent + 2 + splat::kLensTangent);
     AddColumns<typename B::Scalar, U> add{.scale = scale,
                                           .columns = num_images(),
                                           .stride = shape_.NumValues(),
@@ -65,7 +58,7 @@ void ViewColumns<B>::Add(double scale, const double* v, U* u) const {
 
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
-                         typename B::ConstView rendered, typename B::ConstView moves, const FillBendColumn<B>& bend) {
+                         typename B::ConstView rendered, typename B::ConstView moves) {
   B backend;
   ViewColumns<B> columns(free, target.shape());
   const Index values = target.shape().NumValues();
@@ -79,7 +72,6 @@ ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, con
     backend.Copy(rendered, columns.image(pose));
     backend.Fill(1, columns.image(pose + 1));
   }
-  for (int k = 0; k < free.radial_tangent(); ++k) bend(k, columns.image(first_of_lens + free.Radial(k)));
   for (int k = 0; k < columns.num_images(); ++k) ClearLeftOut<B>(target.mask, columns.image(k));
   return columns;
 }
@@ -97,7 +89,7 @@ typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend
     unit.v[k] = 1;
     ApplyPoseJ(view, model, unit, moves.data() + k * values, workspace);
   }
-  for (int k = 0; k < free.pinhole_tangent(); ++k) {
+  for (int k = 0; k < free.lens_tangent(); ++k) {
     splat::LensTangent unit;
     unit.v[k] = 1;
     ApplyLensJ(view, unit, moves.data() + (pose + k) * values, workspace);

@@ -3,7 +3,6 @@
 namespace vesta::gs {
 
 template std::vector<double> ViewCurvature(const FreeUnknowns&, const std::array<double, 3>&,
-                                           const splat::Model<float>&, const TargetView<CpuBackend<float>>&,
-                                           const splat::Lens&);
+                                           const splat::Model<float>&, const TargetView<CpuBackend<float>>&);
 
 }  // namespace vesta::gs

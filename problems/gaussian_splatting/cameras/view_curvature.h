@@ -10,10 +10,9 @@
 namespace vesta::gs {
 
 // H = J^T W J of the view as it stands, without an exposure, by the default weights: square, free.num_tangent() numbers
-// a side. about: as SeenView has it. Body in view_curvature.inl.
+// a side. Body in view_curvature.inl.
 template <class B>
 std::vector<double> ViewCurvature(const FreeUnknowns& free, const std::array<double, 3>& background,
-                                  const splat::Model<float>& model, const TargetView<B>& target,
-                                  const splat::Lens& about);
+                                  const splat::Model<float>& model, const TargetView<B>& target);
 
 }  // namespace vesta::gs

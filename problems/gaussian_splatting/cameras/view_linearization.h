@@ -1,4 +1,4 @@
-// A view's problem at one x: the image's derivatives by its unknowns, six to sixteen, held as images.
+// A view's problem at one x: the image's derivatives by its unknowns, six to twelve, held as images.
 #pragma once
 
 #include <memory>

@@ -3,16 +3,9 @@
 #include <cmath>
 
 namespace vesta::gs {
-namespace {
 
-// By k1 or k2, in parts of the corner's distance.
-double BendOfCorner(int k, double corner) { return std::pow(corner, 2 * (k + 1)); }
-
-}  // namespace
-
-std::vector<double> ViewPrior::Residuals(const ViewUnknowns& view, const FreeUnknowns& free,
-                                         const ImageOfPrior& image) const {
-  const double root = std::sqrt(weight * static_cast<double>(image.values));
+std::vector<double> ViewPrior::Residuals(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const {
+  const double root = std::sqrt(weight * static_cast<double>(values));
   std::vector<double> r;
   if (free.pose) {
     for (int k = 0; k < 3; ++k) r.push_back(root * 2 * view.motion.quaternion[1 + k]);
@@ -22,18 +15,11 @@ std::vector<double> ViewPrior::Residuals(const ViewUnknowns& view, const FreeUnk
     for (const double gain : view.color.gain) r.push_back(root * (gain - 1));
     for (const double offset : view.color.offset) r.push_back(root * offset);
   }
-  if (free.lens) {
-    for (const double log_focal : view.lens.log_focal) r.push_back(root * log_focal);
-    for (const double shift : view.lens.shift) r.push_back(root * shift);
-    for (int k = 0; k < free.radial_tangent(); ++k)
-      r.push_back(root * BendOfCorner(k, image.corner) * view.lens.radial[k]);
-  }
   return r;
 }
 
-std::vector<double> ViewPrior::Jacobian(const ViewUnknowns& view, const FreeUnknowns& free,
-                                        const ImageOfPrior& image) const {
-  const double root = std::sqrt(weight * static_cast<double>(image.values));
+std::vector<double> ViewPrior::Jacobian(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const {
+  const double root = std::sqrt(weight * static_cast<double>(values));
   const int n = free.num_tangent(), pose = free.pose_tangent();
   const auto side = static_cast<std::size_t>(n);
   std::vector<double> J(side * side);
@@ -52,12 +38,6 @@ std::vector<double> ViewPrior::Jacobian(const ViewUnknowns& view, const FreeUnkn
     }
   }
   for (int i = pose; i < n; ++i) at(i, i) = root;
-  // A step of the principal point is in focal lengths as they are (Compose).
-  for (int k = 0; k < 2 && free.lens; ++k) at(free.Lens(2 + k), free.Lens(2 + k)) *= std::exp(view.lens.log_focal[k]);
-  for (int k = 0; k < free.radial_tangent(); ++k) {
-    const int place = free.Lens(free.Radial(k));
-    at(place, place) *= BendOfCorner(k, image.corner);
-  }
   return J;
 }
 

@@ -8,25 +8,18 @@
 
 namespace vesta::gs {
 
-// The image of a view that the prior is of.
-struct ImageOfPrior {
-  Index values = 0;
-  double corner = 1;  // CornerOf its camera
-};
-
-// Adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2 + |lens|^2) to the cost of a view, for each of
-// its image's values; v: the vector part of the motion's quaternion, so that 2 |v| is the angle while that is small; t:
-// its translation; lens: what is found of its lens (LensChange), k1 and k2 by what they move the corner by, in parts of
-// its distance. Only of what is free. It biases what photographs tell little of: by the default, gains of 0.9 to 1.1 of
-// small dark photographs came out up to 0.02 too near to 1, by 1e-4 up to 0.003 (refine_jointly_test.cpp).
+// Adds weight / 2 (4 |v|^2 + |t|^2 / depth^2 + |gain - 1|^2 + |offset|^2) to the cost of a view, for each of its
+// image's values; v: the vector part of the motion's quaternion, so that 2 |v| is the angle while that is small; t: its
+// translation. Only of what is free. It biases what photographs tell little of: by the default, gains of 0.9 to 1.1 of
+// small dark photographs came out up to 0.02 too near to 1, by 1e-4 up to 0.003.
 struct ViewPrior {
   double weight = 0.01;  // >= 0
   double depth = 1;      // of what the views see, world units, > 0
 
-  // Residuals, whose squares halved are that; free.num_tangent() of them.
-  std::vector<double> Residuals(const ViewUnknowns& view, const FreeUnknowns& free, const ImageOfPrior& image) const;
+  // Residuals, whose squares halved are that, of an image of so many values; free.num_tangent() of them.
+  std::vector<double> Residuals(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const;
   // Their derivative by a step of the view (Plus): square, row by row.
-  std::vector<double> Jacobian(const ViewUnknowns& view, const FreeUnknowns& free, const ImageOfPrior& image) const;
+  std::vector<double> Jacobian(const ViewUnknowns& view, const FreeUnknowns& free, Index values) const;
 };
 
 }  // namespace vesta::gs

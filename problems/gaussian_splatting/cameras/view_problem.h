@@ -1,4 +1,4 @@
-// One view as a least-squares problem of the engine: x are the motion of its camera, its lens and its exposure
+// One view as a least-squares problem of the engine: x are the motion of its camera and its exposure
 // (view_unknowns.h), the Gaussians stand still; the cost is the photometric loss of the image with the exposure
 // applied. Direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.
 #pragma once
@@ -24,7 +24,7 @@ template <class S>
 class ViewProblem final : public Problem<CpuBackend<double>> {
  public:
   // What model and target point to must outlive the problem. target.camera: where motions start. Throws Error where
-  // nothing is free, or radial distortion is, or for a truth that is not of the view's size.
+  // nothing is free, or the lens is, or for a truth that is not of the view's size.
   ViewProblem(const ViewProblemOptions& options, const splat::Model<S>& model, const TargetView<CpuBackend<S>>& target);
 
   Index num_parameters() const override { return kViewParameters; }

@@ -11,10 +11,7 @@ void Pack(const ViewUnknowns& unknowns, HostSpan<double> x) {
   double* out = std::copy_n(unknowns.motion.quaternion, 4, x.data());
   out = std::copy_n(unknowns.motion.translation, 3, out);
   out = std::copy_n(unknowns.color.gain.data(), 3, out);
-  out = std::copy_n(unknowns.color.offset.data(), 3, out);
-  out = std::copy_n(unknowns.lens.log_focal, 2, out);
-  out = std::copy_n(unknowns.lens.shift, 2, out);
-  std::copy_n(unknowns.lens.radial, 2, out);
+  std::copy_n(unknowns.color.offset.data(), 3, out);
 }
 
 ViewUnknowns Unpack(HostSpan<const double> x) {
@@ -24,9 +21,6 @@ ViewUnknowns Unpack(HostSpan<const double> x) {
   std::copy_n(x.data() + 4, 3, unknowns.motion.translation);
   std::copy_n(x.data() + 7, 3, unknowns.color.gain.data());
   std::copy_n(x.data() + 10, 3, unknowns.color.offset.data());
-  std::copy_n(x.data() + 13, 2, unknowns.lens.log_focal);
-  std::copy_n(x.data() + 15, 2, unknowns.lens.shift);
-  std::copy_n(x.data() + 17, 2, unknowns.lens.radial);
   return unknowns;
 }
 
@@ -45,7 +39,7 @@ ViewUnknowns Plus(const ViewUnknowns& unknowns, const FreeUnknowns& free, HostSp
     }
   }
   if (free.lens) {
-    LensStepNumbers step;
+    splat::LensTangent step;
     std::copy_n(delta.data() + free.Lens(0), free.lens_tangent(), step.v);
     moved.lens = Compose(step, unknowns.lens);
   }

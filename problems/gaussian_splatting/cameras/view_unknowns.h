@@ -16,34 +16,29 @@ struct ViewUnknowns {
   LensChange lens = {};
 };
 
-// The same as a vector of the engine: quaternion, translation, gains, offsets, focal lengths, principal point,
-// radial coefficients.
-inline constexpr Index kViewParameters = 19;
+// The same as a vector of the engine, but for the lens, which engines do not look for: quaternion, translation, gains,
+// offsets.
+inline constexpr Index kViewParameters = 13;
 void Pack(const ViewUnknowns& unknowns, HostSpan<double> x);
 ViewUnknowns Unpack(HostSpan<const double> x);
 
 // Which of them are to be found. A step is first the pose's six numbers (splat::PoseTangent), then three gains and
-// three offsets, then the lens's four, then its radial distortion's two (LensStepNumbers), of those that are.
+// three offsets, then the lens's four (splat::LensTangent), of those that are.
 struct FreeUnknowns {
   bool pose = true;
   bool color = false;
   bool lens = false;
-  bool radial = false;  // where the lens is
 
   constexpr int pose_tangent() const { return pose ? splat::kPoseTangent : 0; }
   constexpr int color_tangent() const { return color ? 2 * ImageShape::kChannels : 0; }
-  constexpr int pinhole_tangent() const { return lens ? splat::kLensTangent : 0; }
-  constexpr int radial_tangent() const { return lens && radial ? kRadialTangent : 0; }
-  constexpr int lens_tangent() const { return pinhole_tangent() + radial_tangent(); }
+  constexpr int lens_tangent() const { return lens ? splat::kLensTangent : 0; }
   constexpr int num_tangent() const { return pose_tangent() + color_tangent() + lens_tangent(); }
-  // By which Gaussians move in the image; the bend moves the image as a whole.
-  constexpr int num_moves() const { return pose_tangent() + pinhole_tangent(); }
+  // By which Gaussians move in the image.
+  constexpr int num_moves() const { return pose_tangent() + lens_tangent(); }
   // Places in a step.
   constexpr int Gain(int channel) const { return pose_tangent() + channel; }
   constexpr int Offset(int channel) const { return Gain(ImageShape::kChannels) + channel; }
   constexpr int Lens(int k) const { return pose_tangent() + color_tangent() + k; }
-  // Of a lens's numbers, that of k1 or k2.
-  constexpr int Radial(int k) const { return pinhole_tangent() + k; }
   // Without the lens, which views may share: the first numbers of a step.
   constexpr FreeUnknowns OwnOfView() const { return {pose, color}; }
 };

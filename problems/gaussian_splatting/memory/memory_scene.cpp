@@ -39,10 +39,9 @@ MemoryScene CountMemory(const splat::Model<float>& model, const std::vector<cons
     counts[v].pixels = camera.pixels();
     counts[v].tiles = static_cast<double>(tiles(camera.width)) * tiles(camera.height);
   }
-  const bool is_bent = std::ranges::any_of(views, [](const View* v) { return v->bent.has_value(); });
   double mask_bytes = 0;
   for (const View* v : views) mask_bytes += static_cast<double>(v->image.mask.size());
-  return {.layout = model, .views = std::move(counts), .is_bent = is_bent, .mask_bytes = mask_bytes};
+  return {.layout = model, .views = std::move(counts), .mask_bytes = mask_bytes};
 }
 
 MemoryScene MemoryScene::Scaled(Index new_gaussians) const {

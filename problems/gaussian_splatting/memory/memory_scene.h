@@ -15,7 +15,6 @@ using splat::ViewCounts;
 struct MemoryScene {
   splat::ModelLayout layout;
   std::vector<ViewCounts> views;
-  bool is_bent = false;   // of photographs that were undistorted: radial distortion can be found
   double mask_bytes = 0;  // of photographs of which not all takes part
   // Processes that train together, and the parts that LM's problem is then the sum of (lm/splat_parts.h); 0: it is one.
   int processes = 1, parts = 0;

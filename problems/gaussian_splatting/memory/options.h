@@ -26,9 +26,10 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether LM solves for cameras, lenses and exposures along with the splats (train/joint_lm_stage.h).
+// Whether LM solves for cameras and exposures along with the splats (train/joint_lm_stage.h): after an Adam stage,
+// which finds them, it does not.
 inline bool FindsCamerasByLm(const StageOptions& options) {
-  return options.lm.iterations > 0 && options.cameras.refines() && (options.cameras.joint || !options.adam.runs());
+  return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();
 }
 
 }  // namespace vesta::gs

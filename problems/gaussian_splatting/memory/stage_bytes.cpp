@@ -48,10 +48,9 @@ class Parts {
   // A view's curvature by its own unknowns (cameras/view_curvature.h): a view and its passes once more, and images of
   // its derivatives: as they are rendered and as columns, then as columns and what W makes of one.
   double CameraCurvature(const CameraOptions& cameras) const {
-    if (!cameras.refines() || cameras.rule != CameraRule::kGaussNewton) return 0;
+    if (!cameras.refines()) return 0;
     // The most that auto may choose.
-    FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
-    free.radial = scene_.is_bent;
+    const FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
     const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
     const int weighted = 2 + LinearizationImages(SsimLinearization::kQuadratic);
     return View() + Passes() + (1 + columns + std::max(free.num_moves(), weighted)) * Image() +
@@ -171,33 +170,22 @@ template <class B>
 double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
   LmStageOptions lm = options.lm;
   lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
-  FreeUnknowns free = FreeBy(options.cameras.refine);
-  free.radial = scene.is_bent;
-  // Columns of the pose, and of gains and offsets, of which each is of a channel; and of the lens, W J of which no view
-  // holds. Where they are made, as they are rendered and as columns, then as columns and W J, the workspace of Gram
-  // matrices is free.
-  const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free.OwnOfView()));
-  const auto all = static_cast<double>(ViewColumns<B>::NumImages(free));
-  const double beside_all = std::max<double>(free.num_moves(), eliminate_views ? all : 1);
+  const FreeUnknowns free = FreeBy(options.cameras.refine);
+  // Columns of the pose, and of gains and offsets, of which each is of a channel. Where they are made, as they are
+  // rendered and as columns, then as columns and W J, the workspace of Gram matrices is free.
+  const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
+  const double beside_columns = std::max<double>(free.num_moves(), eliminate_views ? columns : 1);
   const ViewCounts most = scene.Largest();
-  const double making = (all + beside_all - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
+  const double making = (columns + beside_columns - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
   double beside = std::max(0.0, making - SplatBackend<B>::Workspace::GramBytes(most));
-  // On the host, photographs developed by what is found, and unbent by what was.
-  const bool is_host = std::is_same_v<typename B::Space, Host>;
-  const bool unbends = free.radial_tangent() > 0, develops = free.color || unbends;
-  const int others = is_host ? (develops ? 1 : 0) + (unbends ? 1 : 0) : 0;
+  // On the host, photographs developed by what is found.
+  const double developed = std::is_same_v<typename B::Space, Host> && free.color ? 1 : 0;
   for (const ViewCounts& view : scene.views) {
-    beside += (others + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
-  }
-  // Of what is left sums over parts are held beside those of the whole, and a part's blocks twice over, but no Gram
-  // matrices of the whole.
-  const bool in_parts = scene.parts > 0;
-  if (is_host && eliminate_views && in_parts) {
-    beside += SumBuffers(scene) * VectorBytes(scene) + 2 * GramBytes(scene, lm);
+    beside += (developed + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
   }
   // Gradient and descent, which stay, and the right-hand side without the views.
   constexpr double kVectors = 3;
-  return LmBytesIn<B>(scene, lm, true, eliminate_views && !in_parts) + beside + kVectors * VectorBytes(scene);
+  return LmBytesIn<B>(scene, lm, true, eliminate_views) + beside + kVectors * VectorBytes(scene);
 }
 
 }  // namespace

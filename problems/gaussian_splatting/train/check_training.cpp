@@ -95,11 +95,25 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
        options.target_psnr);
 }
 
-// What LM cannot find of cameras.
-void CheckJointLm(const TrainOptions& options) {
-  if (!FindsCamerasByLm(options) || options.cameras.refine != CameraChoice::kAuto) return;
-  Fail("cameras.refine=auto: LM decides nothing; choose pose, pose+exposure, all or none{}",
-       options.adam.runs() ? ", or leave cameras.joint" : ", or find them in an Adam stage");
+// What cannot be found of cameras.
+void CheckCameras(const Scene& scene, const TrainOptions& options, const Ranks* ranks) {
+  const CameraChoice refined = options.cameras.refine;
+  if (!options.cameras.refines()) return;
+  const char* const name = schema::NameOf(refined, kCameraChoices);
+  if (ranks && ranks->size() > 1) {
+    Fail("--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name, ranks->size());
+  }
+  if (FindsCamerasByLm(options) && (refined == CameraChoice::kAuto || refined == CameraChoice::kAll)) {
+    Fail("--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or find them in an Adam stage", name,
+         refined == CameraChoice::kAuto ? "decides nothing" : "finds no lenses");
+  }
+  if (!FreeBy(refined).lens) return;
+  const auto bent = std::ranges::find_if(scene.views, [](const View& view) { return view.bent.has_value(); });
+  if (bent == scene.views.end()) return;
+  Fail(
+      "--refine_cameras={}: the lens of view {} distorts, and no such one is found; choose pose+exposure, or undistort "
+      "the photographs before",
+      name, bent->name);
 }
 
 }  // namespace
@@ -108,7 +122,7 @@ void CheckTraining(const Scene& scene, const TrainOptions& options, const StageR
   CheckViews(scene);
   CheckLowPass(scene, options);
   CheckTarget(scene, options);
-  CheckJointLm(options);
+  CheckCameras(scene, options, ranks);
   CheckRanks(scene, options, stages, ranks);
   CheckStored(scene, options, ranks, stages.device_memory != nullptr);
 }

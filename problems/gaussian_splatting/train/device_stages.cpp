@@ -19,11 +19,6 @@ StageRunners DeviceStages() {
     return session.together().ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
                                       : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
   };
-  const auto run_joint_lm = [](TrainingSession& session, SplatModel& model, bool eliminate_views) {
-    return session.together().ranks()
-               ? RunJointLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, eliminate_views)
-               : RunJointLmStage<CudaBackend<float>>(session, model, eliminate_views);
-  };
   const auto memory = [] {
     return DeviceMemoryUse{.free_bytes = static_cast<double>(device::FreeBytes()),
                            .peak_bytes = static_cast<double>(device::PeakBytes()),
@@ -32,7 +27,7 @@ StageRunners DeviceStages() {
   return {.device = "cuda",
           .adam = RunAdamStage<CudaBackend<float>>,
           .lm = run_lm,
-          .joint_lm = run_joint_lm,
+          .joint_lm = RunJointLmStage<CudaBackend<float>>,
           .device_memory = memory,
           .gpu = device.name,
           .gpu_id = device.id};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "problems/gaussian_splatting/train/agreement.h"
+#include "problems/gaussian_splatting/train/options.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
 #include "problems/gaussian_splatting/train/train_callbacks.h"
 #include "problems/gaussian_splatting/train/training_clock.h"

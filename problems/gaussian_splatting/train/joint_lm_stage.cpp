@@ -2,49 +2,44 @@
 #include "problems/gaussian_splatting/train/joint_lm_stage.h"
 
 #include <algorithm>
+#include <cstddef>
+
+#include "problems/gaussian_splatting/lm/engine_options.h"
 
 namespace vesta::gs {
-namespace {
 
-// Radial distortion is free where a photograph is of a lens that bends.
-FreeUnknowns FreeIn(const TrainingSession& session) {
-  FreeUnknowns free = FreeBy(session.options().cameras.refine);
-  for (const View* view : session.cameras().given()) {
-    free.radial = free.radial || FreeBy(session.options().cameras.refine, *view).radial;
-  }
-  return free;
-}
-
-}  // namespace
-
-JointOptions JointOptionsOf(const TrainingSession& session, int done, bool eliminate_views) {
+JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::ModelLayout& layout,
+                                   const LmStageHeader& header) {
   const TrainOptions& options = session.options();
-  return {.free = FreeIn(session),
-          .iterations = std::max(0, options.lm.iterations - done),
-          .lm = options.lm,
-          .rates = options.rates,
-          .background = options.background,
-          .near = NearPlane(session.scene()),
-          .extent = session.scene().extent,
-          .eliminate_views = eliminate_views};
+  JointProblemOptions problem{.splats = SplatProblemOptionsOf(options.lm, layout),
+                              .free = FreeBy(options.cameras.refine),
+                              .prior = {.depth = 2 * session.scene().extent},
+                              .eliminate_views = header.eliminates_views};
+  problem.splats.background = options.background;
+  problem.splats.rates = options.rates;
+  problem.splats.units = std::make_shared<const std::vector<float>>(header.units);
+  return problem;
 }
 
-std::vector<RadialCoefficients> BendsFound(const TrainingCameras& cameras) {
-  std::vector<RadialCoefficients> bends;
-  for (std::size_t v = 0; v < cameras.given().size(); ++v) {
-    bends.push_back(Visible(cameras.given()[v]->camera, cameras.found()[v].lens.radial));
-  }
-  return bends;
+// From cameras that are off, views eliminated come further by as many products, which take a fifth longer
+// (docs/results/2026-11-25-joint-cameras.md).
+vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header) {
+  const LmStageOptions& lm = session.options().lm;
+  vesta::LmOptions engine = LmEngineOptions(lm);
+  engine.max_iterations = std::max(0, lm.iterations - header.done);
+  engine.batch_mode = BatchMode::kExact;
+  engine.line_search.enabled = false;
+  engine.normal_system.linear_solver = header.eliminates_views ? LinearSolverKind::kReducedPcg : LinearSolverKind::kPcg;
+  return engine;
 }
 
-bool AreBendsOf(const std::vector<const View*>& given, const FreeUnknowns& free,
-                const std::vector<RadialCoefficients>& bends) {
-  if (bends.size() != (free.radial ? given.size() : 0)) return false;
-  for (std::size_t v = 0; v < bends.size(); ++v) {
-    const LensChange bend{.radial = {bends[v][0], bends[v][1]}};
-    if (!bend.is_bend_sound(CornerOf(given[v]->camera))) return false;
-  }
-  return true;
+HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
+                             const std::vector<ViewUnknowns>& views) {
+  HostBuffer<float> x(layout.num_parameters());
+  std::copy(model.data.begin(), model.data.end(), x.begin());
+  for (Index v = 0; v < layout.views; ++v)
+    layout.SetUnknowns(views[static_cast<std::size_t>(v)], v, layout.RestOf(x.view()));
+  return x;
 }
 
 template std::string RunJointLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model,

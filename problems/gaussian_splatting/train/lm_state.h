@@ -6,7 +6,6 @@
 
 #include "kernels/core/archive.h"
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/cameras/unbend.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::gs {
@@ -14,16 +13,13 @@ namespace vesta::gs {
 // What stands before the saved solve (LmStepper::Save), whose x begins with the model's parameters.
 struct LmStageHeader {
   splat::ModelLayout layout;
-  int done = 0;  // iterations of solves before this one
-  // As they were when the stage began: units of length; what photographs had been unbent by, of each training view,
-  // where lenses are found.
-  std::vector<float> units;
-  std::vector<RadialCoefficients> unbent_by = {};
+  int done = 0;                   // iterations of solves before this one
+  std::vector<float> units;       // of length, as they were when the stage began
   bool eliminates_views = false;  // where cameras are found
 
   template <class Archive>
   void Visit(Archive& archive) {
-    archive(layout, done, units, unbent_by, eliminates_views);
+    archive(layout, done, units, eliminates_views);
   }
 };
 

@@ -67,7 +67,6 @@ void ValidateOptions(const TrainOptions& options) {
   for (const schema::Field<TrainOptions>& field : TrainFields()) {
     if (!field.IsValid(options)) Fail("{}={}: {}", field.name, field.Text(options), field.Requirement());
   }
-  CheckTogether(options.cameras);
   CheckTogether(options.lm);
   CheckTogether(options.parsimony);
 }

@@ -10,8 +10,7 @@
 
 namespace vesta::gs {
 
-// The problem as an engine in the memory of E is to see it; Parts: how it is cut (lm/splat_parts.h,
-// cameras/joint_parts.h). Of a device alone.
+// The problem as an engine in the memory of E is to see it; Parts: how it is cut (lm/splat_parts.h). Of a device alone.
 template <template <class> class Parts, class B, class E>
 class ProblemToSolve {
  public:

@@ -7,6 +7,7 @@
 
 #include "problems/gaussian_splatting/evaluate/measured_views.h"
 #include "problems/gaussian_splatting/evaluate/renderer.h"
+#include "problems/gaussian_splatting/train/options.h"
 #include "problems/gaussian_splatting/train/train_callbacks.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 #include "problems/gaussian_splatting/train/training_clock.h"

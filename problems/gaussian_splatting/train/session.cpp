@@ -2,7 +2,6 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/length_units.h"
-#include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
 
@@ -10,7 +9,7 @@ TrainingSession::TrainingSession(const Scene& scene, const TrainOptions& options
                                  const TrainCallbacks& callbacks)
     : options_(options),
       callbacks_(callbacks),
-      cameras_(scene, options.cameras, OwnViewsInAdam(options, callbacks.ranks, NumTrainingViews(scene))),
+      cameras_(scene, options.cameras),
       fingerprint_(FingerprintOf(scene)),
       together_(callbacks.ranks),
       saved_(callbacks.resume),

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 
-#include "kernels/core/archive.h"
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/evidence.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
@@ -48,15 +46,10 @@ bool StageCameras::IsState(const StageCamerasState& state) const {
     const bool could_choose = *state.chosen == CameraChoice::kNone || *state.chosen == CameraChoice::kPose;
     if (options_.refine != CameraChoice::kAuto || !could_choose) return false;
   }
-  const auto is_of = [](const std::vector<double>& values, int n) {
-    return values.empty() || values.size() == static_cast<std::size_t>(n);
-  };
   const auto is_state = [&](std::size_t view) {
-    const FreeUnknowns free = FreeOf(view, state);
     const CameraStepState& own = state.views[view];
-    const int all = free.num_tangent(), of_view = free.OwnOfView().num_tangent();
-    return is_of(own.curvature, all * all) && is_of(own.first, of_view) && is_of(own.second, of_view) && own.age >= 0 &&
-           (own.curvature.empty() || own.pixels > 0) && own.steps >= 0;
+    const auto n = static_cast<std::size_t>(FreeBy(Choice(state)).num_tangent());
+    return own.curvature.empty() ? own.age >= 0 : own.curvature.size() == n * n && own.age >= 0 && own.pixels > 0;
   };
   const std::size_t views = state.views.size(), lenses = state.lenses.size();
   if (views != 0 && views != lenses_.of.size()) return false;
@@ -82,7 +75,6 @@ bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state
   return is_deciding(state) && span.HasReached(kCamerasDecide);
 }
 
-// Of several processes each looks at all that were held back, whosever they are.
 void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) const {
   std::vector<const View*> judges;
   for (std::size_t i = 0; i < session_.training_views().size(); ++i) {
@@ -99,7 +91,7 @@ void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) con
 }
 
 bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const {
-  return by_curvature() && own.age < CurvatureAge(session_.options().adam, span);
+  return own.age < CurvatureAge(session_.options().adam, span);
 }
 
 void StageCameras::NoteLackOfRoom(const std::string& why) {
@@ -107,73 +99,22 @@ void StageCameras::NoteLackOfRoom(const std::string& why) {
   session_.Note(fmt::format("cameras are stepped by older curvatures, or stay where there is none: {}", why));
 }
 
-// The photograph is unbent by coefficients that are rounded (Visible): the gradient at those that were found, by the
-// curvature.
-std::vector<double> StageCameras::AtWhatWasFound(std::size_t view, const FreeUnknowns& free,
-                                                 std::vector<double> gradient,
-                                                 const std::vector<double>& curvature) const {
-  const double* const radial = session_.cameras().found()[view].lens.radial;
-  const RadialCoefficients shown = Visible(session_.cameras().given()[view]->camera, radial);
-  for (int k = 0; k < free.radial_tangent(); ++k) {
-    const auto column = static_cast<std::size_t>(free.Lens(free.Radial(k)));
-    const double off = radial[k] - shown[static_cast<std::size_t>(k)];
-    for (std::size_t i = 0; i < gradient.size(); ++i) gradient[i] += curvature[i * gradient.size() + column] * off;
-  }
-  return gradient;
-}
-
 void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Lens& lens,
                         const std::vector<double>& gradient, StageCamerasState* state) {
-  const FreeUnknowns free = FreeOf(view, *state);
+  const FreeUnknowns free = FreeBy(Choice(*state));
   const ViewUnknowns& found = session_.cameras().found()[view];
-  CameraStepState& own = state->views[view];
+  const std::vector<double>& curvature = state->views[view].curvature;
   const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
-  if (free.lens) lens_terms_.push_back({view, AtWhatWasFound(view, free, gradient, own.curvature)});
-  session_.cameras().Set(view, After(found, free, CameraStep(options_, free, gradient, around, &own)));
+  if (free.lens) {
+    state->lenses.resize(lenses_.size());
+    AddToLens(free, gradient, curvature, &state->lenses[lenses_.of[view]]);
+  }
+  session_.cameras().Set(view, After(found, free, CameraStep(free, gradient, curvature, around)));
   ++state->seen;
-}
-
-void StageCameras::TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, StageCamerasState* state) {
-  std::string own;  // steps, as bytes
-  ArchiveWriter writer([&](std::string_view bytes) { own += bytes; });
-  std::vector<ViewUnknowns> found;
-  std::vector<CameraStepState> states;
-  for (const std::size_t view : *stepped) {
-    found.push_back(session_.cameras().found()[view]);
-    states.push_back(state->views[view]);
-  }
-  writer(*stepped, found, states, lens_terms_);
-  const std::vector<std::string> all = GatherWords(ranks, own);
-  state->views.resize(session_.cameras().found().size());
-  for (std::size_t r = 0; r < all.size(); ++r) {
-    if (static_cast<int>(r) == ranks.rank()) continue;
-    std::vector<std::size_t> views;
-    std::vector<LensTerm> terms;
-    ArchiveReader reader(all[r]);
-    reader(views, found, states, terms);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      if (CanStep(states[i])) ++state->seen;  // as where it was stepped, or was not
-      state->views[views[i]] = std::move(states[i]);
-      session_.cameras().Set(views[i], found[i]);
-      stepped->push_back(views[i]);
-    }
-    lens_terms_.insert(lens_terms_.end(), terms.begin(), terms.end());
-  }
-}
-
-// In the order of the views, whoever has stepped them.
-void StageCameras::SumLenses(StageCamerasState* state) {
-  if (lens_terms_.empty()) return;
-  state->lenses.resize(lenses_.size());
-  std::ranges::stable_sort(lens_terms_, {}, &LensTerm::view);
-  for (const auto& [view, gradient] : lens_terms_) {
-    AddToLens(FreeOf(view, *state), gradient, state->views[view].curvature, &state->lenses[lenses_.of[view]]);
-  }
 }
 
 bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
   bool moved = false;
-  SumLenses(state);
   for (std::size_t lens = 0; lens < state->lenses.size(); ++lens) {
     if (state->lenses[lens].views < std::min(lenses_.views[lens], kViewsOfLensStep)) continue;
     StepLens(span, lens, state);
@@ -192,13 +133,10 @@ bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
 void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
   const std::vector<ViewUnknowns>& found = session_.cameras().found();
   const std::size_t first = lenses_.First(lens);
-  const FreeUnknowns free = FreeOf(first, *state);
+  const FreeUnknowns free = FreeBy(Choice(*state));
   const Camera& camera = session_.cameras().given()[first]->camera;
-  LensStepNumbers step = LensStep(free, state->lenses[lens], GaussNewtonPart(options_, span.before),
-                                  {kMostPixels / camera.lens.fx, CornerOf(camera)});
-  // None could need so much.
-  if (!Compose(step, found[first].lens).is_bend_sound(CornerOf(camera))) step.v[4] = step.v[5] = 0;
-  if (!Compose(step, found[first].lens).is_sound()) step = {};
+  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonPart(span.before), kMostPixels / camera.lens.fx);
+  if (!Compose(step, found[first].lens).is_sound()) step = {};  // none could need so much
   state->lenses[lens] = {};
   for (std::size_t view = 0; view < lenses_.of.size(); ++view) {
     if (lenses_.of[view] != lens) continue;
@@ -219,7 +157,6 @@ void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
   if (free.pose) RemoveCommonMotion(given, depth_, &found);
   // Not with a lens: its principal point would go where turns that are held cannot.
   const bool holds = free.pose && !free.lens;
-  if (holds && !span.HasReached(kSlowMotionFree)) RemoveSlowMotion(given, depth_, &found);
   const double low_pass = given.front()->camera.low_pass;
   if (holds && !span.HasReached(MeanTurnFree(low_pass))) RemoveCommonTurn(&found);
   if (free.color) RemoveCommonExposure(&found);

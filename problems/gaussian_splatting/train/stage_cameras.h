@@ -53,21 +53,18 @@ class StageCameras {
   void Decide(const SplatModel& model, StageCamerasState* state) const;
 
   // To be called before the views of an iteration.
-  void BeginIteration(const StageCamerasState& state) {
-    lens_terms_.clear();
-    seen_before_ = state.seen;
-  }
+  void BeginIteration(const StageCamerasState& state) { seen_before_ = state.seen; }
   // Moves the camera of the view. Where a device has no room for a view's curvature an older one serves; without any
   // the camera stays.
   template <class B>
   void Step(const StageSpan& span, const SeenView<B>& seen, StageCamerasState* state) {
-    const FreeUnknowns free = FreeOf(seen.view, *state);
+    const FreeUnknowns free = FreeBy(Choice(*state));
     state->views.resize(session_.cameras().found().size());
     CameraStepState& own = state->views[seen.view];
     const auto pixels = static_cast<double>(seen.target.shape().PlaneSize());
     if (IsCurvatureDue(span, own)) {
       try {
-        own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target, seen.about);
+        own.curvature = ViewCurvature(free, session_.options().background, seen.model, seen.target);
         own.pixels = pixels;
       } catch (const OutOfDeviceMemory& error) {
         NoteLackOfRoom(error.what());
@@ -75,11 +72,8 @@ class StageCameras {
       own.age = CurvatureAge(session_.options().adam, span);
     }
     BringToSize(pixels, &own);  // where an older one serves, or the stage has gone back
-    if (CanStep(own)) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
+    if (!own.curvature.empty()) Move(span, seen.view, seen.target.camera.lens, GradientOf(seen, free), state);
   }
-  // Where processes have shared the views of an iteration: moves what the others have stepped as they did. stepped: the
-  // views that were stepped here, then those of all.
-  void TakeSteps(Ranks& ranks, std::vector<std::size_t>* stepped, StageCamerasState* state);
   // After the views of an iteration: steps the lenses that it is time for, and takes out what views share once all were
   // through. True where that moved all views.
   bool MoveShared(const StageSpan& span, StageCamerasState* state);
@@ -106,34 +100,15 @@ class StageCameras {
   }
 
  private:
-  // What a view tells of its lens when it is stepped, beside its curvature: its gradient by all that is free.
-  struct LensTerm {
-    std::size_t view = 0;
-    std::vector<double> gradient;
-
-    template <class Archive>
-    void Visit(Archive& archive) {
-      archive(view, gradient);
-    }
-  };
-
   CameraChoice Choice(const StageCamerasState& state) const;
   bool is_deciding(const StageCamerasState& state) const;
-  FreeUnknowns FreeOf(std::size_t view, const StageCamerasState& state) const {
-    return FreeBy(Choice(state), *session_.cameras().given()[view]);
-  }
   // Whether a view's curvature is to be measured now.
   bool IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const;
-  bool CanStep(const CameraStepState& own) const { return !by_curvature() || !own.curvature.empty(); }
-  bool by_curvature() const { return options_.rule == CameraRule::kGaussNewton; }
   // The first time it says so.
   void NoteLackOfRoom(const std::string& why);
   // By its gradient.
   void Move(const StageSpan& span, std::size_t view, const splat::Lens& lens, const std::vector<double>& gradient,
             StageCamerasState* state);
-  std::vector<double> AtWhatWasFound(std::size_t view, const FreeUnknowns& free, std::vector<double> gradient,
-                                     const std::vector<double>& curvature) const;
-  void SumLenses(StageCamerasState* state);
   void StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state);
   void FixGauge(const StageSpan& span, const FreeUnknowns& free);
 
@@ -141,8 +116,7 @@ class StageCameras {
   const CameraOptions& options_;
   double depth_;  // of what cameras see, world units
   SharedLenses lenses_;
-  std::vector<LensTerm> lens_terms_;  // of the iteration
-  std::uint64_t seen_before_ = 0;     // StageCamerasState::seen as the iteration began
+  std::uint64_t seen_before_ = 0;  // StageCamerasState::seen as the iteration began
   bool lacked_room_ = false;
 };
 

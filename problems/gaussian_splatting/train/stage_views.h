@@ -81,10 +81,9 @@ class StageViews {
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;
   }
-  // What views share of their cameras; of several processes where the others' views have moved, too.
+  // What views share of their cameras.
   void MoveSharedCameras(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.moves(span, state->cameras)) return;
-    if (Ranks* const all = sharers()) cameras_.TakeSteps(*all, &moved_, &state->cameras);
     if (cameras_.MoveShared(span, &state->cameras)) {
       moved_.resize(full_.size());
       std::iota(moved_.begin(), moved_.end(), std::size_t{0});
@@ -185,13 +184,13 @@ class StageViews {
 
   // The camera of the view that a gradient was just added of.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, AdamStageState<B>* state) {
-    const TargetView<B>& target = targets()[view];
-    const Camera given =
-        ResizeCamera(session_.cameras().given()[view]->camera, target.camera.width, target.camera.height);
-    const SeenView<B> seen{view,           x,
-                           target,         given.lens,
-                           passes().view,  passes().workspace.splat_sums.data(),
-                           passes().image, passes().image_gradient};
+    const SeenView<B> seen{view,
+                           x,
+                           targets()[view],
+                           passes().view,
+                           passes().workspace.splat_sums.data(),
+                           passes().image,
+                           passes().image_gradient};
     cameras_.Step(span, seen, &state->cameras);
     moved_.push_back(view);
   }

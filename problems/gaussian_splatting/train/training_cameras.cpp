@@ -11,7 +11,7 @@
 
 namespace vesta::gs {
 
-TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& options, const Share& own)
+TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& options)
     : given_(given), refined_(options.refine) {
   if (options.refines()) moved_ = given;
   for (std::size_t i = 0; i < given.views.size(); ++i) {
@@ -23,17 +23,10 @@ TrainingCameras::TrainingCameras(const Scene& given, const CameraOptions& option
   if (!moved_) return;
   found_.resize(views_.size()), developed_.resize(views_.size());
   if (!FreeBy(options.refine).color) return;  // nor are photographs developed
-  for (auto view = static_cast<std::size_t>(own.begin); view < static_cast<std::size_t>(own.end); ++view) {
-    View& copy = *own_views_[view];
-    if (const auto stored = std::exchange(copy.stored, nullptr)) copy.image = *stored->Get();
-    if (!Bends(view)) continue;
-    Image& image = copy.image;
-    if (image.mask.empty()) image.mask.assign(image.num_pixels(), 1);
-    unbent_.emplace(view, image);
+  for (View* view : own_views_) {
+    if (const auto stored = std::exchange(view->stored, nullptr)) view->image = *stored->Get();
   }
 }
-
-bool TrainingCameras::Bends(std::size_t view) const { return FreeBy(refined_, *given_views_[view]).radial; }
 
 void TrainingCameras::Set(std::size_t view, const ViewUnknowns& found) {
   const View& given = *given_views_[view];
@@ -48,22 +41,12 @@ bool TrainingCameras::Develop(std::size_t view) {
   const View& given = *given_views_[view];
   Image& image = own_views_[view]->image;
   if (image.empty()) return false;
-  const ViewUnknowns& found = found_[view];
-  const Development wanted{found.color, Visible(given.camera, found.lens.radial)};
-  Development& developed = developed_[view];
-  if (wanted == developed) return false;
+  const AffineColor& wanted = found_[view].color;
+  if (wanted == developed_[view]) return false;
   // Copied to where they were before, since others look there.
-  if (const auto unbent = unbent_.find(view); unbent != unbent_.end()) {
-    if (wanted.radial != developed.radial) {
-      unbent->second = Unbent(*given.Photograph(), given.camera, wanted.radial);
-      std::ranges::copy(unbent->second.mask, image.mask.begin());
-    }
-    std::ranges::copy(unbent->second.rgb, image.rgb.begin());
-  } else {
-    std::ranges::copy(given.Photograph()->rgb, image.rgb.begin());
-  }
-  wanted.color.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
-  developed = wanted;
+  std::ranges::copy(given.Photograph()->rgb, image.rgb.begin());
+  wanted.Inverse().Apply(HostSpan<float>{image.rgb.data(), static_cast<Index>(image.rgb.size())});
+  developed_[view] = wanted;
   return true;
 }
 
@@ -75,7 +58,6 @@ double TrainingCameras::CopiedMib() const {
   double bytes = 0;
   if (moved_) {
     for (const View& view : moved_->views) bytes += BytesOf(view.image);
-    for (const auto& [view, image] : unbent_) bytes += BytesOf(image);
   }
   return bytes / (1 << 20);
 }
@@ -89,9 +71,7 @@ bool TrainingCameras::Restore(const std::vector<ViewUnknowns>& found) {
     HostBuffer<double> x(kViewParameters);
     Pack(found[i], x.view());
     const bool is_finite = std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
-    const bool is_bent = lens.radial[0] != 0 || lens.radial[1] != 0;
-    if (!is_finite || !lens.is_sound() || !lens.is_bend_sound(CornerOf(given_views_[i]->camera))) return false;
-    if (is_bent && !Bends(i)) return false;
+    if (!is_finite || !lens.is_sound()) return false;
     if (!free.lens && !lens.is_none()) return false;
     if (!free.color && !found[i].color.is_none()) return false;
     if (lens != found[lenses.First(lenses.of[i])].lens) return false;

@@ -32,10 +32,8 @@ std::vector<const View*> TrainingMemory::PlannedViews(Stage stage) const {
 MemoryScene TrainingMemory::Count(const splat::Model<float>& model, Stage stage, int most, bool with_entries) const {
   MemoryScene counts = CountMemory(model, PlannedViews(stage), NearPlane(cameras_.scene()), most, with_entries);
   if (together_.ranks()) {
-    const std::vector<const View*>& views = cameras_.views();
-    counts.is_bent = std::ranges::any_of(views, [](const View* view) { return view->bent.has_value(); });
     counts.processes = together_.ranks()->size();
-    counts.parts = ViewRunsOf(static_cast<Index>(views.size()));
+    counts.parts = ViewRunsOf(static_cast<Index>(cameras_.views().size()));
     counts.mask_bytes = mask_bytes_;  // of others' photographs nobody has the masks
   }
   return counts;

@@ -14,11 +14,7 @@ namespace {
 
 using test::JointSetup;
 
-constexpr FreeUnknowns kKinds[] = {{.pose = true, .color = false},
-                                   {.pose = false, .color = true},
-                                   {true, true},
-                                   {true, false, true},
-                                   {true, true, true, true}};
+constexpr FreeUnknowns kKinds[] = {{.pose = true, .color = false}, {.pose = false, .color = true}, {true, true}};
 
 template <class S>
 HostBuffer<S> RandomVector(Index size, std::uint64_t seed) {
@@ -32,7 +28,6 @@ HostBuffer<S> RandomVector(Index size, std::uint64_t seed) {
 TEST(JointProblem, HasNoFault) {
   for (const FreeUnknowns& free : kKinds) {
     for (const bool sh_blocks : {false, true}) {
-      if (sh_blocks && free.lens) continue;  // the splats' blocks, whatever else is free
       JointSetup<double> setup(free, 4, 8, 1, 5);
       setup.options.splats.weights.ssim = 0;
       // |e| has kinks, at which nothing can be told of derivatives.
@@ -60,7 +55,7 @@ TEST(JointProblem, HasNoFaultWithSsim) {
 
 // The engine's check leaves out J where there are weights.
 TEST(JointProblem, JIsTheDerivativeOfTheResiduals) {
-  const JointSetup<double> setup({true, true, true, true}, 2, 10, 2, 7);
+  const JointSetup<double> setup({true, true}, 2, 10, 2, 7);
   JointProblem<CpuBackend<double>> problem = setup.Make();
   CpuBackend<double> backend;
   const auto linearization = problem.Linearize(setup.x, 0);
@@ -90,8 +85,7 @@ TEST(JointProblem, JIsTheDerivativeOfTheResiduals) {
   for (Index k = problem.layout().splats; k < problem.num_tangent(); ++k) {
     HostBuffer<double> v(problem.num_tangent());
     v[k] = 1;
-    if (k - problem.layout().splats >= 10 && k < problem.layout().shared()) continue;  // of a lens that does not bend
-    check(v, "entry " + std::to_string(k - problem.layout().splats) + " of lenses and views");
+    check(v, "entry " + std::to_string(k - problem.layout().splats) + " of views");
   }
 }
 
@@ -129,55 +123,6 @@ TEST(JointProblem, OfMaskedViewsHasNoFault) {
   EXPECT_LT(problem.Cost(setup.x, std::vector<Index>{0, 1, 2}), 0.95 * cost);
   const ProblemCheck check = CheckProblem<CpuBackend<double>>(backend, problem, setup.x, {.exact_blocks = true});
   EXPECT_TRUE(check.ok()) << check.Report();
-}
-
-// A block of a lens in the reduced system is that of the Schur complement itself.
-TEST(JointProblem, BlocksOfLensesAreThoseOfWhatIsLeft) {
-  JointSetup<double> setup({true, true, true, true}, 5, 12, 1, 10);
-  setup.options.eliminate_views = true;
-  JointProblem<CpuBackend<double>> problem = setup.Make();
-  const JointLayout& layout = problem.layout();
-  const auto linearization = problem.Linearize(setup.x, 0);
-  const auto reduced = linearization->MakeReducedSystem();
-  HostBuffer<double> metric(layout.num_tangent());
-  linearization->DiagJTJ(metric);
-  reduced->SetDamping(0.3, metric);
-  BlockDiagonal<CpuBackend<double>> blocks(layout.shared(), reduced->kept_groups());
-  reduced->DiagonalBlocks(blocks);
-  const BlockGroup& lenses = blocks.groups().back();
-  ASSERT_EQ(lenses.size, 6);
-  ASSERT_EQ(lenses.count, 2);
-  const int group = static_cast<int>(blocks.groups().size()) - 1;
-  for (Index lens = 0; lens < lenses.count; ++lens) {
-    for (int col = 0; col < lenses.size; ++col) {
-      HostBuffer<double> unit(layout.shared()), product(layout.shared());
-      unit[lenses.Parameter(lens, col)] = 1;
-      reduced->Apply(unit, product);
-      for (int row = col; row < lenses.size; ++row) {
-        const double expected = product[lenses.Parameter(lens, row)];
-        EXPECT_NEAR(blocks.values(group)[PackedLower(row, col) * lenses.count + lens], expected,
-                    1e-9 * std::max(1.0, std::abs(expected)))
-            << lens << ' ' << row << ' ' << col;
-      }
-    }
-  }
-}
-
-// Views with one lens step it together.
-TEST(JointProblem, ALensIsThatOfAllItsViews) {
-  const JointSetup<double> setup({true, true, true, true}, 4, 8, 1, 5);
-  JointProblem<CpuBackend<double>> problem = setup.Make();
-  const JointLayout& layout = problem.layout();
-  CpuBackend<double> backend;
-  HostBuffer<double> step(layout.num_tangent()), moved(layout.num_parameters());
-  layout.LensStepOf(layout.RestOf(step.view()), 1)[0] = 0.1;
-  problem.Plus(backend, setup.x, step, moved);
-  for (Index v = 0; v < 4; ++v) {
-    const double before = layout.UnknownsOf(layout.RestOf(setup.x.view()), v).lens.log_focal[0];
-    EXPECT_NEAR(layout.UnknownsOf(layout.RestOf(std::as_const(moved).view()), v).lens.log_focal[0],
-                before + (v % 2 == 1 ? 0.1 : 0), 1e-12)
-        << v;
-  }
 }
 
 // With the whole loss: SSIM's part of W is not pointwise, and yet views' blocks are those of H.
@@ -224,7 +169,7 @@ TEST(JointProblem, EliminatesViewsExactly) {
     const auto linearization = problem.Linearize(setup.x, 0);
     const auto reduced = linearization->MakeReducedSystem();
     ASSERT_TRUE(reduced);
-    ASSERT_EQ(reduced->size(), layout.shared());
+    ASSERT_EQ(reduced->size(), layout.splats);
     HostBuffer<double> metric(layout.num_tangent());
     linearization->DiagJTJ(metric);
     for (double& d : metric) d += 1;
@@ -236,15 +181,15 @@ TEST(JointProblem, EliminatesViewsExactly) {
     HostBuffer<double> rhs(layout.num_tangent());
     linearization->ApplyH(step, rhs);
     backend.AddScaled(kLambda, metric, step, rhs);
-    const HostSpan<const double> kept = step.view().subspan(0, layout.shared());
-    HostBuffer<double> reduced_rhs(layout.shared()), product(layout.shared()), found(layout.num_tangent());
+    const HostSpan<const double> kept = step.view().subspan(0, layout.splats);
+    HostBuffer<double> reduced_rhs(layout.splats), product(layout.splats), found(layout.num_tangent());
     reduced->ReduceRhs(rhs, reduced_rhs);
     reduced->Apply(kept, product);
     const double scale = backend.MaxAbs(product);
-    for (Index k = 0; k < layout.shared(); ++k) EXPECT_NEAR(product[k], reduced_rhs[k], 1e-9 * scale) << k;
+    for (Index k = 0; k < layout.splats; ++k) EXPECT_NEAR(product[k], reduced_rhs[k], 1e-9 * scale) << k;
     std::copy(kept.begin(), kept.end(), found.begin());
     reduced->BackSubstitute(rhs, found);
-    for (Index k = layout.shared(); k < layout.num_tangent(); ++k) EXPECT_NEAR(found[k], step[k], 1e-7) << k;
+    for (Index k = layout.splats; k < layout.num_tangent(); ++k) EXPECT_NEAR(found[k], step[k], 1e-7) << k;
   }
   const JointSetup<double> plain({}, 3, 12, 1, 10);
   JointProblem<CpuBackend<double>> problem = plain.Make();
@@ -294,8 +239,6 @@ TEST(JointProblem, AViewThatSeesNothingAndNoGain) {
   EXPECT_TRUE(std::isfinite(problem.Cost(setup.x)));
   layout.SetUnknowns({{}, {{1, 0, 1}, {}}}, 1, layout.RestOf(setup.x.view()));
   EXPECT_EQ(problem.Cost(setup.x), HUGE_VAL);
-  layout.SetUnknowns({{}, {}, {{1.5, 0}, {}, {}}}, 1, layout.RestOf(setup.x.view()));
-  EXPECT_EQ(problem.Cost(setup.x), HUGE_VAL) << "no lens is so long";
 }
 
 TEST(JointProblem, RefusesWhatIsNoProblem) {
@@ -309,8 +252,7 @@ TEST(JointProblem, RefusesWhatIsNoProblem) {
   EXPECT_THROW(make([](JointProblemOptions& o) { o.free.pose = false; }), Error);
   EXPECT_THROW(make([](JointProblemOptions& o) { o.prior.weight = -1; }), Error);
   EXPECT_THROW(make([](JointProblemOptions& o) { o.prior.depth = 0; }), Error);
-  EXPECT_THROW(make([](JointProblemOptions& o) { o.free.lens = true; }), Error) << "whose?";
-  EXPECT_THROW(make([](JointProblemOptions& o) { o.free.lens = o.free.radial = true, o.lens_of = {0, 0}; }), Error);
+  EXPECT_THROW(make([](JointProblemOptions& o) { o.free.lens = true; }), Error);
   EXPECT_THROW(JointProblem<CpuBackend<float>>(setup.options, {}), Error);
 }
 

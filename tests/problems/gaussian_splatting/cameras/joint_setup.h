@@ -18,22 +18,13 @@ struct JointSetup {
     options.splats = ring.options;
     options.free = free;
     options.prior = {0.5, 3};
-    // Two lenses, in turn; the first bends, and is unbent by some of it, the second does not.
-    for (Index v = 0; v < views && free.lens; ++v) {
-      options.lens_of.push_back(static_cast<std::size_t>(v % 2));
-      if (free.radial) options.unbent_by.push_back({});
-      if (free.radial && v % 2 == 0) options.unbent_by.back() = RadialCoefficients{0.02, -0.01};
-    }
     const JointLayout layout{options.splats.Size(), views, free};
     x.Resize(layout.num_parameters());
     std::copy(ring.x.begin(), ring.x.end(), x.begin());
     for (Index v = 0; v < views; ++v) {
       const double away = 0.01 * static_cast<double>(v + 1);
-      const double lens = free.lens ? 0.01 * static_cast<double>(v % 2 + 1) : 0,
-                   bend = free.radial && v % 2 == 0 ? 0.03 : 0;
       layout.SetUnknowns({RandomMotion(1, 0.02, seed + static_cast<std::uint64_t>(v)),
-                          {{0.9 + away, 1.1, 1.05 - away}, {0.01, -away, 0.03}},
-                          {{lens, -lens}, {lens / 2, lens}, {bend, -bend / 2}}},
+                          {{0.9 + away, 1.1, 1.05 - away}, {0.01, -away, 0.03}}},
                          v, layout.RestOf(x.view()));
     }
   }

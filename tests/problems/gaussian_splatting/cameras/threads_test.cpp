@@ -2,7 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/cameras/refine_jointly.h"
+#include "problems/gaussian_splatting/cameras/align_view.h"
+#include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 
 namespace vesta::gs {
@@ -40,30 +41,21 @@ TEST(GsThreads, AlignmentIsBitIdenticalForAnyNumber) {
 
 TEST(GsThreads, JointRefinementIsBitIdenticalForAnyNumber) {
   const SplatModel model = test::RandomModel(1500, 1, 23);
-  const Scene scene = test::RingWithImages(model, 4, 48, 40);
-  std::vector<View> given;
-  for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    given.push_back(test::PerturbedView(scene.views[v], test::RandomMotion(0.3, 0.01, 24 + v)));
-  }
-  std::vector<const View*> views;
-  views.reserve(given.size());
-  for (const View& view : given) views.push_back(&view);
-  for (const bool eliminate : {false, true}) {
-    JointOptions options;
-    options.free = {true, true}, options.eliminate_views = eliminate;
-    options.iterations = 2, options.near = 0.01;
-    ExpectSameForAnyNumber([&] {
-      const JointRefinement refined = RefineJointly(test::Perturbed(model, 0.01, 29), views, {}, options);
-      std::vector<double> numbers(refined.model.data.begin(), refined.model.data.end());
-      for (const ViewUnknowns& view : refined.views) {
-        HostBuffer<double> x(kViewParameters);
-        Pack(view, x);
-        numbers.insert(numbers.end(), x.begin(), x.end());
-      }
-      EXPECT_LT(refined.summary.final_cost, refined.summary.initial_cost);
-      return numbers;
-    });
-  }
+  const Scene given = test::WithCamerasOff(test::RingWithImages(model, 4, 48, 40), 0.3, 0.01);
+  TrainOptions options;
+  options.adam.iterations = 0, options.lm.iterations = 2;
+  options.cameras.refine = CameraChoice::kPoseAndExposure;
+  ExpectSameForAnyNumber([&] {
+    const TrainResult refined = Refine(given, test::Perturbed(model, 0.01, 29), options, 0, {});
+    std::vector<double> numbers(refined.model.data.begin(), refined.model.data.end());
+    for (const ViewUnknowns& view : refined.cameras) {
+      HostBuffer<double> x(kViewParameters);
+      Pack(view, x);
+      numbers.insert(numbers.end(), x.begin(), x.end());
+    }
+    EXPECT_LT(refined.history.back().cost, refined.history.front().cost);
+    return numbers;
+  });
 }
 
 }  // namespace

@@ -24,8 +24,6 @@ const test::MemoryCase kCases[] = {
      [](TrainOptions& o) { o.adam.iterations = 18, o.adam.views_per_iteration = 3, o.lm.iterations = 0; }},
     {"adam_with_cameras", 60, 64, 48,
      [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }},
-    {"adam_with_bent_lenses", 60, 64, 48,
-     [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }, true},
     {"adam_by_parameters", 1500, 32, 24,
      [](TrainOptions& o) {
        o.adam.iterations = 6, o.adam.metric = AdamMetric::kDiagonal, o.lm.iterations = 0;
@@ -48,12 +46,9 @@ const test::MemoryCase kCases[] = {
     {"sh_blocks", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kBlockSh; }},
     {"jacobi", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"merged_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
-    {"with_cameras", 600, 32, 24,
-     [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPose, o.cameras.joint = true; }},
+    {"with_cameras", 600, 32, 24, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPose; }},
     {"with_cameras_and_exposures", 60, 64, 48,
-     [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPoseAndExposure, o.cameras.joint = true; }},
-    {"with_bent_lenses", 60, 64, 48,
-     [](TrainOptions& o) { o.cameras.refine = CameraChoice::kAll, o.cameras.joint = true; }, true},
+     [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPoseAndExposure; }},
     {"small_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
 };
 

@@ -14,7 +14,6 @@ struct MemoryCase {
   Index gaussians;
   int width, height;
   void (*apply)(TrainOptions&);
-  bool is_bent = false;   // photographs were undistorted
   bool in_parts = false;  // that are summed, as by several processes
 };
 inline void PrintTo(const MemoryCase& c, std::ostream* os) { *os << c.name; }
@@ -27,9 +26,6 @@ struct MemoryRun {
 
   MemoryRun(const MemoryCase& c, int lm_iterations, int pcg_iterations)
       : scene(RingOfCameras(6, c.width, c.height, false)), model(RandomModel(c.gaussians, 3, 5)) {
-    for (View& view : scene.views) {
-      if (c.is_bent) view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
-    }
     RenderTruth(Perturbed(model, 0.02, 6), 0, &scene);
     options.adam.iterations = 0;
     options.adam.evaluations = 1;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "bench/distort_scene/distort.h"
+#include "tests/problems/gaussian_splatting/model/distort.h"
 
 namespace vesta::gs {
 namespace {
@@ -108,14 +108,14 @@ TEST(Undistort, IsTheInverseOfDistort) {
     for (double x = -0.9; x <= 0.9; x += 0.15) {
       for (double y = -0.6; y <= 0.6; y += 0.15) {
         const auto bent = Distort(lens, x, y);
-        const auto back = bench::Undistort(lens, bent[0], bent[1]);
+        const auto back = test::Undistort(lens, bent[0], bent[1]);
         ASSERT_TRUE(back) << x << ", " << y;
         EXPECT_NEAR((*back)[0], x, 1e-10);
         EXPECT_NEAR((*back)[1], y, 1e-10);
       }
     }
   }
-  EXPECT_FALSE(bench::Undistort({.radial = {-1}}, 0.5, 0))
+  EXPECT_FALSE(test::Undistort({.radial = {-1}}, 0.5, 0))
       << "the lens shows nothing there: its largest radius is 0.385";
 }
 
@@ -138,9 +138,9 @@ Image Waves(const Camera& camera) {
 TEST(UndistortImage, UndoesWhatALensHasDone) {
   const Image truth = Waves(kCamera);
   for (const Distortion& lens : {kBarrel, kPincushion, kFisheye}) {
-    const Camera bent = bench::DistortedCamera(kCamera, lens);
+    const Camera bent = test::DistortedCamera(kCamera, lens);
     const Camera pinhole = PinholeOf(bent, lens).value();
-    const Image image = UndistortImage(bench::DistortImage(truth, kCamera, bent, lens), bent, lens, pinhole);
+    const Image image = UndistortImage(test::DistortImage(truth, kCamera, bent, lens), bent, lens, pinhole);
     ASSERT_GT(image.width, 160);
     const double left = kCamera.lens.cx - pinhole.lens.cx, top = kCamera.lens.cy - pinhole.lens.cy;
     for (int y = 0; y < image.height; ++y) {

@@ -21,9 +21,6 @@ class CheckpointsOfCameras : public testing::Test {
   using State = AdamStageState<CpuBackend<float>>;
   using Change = std::function<void(StageCamerasState&)>;
 
-  CheckpointsOfCameras() {
-    for (View& view : scene_.views) view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
-  }
   test::TrainBy Training(CameraChoice choice) const {
     TrainOptions options = test::ShortTraining(40, 0);
     options.cameras.refine = choice;
@@ -78,7 +75,6 @@ TEST_F(CheckpointsOfCameras, ThatAreImpossibleAreRefused) {
   using S = StageCamerasState;
   ExpectRefused(CameraChoice::kAll, 20, [](S& state) { state.views[3].curvature.resize(36); });
   ExpectRefused(CameraChoice::kPose, 20, [](S& state) { state.views[3].curvature.resize(4); });
-  ExpectRefused(CameraChoice::kPose, 20, [](S& state) { state.views[3].first.resize(2); });
   ExpectRefused(CameraChoice::kPose, 20, [](S& state) { state.views[3].age = -1; });
   ExpectRefused(CameraChoice::kPose, 20, [](S& state) { state.views.resize(3); });
   ExpectRefused(CameraChoice::kPose, 20, [](S& state) { state.views.resize(300); });

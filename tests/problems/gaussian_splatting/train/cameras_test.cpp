@@ -9,7 +9,6 @@
 #include "problems/gaussian_splatting/cameras/gauge.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
-#include "tests/problems/gaussian_splatting/cameras/bent_photograph.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 #include "tests/problems/gaussian_splatting/train/stopped_training.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
@@ -67,32 +66,6 @@ TEST_F(CamerasFoundAlong, PerturbedPosesComeBack) {
   EXPECT_LT(Off(result.cameras), before / 10);
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 5);
   EXPECT_TRUE(std::ranges::all_of(result.cameras, [](const ViewUnknowns& view) { return view.color.is_none(); }));
-}
-
-// Two crowds of views face each other, each turned the other way. While the splat is not there yet they stay where they
-// were given, since what many neighbours share may be the splat's; later they come back.
-TEST_F(CamerasFoundAlong, CrowdsOfNeighboursComeBackLate) {
-  constexpr std::size_t kCrowd = 40;
-  constexpr double kTurn = 0.02;
-  Scene pair = test::RingWithImages(model_, 4, 40, 30);
-  given_.views.clear();
-  for (const double turn : {kTurn, -kTurn}) {
-    View& one = pair.views[turn > 0 ? 1 : 3];
-    one.role = ViewRole::kTraining;
-    const View off = test::PerturbedView(one, splat::Compose({{0, turn}}, {}));
-    given_.views.insert(given_.views.end(), kCrowd, off);
-  }
-  TrainOptions options = Options(CameraChoice::kPose, 10 * 2 * kCrowd);
-  options.adam.rate_factor = 1e-3;  // the splat is right
-  options.density.enabled = false;
-  const auto train = [&](const TrainCallbacks& callbacks) { return Refine(given_, model_, options, 0, callbacks); };
-  const auto least_turn = [](const std::vector<ViewUnknowns>& found) {
-    const auto angle = [](const ViewUnknowns& view) { return view.motion.Angle(); };
-    return angle(std::ranges::min(found, {}, angle));
-  };
-  const Checkpoint early = test::StoppedAt(static_cast<int>(4.3 * 2 * kCrowd), train);
-  EXPECT_LT(least_turn(early.run.cameras), 0.2 * kTurn);
-  EXPECT_GT(least_turn(test::GoneOn(early, train).cameras), 0.5 * kTurn);
 }
 
 TEST_F(CamerasFoundAlong, ExposuresComeBackToTheirMean) {
@@ -209,26 +182,12 @@ TEST_F(CamerasFoundAlong, LensesTakeNoTurn) {
   }
 }
 
-// Photographs that were undistorted by wrong coefficients, so that they are bent still, of a model that fills them.
-TEST_F(CamerasFoundAlong, RadialDistortionComesBack) {
-  const RadialCoefficients radial{0.08, -0.03};
-  test::BentScene scene = test::PhotographsBentBy(radial, &model_);
-  truth_ = std::move(scene.truth), given_ = std::move(scene.given);
-  TrainOptions options = Options(CameraChoice::kAll, 400);
-  options.adam.rate_factor = 0.03;  // the splat is right
-  const TrainResult result = Refine(given_, model_, options, 0, {});
-  ASSERT_EQ(result.cameras.size(), 10U);
-  const Camera& camera = given_.views[0].camera;
-  const double before = test::BendLeft(camera, radial, {});
-  ASSERT_GT(before, 1);
-  for (const ViewUnknowns& view : result.cameras) EXPECT_LT(test::BendLeft(camera, radial, view.lens), before / 4);
-  EXPECT_GT(result.camera_changes.most_bend, 1);
-  EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 10);
-  // Of photographs that a pinhole took nothing is bent.
-  for (View& view : given_.views) view.bent.reset();
-  const TrainResult without = Refine(given_, model_, options, 0, {});
-  for (const ViewUnknowns& view : without.cameras) EXPECT_EQ(view.lens.radial[0], 0);
-  EXPECT_LT(without.history.back().train.psnr, result.history.back().train.psnr - 3);
+TEST_F(CamerasFoundAlong, RefusesLensesThatDistort) {
+  given_.views[3].bent = BentCamera{given_.views[3].camera, {.radial = {-0.1}}};
+  EXPECT_THAT(
+      [&] { Refine(given_, model_, Options(CameraChoice::kAll, 1), 0, {}); },
+      testing::ThrowsMessage<Error>(HasSubstr("--refine_cameras=all: the lens of view " + given_.views[3].name)));
+  EXPECT_NO_THROW(Refine(given_, model_, Options(CameraChoice::kPoseAndExposure, 1), 0, {}));
 }
 
 TEST_F(CamerasFoundAlong, AutomaticallyWhereTheyAreOff) {
@@ -241,7 +200,6 @@ TEST_F(CamerasFoundAlong, AutomaticallyWhereTheyAreOff) {
 }
 
 TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
-  for (View& view : given_.views) view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
   for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAll, CameraChoice::kAuto}) {
     TrainOptions options = Options(choice, 60);
     options.adam.coarse_part = 0.5;
@@ -257,7 +215,6 @@ TEST_F(CamerasFoundAlong, ABreakChangesNoBit) {
         EXPECT_EQ(result.cameras[i].motion.translation[0], whole.cameras[i].motion.translation[0]);
         EXPECT_EQ(result.cameras[i].color.gain, whole.cameras[i].color.gain);
         EXPECT_EQ(result.cameras[i].lens, whole.cameras[i].lens);
-        EXPECT_EQ(whole.cameras[i].lens.radial[0] != 0, choice == CameraChoice::kAll);
       }
     }
   }
@@ -290,45 +247,6 @@ TEST_F(CamerasFoundAlong, OddScenesStayFinite) {
       }
     }
   }
-}
-
-TEST(TrainingCameras, UnbendPhotographsThatWereUndistorted) {
-  Scene given = test::TrainingScene();
-  for (View& view : given.views) view.bent = BentCamera{view.camera, {.radial = {-0.1}}};
-  given.views[1].image.mask.assign(given.views[1].image.num_pixels(), 1);
-  given.views[1].image.mask[70] = 0;
-  TrainingCameras poses(given, {.refine = CameraChoice::kPoseAndExposure}),
-      cameras(given, {.refine = CameraChoice::kAll});
-  EXPECT_TRUE(poses.views()[1]->image.mask.empty());
-  EXPECT_EQ(cameras.views()[0]->image.mask.size(), given.views[0].image.num_pixels());
-  EXPECT_GT(cameras.CopiedMib(), poses.CopiedMib());
-  std::vector<ViewUnknowns> found = cameras.found();
-  for (ViewUnknowns& view : found) view.lens.radial[0] = 0.1;
-  found[2].color.gain[0] = 2;
-  ASSERT_TRUE(cameras.Restore(found));
-  cameras.DevelopAll();
-  const Image &now = cameras.views()[2]->image, &before = cameras.given()[2]->image;
-  const Image unbent =
-      Unbent(before, cameras.given()[2]->camera, Visible(cameras.given()[2]->camera, found[2].lens.radial));
-  EXPECT_EQ(now.mask, unbent.mask);
-  EXPECT_NEAR(now.rgb[0], unbent.rgb[0] / 2, 1e-6);
-  EXPECT_EQ(now.rgb.back(), unbent.rgb.back());
-  // And back, to the bit; an exposure alone leaves every pixel where it is.
-  for (ViewUnknowns& view : found) view.lens = {};
-  found[2] = {}, found[0].color.gain[0] = 2;
-  ASSERT_TRUE(cameras.Restore(found));
-  cameras.DevelopAll();
-  EXPECT_EQ(now.rgb, before.rgb);
-  EXPECT_EQ(std::ranges::count(now.mask, std::uint8_t{0}), 0);
-  const Image &exposed = cameras.views()[0]->image, &first = cameras.given()[0]->image;
-  ASSERT_FALSE(first.mask.empty());
-  EXPECT_EQ(exposed.mask, first.mask);
-  EXPECT_EQ(exposed.rgb[71], first.rgb[71] / 2);
-  // No bend of what no lens has bent, nor one that folds.
-  for (ViewUnknowns& view : found) view.lens.radial[0] = 0.1;
-  EXPECT_FALSE(poses.Restore(found));
-  for (ViewUnknowns& view : found) view.lens.radial[0] = -10;
-  EXPECT_FALSE(cameras.Restore(found));
 }
 
 TEST(TrainingCameras, ShowWhatWasFoundAndTakeNothingElse) {

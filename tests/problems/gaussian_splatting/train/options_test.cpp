@@ -208,9 +208,6 @@ TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
               StartsWith("lm.initial_lambda="));
   EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.min_diagonal = 2, o.lm.max_diagonal = 1; }),
               StartsWith("lm.max_diagonal=1: "));
-  EXPECT_THAT(
-      message_after([](TrainOptions& o) { o.cameras.refine = CameraChoice::kAll, o.cameras.rule = CameraRule::kAdam; }),
-      StartsWith("cameras.rule=adam finds no lenses"));
   EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.max_diagonal = 1e-29; }),
               StartsWith("lm.max_diagonal=1e-29: it must be 0 or at least "));
 }

@@ -29,8 +29,7 @@ TEST(TrainingOverRanks, LmIsPlannedByItsOwnShare) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::TrainingOnRanks(60, 2);
   options.adam.views_per_iteration = 1;
-  options.cameras.refine = CameraChoice::kPoseAndExposure;
-  options.cameras.joint = true;
+  options.lm.jacobian = JacobianKind::kCache32;
   options.lm.iterations = 1;
   const double one = TrainOn(1, scene, options).memory.predicted_mib,
                two = TrainOn(2, scene, options).memory.predicted_mib;

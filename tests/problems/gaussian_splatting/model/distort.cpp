@@ -1,4 +1,4 @@
-#include "bench/distort_scene/distort.h"
+#include "tests/problems/gaussian_splatting/model/distort.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,19 +7,19 @@
 #include "kernels/core/parallel.h"
 #include "problems/gaussian_splatting/model/sample_cubic.h"
 
-namespace vesta::bench {
+namespace vesta::gs::test {
 namespace {
 
 // Where the pinhole's image has what the camera's image has at (u, v).
-std::optional<std::array<double, 2>> PinholePixel(const gs::Camera& pinhole, const gs::Camera& camera,
-                                                  const gs::Distortion& lens, double u, double v) {
+std::optional<std::array<double, 2>> PinholePixel(const Camera& pinhole, const Camera& camera, const Distortion& lens,
+                                                  double u, double v) {
   const splat::Lens &from = camera.lens, &to = pinhole.lens;
   const auto at = Undistort(lens, (u - from.cx) / from.fx, (v - from.cy) / from.fy);
   if (!at) return std::nullopt;
   return std::array{to.fx * (*at)[0] + to.cx, to.fy * (*at)[1] + to.cy};
 }
 
-bool SeesAll(const gs::Camera& pinhole, const gs::Camera& camera, const gs::Distortion& lens) {
+bool SeesAll(const Camera& pinhole, const Camera& camera, const Distortion& lens) {
   const auto sees = [&](double u, double v) {
     const auto at = PinholePixel(pinhole, camera, lens, u, v);
     return at && (*at)[0] >= 0.5 && (*at)[0] <= pinhole.width - 0.5 && (*at)[1] >= 0.5 &&
@@ -36,7 +36,7 @@ bool SeesAll(const gs::Camera& pinhole, const gs::Camera& camera, const gs::Dist
 
 }  // namespace
 
-std::optional<std::array<double, 2>> Undistort(const gs::Distortion& lens, double x, double y) {
+std::optional<std::array<double, 2>> Undistort(const Distortion& lens, double x, double y) {
   constexpr int kSteps = 16, kNewton = 20;
   constexpr double kDone = 1e-14, kConverged = 1e-9;
   const double scale = std::max(1.0, std::hypot(x, y));
@@ -44,11 +44,11 @@ std::optional<std::array<double, 2>> Undistort(const gs::Distortion& lens, doubl
   for (int step = 1; step <= kSteps; ++step) {
     double gap = 0;
     for (int i = 0; i < kNewton; ++i) {
-      const std::array<double, 2> seen = gs::Distort(lens, at[0], at[1]);
+      const std::array<double, 2> seen = Distort(lens, at[0], at[1]);
       const double gap_x = x * step / kSteps - seen[0], gap_y = y * step / kSteps - seen[1];
       gap = std::hypot(gap_x, gap_y);
       if (!(gap > kDone * scale)) break;
-      const std::array<double, 4> j = gs::DistortionJacobian(lens, at[0], at[1]);
+      const std::array<double, 4> j = DistortionJacobian(lens, at[0], at[1]);
       const double determinant = j[0] * j[3] - j[1] * j[2];
       if (!(determinant > 0)) return std::nullopt;
       at[0] += (j[3] * gap_x - j[1] * gap_y) / determinant;
@@ -59,26 +59,25 @@ std::optional<std::array<double, 2>> Undistort(const gs::Distortion& lens, doubl
   return at;
 }
 
-gs::Camera DistortedCamera(const gs::Camera& pinhole, const gs::Distortion& lens) {
+Camera DistortedCamera(const Camera& pinhole, const Distortion& lens) {
   const splat::Lens& f = pinhole.lens;
   for (int percent = 200; percent > 0; --percent) {
     const double part = 0.01 * percent;
-    const gs::Camera camera{static_cast<int>(part * pinhole.width),
-                            static_cast<int>(part * pinhole.height),
-                            {.fx = f.fx, .fy = f.fy, .cx = part * f.cx, .cy = part * f.cy}};
+    const Camera camera{static_cast<int>(part * pinhole.width),
+                        static_cast<int>(part * pinhole.height),
+                        {.fx = f.fx, .fy = f.fy, .cx = part * f.cx, .cy = part * f.cy}};
     if (camera.width > 0 && camera.height > 0 && SeesAll(pinhole, camera, lens)) return camera;
   }
   Fail("the lens sees nothing of what the pinhole does; take smaller coefficients");
 }
 
-gs::Image DistortImage(const gs::Image& image, const gs::Camera& pinhole, const gs::Camera& camera,
-                       const gs::Distortion& lens) {
-  gs::Image result(camera.width, camera.height);
+Image DistortImage(const Image& image, const Camera& pinhole, const Camera& camera, const Distortion& lens) {
+  Image result(camera.width, camera.height);
   ParallelFor(camera.height, 8, [&](Index row) {
     for (int column = 0; column < camera.width; ++column) {
       const auto at = PinholePixel(pinhole, camera, lens, column + 0.5, static_cast<double>(row) + 0.5);
       if (!at) continue;
-      const std::array<float, 3> color = gs::SampleCubic(image, (*at)[0], (*at)[1]);
+      const std::array<float, 3> color = SampleCubic(image, (*at)[0], (*at)[1]);
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.width) + static_cast<std::size_t>(column);
       for (int c = 0; c < 3; ++c) {
@@ -89,4 +88,4 @@ gs::Image DistortImage(const gs::Image& image, const gs::Camera& pinhole, const 
   return result;
 }
 
-}  // namespace vesta::bench
+}  // namespace vesta::gs::test
