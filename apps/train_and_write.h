@@ -8,6 +8,7 @@
 #include "apps/flags.h"
 #include "apps/outputs.h"
 #include "apps/training_job.h"
+#include "problems/gaussian_splatting/train/train_callbacks.h"
 
 namespace vesta::app {
 

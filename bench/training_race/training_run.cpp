@@ -1,6 +1,5 @@
 #include "bench/training_race/training_run.h"
 
-#include <algorithm>
 #include <cstring>
 #include <type_traits>
 

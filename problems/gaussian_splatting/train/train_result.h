@@ -8,7 +8,6 @@
 #include "problems/gaussian_splatting/lm/options.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/train/history.h"
-#include "problems/gaussian_splatting/train/train_callbacks.h"
 
 namespace vesta::gs {
 
