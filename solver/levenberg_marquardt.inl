@@ -277,12 +277,10 @@ const LmIteration& LmStepper<B>::Step() {
     LendTrialVectors();
     if (step_.empty()) step_.Resize(problem_.num_tangent());
     direction = system_->Solve(row.lambda, workspace_, step_);
-    bool changed = problem_.LimitStep(x_, step_);
     if (problem_.has_bounds()) {
       problem_.ClipStep(x_, step_);
-      changed = true;
+      system_->Measure(step_, direction);
     }
-    if (changed) system_->Measure(step_, direction);
     workspace_.r = {};  // trials have a use for the others only
   }
   row.pcg_iterations = direction.pcg.iterations;

@@ -36,16 +36,6 @@ class Tampered final : public Problem<Cpu> {
     return inner_.Linearize(poisoned_, batch);
   }
   void BeginTurn(int turn) override { turns.push_back(turn); }
-  bool LimitStep(Cpu::ConstView, Cpu::View step) override {
-    bool limited = false;
-    for (double& entry : step) {
-      const double within = std::clamp(entry, -longest, longest);
-      limited = limited || within != entry;
-      entry = within;
-    }
-    return limited;
-  }
-  double longest = std::numeric_limits<double>::infinity();
   std::vector<int> turns;
   std::function<double(Cpu::ConstView, double)> on_cost = [](Cpu::ConstView, double cost) { return cost; };
   int linearizations = 0;
@@ -74,23 +64,6 @@ TEST_F(LmTest, EveryRuleReachesTheMinimum) {
     EXPECT_LE(summary.final_cost, 1e-20) << ToString(rule) << "\n" << summary.FullReport();
     EXPECT_NEAR(x[0], 1, 1e-9) << ToString(rule);
     EXPECT_EQ(summary.final_cost, rosenbrock_.Cost(x)) << ToString(rule);
-  }
-}
-
-// On a quadratic cost the model is exact, so the gain ratio of a limited step is 1: the prediction is that step's.
-TEST(LmLimits, ThePredictionBelongsToTheLimitedStep) {
-  LinearProblem problem({RandomBatch(9, 4, 1)});
-  Tampered limited(problem);
-  limited.longest = 1e-3;
-  Cpu backend;
-  Cpu::Vector x = Vector({1, 1, 1, 1}), before = Vector({1, 1, 1, 1});
-  LmStepper<Cpu> stepper(Tight(), backend, limited, x);
-  for (int k = 0; k < 5; ++k) {
-    const LmIteration row = stepper.Step();
-    EXPECT_TRUE(row.accepted);
-    EXPECT_NEAR(row.rho, 1, 1e-6);
-    for (Index i = 0; i < 4; ++i) EXPECT_LE(std::abs(stepper.x()[i] - before[i]), 1e-3 + 1e-15);
-    backend.Copy(stepper.x(), before);
   }
 }
 
