@@ -28,7 +28,7 @@ KNOBS = {
     "harmonics' rate": _values("rates.sh_rest", 0.0000625, 0.000375),
     "lm": _values("lm.iterations", 0, 2, 4, 8),
     "pcg": _values("lm.pcg_iterations", 2, 8, 16, lm_iterations=4),
-    "preconditioner": _values("lm.preconditioner", "block", "block_sh", "jacobi", lm_iterations=4),
+    "preconditioner": _values("lm.preconditioner", "block", "jacobi", lm_iterations=4),
     "jacobian": _values("lm.jacobian", "recompute", "cache16", "cache32", lm_iterations=4),
     "growth": [*_values("density.gradient_threshold", 0.00035, 0.0014, 0.0028), {"density.enabled": False}],
     "gaussians": _values("density.max_gaussians", 5000, 20000, 80000),

@@ -55,12 +55,9 @@ Method CoarseMethod(const gs::TrainOptions& ours, double factor) {
 }
 
 // This stage is raced to a cost. So it runs to its last iteration, has the options that lower the cost fastest near a
-// minimum, and omits those that give up cost for better test views: docs/results/2026-11-23-harmonics-blocks.md.
+// minimum, and omits those that give up cost for better test views.
 Method OurLm(const gs::TrainOptions& ours) {
-  return {"our LM", MethodKind::kOurLm,
-          Changed(ours,
-                  "lm.min_gain=0 lm.view_agreement=0 lm.preconditioner=block_sh lm.sh_damping=0.0001 "
-                  "lm.initial_lambda=0.004")};
+  return {"our LM", MethodKind::kOurLm, Changed(ours, "lm.min_gain=0 lm.view_agreement=0 lm.initial_lambda=0.004")};
 }
 
 Method PublishedLm(const gs::TrainOptions& ours, const std::string& preset) {

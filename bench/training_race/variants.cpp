@@ -26,8 +26,6 @@ constexpr Row kLmRows[] = {
     {"PCG iterations", "8", "lm.pcg_iterations=8"},
     {"PCG iterations", "16", "lm.pcg_iterations=16"},
 
-    {"step control", "ceres", "lm.step_control=ceres"},
-    {"step control", "v1", "lm.step_control=v1"},
     {"step control", "v2", "lm.step_control=v2"},
     {"step control", "code", "lm.step_control=code"},
 
@@ -35,23 +33,13 @@ constexpr Row kLmRows[] = {
     {"damping", "diag", "lm.damping=diag"},
     {"damping", "diag, from 0.1", "lm.damping=diag lm.initial_lambda=0.1"},
     {"damping", "diag, from 1", "lm.damping=diag lm.initial_lambda=1"},
-    {"weight of the rates", "x 0.1", "lm.rates_damping=x0.1"},
-    {"weight of the rates", "x 0.3", "lm.rates_damping=x0.3"},
-    {"weight of the rates", "x 3", "lm.rates_damping=x3"},
-    {"weight of the rates", "x 10", "lm.rates_damping=x10"},
     {"initial lambda", "x 0.1", "lm.initial_lambda=x0.1"},
     {"initial lambda", "x 10", "lm.initial_lambda=x10"},
 
     {"preconditioner", "jacobi", "lm.preconditioner=jacobi"},
-    {"preconditioner", "block_sh", "lm.preconditioner=block_sh"},
-    {"weight of turning", "0", "lm.rotation_damping=0"},
-    {"weight of the harmonics", "1", "lm.sh_damping=1"},
-    {"weight of the harmonics", "0.0025", "lm.sh_damping=0.0025"},
     {"agreement of views", "0", "lm.view_agreement=0"},
     {"agreement of views", "0.1", "lm.view_agreement=0.1"},
     {"agreement of views", "1", "lm.view_agreement=1"},
-    {"weight of moving", "1", "lm.position_damping=1"},
-    {"weight of moving", "20", "lm.position_damping=20"},
 
     {"|error|", "as the square of its root", "lm.loss_linearization=sqrt"},
     {"|error|", "huber", "lm.loss_linearization=huber"},

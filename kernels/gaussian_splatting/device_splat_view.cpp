@@ -116,14 +116,13 @@ void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const
 }
 
 void DeviceSplatView::AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks,
-                              float* sh_diagonal, DeviceViewWorkspace& workspace, float* sh_blocks) const {
+                              float* sh_diagonal, DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   device_passes::Gram(Lists(), entries_.data(), image, omega, workspace.pair_grams.data());
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), wide_, workspace.pair_grams.data(),
                             workspace.splat_grams.data());
-  device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
-                             sh_blocks);
+  device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
 }
 
 }  // namespace vesta::splat

@@ -84,7 +84,7 @@ class DeviceSplatView {
   void AddJT(const Model<float>& model, const float* image, const float* u, float* g,
              DeviceViewWorkspace& workspace) const;
   void AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks, float* sh_diagonal,
-               DeviceViewWorkspace& workspace, float* sh_blocks = nullptr) const;
+               DeviceViewWorkspace& workspace) const;
 
  private:
   PosedCamera camera_{};

@@ -176,13 +176,13 @@ void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g
 
 template <class S>
 void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-                           ViewWorkspace<S>& workspace, S* sh_blocks) const {
+                           ViewWorkspace<S>& workspace) const {
   const TileLists<S> lists = Lists();
   const SplatGram<S>* grams = SumTiles<S>(
       bins_, num_splats(), workspace.pair_grams, workspace.splat_grams,
       [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) { raster.gram(lists, tile, image, omega, pairs); });
   ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
-    project.gram(model, camera_, begin, end, rank_of_.data(), grams, blocks, sh_diagonal, sh_blocks);
+    project.gram(model, camera_, begin, end, rank_of_.data(), grams, blocks, sh_diagonal);
   });
 }
 

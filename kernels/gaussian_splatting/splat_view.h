@@ -92,10 +92,9 @@ class SplatView {
   // d_image = J_raster tangents, by rank; and J_raster^T u by rank, in the workspace.
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
   const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
-  // blocks, sh_diagonal and, unless null, sh_blocks += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >=
-  // 0 planar as the image.
+  // blocks and sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >= 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-               ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
+               ViewWorkspace<S>& workspace) const;
   // removals[i] += those of Gaussian i, for each that is seen. loss.rendered: from Render.
   void AddRemovals(const LinearizedLoss<S>& loss, Removal<double>* removals, ViewWorkspace<S>& workspace) const;
   // Of the splats, by rank; in the workspace, until the next call.

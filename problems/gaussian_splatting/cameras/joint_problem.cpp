@@ -5,7 +5,7 @@
 namespace vesta::gs {
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout) {
-  std::vector<BlockGroup> groups = SplatBlockGroups(options.splats, options.splats.sh_blocks);
+  std::vector<BlockGroup> groups = SplatBlockGroups(options.splats);
   const int lens = layout.free.lens_tangent(), own = layout.own().num_tangent();
   if (lens > 0) {
     groups.push_back(

@@ -192,7 +192,7 @@ double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, boo
   // matrices of the whole.
   const bool in_parts = scene.parts > 0;
   if (is_host && eliminate_views && in_parts) {
-    beside += SumBuffers(scene) * VectorBytes(scene) + 2 * GramBytes(scene, lm);
+    beside += SumBuffers(scene) * VectorBytes(scene) + 2 * GramBytes(scene);
   }
   // Gradient and descent, which stay, and the right-hand side without the views.
   constexpr double kVectors = 3;
