@@ -45,7 +45,6 @@ class BoundedProblem final : public Problem<B> {
   double Cost(ConstView x, std::span<const Index> units) override { return inner_.Cost(x, units); }
   std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override { return inner_.Linearize(x, batch); }
   void BeginTurn(int turn) override { inner_.BeginTurn(turn); }
-  bool LimitStep(ConstView x, View step) override { return inner_.LimitStep(x, step); }
   bool DampingMetric(ConstView x, ConstView diag_h, View D) override { return inner_.DampingMetric(x, diag_h, D); }
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;

@@ -38,7 +38,7 @@ template <Backend B>
 double DiagonalError(B& backend, Linearization<B>& linearization, Index first = 0, Index stride = 1);
 
 // The same for the blocks of BlockGram, each entry relative to the root of the product of its row's and its column's
-// diagonal entries. A block with copies is compared with the mean of theirs; the place is in the first of them.
+// diagonal entries.
 template <Backend B>
 Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_stride = 1);
 template <Backend B>

@@ -140,15 +140,12 @@ Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_st
     std::vector<typename B::Vector> column(static_cast<std::size_t>(group.size));
     std::vector<double> exact(static_cast<std::size_t>(PackedLower(group.size, 0)));
     for (Index block = 0; block < group.count; block += block_stride) {
-      std::fill(exact.begin(), exact.end(), 0.0);
-      for (int copy = 0; copy < group.copies; ++copy) {
-        for (int row = 0; row < group.size; ++row) {
-          const auto r = static_cast<std::size_t>(row);
-          columns.Column(group.Parameter(block, row, copy), column[r]);
-          for (int col = 0; col <= row; ++col) {
-            exact[static_cast<std::size_t>(PackedLower(row, col))] +=
-                columns.WeightedProduct(column[static_cast<std::size_t>(col)], column[r]) / group.copies;
-          }
+      for (int row = 0; row < group.size; ++row) {
+        const auto r = static_cast<std::size_t>(row);
+        columns.Column(group.Parameter(block, row), column[r]);
+        for (int col = 0; col <= row; ++col) {
+          exact[static_cast<std::size_t>(PackedLower(row, col))] =
+              columns.WeightedProduct(column[static_cast<std::size_t>(col)], column[r]);
         }
       }
       const auto exact_at = [&](int row, int col) { return exact[static_cast<std::size_t>(PackedLower(row, col))]; };

@@ -56,7 +56,6 @@ class LmStepper {
   };
   // One trial along the step.
   struct Trial {
-    double gamma = 1;
     double cost = 0;
     double predicted = 0;  // decrease of the cost, by the model
     double rho = 0;
@@ -105,7 +104,7 @@ class LmStepper {
   LmOptions options_;
   B& backend_;
   Problem<B>& problem_;
-  std::unique_ptr<StepControl> control_;
+  std::optional<StepControl> control_;
   std::chrono::steady_clock::time_point start_;
   typename B::Vector x_, trial_x_, step_, scaled_step_;
   double cost_ = 0, x_norm_ = 0, gradient_norm_ = 0;

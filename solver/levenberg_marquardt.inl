@@ -35,7 +35,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
     : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
   options_.Validate();
   VESTA_CHECK(problem.num_batches() >= 1, "a problem of {} batches", problem.num_batches());
-  control_ = MakeStepControl(options_.step_rule, options_.step_control);
+  control_.emplace(options_.step_control);
 }
 
 template <Backend B>
@@ -217,7 +217,7 @@ template <Backend B>
 typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename BatchedSystem<B>::Direction& direction,
                                                LmIteration& row) {
   MakeTrial(gamma);
-  Trial trial{.gamma = gamma, .cost = FullCost(trial_x_), .predicted = direction.Predicted(gamma)};
+  Trial trial{.cost = FullCost(trial_x_), .predicted = direction.Predicted(gamma)};
   const double change = cost_ - trial.cost;
   // Of the sign of the change, whatever the model predicts.
   trial.rho = trial.predicted == 0 && change == 0 ? 0 : change / std::abs(trial.predicted);
@@ -228,7 +228,6 @@ typename LmStepper<B>::Trial LmStepper<B>::Try(double gamma, const typename Batc
   row.cost_change = change;
   row.rho = trial.rho;
   row.step_norm = std::sqrt(backend_.Dot(scaled_step_, scaled_step_));
-  ++row.trials;
   return trial;
 }
 
@@ -277,32 +276,21 @@ const LmIteration& LmStepper<B>::Step() {
     LendTrialVectors();
     if (step_.empty()) step_.Resize(problem_.num_tangent());
     direction = system_->Solve(row.lambda, workspace_, step_);
-    bool changed = problem_.LimitStep(x_, step_);
     if (problem_.has_bounds()) {
       problem_.ClipStep(x_, step_);
-      changed = true;
+      system_->Measure(step_, direction);
     }
-    if (changed) system_->Measure(step_, direction);
     workspace_.r = {};  // trials have a use for the others only
   }
   row.pcg_iterations = direction.pcg.iterations;
   row.pcg_status = direction.pcg.status;
   row.pcg_residual = direction.pcg.rhs_norm > 0 ? direction.pcg.residual_norm / direction.pcg.rhs_norm : 0;
 
-  const double full_gamma = ChooseGamma();
-  Trial trial = Try(full_gamma, direction, row);
-  for (const double shorter : options_.step_control.backtracking) {
-    if (trial.accepted || trial.zone != Zone::kCost) break;
-    trial = Try(shorter * full_gamma, direction, row);
-  }
+  Trial trial = Try(ChooseGamma(), direction, row);
   if (trial.zone != Zone::kCost) AcceptByGradient(trial);
   row.accepted = trial.accepted;
   if (trial.accepted) {
-    if (trial.gamma < full_gamma) {
-      control_->OnShortenedAccept();
-    } else {
-      control_->OnAccept(trial.rho);
-    }
+    control_->OnAccept(trial.rho);
     system_.reset();  // made for x_ as it was
     std::swap(x_, trial_x_);
     cost_ = summary_.final_cost = trial.cost;

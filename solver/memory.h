@@ -18,7 +18,6 @@ struct ProblemMemory {
   double between = 0;            // what the caller works in between iterations
   bool has_own_descent = false;  // Linearization::has_own_descent
   bool has_own_metric = false;   // Problem::DampingMetric, which works in nothing worth mentioning
-  bool limits_steps = false;     // Problem::LimitStep shortens some
 };
 
 // Linearizations that are there at once, of so many batches.

@@ -141,10 +141,6 @@ class Problem {
   // Cuts the entries of step that would cross a bound, so that what is left is what Plus will do.
   virtual void ClipStep(ConstView x, View step);
 
-  // Shortens entries of a step that go further than the model is trusted. Returns whether any was: then the predicted
-  // decrease is measured anew, at one product a batch.
-  virtual bool LimitStep(ConstView x, View step);
-
   // Whether `mine` is true on any of the processes that solve this problem together
   // (solver/distributed/distributed_problem.h): they stop together. Default: there is no other.
   virtual bool OnAnyProcess(bool mine) { return mine; }

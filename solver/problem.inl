@@ -100,11 +100,6 @@ template <Backend B>
 void Problem<B>::BeginTurn(int) {}
 
 template <Backend B>
-bool Problem<B>::LimitStep(ConstView, View) {
-  return false;
-}
-
-template <Backend B>
 std::string Problem<B>::NameTangent(Index k) {
   return fmt::format("entry {} of the step", k);
 }

@@ -111,8 +111,6 @@ void Rows<kResiduals, kParameters, B>::BlockGram(BlockDiagonal<B>& out) {
   const std::vector<BlockGroup>& groups = out.groups();
   std::vector<Place> places(static_cast<std::size_t>(num_parameters()));
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    VESTA_CHECK(groups[g].copies == 1, "block group {} has {} copies, which residual blocks cannot share", g,
-                groups[g].copies);
     for (Index i = 0; i < groups[g].count; ++i) {
       for (int c = 0; c < groups[g].size; ++c) {
         places[static_cast<std::size_t>(groups[g].Parameter(i, c))] = {static_cast<int>(g), c, i};

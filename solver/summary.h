@@ -36,18 +36,17 @@ bool IsFailure(LmStatus status);
 
 // One iteration: one solve of the (batches') normal equations, and the trial steps along the result.
 struct LmIteration {
-  int iteration = 0;             // 0 is the start
-  double cost = 0;               // of the x held after this iteration
-  double cost_change = 0;        // cost before minus cost of the last trial; not finite when that is not
-  double rho = 0;                // gain ratio of the last trial
-  double lambda = 0;             // that was solved with
-  double gamma = 0;              // factor of the last trial step
-  double gradient_max_norm = 0;  // at the x held before
-  double step_norm = 0;          // of the last trial step, in the tangent space
-  int pcg_iterations = 0;        // summed over batches
+  int iteration = 0;                             // 0 is the start
+  double cost = 0;                               // of the x held after this iteration
+  double cost_change = 0;                        // cost before minus cost of the trial; not finite when that is not
+  double rho = 0;                                // gain ratio of the trial
+  double lambda = 0;                             // that was solved with
+  double gamma = 0;                              // factor of the trial step
+  double gradient_max_norm = 0;                  // at the x held before
+  double step_norm = 0;                          // of the trial step, in the tangent space
+  int pcg_iterations = 0;                        // summed over batches
   PcgStatus pcg_status = PcgStatus::kConverged;  // of the last batch
   double pcg_residual = 0;                       // |r| / |b| of the last batch, in the scaled norm
-  int trials = 0;                                // full cost evaluations
   bool accepted = false;
   double seconds = 0;  // since the start of the solve
 };

@@ -92,7 +92,6 @@ StepCost LmIterationCost(const Workload& workload) {
   engine.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
   engine.normal_system.pcg.max_iterations = 8;
   engine.normal_system.pcg.model_tolerance = 0;
-  engine.SetStepRule(StepRule::kSoft);
   Gpu backend;
   LmStepper<Gpu> stepper(engine, backend, problem, x.view());
   return CostOf(1, [&] { stepper.Step(); });

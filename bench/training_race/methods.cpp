@@ -47,14 +47,12 @@ Method AdamMethod(const gs::TrainOptions& ours, int iterations, double factor) {
 }
 
 // This stage is raced to a cost. So it runs to its last iteration, has the options that lower the cost fastest near a
-// minimum, and omits those that give up cost for better test views: docs/results/2026-11-23-harmonics-blocks.md.
+// minimum, and omits those that give up cost for better test views.
 Method OurLm(const gs::TrainOptions& ours) {
   Method method{"our LM", MethodKind::kOurLm, ours};
   gs::LmStageOptions& lm = method.options.lm;
   lm.min_gain = 0;
   lm.view_agreement = 0;
-  lm.preconditioner = gs::LmPreconditioner::kBlockSh;
-  lm.sh_damping = 0.0001;
   lm.initial_lambda = 0.004;
   return method;
 }

@@ -30,8 +30,8 @@ void ForEachLanes(Index count, int scratch_size, const Body& body) {
 
 // Component `component` of blocks first..first + used - 1; unused lanes are 0.
 template <class S>
-void Gather(const BlockGroup& group, Index first, int used, int component, int copy, const S* x, Lanes<S>& out) {
-  const S* source = x + group.Parameter(first, component, copy);
+void Gather(const BlockGroup& group, Index first, int used, int component, const S* x, Lanes<S>& out) {
+  const S* source = x + group.Parameter(first, component);
   if (group.block_stride == 1 && used == kLanes) {
     for (int l = 0; l < kLanes; ++l) out.lane[l] = source[l];
     return;
@@ -41,8 +41,8 @@ void Gather(const BlockGroup& group, Index first, int used, int component, int c
 }
 
 template <class S>
-void Scatter(const BlockGroup& group, Index first, int used, int component, int copy, const Lanes<S>& in, S* y) {
-  S* target = y + group.Parameter(first, component, copy);
+void Scatter(const BlockGroup& group, Index first, int used, int component, const Lanes<S>& in, S* y) {
+  S* target = y + group.Parameter(first, component);
   if (group.block_stride == 1 && used == kLanes) {
     for (int l = 0; l < kLanes; ++l) target[l] = in.lane[l];
     return;
@@ -84,12 +84,10 @@ template <class B>
 void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstView d) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const BlockGroup& group = groups_[g];
-    const Scalar s = static_cast<Scalar>(scale / group.copies);
+    const Scalar s = static_cast<Scalar>(scale);
     for (int c = 0; c < group.size; ++c) {
       Scalar* diagonal = values_.data() + first_value_[g] + PackedLower(c, c) * group.count;
-      ParallelFor(group.count, kGrain, [&](Index i) {
-        for (int copy = 0; copy < group.copies; ++copy) diagonal[i] += s * d[group.Parameter(i, c, copy)];
-      });
+      ParallelFor(group.count, kGrain, [&](Index i) { diagonal[i] += s * d[group.Parameter(i, c)]; });
     }
   }
 }
@@ -100,9 +98,7 @@ void BlockDiagonal<B>::Diagonal(typename B::View out) const {
     const BlockGroup& group = groups_[g];
     for (int c = 0; c < group.size; ++c) {
       const Scalar* diagonal = values_.data() + first_value_[g] + PackedLower(c, c) * group.count;
-      ParallelFor(group.count, kGrain, [&](Index i) {
-        for (int copy = 0; copy < group.copies; ++copy) out[group.Parameter(i, c, copy)] = diagonal[i];
-      });
+      ParallelFor(group.count, kGrain, [&](Index i) { out[group.Parameter(i, c)] = diagonal[i]; });
     }
   }
 }
@@ -117,11 +113,9 @@ void BlockDiagonal<B>::Apply(typename B::ConstView x, typename B::View y) const 
     ForEachLanes<Scalar>(group.count, packed + 2 * size, [&](Index first, int used, Lanes<Scalar>* scratch) {
       Lanes<Scalar>*a = scratch, *in = a + packed, *out = in + size;
       LoadBlocks(group, values_.data() + first_value_[g], first, used, a);
-      for (int copy = 0; copy < group.copies; ++copy) {
-        for (int c = 0; c < size; ++c) Gather(group, first, used, c, copy, x.data(), in[c]);
-        MultiplyLanes(size, a, in, out);
-        for (int c = 0; c < size; ++c) Scatter(group, first, used, c, copy, out[c], y.data());
-      }
+      for (int c = 0; c < size; ++c) Gather(group, first, used, c, x.data(), in[c]);
+      MultiplyLanes(size, a, in, out);
+      for (int c = 0; c < size; ++c) Scatter(group, first, used, c, out[c], y.data());
     });
   }
 }
@@ -161,11 +155,9 @@ void BlockDiagonal<B>::Solve(typename B::ConstView x, typename B::View y) const 
     ForEachLanes<Scalar>(group.count, packed + size, [&](Index first, int used, Lanes<Scalar>* scratch) {
       Lanes<Scalar>*a = scratch, *v = a + packed;
       LoadBlocks(group, values_.data() + first_value_[g], first, used, a);
-      for (int copy = 0; copy < group.copies; ++copy) {
-        for (int c = 0; c < size; ++c) Gather(group, first, used, c, copy, x.data(), v[c]);
-        SolveLanes(size, a, v);
-        for (int c = 0; c < size; ++c) Scatter(group, first, used, c, copy, v[c], y.data());
-      }
+      for (int c = 0; c < size; ++c) Gather(group, first, used, c, x.data(), v[c]);
+      SolveLanes(size, a, v);
+      for (int c = 0; c < size; ++c) Scatter(group, first, used, c, v[c], y.data());
     });
   }
 }

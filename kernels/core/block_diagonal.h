@@ -13,20 +13,15 @@ namespace vesta {
 //   offset + c * component_stride + i * block_stride,
 // so both structure-of-arrays (component_stride = count, block_stride = 1) and array-of-structures
 // (component_stride = 1, block_stride = size) parameter vectors are covered without a permutation.
-//
-// With copies > 1 each block stands on the diagonal that many times, for sets of parameters copy_stride apart. Sets of
-// parameters that share a matrix (the three colour channels) then share its memory and its factor.
 struct BlockGroup {
   int size = 1;
   Index count = 0;
   Index offset = 0;
   Index component_stride = 1;
   Index block_stride = 1;
-  int copies = 1;
-  Index copy_stride = 0;
 
-  VESTA_HD Index Parameter(Index block, int component, int copy = 0) const {
-    return offset + component * component_stride + block * block_stride + copy * copy_stride;
+  VESTA_HD Index Parameter(Index block, int component) const {
+    return offset + component * component_stride + block * block_stride;
   }
   // Number of stored values: packed lower triangles.
   Index NumValues() const { return count * PackedSize(size); }
@@ -50,7 +45,7 @@ class BlockDiagonal {
 
   // this += scale * other; same groups.
   void Add(double scale, const BlockDiagonal& other);
-  // this(k, k) += scale * d[k]. A block with copies gets the mean of d over its copies.
+  // this(k, k) += scale * d[k].
   void AddToDiagonal(double scale, typename B::ConstView d);
   // out[k] = this(k, k).
   void Diagonal(typename B::View out) const;

@@ -13,8 +13,7 @@ namespace block_internal {
 // Lowest and highest parameter a group touches.
 inline std::pair<Index, Index> Range(const BlockGroup& group) {
   Index lowest = group.offset, highest = group.offset;
-  for (const Index reach : {(group.size - 1) * group.component_stride, (group.count - 1) * group.block_stride,
-                            (group.copies - 1) * group.copy_stride}) {
+  for (const Index reach : {(group.size - 1) * group.component_stride, (group.count - 1) * group.block_stride}) {
     lowest += std::min<Index>(reach, 0);
     highest += std::max<Index>(reach, 0);
   }
@@ -28,15 +27,14 @@ BlockDiagonal<B>::BlockDiagonal(Index num_parameters, std::vector<BlockGroup> gr
     : num_parameters_(num_parameters), groups_(std::move(groups)) {
   Index covered = 0, values = 0;
   for (const BlockGroup& group : groups_) {
-    VESTA_CHECK(group.size >= 1 && group.count >= 0 && group.copies >= 1,
-                "block group of {} blocks of size {}, {} times", group.count, group.size, group.copies);
+    VESTA_CHECK(group.size >= 1 && group.count >= 0, "block group of {} blocks of size {}", group.count, group.size);
     if (group.count > 0) {
       const auto [lowest, highest] = block_internal::Range(group);
       VESTA_CHECK(lowest >= 0 && highest < num_parameters, "a block group covers parameters {} to {} of {}", lowest,
                   highest, num_parameters);
     }
     first_value_.push_back(values);
-    covered += group.count * group.size * group.copies;
+    covered += group.count * group.size;
     values += group.NumValues();
   }
   VESTA_CHECK(covered == num_parameters, "block groups cover {} of {} parameters", covered, num_parameters);

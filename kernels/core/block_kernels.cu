@@ -9,7 +9,7 @@ namespace {
 template <class S>
 using Lane = BlockLanes<S, 1>;
 
-// Usual orders of blocks (scalars, points, cameras, Gaussians and their colours) are compile-time constants, so that a
+// Usual orders of blocks (scalars, points, cameras, Gaussians) are compile-time constants, so that a
 // block stays in registers. -n stands for any order up to n; then the block is in local memory, with room for n.
 template <int kOrder>
 constexpr int kCapacity = kOrder > 0 ? kOrder : -kOrder;
@@ -25,25 +25,19 @@ __device__ void Load(const BlockGroup& group, int order, Index block, const S* v
 template <int kOrder>
 constexpr int kPacked = PackedSize(kCapacity<kOrder>);
 
-// Calls kernel<order>(), with the order of the group's blocks as a constant where it is a usual one; kHoldsMiddle: the
-// kernel has registers for blocks of the middle order too.
-template <bool kHoldsMiddle, class Call>
+// Calls kernel<order>(), with the order of the group's blocks as a constant where it is a usual one.
+template <class Call>
 void WithOrder(const BlockGroup& group, const Call& call) {
   switch (group.size) {
     case 1:
       return call(std::integral_constant<int, 1>{});
     case 3:
       return call(std::integral_constant<int, 3>{});
-    case 4:
-      return call(std::integral_constant<int, 4>{});
     case 9:
       return call(std::integral_constant<int, 9>{});
     case 11:
       return call(std::integral_constant<int, 11>{});
     default:
-      if constexpr (kHoldsMiddle) {
-        if (group.size == kMiddleOrder) return call(std::integral_constant<int, kMiddleOrder>{});
-      }
       if (group.size <= kMiddleOrder) return call(std::integral_constant<int, -kMiddleOrder>{});
       if (group.size > kMaxBlockOrder) {
         throw Error("blocks of order " + std::to_string(group.size) + " on a GPU, where " +
@@ -62,11 +56,9 @@ struct Multiply {
     const int order = kOrder > 0 ? kOrder : group.size;
     Lane<S> a[kPacked<kOrder>], in[kCapacity<kOrder>], out[kCapacity<kOrder>];
     Load<kOrder>(group, order, block, values, a);
-    for (int copy = 0; copy < group.copies; ++copy) {
-      for (int c = 0; c < order; ++c) in[c].lane[0] = x[group.Parameter(block, c, copy)];
-      MultiplyLanes<1>(order, a, in, out);
-      for (int c = 0; c < order; ++c) y[group.Parameter(block, c, copy)] = out[c].lane[0];
-    }
+    for (int c = 0; c < order; ++c) in[c].lane[0] = x[group.Parameter(block, c)];
+    MultiplyLanes<1>(order, a, in, out);
+    for (int c = 0; c < order; ++c) y[group.Parameter(block, c)] = out[c].lane[0];
   }
 };
 
@@ -99,11 +91,9 @@ struct Solve {
     const int order = kOrder > 0 ? kOrder : group.size;
     Lane<S> a[kPacked<kOrder>], v[kCapacity<kOrder>];
     Load<kOrder>(group, order, block, values, a);
-    for (int copy = 0; copy < group.copies; ++copy) {
-      for (int c = 0; c < order; ++c) v[c].lane[0] = x[group.Parameter(block, c, copy)];
-      SolveLanes<1>(order, a, v);
-      for (int c = 0; c < order; ++c) y[group.Parameter(block, c, copy)] = v[c].lane[0];
-    }
+    for (int c = 0; c < order; ++c) v[c].lane[0] = x[group.Parameter(block, c)];
+    SolveLanes<1>(order, a, v);
+    for (int c = 0; c < order; ++c) y[group.Parameter(block, c)] = v[c].lane[0];
   }
 };
 
@@ -111,15 +101,11 @@ struct Solve {
 
 template <class S>
 void AddToBlockDiagonal(const BlockGroup& group, double scale, const S* d, S* values) {
-  const S share = static_cast<S>(scale / group.copies);
+  const S s = static_cast<S>(scale);
   for (int c = 0; c < group.size; ++c) {
     S* diagonal = values + PackedLower(c, c) * group.count;
     ForEach(
-        group.count,
-        [=] __device__(Index i) {
-          for (int copy = 0; copy < group.copies; ++copy) diagonal[i] += share * d[group.Parameter(i, c, copy)];
-        },
-        "AddToDiagonal");
+        group.count, [=] __device__(Index i) { diagonal[i] += s * d[group.Parameter(i, c)]; }, "AddToDiagonal");
   }
 }
 
@@ -128,31 +114,27 @@ void BlockDiagonalOf(const BlockGroup& group, const S* values, S* out) {
   for (int c = 0; c < group.size; ++c) {
     const S* diagonal = values + PackedLower(c, c) * group.count;
     ForEach(
-        group.count,
-        [=] __device__(Index i) {
-          for (int copy = 0; copy < group.copies; ++copy) out[group.Parameter(i, c, copy)] = diagonal[i];
-        },
-        "Diagonal");
+        group.count, [=] __device__(Index i) { out[group.Parameter(i, c)] = diagonal[i]; }, "Diagonal");
   }
 }
 
 template <class S>
 void MultiplyBlocks(const BlockGroup& group, const S* values, const S* x, S* y) {
-  WithOrder<false>(group, [&](auto order) {
+  WithOrder(group, [&](auto order) {
     ForEach(group.count, Multiply<decltype(order)::value, S>{group, values, x, y}, "BlockDiagonal::Apply");
   });
 }
 
 template <class S>
 void FactorizeBlocks(const BlockGroup& group, S* values, unsigned long long* treated) {
-  WithOrder<false>(group, [&](auto order) {
+  WithOrder(group, [&](auto order) {
     ForEach(group.count, Factorize<decltype(order)::value, S>{group, values, treated}, "BlockDiagonal::Factorize");
   });
 }
 
 template <class S>
 void SolveBlocks(const BlockGroup& group, const S* values, const S* x, S* y) {
-  WithOrder<sizeof(S) == sizeof(float)>(group, [&](auto order) {
+  WithOrder(group, [&](auto order) {
     ForEach(group.count, Solve<decltype(order)::value, S>{group, values, x, y}, "BlockDiagonal::Solve");
   });
 }

@@ -22,7 +22,7 @@ void ProjectTangent(const Model<float>& model, const PosedCamera& view, const st
 void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                     const SplatTangent<float>* cotangents, float* g);
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
-                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks);
+                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal);
 
 // CameraKernels over all Gaussians of the model, and the same of lens_motion.h for each splat.
 void PoseTangents(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,

@@ -57,10 +57,10 @@ struct GramOne {
   Index first;
   const std::int32_t* rank_of;
   const SplatGram<float>* grams;
-  float *blocks, *sh_diagonal, *sh_blocks;
+  float *blocks, *sh_diagonal;
   VESTA_HD void operator()(Index k) const {
     const Index i = first + k;
-    GramRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, grams, blocks, sh_diagonal, sh_blocks);
+    GramRange<float, float, kDegree>(model, camera, i, i + 1, rank_of, grams, blocks, sh_diagonal);
   }
 };
 
@@ -82,8 +82,8 @@ void ProjectAdjoint(const Model<float>& model, const PosedCamera& view, const st
 }
 
 void ProjectGram(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
-                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal, float* sh_blocks) {
-  RunByDegree<GramOne>(model, view, "Gram blocks of the projection", rank_of, grams, blocks, sh_diagonal, sh_blocks);
+                 const SplatGram<float>* grams, float* blocks, float* sh_diagonal) {
+  RunByDegree<GramOne>(model, view, "Gram blocks of the projection", rank_of, grams, blocks, sh_diagonal);
 }
 
 }  // namespace vesta::splat::device_passes

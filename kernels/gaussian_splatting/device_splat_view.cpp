@@ -45,14 +45,9 @@ void DeviceSplatView::Build(const Model<float>& model, const PosedCamera& view, 
   rank_of_.ResizeForOverwrite(count);
   device_passes::GatherSplats(workspace.keys.data(), workspace.indices.data(), count, workspace.unsorted.data(),
                               splats_.data(), rank_of_.data());
-  kept_rows_.ResizeForOverwrite(0);
   cache_.Clear();
-  ListTiles(workspace);
-}
 
-void DeviceSplatView::ListTiles(DeviceViewWorkspace& workspace) {
-  const TileGrid grid(camera_.width, camera_.height, rows());
-  const Index seen = num_splats();
+  const TileGrid grid(camera_.width, camera_.height);
   // One more than there are splats: the last running sum is the number of pairs.
   workspace.counts.Resize(seen + 1);
   splat_begin_.ResizeForOverwrite(seen + 1);
@@ -81,17 +76,7 @@ void DeviceSplatView::ListTiles(DeviceViewWorkspace& workspace) {
 TileLists<float> DeviceSplatView::Lists() const {
   const TileGrid grid(camera_.width, camera_.height);
   return {splats_.data(), tile_begin_.data(), ranks_.data(), grid.width,
-          grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]},
-          rows()};
-}
-
-Index DeviceSplatView::num_tiles() const { return TileGrid(camera_.width, camera_.height).num_tiles(); }
-
-void DeviceSplatView::KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace) {
-  VESTA_CHECK(static_cast<Index>(rows.size()) == num_tiles(), "{} flags for {} tiles", rows.size(), num_tiles());
-  kept_rows_.CopyFrom(HostSpan<const std::uint16_t>(rows.data(), static_cast<Index>(rows.size())));
-  // Where each tile keeps a row, the lists stay as they are.
-  if (std::find(rows.begin(), rows.end(), 0) != rows.end()) ListTiles(workspace);
+          grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]}};
 }
 
 void DeviceSplatView::CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace) {
@@ -131,14 +116,13 @@ void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const
 }
 
 void DeviceSplatView::AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks,
-                              float* sh_diagonal, DeviceViewWorkspace& workspace, float* sh_blocks) const {
+                              float* sh_diagonal, DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   device_passes::Gram(Lists(), entries_.data(), image, omega, workspace.pair_grams.data());
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), wide_, workspace.pair_grams.data(),
                             workspace.splat_grams.data());
-  device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal,
-                             sh_blocks);
+  device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
 }
 
 }  // namespace vesta::splat

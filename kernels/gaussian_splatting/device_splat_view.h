@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <vector>
 
 #include "kernels/core/device_buffer.h"
 #include "kernels/gaussian_splatting/device_cache.h"
@@ -66,13 +65,8 @@ class DeviceSplatView {
   Span<const std::int32_t, Device> rank_of() const { return rank_of_; }
   Span<const Splat<float>, Device> splats() const { return splats_; }
 
-  Index num_tiles() const;
-
   TileLists<float> Lists() const;
   void Render(float* image) const;
-  // As SplatView::KeepRows, rows being in the memory of the host. Waits for the device, once more where tiles are left
-  // out.
-  void KeepRows(const std::vector<std::uint16_t>& rows, DeviceViewWorkspace& workspace);
   // As SplatView::CacheJacobian. Waits once, for the number of entries; throws OutOfDeviceMemory.
   void CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace);
   const DeviceJacobianCache& cache() const { return cache_; }
@@ -90,13 +84,9 @@ class DeviceSplatView {
   void AddJT(const Model<float>& model, const float* image, const float* u, float* g,
              DeviceViewWorkspace& workspace) const;
   void AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks, float* sh_diagonal,
-               DeviceViewWorkspace& workspace, float* sh_blocks = nullptr) const;
+               DeviceViewWorkspace& workspace) const;
 
  private:
-  // The lists by tile of the splats there are, of the rows that are kept.
-  void ListTiles(DeviceViewWorkspace& workspace);
-  const std::uint16_t* rows() const { return kept_rows_.empty() ? nullptr : kept_rows_.data(); }
-
   PosedCamera camera_{};
   float background_[3]{};
   DeviceBuffer<Splat<float>> splats_;
@@ -105,7 +95,6 @@ class DeviceSplatView {
   DeviceBuffer<std::uint32_t> ranks_, entries_;  // by pair; entries_: its place in the order of splats
   DeviceBuffer<std::uint32_t> wide_;             // splats of many tiles (wide_splats.h)
   DeviceJacobianCache cache_;
-  DeviceBuffer<std::uint16_t> kept_rows_;  // by tile; empty: all
 };
 
 }  // namespace vesta::splat

@@ -331,8 +331,7 @@ VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]
 
 template <class V, class S, int Degree>
 VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin, std::int64_t end,
-                        const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal,
-                        S* sh_blocks) {
+                        const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
   const AttributeOffsets<V, Degree> at(model);
   const auto of_block = [&](std::int64_t entry) { return entry * model.count; };
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
@@ -389,15 +388,6 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
                   Select(seen, weight * color.basis[k] * color.basis[k], V(0)));
       }
     }
-    if (sh_blocks == nullptr) continue;
-    V weight(0);
-    for (int c = 0; c < 3; ++c) weight = weight + color.Masked(c, G[kColor + c][kColor + c]);
-    for (int row = 0; row < ShCoefficients(Degree); ++row) {
-      const V scaled = weight * color.basis[row] * V(static_cast<S>(1.0 / 3));
-      for (int col = 0; col <= row; ++col) {
-        block.Add(sh_blocks + of_block(PackedLower(row, col)), Select(seen, scaled * color.basis[col], V(0)));
-      }
-    }
   }
 }
 
@@ -414,9 +404,8 @@ constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
              const SplatTangent<S>* cotangents,
              S* g) { AdjointRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, cotangents, g); },
           [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
-             const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks) {
-            GramRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal,
-                                    sh_blocks);
+             const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
+            GramRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal);
           }};
 }
 

@@ -52,10 +52,9 @@ struct ProjectKernels {
                   const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g);
   // blocks += K^T Gram K restricted to the geometric attributes (packed lower triangle (row, col) of Gaussian i at
   // [PackedLower(row, col) * count + i]), sh_diagonal += the diagonal of the others, laid out as x without the
-  // geometric attributes. Unless null, sh_blocks += the blocks of the SH coefficients, laid out as those of the
-  // geometry, also where Gaussians lack bands: the mean of the channels', which differ in weight alone.
+  // geometric attributes.
   void (*gram)(const Model<S>& model, const PosedCamera& view, std::int64_t begin, std::int64_t end,
-               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal, S* sh_blocks);
+               const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal);
 };
 
 // The kernels of this degree (0..3).

@@ -64,7 +64,6 @@ void SplatView<S>::Build(const Model<S>& model, const PosedCamera& view, const d
                          ViewWorkspace<S>& workspace) {
   camera_ = view;
   cache_.Clear();
-  kept_rows_.Shrink(0);
   for (int c = 0; c < 3; ++c) background_[c] = static_cast<S>(background[c]);
   const Index count = model.count;
   EnsureSize(workspace.keys, count);
@@ -93,22 +92,8 @@ void SplatView<S>::Build(const Model<S>& model, const PosedCamera& view, const d
 
 template <class S>
 TileLists<S> SplatView<S>::Lists() const {
-  return {splats_.data(),
-          bins_.tile_begin(),
-          bins_.ranks(),
-          camera_.width,
-          camera_.height,
-          bins_.tiles_x(),
-          bins_.tiles_y(),
-          {background_[0], background_[1], background_[2]},
-          kept_rows_.empty() ? nullptr : kept_rows_.data()};
-}
-
-template <class S>
-void SplatView<S>::KeepRows(const std::vector<std::uint16_t>& rows) {
-  bins_.Keep(rows);
-  kept_rows_.ResizeForOverwrite(static_cast<Index>(rows.size()));
-  std::copy(rows.begin(), rows.end(), kept_rows_.begin());
+  return {splats_.data(), bins_.tile_begin(), bins_.ranks(),   camera_.width,
+          camera_.height, bins_.tiles_x(),    bins_.tiles_y(), {background_[0], background_[1], background_[2]}};
 }
 
 template <class S>
@@ -146,7 +131,7 @@ SplatTangent<S>* SplatView<S>::ProjectTangents(const Model<S>& model, const S* d
 template <class S>
 void SplatView<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image,
                                    ViewWorkspace<S>& workspace) const {
-  VESTA_CHECK(kept_rows_.empty() && cache_.empty(), "rendering and J in one pass is of all rows, without a cache");
+  VESTA_CHECK(cache_.empty(), "rendering and J in one pass is without a cache");
   const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
   const TileLists<S> lists = Lists();
   const auto& raster = GetRasterKernels<S>();
@@ -191,13 +176,13 @@ void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g
 
 template <class S>
 void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-                           ViewWorkspace<S>& workspace, S* sh_blocks) const {
+                           ViewWorkspace<S>& workspace) const {
   const TileLists<S> lists = Lists();
   const SplatGram<S>* grams = SumTiles<S>(
       bins_, num_splats(), workspace.pair_grams, workspace.splat_grams,
       [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) { raster.gram(lists, tile, image, omega, pairs); });
   ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
-    project.gram(model, camera_, begin, end, rank_of_.data(), grams, blocks, sh_diagonal, sh_blocks);
+    project.gram(model, camera_, begin, end, rank_of_.data(), grams, blocks, sh_diagonal);
   });
 }
 

@@ -73,9 +73,6 @@ class SplatView {
   VisitCounts CountVisits() const;
   // image[3 * num_pixels], planar.
   void Render(S* image) const;
-  // From here on, until the next Build, the operators below see only some rows of the tiles of 16 x 16 pixels: bit y of
-  // rows[tile] for row y. J v is 0 at the other pixels, and J^T and the Gram blocks leave them out; they take no time.
-  void KeepRows(const std::vector<std::uint16_t>& rows);
   Index num_tiles() const { return bins_.num_tiles(); }
   // Keeps the raster's Jacobian until the next Build, for ApplyJ and AddJT to take their products from. image: from
   // Render. Both then err as JacobianCache says.
@@ -85,7 +82,7 @@ class SplatView {
   const JacobianCache<S>& cache() const { return cache_; }
   // d_image = J dx; dx laid out as x.
   void ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWorkspace<S>& workspace) const;
-  // Render and ApplyJ at once. Without a cache, and of all rows.
+  // Render and ApplyJ at once. Without a cache.
   void RenderAndApplyJ(const Model<S>& model, const S* dx, S* image, S* d_image, ViewWorkspace<S>& workspace) const;
   // g += J^T u. image: from Render.
   void AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const;
@@ -95,10 +92,9 @@ class SplatView {
   // d_image = J_raster tangents, by rank; and J_raster^T u by rank, in the workspace.
   void ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const;
   const SplatTangent<S>* ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const;
-  // blocks, sh_diagonal and, unless null, sh_blocks += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >=
-  // 0 planar as the image.
+  // blocks and sh_diagonal += the blocks of J^T diag(omega) J (ProjectKernels::gram), omega >= 0 planar as the image.
   void AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
-               ViewWorkspace<S>& workspace, S* sh_blocks = nullptr) const;
+               ViewWorkspace<S>& workspace) const;
   // rises[i] += that of the loss without Gaussian i, for each that is seen (removal_pass.h). loss.rendered: from
   // Render.
   void AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const;
@@ -124,7 +120,6 @@ class SplatView {
   HostBuffer<Splat<S>> splats_;
   HostBuffer<std::int32_t> rank_of_;
   TileBins bins_;
-  HostBuffer<std::uint16_t> kept_rows_;  // empty: all
   JacobianCache<S> cache_;
 };
 

@@ -16,19 +16,6 @@ inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRas
 // A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
 inline constexpr int kWarpColumns = 8, kWarpRows = 4;
 
-// The rows of a tile in the order in which threads take them: those that are looked at come first, so that where few
-// are, whole warps have nothing to do.
-VESTA_HD inline int RowInOrder(std::uint32_t looked_at, int place) {
-  int kept = 0;
-  for (int y = 0; y < kTileSize; ++y) kept += static_cast<int>(looked_at >> y & 1U);
-  const bool among_kept = place < kept;
-  int left = among_kept ? place : place - kept;
-  for (int y = 0; y < kTileSize; ++y) {
-    if (((looked_at >> y & 1U) != 0) == among_kept && left-- == 0) return y;
-  }
-  return place;  // never: there are sixteen
-}
-
 // The tile of a block that takes one. Its number divides faster as an int.
 template <class Block>
 VESTA_HD inline int TileOf(const Block& block) {
@@ -39,7 +26,6 @@ VESTA_HD inline int TileOf(const Block& block) {
 struct BlockPixel {
   int x, y;            // in the tile
   bool inside;         // the image
-  bool looked_at;      // inside, and its row is (TileLists::rows); others count as closed
   std::int64_t place;  // in a plane of the image
   std::int64_t plane;  // pixels in a plane
 
@@ -48,11 +34,8 @@ struct BlockPixel {
     const int warp = thread / 32, lane = thread % 32;
     x = warp % 2 * kWarpColumns + lane % kWarpColumns;
     y = warp / 2 * kWarpRows + lane / kWarpColumns;
-    const std::uint32_t rows = lists.rows == nullptr ? 0xffffU : lists.rows[tile];
-    if (rows != 0xffffU) y = RowInOrder(rows, y);
     const int column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
     inside = column < lists.width && row < lists.height;
-    looked_at = inside && (rows >> y & 1U) != 0;
     place = std::int64_t{row} * lists.width + column;
     plane = std::int64_t{lists.width} * lists.height;
   }
@@ -74,7 +57,7 @@ struct Passing {
   S transmittance = S(1);  // behind the last splat that is part of the pixel
   bool open;
 
-  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.looked_at) {}
+  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.inside) {}
   // The next splat, of InTile: hit(p, q, blend) if it reaches the pixel.
   template <class Hit>
   VESTA_HD void Meet(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
@@ -88,8 +71,8 @@ struct Passing {
   }
 };
 
-// Bit w: the support of the splat, of InTile, meets the pixels of warp w, all rows being looked at. Where a bit is
-// clear alpha is 0 for each of the warp's pixels.
+// Bit w: the support of the splat, of InTile, meets the pixels of warp w. Where a bit is clear
+// alpha is 0 for each of the warp's pixels.
 template <class S>
 VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
   const SupportReach<S> reach(splat);
@@ -122,9 +105,7 @@ struct SplatBatch {
     const int k = block.thread();
     if (k >= count) return;
     splats[k] = InTile(lists.splats[lists.ranks[first + k]], TileOrigin<S>(lists, TileOf(block)));
-    // Where rows are left out, those of a warp need not lie side by side.
-    const bool whole = lists.rows == nullptr || lists.rows[TileOf(block)] == 0xffffU;
-    warps[k] = static_cast<std::uint8_t>(whole ? WarpsInReach(splats[k]) : 0xffU);
+    warps[k] = static_cast<std::uint8_t>(WarpsInReach(splats[k]));
   }
 };
 

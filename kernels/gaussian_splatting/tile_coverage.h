@@ -66,6 +66,10 @@ struct TileRows {
     while (*first <= *last && static_cast<S>((*first + 1) * kTileSize) - kHalf < left) ++*first;
     return *first <= *last;
   }
+  VESTA_HD int CountIn(int row) const {
+    int first = 0, last = 0;
+    return Row(row, &first, &last) ? last - first + 1 : 0;
+  }
 
  private:
   VESTA_HD static int Clip(S value, int limit) { return static_cast<int>(Clamp(value, S(0), static_cast<S>(limit))); }

@@ -40,26 +40,10 @@ struct CountSeen {
 
 struct TileGrid {
   int width, height, tiles_x, tiles_y;  // of the image, in pixels and in tiles
-  const std::uint16_t* rows;            // as TileLists::rows: tiles of which no row is looked at are not listed
 
-  TileGrid(int w, int h, const std::uint16_t* looked_at = nullptr)
-      : width(w),
-        height(h),
-        tiles_x((w + kTileSize - 1) / kTileSize),
-        tiles_y((h + kTileSize - 1) / kTileSize),
-        rows(looked_at) {}
+  TileGrid(int w, int h)
+      : width(w), height(h), tiles_x((w + kTileSize - 1) / kTileSize), tiles_y((h + kTileSize - 1) / kTileSize) {}
   int num_tiles() const { return tiles_x * tiles_y; }
-  VESTA_HD bool Lists(int tile) const { return rows == nullptr || rows[tile] != 0; }
-  // How many tiles of a row of a splat's are listed.
-  template <class S>
-  VESTA_HD Index CountIn(const TileRows<S>& splat, int row) const {
-    int first = 0, last = 0;
-    if (!splat.Row(row, &first, &last)) return 0;
-    if (rows == nullptr) return last - first + 1;
-    Index count = 0;
-    for (int column = first; column <= last; ++column) count += Lists(row * tiles_x + column) ? 1 : 0;
-    return count;
-  }
   // Bits of the largest tile's number.
   int key_bits() const {
     int bits = 1;
@@ -89,7 +73,7 @@ struct CountTiles {
   VESTA_HD void operator()(Index r) const {
     const TileRows<S> rows(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height);
     Index count = 0;
-    for (int row = rows.begin; row < rows.end; ++row) count += grid.CountIn(rows, row);
+    for (int row = rows.begin; row < rows.end; ++row) count += rows.CountIn(row);
     counts[r] = count;
   }
 };
@@ -111,9 +95,8 @@ struct EmitPairs {
   VESTA_HD void operator()(Index r) const {
     if (IsWide(splat_begin, r)) return;
     Index e = splat_begin[r];
-    VisitTiles(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height, [&](int tile) {
-      if (grid.Lists(tile)) pairs.Write(e++, tile, r);
-    });
+    VisitTiles(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height,
+               [&](int tile) { pairs.Write(e++, tile, r); });
   }
 };
 

@@ -32,10 +32,8 @@ struct TilePixels {
   alignas(64) S transmittance[kTilePixels];  // of the splats so far, 0 where the pixel is closed or outside the image
   std::uint32_t open[kVectors] = {};         // bit y of open[k]: row y, vector k has an open pixel
 
-  // Rows that are not looked at count as closed.
   TilePixels(const TileLists<S>& lists, int tile) {
     const TileWindow window = WindowOf(lists, tile);
-    const std::uint32_t looked_at = lists.rows == nullptr ? 0xffffU : lists.rows[tile];
     const V iota = L::Iota(), width(static_cast<S>(window.width));
     for (int y = 0; y < kTileSize; ++y) {
       for (int k = 0; k < kVectors; ++k) {
@@ -43,7 +41,7 @@ struct TilePixels {
         const bool inside = y < window.height && x < window.width;
         L::Store(transmittance + y * kTileSize + x,
                  inside ? Select(iota + V(static_cast<S>(x)) < width, V(1), V(0)) : V(0));
-        if (inside) open[k] |= looked_at & 1U << y;
+        if (inside) open[k] |= 1U << y;
       }
     }
   }

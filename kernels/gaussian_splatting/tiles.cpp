@@ -74,32 +74,6 @@ void TileBins::Build(HostSpan<const Splat<S>> splats, int width, int height) {
   });
 }
 
-void TileBins::Keep(const std::vector<std::uint16_t>& rows) {
-  VESTA_CHECK(static_cast<Index>(rows.size()) == num_tiles(), "{} flags for {} tiles", rows.size(), num_tiles());
-  // Where a pair goes, or -1.
-  HostBuffer<std::int64_t> moved(num_pairs());
-  std::int64_t pairs = 0;
-  for (Index tile = 0; tile < num_tiles(); ++tile) {
-    const std::int64_t begin = std::exchange(tile_begin_[tile], pairs);
-    for (std::int64_t pair = begin; pair < tile_begin_[tile + 1]; ++pair) {
-      moved[pair] = rows[static_cast<std::size_t>(tile)] != 0 ? pairs++ : -1;
-      if (moved[pair] >= 0) ranks_[moved[pair]] = ranks_[pair];
-    }
-  }
-  tile_begin_[num_tiles()] = pairs;
-  Index to = 0;
-  for (Index splat = 0; splat < num_splats(); ++splat) {
-    for (Index e = std::exchange(splat_begin_[splat], to); e < splat_begin_[splat + 1]; ++e) {
-      const std::int64_t pair = moved[pairs_of_splat_[e]];
-      if (pair < 0) continue;
-      pairs_of_splat_[to] = static_cast<std::uint32_t>(pair);
-      tiles_of_splat_[to++] = tiles_of_splat_[e];
-    }
-  }
-  splat_begin_[num_splats()] = to;
-  for (auto* list : {&ranks_, &pairs_of_splat_, &tiles_of_splat_}) list->Shrink(pairs);
-}
-
 template void TileBins::Build(HostSpan<const Splat<float>>, int, int);
 template void TileBins::Build(HostSpan<const Splat<double>>, int, int);
 

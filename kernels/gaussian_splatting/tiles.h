@@ -1,8 +1,6 @@
 // Which splats touch which tile.
 #pragma once
 
-#include <vector>
-
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/types.h"
 #include "kernels/gaussian_splatting/view_counts.h"
@@ -17,9 +15,6 @@ class TileBins {
   // of threads.
   template <class S>
   void Build(HostSpan<const Splat<S>> splats, int width, int height);
-
-  // Drops the pairs of tiles of which no row is kept: [num_tiles].
-  void Keep(const std::vector<std::uint16_t>& rows);
 
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }

@@ -75,8 +75,6 @@ struct TileLists {
   const std::uint32_t* ranks;      // ascending within a tile
   int width, height, tiles_x, tiles_y;
   S background[3];
-  // [tiles] bit y: row y of the tile is looked at; null: all are. Others count as closed from the start.
-  const std::uint16_t* rows = nullptr;
 };
 
 // How a raster pass spends itself, in vectors of pixels of the instruction set's width.

@@ -67,7 +67,7 @@ struct EmitWideBlock {
       Index begin = splat_begin[r];
       for (int first_row = rows.begin; first_row < rows.end; first_row += kThreads) {
         const int row = first_row + thread;
-        shared.begin[thread + 1] = row < rows.end ? grid.CountIn(rows, row) : 0;
+        shared.begin[thread + 1] = row < rows.end ? rows.CountIn(row) : 0;
         block.Sync();
         if (thread == 0) {
           shared.begin[0] = begin;
@@ -85,10 +85,7 @@ struct EmitWideBlock {
   VESTA_HD void Emit(const TileRows<S>& rows, int row, Index r, Index e) const {
     int first = 0, last = 0;
     if (row >= rows.end || !rows.Row(row, &first, &last)) return;
-    for (int column = first; column <= last; ++column) {
-      const int tile = row * grid.tiles_x + column;
-      if (grid.Lists(tile)) pairs.Write(e++, tile, r);
-    }
+    for (int column = first; column <= last; ++column) pairs.Write(e++, row * grid.tiles_x + column, r);
   }
 };
 

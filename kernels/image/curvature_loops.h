@@ -1,4 +1,4 @@
-// Products with the curvature of the loss, and its diagonal, row by row. Included by image_kernels.simd.cpp.
+// Products with the curvature of the loss, row by row. Included by image_kernels.simd.cpp.
 #pragma once
 
 #include "kernels/image/window_loops.h"
@@ -30,21 +30,6 @@ void Curvature(const RowRange<S>& rows, const CurvatureArgs<S>& args) {
   BlurredRows first(rows, images, inner, begin, end, kAsTheyAre, weigh, kNothing);
   BlurredRows second(rows, first, outer, rows.begin, rows.end, kAsTheyAre, add, kNothing);
   second.MakeUpTo(rows.end);
-}
-
-template <class S>
-void BlurAdd(const RowRange<S>& rows, const BlurAddArgs<S>& args) {
-  const S scale = args.scale;
-  const auto load = [&](Index i, const auto& access) {
-    using T = typename std::remove_cvref_t<decltype(access)>::T;
-    return Fields<1, T>{{access.Load(args.in + i)}};
-  };
-  const auto add = [&](int row, int column, const auto& access, const auto& blurred) {
-    using T = typename std::remove_cvref_t<decltype(access)>::T;
-    const Index i = PositionOf(rows, row, column);
-    access.Store(args.out + i, Fma(T(scale), blurred.f[0], access.Load(args.d + i)));
-  };
-  BlurRows<1, 1>(rows, load, kAsTheyAre, add, kNothing);
 }
 
 }  // namespace VESTA_ISA

@@ -69,21 +69,12 @@ struct CurvatureArgs {
   S* out;
 };
 
-// out = scale * G in + d.
-template <class S>
-struct BlurAddArgs {
-  const S *in, *d;
-  S scale;
-  S* out;
-};
-
 template <class S>
 struct ImageKernels {
   void (*value)(const RowRange<S>&, const ValueArgs<S>&);
   void (*gradient)(const RowRange<S>&, const GradientArgs<S>&);
   void (*center)(const RowRange<S>&, const CenterArgs<S>&);
   void (*curvature)(const RowRange<S>&, const CurvatureArgs<S>&);
-  void (*blur_add)(const RowRange<S>&, const BlurAddArgs<S>&);
 };
 
 // The kernels compiled for one instruction set, which the CPU must have. S is float or double.

@@ -8,7 +8,7 @@ inline namespace VESTA_ISA {
 namespace {
 
 template <class S>
-constexpr ImageKernels<S> kKernels{&Value<S>, &Gradient<S>, &Center<S>, &Curvature<S>, &BlurAdd<S>};
+constexpr ImageKernels<S> kKernels{&Value<S>, &Gradient<S>, &Center<S>, &Curvature<S>};
 
 }  // namespace
 

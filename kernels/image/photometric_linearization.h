@@ -34,9 +34,6 @@ class SsimStrategy {
   // out = W v. loss: its weights alone.
   virtual void ApplyW(RowBands<S>& bands, const LossTerms<S>& loss, const Linearization& linearization, const S* v,
                       S* out) = 0;
-  // out = the exact diagonal of W.
-  virtual void ExactDiagonal(RowBands<S>& bands, const LossTerms<S>& loss, const Linearization& linearization,
-                             S* out) = 0;
 };
 
 template <class S>

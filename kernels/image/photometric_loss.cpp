@@ -99,15 +99,6 @@ void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstView v,
   ssim_->ApplyW(bands_, Terms(nullptr, nullptr), linearization, v.data(), out.data());
 }
 
-template <class S>
-void PhotometricLoss<S>::ExactDiagonal(const Linearization& linearization, View out) {
-  const ImageShape& shape = linearization.shape;
-  const Index n = shape.NumValues();
-  VESTA_CHECK(out.size() == n, "out {} values, want {}", out.size(), n);
-  Resize(shape);
-  ssim_->ExactDiagonal(bands_, Terms(nullptr, nullptr), linearization, out.data());
-}
-
 template class PhotometricLoss<float>;
 template class PhotometricLoss<double>;
 

@@ -67,8 +67,6 @@ class PhotometricLoss {
 
   // out = W v.
   void ApplyW(const Linearization& linearization, ConstView v, View out);
-  // out = the exact diagonal of W. (linearization.diagonal approximates it and costs nothing.)
-  void ExactDiagonal(const Linearization& linearization, View out);
 
  private:
   void Resize(const ImageShape& shape);

@@ -8,10 +8,7 @@ namespace vesta {
 template <class S>
 RowBands<S>::RowBands(Isa isa) : kernels_(ImageKernelsFor<S>(isa)) {
   const auto taps = GaussianTaps();
-  for (std::size_t k = 0; k < taps.size(); ++k) {
-    taps_[k] = static_cast<S>(taps[k]);
-    squared_taps_[k] = static_cast<S>(taps[k] * taps[k]);
-  }
+  for (std::size_t k = 0; k < taps.size(); ++k) taps_[k] = static_cast<S>(taps[k]);
 }
 
 template <class S>

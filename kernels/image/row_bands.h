@@ -25,26 +25,6 @@ class RowBands {
   // Runs `kernel`, one of the members of ImageKernels, on images of the current shape.
   template <class Args>
   void Run(void (*ImageKernels<S>::*kernel)(const RowRange<S>&, const Args&), const Args& args) {
-    Run(kernel, args, taps_);
-  }
-  // The same with the squares of the window's weights in place of the weights.
-  template <class Args>
-  void RunSquared(void (*ImageKernels<S>::*kernel)(const RowRange<S>&, const Args&), const Args& args) {
-    Run(kernel, args, squared_taps_);
-  }
-
- private:
-  using Taps = std::array<S, kWindowTaps>;
-
-  // About the number of rows in one task. Two tasks both compute the ten rows around their border, so a task has many
-  // more rows than that, in a multiple of the rows that kernels compute at once.
-  static constexpr int kBandRows = 96, kBandUnit = 4;
-
-  // Scratch memory of the calling thread, for images of the current width.
-  S* Scratch() const;
-
-  template <class Args>
-  void Run(void (*ImageKernels<S>::*kernel)(const RowRange<S>&, const Args&), const Args& args, const Taps& taps) {
     const auto band = [&](Index task, Index) {
       const int plane = static_cast<int>(task) / bands_, first = static_cast<int>(task) % bands_ * band_rows_;
       const RowRange<S> rows{.width = shape_.width,
@@ -52,15 +32,23 @@ class RowBands {
                              .plane = plane,
                              .begin = first,
                              .end = std::min(first + band_rows_, shape_.height),
-                             .taps = taps.data(),
+                             .taps = taps_.data(),
                              .scratch = Scratch()};
       (kernels_.*kernel)(rows, args);
     };
     ParallelForChunks(Index{ImageShape::kChannels} * bands_, 1, std::cref(band));  // by reference: nothing is allocated
   }
 
+ private:
+  // About the number of rows in one task. Two tasks both compute the ten rows around their border, so a task has many
+  // more rows than that, in a multiple of the rows that kernels compute at once.
+  static constexpr int kBandRows = 96, kBandUnit = 4;
+
+  // Scratch memory of the calling thread, for images of the current width.
+  S* Scratch() const;
+
   const ImageKernels<S>& kernels_;
-  Taps taps_{}, squared_taps_{};
+  std::array<S, kWindowTaps> taps_{};
   ImageShape shape_;
   int bands_ = 0, band_rows_ = 0;  // of one plane
 };

@@ -27,14 +27,6 @@ class QuadraticSsim final : public SsimStrategy<S> {
                                                             .scale = loss.ssim,
                                                             .out = out});
   }
-
-  void ExactDiagonal(RowBands<S>& bands, const LossTerms<S>& loss, const Linearization& linearization,
-                     S* out) override {
-    bands.RunSquared(
-        &ImageKernels<S>::blur_add,
-        BlurAddArgs<S>{
-            .in = linearization.curvature.data(), .d = linearization.diagonal.data(), .scale = loss.ssim, .out = out});
-  }
 };
 
 }  // namespace

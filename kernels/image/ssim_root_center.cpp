@@ -1,6 +1,4 @@
 // Gauss-Newton on the root of 1 - SSIM, each score differentiated by its own pixel alone (3DGS-LM).
-#include <algorithm>
-
 #include "kernels/core/parallel.h"
 #include "kernels/image/photometric_linearization.h"
 
@@ -24,10 +22,6 @@ class RootCenterSsim final : public SsimStrategy<S> {
     ParallelForChunks(linearization.diagonal.size(), kGrain, [=](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) out[i] = diagonal[i] * v[i];
     });
-  }
-
-  void ExactDiagonal(RowBands<S>&, const LossTerms<S>&, const Linearization& linearization, S* out) override {
-    std::copy(linearization.diagonal.begin(), linearization.diagonal.end(), out);
   }
 
  private:

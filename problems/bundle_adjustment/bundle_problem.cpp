@@ -39,13 +39,10 @@ LmOptions BundleLmOptions() {
   LmOptions options;
   options.normal_system.linear_solver = LinearSolverKind::kReducedPcg;
   // Chosen by measurements on the BAL problems and generated ones. Products with the reduced matrix are cheap beside
-  // the linearization, so each system is solved rather well. A step that fails is shortened before the system is solved
-  // again.
+  // the linearization, so each system is solved rather well.
   options.normal_system.pcg.model_tolerance = 0.01;
   // With a factorised reduced matrix this is met after one iteration.
   options.normal_system.pcg.relative_tolerance = 1e-8;
-  options.SetStepRule(StepRule::kSoft);
-  options.step_control.initial_lambda = 1e-4;
   return options;
 }
 

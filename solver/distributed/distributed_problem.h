@@ -60,7 +60,6 @@ class DistributedProblem final : public Problem<B> {
   std::string DescribeInfeasible(ConstView x) override;
   void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
   void ClipStep(ConstView x, View step) override;
-  bool LimitStep(ConstView x, View step) override;
   std::string NameTangent(Index k) override;
   // Of the first part that has something to say.
   std::string DescribeNonFinite(ConstView x, bool jacobians) override;

@@ -191,12 +191,6 @@ void DistributedProblem<B>::ClipStep(ConstView x, View step) {
 }
 
 template <Backend B>
-bool DistributedProblem<B>::LimitStep(ConstView x, View step) {
-  Problem<B>* const geometry = parts_.geometry();
-  return geometry && geometry->LimitStep(x, step);
-}
-
-template <Backend B>
 std::string DistributedProblem<B>::NameTangent(Index k) {
   Problem<B>* const geometry = parts_.geometry();
   return geometry ? geometry->NameTangent(k) : Base::NameTangent(k);

@@ -223,12 +223,6 @@ class HostedProblem final : public Problem<CpuBackend<typename B::Scalar>> {
     there_.ClipStep(vectors_->Copy(x), clipped);
     vectors_->backend().ToHost(clipped, step);
   }
-  bool LimitStep(ConstView x, View step) override {
-    const auto limited = vectors_->Copy(step, 1);
-    const bool is_shorter = there_.LimitStep(vectors_->Copy(x), limited);
-    vectors_->backend().ToHost(limited, step);
-    return is_shorter;
-  }
   std::string NameTangent(Index k) override { return there_.NameTangent(k); }
   std::string NameResidual(int batch, Index row) override { return there_.NameResidual(batch, row); }
   std::string DescribeNonFinite(ConstView x, bool jacobians) override {

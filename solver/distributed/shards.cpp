@@ -13,19 +13,17 @@ constexpr Index kBlocksAbreast = 16;
 
 // The entries of the blocks begin .. end - 1.
 void AddEntries(const BlockGroup& group, Share blocks, std::vector<EntryRange>* ranges) {
-  for (int copy = 0; copy < group.copies; ++copy) {
-    if (group.block_stride == 1) {
-      for (int c = 0; c < group.size; ++c) {
-        const Index first = group.Parameter(blocks.begin, c, copy);
-        ranges->push_back({first, first + blocks.size()});
-      }
-      continue;
+  if (group.block_stride == 1) {
+    for (int c = 0; c < group.size; ++c) {
+      const Index first = group.Parameter(blocks.begin, c);
+      ranges->push_back({first, first + blocks.size()});
     }
-    for (Index block = blocks.begin; block < blocks.end; ++block) {
-      for (int c = 0; c < group.size; ++c) {
-        const Index entry = group.Parameter(block, c, copy);
-        ranges->push_back({entry, entry + 1});
-      }
+    return;
+  }
+  for (Index block = blocks.begin; block < blocks.end; ++block) {
+    for (int c = 0; c < group.size; ++c) {
+      const Index entry = group.Parameter(block, c);
+      ranges->push_back({entry, entry + 1});
     }
   }
 }
@@ -68,17 +66,16 @@ Support Shards::EntriesOf(Share pieces) const {
 
 BlockGroup Shards::WithinOwn(const BlockGroup& group) const {
   const Share blocks = BlocksOf(group, PiecesOf(ranks_.rank()));
-  BlockGroup own_group{.size = group.size, .count = blocks.size(), .copies = group.copies};
+  BlockGroup own_group{.size = group.size, .count = blocks.size()};
   if (blocks.size() == 0) return own_group;
-  const auto place = [&](Index block, int component, int copy) {
-    return own().CountBefore(group.Parameter(blocks.begin + block, component, copy));
+  const auto place = [&](Index block, int component) {
+    return own().CountBefore(group.Parameter(blocks.begin + block, component));
   };
-  own_group.offset = place(0, 0, 0);
-  if (group.size > 1) own_group.component_stride = place(0, 1, 0) - own_group.offset;
-  if (blocks.size() > 1) own_group.block_stride = place(1, 0, 0) - own_group.offset;
-  if (group.copies > 1) own_group.copy_stride = place(0, 0, 1) - own_group.offset;
-  const Index last = place(blocks.size() - 1, group.size - 1, group.copies - 1);
-  VESTA_CHECK(last == own_group.Parameter(blocks.size() - 1, group.size - 1, group.copies - 1),
+  own_group.offset = place(0, 0);
+  if (group.size > 1) own_group.component_stride = place(0, 1) - own_group.offset;
+  if (blocks.size() > 1) own_group.block_stride = place(1, 0) - own_group.offset;
+  const Index last = place(blocks.size() - 1, group.size - 1);
+  VESTA_CHECK(last == own_group.Parameter(blocks.size() - 1, group.size - 1),
               "groups of blocks that lie within each other cannot be cut");
   return own_group;
 }

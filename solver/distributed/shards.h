@@ -13,7 +13,7 @@
 namespace vesta {
 
 // Vectors are cut into pieces, as many whatever the number of processes: of each group of blocks (BlockGroup) a run of
-// whole blocks, so that a block is in one piece with all its copies. A process holds a run of consecutive pieces, its
+// whole blocks, so that a block is in one piece. A process holds a run of consecutive pieces, its
 // shard: a compact vector of their entries, in the order of the whole (kernels/ranks/support.h). A process alone holds
 // everything, and a shard is the whole vector.
 class Shards {

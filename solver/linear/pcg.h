@@ -19,7 +19,6 @@ const char* ToString(PcgStatus status);
 enum class PcgStart {
   kZero,            // x = 0
   kPreconditioned,  // x = M^-1 b, at the price of one more product
-  kGiven,           // the x passed in, likewise
 };
 
 struct PcgOptions {

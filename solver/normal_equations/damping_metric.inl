@@ -41,18 +41,17 @@ void GroupMedianFloor(double factor, const std::vector<BlockGroup>& groups, cons
                       std::vector<S>& floor) {
   std::vector<S> positive;
   for (const BlockGroup& group : groups) {
-    for (int k = 0; k < group.size * group.copies; ++k) {
-      const int c = k % group.size, copy = k / group.size;
+    for (int c = 0; c < group.size; ++c) {
       positive.clear();
       for (Index i = 0; i < group.count; ++i) {
-        const S value = d[static_cast<std::size_t>(group.Parameter(i, c, copy))];
+        const S value = d[static_cast<std::size_t>(group.Parameter(i, c))];
         if (value > S(0)) positive.push_back(value);
       }
       if (positive.empty()) continue;
       const auto middle = positive.begin() + static_cast<std::ptrdiff_t>(positive.size() / 2);
       std::nth_element(positive.begin(), middle, positive.end());
       const S value = static_cast<S>(factor) * *middle;
-      for (Index i = 0; i < group.count; ++i) floor[static_cast<std::size_t>(group.Parameter(i, c, copy))] = value;
+      for (Index i = 0; i < group.count; ++i) floor[static_cast<std::size_t>(group.Parameter(i, c))] = value;
     }
   }
 }

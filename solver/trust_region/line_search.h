@@ -9,8 +9,8 @@
 
 namespace vesta {
 
-// Chooses a factor gamma <= 1 along each step by the cost over a subset of the units, the same for all trials of one
-// step: from 1 down by `shrink` until the cost rises, then back by one (3DGS-LM's search).
+// Chooses a factor gamma <= 1 along each step by the cost over a subset of the units: from 1 down by `shrink` until the
+// cost rises, then back by one (3DGS-LM's search).
 struct LineSearchOptions {
   bool enabled = false;
   // Share of the problem's units in the subset, within (0, 1]; at least one unit.

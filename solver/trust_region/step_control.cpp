@@ -11,51 +11,6 @@ namespace {
 // Nielsen's factor after an accepted step.
 double CubicFactor(double rho) { return std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * rho - 1.0, 3)); }
 
-class GrowingRejects final : public StepControl {
- public:
-  using StepControl::StepControl;
-
- protected:
-  double AfterAccept(double rho) override {
-    growth_ = 2.0;
-    return lambda() * CubicFactor(rho);
-  }
-  double AfterReject() override {
-    const double raised = lambda() * growth_;
-    growth_ *= 2.0;
-    return raised;
-  }
-};
-
-class HalveOrDouble final : public StepControl {
- public:
-  using StepControl::StepControl;
-
- protected:
-  double AfterAccept(double) override { return 0.5 * lambda(); }
-  double AfterReject() override { return 2.0 * lambda(); }
-};
-
-class CubicOrDouble final : public StepControl {
- public:
-  using StepControl::StepControl;
-
- protected:
-  double AfterAccept(double rho) override { return lambda() * CubicFactor(rho); }
-  double AfterReject() override { return 2.0 * lambda(); }
-};
-
-class Soft final : public StepControl {
- public:
-  using StepControl::StepControl;
-
- protected:
-  double AfterAccept(double rho) override {
-    return rho > 0.75 ? lambda() / 3.0 : rho < 0.25 ? 2.0 * lambda() : lambda();
-  }
-  double AfterReject() override { return 4.0 * lambda(); }
-};
-
 }  // namespace
 
 const char* ToString(StepRule rule) {
@@ -64,12 +19,8 @@ const char* ToString(StepRule rule) {
       return "ceres";
     case StepRule::k3dgsLmCode:
       return "3dgs-lm code";
-    case StepRule::k3dgsLmV1:
-      return "3dgs-lm v1";
     case StepRule::k3dgsLmV2:
       return "3dgs-lm v2";
-    case StepRule::kSoft:
-      return "soft";
   }
   return "unknown";
 }
@@ -85,9 +36,6 @@ void StepControlOptions::Validate() const {
   if (!(lambda_after_first_reject >= 0 && lambda_after_first_reject <= max_lambda)) {
     Fail("step_control.lambda_after_first_reject is {}; choose it within [0, max_lambda]", lambda_after_first_reject);
   }
-  for (const double gamma : backtracking) {
-    if (!(gamma > 0 && gamma < 1)) Fail("step_control.backtracking has {}; choose fractions within (0, 1)", gamma);
-  }
 }
 
 StepControlOptions DefaultStepControl(StepRule rule) {
@@ -96,11 +44,8 @@ StepControlOptions DefaultStepControl(StepRule rule) {
       return {};
     case StepRule::k3dgsLmCode:
       return {.rule = rule, .initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 0};
-    case StepRule::k3dgsLmV1:
     case StepRule::k3dgsLmV2:
       return {.rule = rule, .initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 1e-5};
-    case StepRule::kSoft:
-      return {.rule = rule, .initial_lambda = 1e-2, .min_relative_decrease = 0, .backtracking = {0.5, 0.2}};
   }
   return {};
 }
@@ -109,26 +54,20 @@ StepControl::StepControl(const StepControlOptions& options) : options_(options),
   options.Validate();
 }
 
+void StepControl::OnAccept(double rho) {
+  growth_ = 2;
+  Set(lambda_ * CubicFactor(rho));
+}
+
 void StepControl::OnReject() {
-  const bool first = lambda_ == options_.initial_lambda && options_.lambda_after_first_reject > lambda_;
-  Set(first ? options_.lambda_after_first_reject : AfterReject());
+  if (lambda_ == options_.initial_lambda && options_.lambda_after_first_reject > lambda_) {
+    Set(options_.lambda_after_first_reject);
+    return;
+  }
+  Set(lambda_ * growth_);
+  if (options_.rule != StepRule::k3dgsLmV2) growth_ *= 2;
 }
 
 void StepControl::Set(double lambda) { lambda_ = std::clamp(lambda, options_.min_lambda, options_.max_lambda); }
-
-std::unique_ptr<StepControl> MakeStepControl(StepRule rule, const StepControlOptions& options) {
-  switch (rule) {
-    case StepRule::k3dgsLmV1:
-      return std::make_unique<HalveOrDouble>(options);
-    case StepRule::k3dgsLmV2:
-      return std::make_unique<CubicOrDouble>(options);
-    case StepRule::kSoft:
-      return std::make_unique<Soft>(options);
-    case StepRule::kCeres:
-    case StepRule::k3dgsLmCode:
-      break;
-  }
-  return std::make_unique<GrowingRejects>(options);
-}
 
 }  // namespace vesta

@@ -98,7 +98,7 @@ TEST_F(Convert, DegreesGoThroughTheProgram) {
   const std::string refined = folder_ / "refined", pruned = folder_ / "pruned";
   for (const auto& words :
        {std::vector<std::string>{"refine", ply, scene_, "--out=" + refined, "--method=both", "--iterations=5",
-                                 "--lm_iterations=1", "--set", "lm.preconditioner=block_sh"},
+                                 "--lm_iterations=1"},
         {"prune", ply, scene_, "--out=" + pruned, "--keep=0.5", "--iterations=5", "--set=parsimony.sh_price=0"}}) {
     const ProgramOutput output = RunProgram(words);
     EXPECT_EQ(output.status, 0) << output.err;

@@ -123,9 +123,8 @@ TYPED_TEST(CudaBackendTest, BlockDiagonalMatricesAreThoseOfTheHost) {
   test::Random random(3);
   for (const int order : {1, 3, 4, 5, 9, 11, 16, 17}) {
     const Index count = 300;
-    const std::vector<BlockGroup> groups = {
-        {.size = order, .count = count, .offset = 0, .component_stride = 2 * count, .copies = 2, .copy_stride = count}};
-    const Index n = 2 * count * order;
+    const std::vector<BlockGroup> groups = {{.size = order, .count = count, .offset = 0, .component_stride = count}};
+    const Index n = count * order;
     BlockDiagonal<CpuBackend<S>> cpu(n, groups);
     BlockDiagonal<CudaBackend<S>> gpu(n, groups);
     // Positive definite blocks.

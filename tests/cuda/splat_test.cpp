@@ -214,7 +214,6 @@ TEST_F(CudaSplatProblem, VariantsAreThoseOfTheHost) {
       {"agreement of views", [](gs::SplatProblemOptions& o) { o.view_agreement = 0.3; }},
       {"cache32", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache32; }},
       {"cache16", [](gs::SplatProblemOptions& o) { o.jacobian = gs::JacobianKind::kCache16; }},
-      {"blocks of the colours", [](gs::SplatProblemOptions& o) { o.sh_blocks = true; }},
       {"batches",
        [](gs::SplatProblemOptions& o) {
          o.batches = {2, 1, gs::BatchChoice::kRandom, 3};

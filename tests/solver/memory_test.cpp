@@ -24,7 +24,7 @@ class Pairs final : public Problem<Cpu> {
   struct Options {
     int batches = 1;
     double held = 0, gram = 0, gram_work = 0, cost_work = 0, between = 0;  // vectors
-    bool has_own_descent = false, has_own_metric = false, limits_steps = false, has_blocks = true;
+    bool has_own_descent = false, has_own_metric = false, has_blocks = true;
     bool refuses = false;  // the first trial
   };
   explicit Pairs(const Options& options) : options_(options) {}
@@ -44,10 +44,6 @@ class Pairs final : public Problem<Cpu> {
   bool DampingMetric(Cpu::ConstView, Cpu::ConstView diag_h, Cpu::View metric) override {
     if (options_.has_own_metric) Cpu().Axpby(2, diag_h, 0, metric);
     return options_.has_own_metric;
-  }
-  bool LimitStep(Cpu::ConstView, Cpu::View step) override {
-    if (options_.limits_steps) Cpu().Axpby(0.5, step, 0, step);
-    return options_.limits_steps;
   }
 
  private:
@@ -122,7 +118,6 @@ const Case kCases[] = {
     {"scaled", [](Pairs::Options&, LmOptions& lm) { lm.column_scaling = ColumnScaling::kInverseRoot; }},
     {"own_descent", [](Pairs::Options& p, LmOptions&) { p.has_own_descent = true; }},
     {"own_descent_of_blocks", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.has_own_descent = true; }},
-    {"limited_steps", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.limits_steps = true; }},
     {"costly_trials", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.cost_work = 8; }},
     {"costly_callback", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.between = 9; }},
     {"large_gram", [](Pairs::Options& p, LmOptions&) { p.gram = 7; }},
@@ -132,8 +127,6 @@ const Case kCases[] = {
     {"costly_gram", [](Pairs::Options& p, LmOptions&) { p.gram_work = 9; }},
     {"own_metric", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.gram = 7, p.has_own_metric = true; }},
     {"refused", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.gram_work = 9, p.refuses = true; }},
-    {"refused_and_limited",
-     [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.gram_work = 9, p.refuses = p.limits_steps = true; }},
     {"batches", [](Pairs::Options& p, LmOptions&) { p.batches = 3; }},
     {"batches_of_blocks", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.batches = 3; }},
     {"batches_of_blocks_refused", [](Pairs::Options& p, LmOptions& lm) { Block(lm), p.batches = 3, p.refuses = true; }},
@@ -149,8 +142,6 @@ const Case kCases[] = {
     {"merged_not_held_costly_gram", [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, false), p.gram_work = 9; }},
     {"merged_not_held_costly_trials", [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, false), p.cost_work = 20; }},
     {"merged_not_held_costly_callback", [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, false), p.between = 20; }},
-    {"merged_not_held_limited",
-     [](Pairs::Options& p, LmOptions& lm) { Merge(p, lm, false), Block(lm), p.gram = 7, p.limits_steps = true; }},
 };
 
 class SolveMemory : public testing::TestWithParam<Case> {};
@@ -189,8 +180,7 @@ TEST_P(SolveMemory, IsWhatIsForeseen) {
                                            .cost_work = pairs.cost_work,
                                            .between = pairs.between,
                                            .has_own_descent = pairs.has_own_descent,
-                                           .has_own_metric = pairs.has_own_metric,
-                                           .limits_steps = pairs.limits_steps});
+                                           .has_own_metric = pairs.has_own_metric});
   EXPECT_NEAR(foreseen, memory.peak_bytes() / kVector, 0.1) << "vectors";
 }
 

@@ -253,7 +253,7 @@ void JointLinearization<B>::Descent(View d) {
 template <Backend B>
 const SplatGrams<B>& JointLinearization<B>::Grams() {
   if (!grams_.empty()) return grams_;
-  grams_.Start(model_, options_.splats.sh_blocks);
+  grams_.Start(model_);
   for (const JointUnit<B>& unit : units_) {
     const View omega = scratch_->Image(unit.values());
     B().Copy(unit.W.diagonal, omega);
@@ -261,7 +261,7 @@ const SplatGrams<B>& JointLinearization<B>::Grams() {
     for (S& gain : squared.of) gain *= gain;
     ScaleChannels<B>(squared, omega);
     unit.view.AddGram(model_, unit.rendered.data(), omega.data(), grams_.blocks(), grams_.sh_diagonal(),
-                      scratch_->workspace, grams_.sh_blocks());
+                      scratch_->workspace);
   }
   scratch_->workspace.pair_grams = {},
   scratch_->workspace.splat_grams = {};  // the largest of the workspace, and idle until the next x

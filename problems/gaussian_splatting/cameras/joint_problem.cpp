@@ -5,7 +5,7 @@
 namespace vesta::gs {
 
 std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const JointLayout& layout) {
-  std::vector<BlockGroup> groups = SplatBlockGroups(options.splats, options.splats.sh_blocks);
+  std::vector<BlockGroup> groups = SplatBlockGroups(options.splats);
   const int own = layout.free.num_tangent();
   groups.push_back(
       {.size = own, .count = layout.views, .offset = layout.splats, .component_stride = 1, .block_stride = own});

@@ -14,11 +14,9 @@ PhotometricWeights LossOf(const LmStageOptions& lm) {
 SplatProblemOptions SplatProblemOptionsOf(const LmStageOptions& lm, const splat::ModelLayout& layout) {
   SplatProblemOptions problem;
   static_cast<SplatMetricOptions&>(problem) = lm;
-  if (lm.damping == LmDamping::kDiagonal) problem.rates_damping = 0;
   static_cast<splat::ModelLayout&>(problem) = layout;
   problem.weights = LossOf(lm);
   problem.jacobian = lm.jacobian;
-  problem.sh_blocks = lm.preconditioner == LmPreconditioner::kBlockSh;
   return problem;
 }
 
@@ -40,9 +38,7 @@ vesta::LmOptions LmEngineOptions(const LmStageOptions& lm) {
   // Automatic: one of the problem's own where it gives one, else its blocks.
   system.preconditioner =
       lm.preconditioner == LmPreconditioner::kJacobi ? PreconditionerKind::kJacobi : PreconditionerKind::kAuto;
-  if (lm.preconditioner_damping != PreconditionerDamping::kLambda) {
-    system.preconditioner_lambda = lm.preconditioner_damping == PreconditionerDamping::kOne ? 1 : 0;
-  }
+  if (lm.preconditioner_damping == PreconditionerDamping::kOne) system.preconditioner_lambda = 1;
   system.pcg.max_iterations = lm.pcg_iterations;
   system.pcg.start = lm.pcg_start;
   if (lm.pcg_tolerance > 0) system.pcg.relative_tolerance = lm.pcg_tolerance, system.pcg.model_tolerance = 0;

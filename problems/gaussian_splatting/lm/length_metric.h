@@ -13,12 +13,11 @@ namespace vesta::gs {
 // Completes D (layout.h; `count` Gaussians at x) for the mean and the quaternion of Gaussian i.
 // D of the mean, given for a unit of length of 1, is divided by the square of the Gaussian's unit.
 // A step dq of the quaternion turns the splat by up to 2 |dq| / |q|, which moves its ends, one standard deviation out,
-// by up to 2 sigma_max |dq| / |q|, so D_q += turn_weight D_mean (2 sigma_max / |q|)^2: the ends are as dear as the
+// by up to 2 sigma_max |dq| / |q|, so D_q += D_mean (2 sigma_max / |q|)^2: the ends are as dear as the
 // mean. A small round splat may turn as it likes; a long needle, which by a small angle sweeps views far from those
 // that it is fitted to, may not.
 template <class S>
 struct LengthMetric {
-  S turn_weight;
   Index count;
   const float* units;  // [count], of length; null: all 1
   const S* x;
@@ -36,7 +35,7 @@ struct LengthMetric {
     for (int k = splat::kQuaternion; k < splat::kOpacity; ++k) square += x[k * count + i] * x[k * count + i];
     // Finite for any finite x, and for a quaternion of zero.
     constexpr S kLeastSquare = S(1e-12), kMost = S(1e30);
-    S ends = 4 * turn_weight * mean_metric * std::exp(2 * log_scale) / (square > kLeastSquare ? square : kLeastSquare);
+    S ends = 4 * mean_metric * std::exp(2 * log_scale) / (square > kLeastSquare ? square : kLeastSquare);
     if (!(ends < kMost)) ends = kMost;
     for (int k = splat::kQuaternion; k < splat::kOpacity; ++k) D[k * count + i] += ends;
   }

@@ -11,17 +11,12 @@ using schema::Choice;
 constexpr Choice<BatchChoice> kBatchChoices[] = {{BatchChoice::kStrided, "strided"}, {BatchChoice::kRandom, "random"}};
 constexpr Choice<LmDamping> kDampings[] = {{LmDamping::kRates, "rates"}, {LmDamping::kDiagonal, "diag"}};
 constexpr Choice<LmPreconditioner> kPreconditioners[] = {{LmPreconditioner::kBlock, "block"},
-                                                         {LmPreconditioner::kBlockSh, "block_sh"},
                                                          {LmPreconditioner::kJacobi, "jacobi"}};
 constexpr Choice<PreconditionerDamping> kPreconditionerDampings[] = {{PreconditionerDamping::kLambda, "lambda"},
-                                                                     {PreconditionerDamping::kNone, "none"},
                                                                      {PreconditionerDamping::kOne, "one"}};
 constexpr Choice<PcgStart> kPcgStarts[] = {{PcgStart::kZero, "zero"}, {PcgStart::kPreconditioned, "preconditioned"}};
-constexpr Choice<StepRule> kStepRules[] = {{StepRule::kSoft, "soft"},
-                                           {StepRule::kCeres, "ceres"},
-                                           {StepRule::k3dgsLmV1, "v1"},
-                                           {StepRule::k3dgsLmV2, "v2"},
-                                           {StepRule::k3dgsLmCode, "code"}};
+constexpr Choice<StepRule> kStepRules[] = {
+    {StepRule::kCeres, "ceres"}, {StepRule::k3dgsLmV2, "v2"}, {StepRule::k3dgsLmCode, "code"}};
 constexpr Choice<PixelLinearization> kPixelLinearizations[] = {{PixelLinearization::kIrls, "irls"},
                                                                {PixelLinearization::kSqrt, "sqrt"},
                                                                {PixelLinearization::kHuber, "huber"},
@@ -52,20 +47,14 @@ const schema::Table<LmStageOptions>& LmStageFields() {
        "residual at which they stop; 0: where the quadratic model hardly falls any more"},
       {"pcg_start", &O::pcg_start, kPcgStarts, "where they start: at zero, or at the preconditioned gradient"},
       {"preconditioner", &O::preconditioner, kPreconditioners,
-       "11 x 11 blocks of JtJ, those and blocks of the harmonics, or its diagonal"},
+       "11 x 11 blocks of JtJ for the geometry of Gaussians, or its diagonal"},
       {"preconditioner_damping", &O::preconditioner_damping, kPreconditionerDampings,
-       "damping within it: lambda, none, or one"},
+       "damping within it: lambda, or one"},
       {"damping", &O::damping, kDampings, "metric of the damping: Adam's learning rates, or diag(JtJ)"},
-      {"step_control", &O::step_control, kStepRules,
-       "rule for lambda: with backtracking, that of Ceres, of 3DGS-LM's paper (two), of its code"},
+      {"step_control", &O::step_control, kStepRules, "rule for lambda: that of Ceres, of 3DGS-LM's paper, of its code"},
       {"initial_lambda", &O::initial_lambda, kPositive, "damping at the start"},
       {"min_lambda", &O::min_lambda, kPositive, "least damping"},
       {"max_lambda", &O::max_lambda, kPositive, "most damping"},
-      {"rates_damping", &O::rates_damping, kPositive, "weight of the metric of learning rates"},
-      {"position_damping", &O::position_damping, kPositive, "factor on it for the means"},
-      {"rotation_damping", &O::rotation_damping, kFromZero,
-       "weight in it of how far a splat's ends move when it turns"},
-      {"sh_damping", &O::sh_damping, kPositive, "factor on it for the bands of the harmonics above the constant"},
       {"min_diagonal", &O::min_diagonal, kFromZero, "least diag(JtJ) in the damping; 0: a millionth of the median"},
       {"max_diagonal", &O::max_diagonal, kFromZero, "most diag(JtJ) in the damping; 0: no limit"},
       {"view_agreement", &O::view_agreement, kWeight, "how strongly gradients are shrunk where views disagree; 0: not"},

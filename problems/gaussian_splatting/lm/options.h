@@ -27,35 +27,21 @@ inline bool IsCached(JacobianKind kind) { return kind == JacobianKind::kCache32 
 
 // D, the metric in which lambda damps.
 enum class LmDamping {
-  kRates,     // that of Adam's learning rates (SplatMetricOptions)
+  kRates,     // that of Adam's learning rates (lm/splat_blocks.h)
   kDiagonal,  // diag(JtJ)
 };
 
 enum class LmPreconditioner {
-  kBlock,    // the geometry of each Gaussian a block, its harmonics by their diagonal
-  kBlockSh,  // and the harmonics of each a block that its channels share
+  kBlock,  // the geometry of each Gaussian a block, its harmonics by their diagonal
   kJacobi,
 };
 
-// What damps the preconditioner: the damping of the system, none, or D itself (3DGS-LM's paper, and its code).
-enum class PreconditionerDamping { kLambda, kNone, kOne };
+// What damps the preconditioner: the damping of the system, or D itself (3DGS-LM).
+enum class PreconditionerDamping { kLambda, kOne };
 
 // What the problem makes of the gradient and of the damping.
 struct SplatMetricOptions {
-  // Damping metric D_k = rates_damping * c / rate_k^2, c = the mean over Gaussians of diag(H) of the opacity times its
-  // rate squared: the metric of Adam's learning rates, in which parameters that no view sees well are held too.
-  // 0: the engine's own, diag(H).
-  double rates_damping = 1.2;
-  // Factor on D of the means. They move splats past each other in the order of depth, which the linear model does not
-  // see. Where the order has been fitted, the cost rises in proportion to the way
-  // (docs/results/2026-11-23-lm-ablation.md).
-  double position_damping = 5;
-  // Weight of what a splat's length adds to D of its quaternion (lm/length_metric.h).
-  double rotation_damping = 1;
-  // Factor on D of the bands of the harmonics above the constant. By Adam's rates, where theirs is a twentieth, D would
-  // be 400 times the constant's and slow all other steps down; undamped they over-fit
-  // (docs/results/2026-11-23-harmonics-blocks.md).
-  double sh_damping = 0.02;
+  LmDamping damping = LmDamping::kRates;
   // How strongly each entry of the descent is shrunk by the disagreement of the batch's views about it
   // (lm/view_agreement.h). 0: not at all.
   double view_agreement = 0.3;
@@ -73,13 +59,12 @@ struct LmStageOptions : SplatMetricOptions {
   BatchChoice batch_choice = BatchChoice::kStrided;
   // Several batches: solved together in one PCG, or one by one and merged (3DGS-LM, eq. 7).
   bool merge_batches = false;
-  LmDamping damping = LmDamping::kRates;
   LmPreconditioner preconditioner = LmPreconditioner::kBlock;
   PreconditionerDamping preconditioner_damping = PreconditionerDamping::kLambda;
   PcgStart pcg_start = PcgStart::kZero;
   // Stop PCG where |residual| <= pcg_tolerance |b|; 0: where the quadratic model hardly falls any more.
   double pcg_tolerance = 0;
-  StepRule step_control = StepRule::kSoft;
+  StepRule step_control = StepRule::kCeres;
   // Views that are held shorten an iteration by a quarter and take several times the memory of all else
   // (docs/results/2026-11-22-lm-memory.md).
   JacobianKind jacobian = JacobianKind::kRebuild;

@@ -5,25 +5,15 @@
 
 #include "kernels/core/block_diagonal.h"
 #include "kernels/gaussian_splatting/layout.h"
-#include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
 namespace vesta::gs {
 
-// One block of the geometric attributes for each Gaussian; of the spherical harmonics the diagonal, or one block for
-// the three channels.
-inline std::vector<BlockGroup> SplatBlockGroups(const splat::ModelLayout& layout, bool sh_blocks) {
-  const Index count = layout.count;
-  const BlockGroup geometry{.size = splat::kGeometry, .count = count, .offset = 0, .component_stride = count};
-  const Index offset = layout.Offset(splat::kSh);
-  if (!sh_blocks) return {geometry, {.size = 1, .count = layout.Size() - offset, .offset = offset}};
-  return {geometry,
-          {.size = ShCoefficients(layout.sh_degree),
-           .count = count,
-           .offset = offset,
-           .component_stride = 3 * count,
-           .copies = 3,
-           .copy_stride = count}};
+// One block of the geometric attributes for each Gaussian; of the spherical harmonics the diagonal.
+inline std::vector<BlockGroup> SplatBlockGroups(const splat::ModelLayout& layout) {
+  const Index count = layout.count, offset = layout.Offset(splat::kSh);
+  return {{.size = splat::kGeometry, .count = count, .offset = 0, .component_stride = count},
+          {.size = 1, .count = layout.Size() - offset, .offset = offset}};
 }
 
 // What a cached Jacobian's entries are kept in.
@@ -31,17 +21,23 @@ inline splat::CacheFormat CacheFormatOf(JacobianKind kind) {
   return kind == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
 }
 
-// The metric of the learning rates: entry a is D of attribute a (SplatProblemOptions::rates_damping), before
-// LengthMetric completes it. opacity_sum: of diag(H) over the opacities. Empty where that gives no metric.
+// The metric of the learning rates: entry a is D of attribute a, 1.2 c / rate^2 with c the mean over Gaussians of
+// diag(H) of the opacity times its rate squared, before LengthMetric completes it. In it parameters that no view sees
+// well are held too. Two attributes have a factor besides (docs/results/2026-11-29-lm-rules.md):
+// * the means 5, as they move splats past each other in the order of depth, which the linear model does not see;
+// * the bands of the harmonics above the constant 0.02, as their rate is a twentieth of the constant's, so that D would
+//   be 400 times as large and slow all other steps down.
+// opacity_sum: of diag(H) over the opacities. Empty where that gives no metric.
 inline std::vector<double> RatesMetric(const SplatProblemOptions& options, double opacity_sum) {
+  constexpr double kWeight = 1.2, kOfMeans = 5, kOfBands = 0.02;
   const double opacity_rate2 = options.rates.opacity * options.rates.opacity;
   const double count = static_cast<double>(options.count > 0 ? options.count : 1);
-  const double c = options.rates_damping * opacity_rate2 * opacity_sum / count;
+  const double c = kWeight * opacity_rate2 * opacity_sum / count;
   std::vector<double> metric;
   if (!(c > 0)) return metric;
   for (int a = 0; a < splat::NumAttributes(options.sh_degree); ++a) {
     const double rate = RateOf(options.rates, a);
-    const double factor = a < splat::kLogScale ? options.position_damping : a < splat::kSh + 3 ? 1 : options.sh_damping;
+    const double factor = a < splat::kLogScale ? kOfMeans : a < splat::kSh + 3 ? 1 : kOfBands;
     metric.push_back(factor * c / (rate * rate));
   }
   return metric;

@@ -12,18 +12,16 @@ class SplatGrams {
   using S = typename B::Scalar;
 
   bool empty() const { return blocks_.empty(); }
-  // All zero, of a model so laid out; sh_blocks: with blocks of the harmonics (SplatProblemOptions::sh_blocks).
-  void Start(const splat::ModelLayout& layout, bool sh_blocks) {
+  // All zero, of a model so laid out.
+  void Start(const splat::ModelLayout& layout) {
     count_ = layout.count;
     blocks_.Resize(PackedSize(splat::kGeometry) * count_);
     sh_diagonal_.Resize(layout.Size() - splat::kSh * count_);
-    if (sh_blocks) sh_blocks_.Resize(PackedSize(ShCoefficients(layout.sh_degree)) * count_);
   }
-  void Release() { blocks_ = {}, sh_diagonal_ = {}, sh_blocks_ = {}; }
-  // What SplatView::AddGram adds to; the last is null where there are none.
+  void Release() { blocks_ = {}, sh_diagonal_ = {}; }
+  // What SplatView::AddGram adds to.
   S* blocks() { return blocks_.data(); }
   S* sh_diagonal() { return sh_diagonal_.data(); }
-  S* sh_blocks() { return sh_blocks_.empty() ? nullptr : sh_blocks_.data(); }
   // d[layout.Size()] = the diagonal.
   void CopyDiagonal(typename B::View d) const {
     for (int a = 0; a < splat::kGeometry; ++a) {
@@ -34,12 +32,12 @@ class SplatGrams {
   // Into the first two groups, those of SplatBlockGroups.
   void CopyBlocks(BlockDiagonal<B>& to) const {
     B().Copy(blocks_, to.values(0));
-    B().Copy(sh_blocks_.empty() ? sh_diagonal_ : sh_blocks_, to.values(1));
+    B().Copy(sh_diagonal_, to.values(1));
   }
 
  private:
   Index count_ = 0;
-  typename B::Vector blocks_, sh_diagonal_, sh_blocks_;
+  typename B::Vector blocks_, sh_diagonal_;
 };
 
 }  // namespace vesta::gs

@@ -48,7 +48,7 @@ class SplatLinearization final : public Linearization<B> {
   void DiagJTJ(View d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
-  bool blocks_give_diagonal() const override { return !options_.sh_blocks; }
+  bool blocks_give_diagonal() const override { return true; }
 
  private:
   using Vector = typename B::Vector;
@@ -66,8 +66,8 @@ class SplatLinearization final : public Linearization<B> {
   void ForEachUnit(const Body& body) const;
   // Hv += J^T W d_image of one view; weighted: to work in.
   void AddJTW(const Unit& unit, View d_image, View weighted, View Hv);
-  // blocks, sh_diagonal and, with options.sh_blocks, sh_blocks += those of all views.
-  void AddGram(S* blocks, S* sh_diagonal, S* sh_blocks);
+  // blocks and sh_diagonal += those of all views.
+  void AddGram(S* blocks, S* sh_diagonal);
   static constexpr Index kGrain = 16384;
 
   // v *= scale_.

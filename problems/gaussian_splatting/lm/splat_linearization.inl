@@ -219,11 +219,11 @@ void SplatLinearization<B>::DescentOf(Index units, ConstView gradient, View squa
 }
 
 template <Backend B>
-void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal, S* sh_blocks) {
+void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal) {
   ForEachUnit([&](Unit& unit) {
     const View omega = scratch_->weighted_work.view().subspan(0, unit.shape.NumValues());
     B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
-    unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_, sh_blocks);
+    unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_);
   });
   // The largest of the workspace, and idle until the next x.
   workspace_->pair_grams = {}, workspace_->splat_grams = {};
@@ -232,8 +232,8 @@ void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal, S* sh_blocks) {
 template <Backend B>
 void SplatLinearization<B>::DiagJTJ(View d) {
   if (grams_.empty()) {
-    grams_.Start(model_, options_.sh_blocks);
-    AddGram(grams_.blocks(), grams_.sh_diagonal(), grams_.sh_blocks());
+    grams_.Start(model_);
+    AddGram(grams_.blocks(), grams_.sh_diagonal());
   }
   grams_.CopyDiagonal(d);
   if (options_.is_part) grams_.Release();  // others' would be held beside them
@@ -241,15 +241,13 @@ void SplatLinearization<B>::DiagJTJ(View d) {
 
 template <Backend B>
 std::vector<BlockGroup> SplatLinearization<B>::block_groups() const {
-  return SplatBlockGroups(model_, options_.sh_blocks);
+  return SplatBlockGroups(model_);
 }
 
 template <Backend B>
 void SplatLinearization<B>::BlockGram(BlockDiagonal<B>& blocks) {
   if (grams_.empty()) {
-    Vector diagonal(options_.sh_blocks ? num_parameters() - splat::kSh * model_.count : 0);
-    S* const sh = blocks.values(1).data();
-    AddGram(blocks.values(0).data(), options_.sh_blocks ? diagonal.data() : sh, options_.sh_blocks ? sh : nullptr);
+    AddGram(blocks.values(0).data(), blocks.values(1).data());
     return;
   }
   grams_.CopyBlocks(blocks);

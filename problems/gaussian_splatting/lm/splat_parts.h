@@ -39,9 +39,7 @@ class SplatParts final : public ProblemParts<B> {
             {}};
   }
   Index num_parameters() const override { return whole_.num_parameters(); }
-  std::vector<BlockGroup> block_groups() const override {
-    return SplatBlockGroups(whole_.options(), whole_.options().sh_blocks);
-  }
+  std::vector<BlockGroup> block_groups() const override { return SplatBlockGroups(whole_.options()); }
   Problem<B>* geometry() override { return &whole_; }
 
  private:

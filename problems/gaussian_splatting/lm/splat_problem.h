@@ -30,9 +30,6 @@ struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
   // Merged batches want views that are not neighbours: the merge is biased by those.
   ViewBatchOptions batches;
   JacobianKind jacobian = JacobianKind::kRecompute;
-  // Blocks of the spherical harmonics too, one for the three channels, instead of their diagonal. Only where all
-  // Gaussians have the same degree.
-  bool sh_blocks = false;
   LearningRates rates;
   // Of length, for each Gaussian (model/length_units.h); null: all 1.
   std::shared_ptr<const std::vector<float>> units;

@@ -22,7 +22,6 @@ SplatProblem<B>::SplatProblem(const SplatProblemOptions& options, std::span<cons
       loss_(std::make_shared<typename SplatBackend<B>::Loss>(options.weights)),
       workspace_(std::make_shared<typename SplatBackend<B>::Workspace>()),
       scratch_(std::make_shared<SplatScratch<B>>()) {
-  VESTA_CHECK(options.is_uniform() || !options.sh_blocks, "blocks of harmonics of different degrees");
   if (options.units) {
     const HostSpan<const float> units(options.units->data(), static_cast<Index>(options.units->size()));
     VESTA_CHECK(units.size() == options.count, "{} units of length for {} Gaussians", units.size(), options.count);
@@ -101,7 +100,7 @@ std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstView x, int ba
 
 template <Backend B>
 bool SplatProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
-  if (options_.rates_damping <= 0) return false;
+  if (options_.damping != LmDamping::kRates) return false;
   using S = typename B::Scalar;
   B backend;
   const Index n = options_.count;
@@ -113,9 +112,7 @@ bool SplatProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
     backend.Fill(metric[static_cast<std::size_t>(a)], D.subspan(options_.Offset(a), options_.Rows(a)));
   }
   if (metric.empty()) return false;
-  ForEach<typename B::Space>(n, 4096,
-                             LengthMetric<S>{static_cast<S>(options_.rotation_damping), n,
-                                             units_.empty() ? nullptr : units_.data(), x.data(), D.data()});
+  ForEach<typename B::Space>(n, 4096, LengthMetric<S>{n, units_.empty() ? nullptr : units_.data(), x.data(), D.data()});
   return true;
 }
 

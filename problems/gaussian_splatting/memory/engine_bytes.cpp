@@ -13,23 +13,6 @@
 #include "solver/memory.h"
 
 namespace vesta::gs {
-namespace {
-
-// The Gram matrices of a linearization, measured for the diagonal and held until they become blocks, and the blocks of
-// a preconditioner.
-struct BlockBytes {
-  double gram, blocks;
-};
-
-BlockBytes BlocksOf(const MemoryScene& scene, const LmStageOptions& lm) {
-  const bool with_colors = lm.preconditioner == LmPreconditioner::kBlockSh;
-  const double geometry = PackedSize(splat::kGeometry) * PerGaussianBytes(scene),
-               diagonal = VectorBytes(scene) - splat::kSh * PerGaussianBytes(scene),
-               colors = with_colors ? PackedSize(ShCoefficients(scene.layout.sh_degree)) * PerGaussianBytes(scene) : 0;
-  return {geometry + diagonal + colors, geometry + (with_colors ? colors : diagonal)};
-}
-
-}  // namespace
 
 double VectorBytes(const MemoryScene& scene) { return sizeof(float) * static_cast<double>(scene.layout.Size()); }
 
@@ -40,7 +23,10 @@ double BasesBytes(const MemoryScene& scene, const AdamOptions& options) {
                                               : 0;
 }
 
-double GramBytes(const MemoryScene& scene, const LmStageOptions& lm) { return BlocksOf(scene, lm).gram; }
+// Packed blocks of the geometry, and the diagonal of the harmonics.
+double GramBytes(const MemoryScene& scene) {
+  return (PackedSize(splat::kGeometry) - splat::kSh) * PerGaussianBytes(scene) + VectorBytes(scene);
+}
 
 double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, double views_bytes,
                    const PassingBytes& passing) {
@@ -53,25 +39,26 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
   const double size =
       std::ceil(lm.batch_size > 0 ? std::min<double>(lm.batch_size, views) : views / static_cast<double>(batches));
   const double held = std::min(linearizations * size, views);
-  const BlockBytes blocks = BlocksOf(scene, lm);
+  // The Gram matrices of a linearization, which become the blocks of a preconditioner.
+  const double blocks = GramBytes(scene);
   const double vector = VectorBytes(scene);
   // Where parts are summed: gradients and their squares as one vector, Gram matrices beside that of a part. What
   // products with H are summed in stays, and what of other processes' shards is gathered to.
   const double sums = passing.sum_buffers;
-  const double summing = sums > 0 ? std::max((sums + 1) * blocks.gram, sums * 2 * vector) : 0;
+  const double summing = sums > 0 ? std::max((sums + 1) * blocks, sums * 2 * vector) : 0;
   const double kept = (sums + (scene.processes > 1 ? 2 : 0)) * vector;
   return LmPeakBytes(engine, {.batches = static_cast<int>(batches),
                               .vector = vector,
                               .linearization = views_bytes * (views > 0 ? held / views : 0) / linearizations +
                                                2 * kImageBytes * scene.Largest().pixels + kept,
-                              .gram = blocks.gram,
+                              .gram = blocks,
                               .gram_work = passing.gram + summing,
                               .keeps_gram = passing.keeps_gram,
-                              .blocks = blocks.blocks,
+                              .blocks = blocks,
                               .cost_work = passing.cost,
                               .between = passing.evaluation,
                               .has_own_descent = lm.view_agreement > 0,
-                              .has_own_metric = lm.damping == LmDamping::kRates && lm.rates_damping > 0});
+                              .has_own_metric = lm.damping == LmDamping::kRates});
 }
 
 }  // namespace vesta::gs

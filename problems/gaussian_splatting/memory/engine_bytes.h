@@ -17,7 +17,7 @@ double PerGaussianBytes(const MemoryScene& scene);
 double BasesBytes(const MemoryScene& scene, const AdamOptions& options);
 
 // Of the Gram matrices of all Gaussians.
-double GramBytes(const MemoryScene& scene, const LmStageOptions& lm);
+double GramBytes(const MemoryScene& scene);
 
 // What passes over views work in and give back.
 struct PassingBytes {

@@ -15,9 +15,6 @@ TrainOptions Fast() {
   TrainOptions options;
   options.adam.length = 0.25;
   options.lm.view_agreement = 0;  // after so short an Adam stage the views still agree on most of the gradient
-  // With the whole gradient, blocks of the harmonics pay (docs/results/2026-11-23-harmonics-blocks.md).
-  options.lm.preconditioner = LmPreconditioner::kBlockSh;
-  options.lm.sh_damping = 0.0025;
   return options;
 }
 
@@ -121,7 +118,6 @@ TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMe
   if (is_paper) return options;
   options.lm.iterations = by == RefineMethod::kViews ? 0 : 12;
   options.lm.min_gain = 0.001;
-  options.lm.preconditioner = LmPreconditioner::kBlockSh;
   return options;
 }
 

@@ -16,7 +16,7 @@ Index NumBatches(const TrainingSession& session, const LmStageOptions& lm) {
 }
 
 // What of LM's options cannot be done, or does nothing.
-void MendOddities(TrainingSession& session, const SplatModel& model, LmStageOptions* lm) {
+void MendOddities(TrainingSession& session, LmStageOptions* lm) {
   if (lm->iterations == 0) return;
   const bool is_plain = lm->batches == 1 && lm->batch_size == 0 && !lm->line_search && !IsCached(lm->jacobian);
   if (FindsCamerasByLm(session.options()) && !is_plain) {
@@ -30,10 +30,6 @@ void MendOddities(TrainingSession& session, const SplatModel& model, LmStageOpti
   }
   if (lm->l1_weight == 0 && lm->ssim_weight == 0) {
     session.Note("LM has nothing to lower: lm.l1_weight and lm.ssim_weight are both 0");
-  }
-  if (lm->preconditioner == LmPreconditioner::kBlockSh && !model.is_uniform()) {
-    lm->preconditioner = LmPreconditioner::kBlock;
-    session.Note("LM with lm.preconditioner=block in place of block_sh: harmonics of different degrees have no blocks");
   }
 }
 
@@ -83,7 +79,7 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
 
 LmOutcome RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model) {
   const TrainOptions& options = session.options();
-  MendOddities(session, *model, &session.AdaptOptions().lm);
+  MendOddities(session, &session.AdaptOptions().lm);
   LmOutcome outcome{
       .plan = {}, .batches = NumBatches(session, options.lm), .counts = CountForLm(session, stages, *model)};
   outcome.plan = PlanLmStage(session, stages, outcome.counts, &outcome.left_out);

@@ -106,44 +106,6 @@ TYPED_TEST(BlockDiagonalTest, AddsMatricesAndDiagonals) {
   for (Index k = 0; k < this->kSize; ++k) EXPECT_NEAR(y[k], 2 * once[k] + 1.5 * x[k], 100 * this->kTolerance);
 }
 
-// Nine blocks of 4 x 4, each for three sets of parameters: the same as the matrix that has them three times.
-TYPED_TEST(BlockDiagonalTest, CopiesShareABlock) {
-  using S = TypeParam;
-  using B = CpuBackend<S>;
-  constexpr Index kCount = 9, kAll = 3 * 4 * kCount;
-  const BlockGroup shared{4, kCount, 0, 3 * kCount, 1, 3, kCount};
-  EXPECT_EQ(shared.NumValues(), 10 * kCount);
-  BlockDiagonal<B> blocks(kAll, {shared});
-  std::vector<std::vector<Matrix>> dense;
-  this->FillRandom(blocks, dense);
-  BlockDiagonal<B> apart(
-      kAll,
-      {{4, kCount, 0, 3 * kCount, 1}, {4, kCount, kCount, 3 * kCount, 1}, {4, kCount, 2 * kCount, 3 * kCount, 1}});
-  for (int g = 0; g < 3; ++g) std::copy(blocks.values(0).begin(), blocks.values(0).end(), apart.values(g).begin());
-  typename TestFixture::Vector x(kAll), d(kAll), y(kAll), expected(kAll);
-  // What d has for the copies differs; its mean over them is 2 plus the component.
-  const auto component = [](Index k) { return k / (3 * kCount); };
-  const auto copy = [](Index k) { return k / kCount % 3; };
-  for (Index k = 0; k < kAll; ++k) {
-    x[k] = static_cast<S>(std::cos(0.37 * static_cast<double>(k)));
-    d[k] = static_cast<S>(component(k) + 1 + copy(k));
-  }
-  blocks.AddToDiagonal(1, d);
-  for (Index k = 0; k < kAll; ++k) d[k] = static_cast<S>(component(k) + 2);
-  apart.AddToDiagonal(1, d);
-  const auto expect_same = [&](const char* what) {
-    for (Index k = 0; k < kAll; ++k) EXPECT_NEAR(y[k], expected[k], this->kTolerance * 50) << what << " " << k;
-  };
-  blocks.Diagonal(y), apart.Diagonal(expected);
-  expect_same("diagonal");
-  blocks.Apply(x, y), apart.Apply(x, expected);
-  expect_same("product");
-  EXPECT_EQ(blocks.Factorize(), 0);
-  apart.Factorize();
-  blocks.Solve(x, y), apart.Solve(x, expected);
-  expect_same("solution");
-}
-
 TYPED_TEST(BlockDiagonalTest, ColumnsWithoutAPositiveDiagonalSolveToZero) {
   using S = TypeParam;
   using B = CpuBackend<S>;

@@ -35,12 +35,10 @@ struct Products {
 };
 
 template <class S>
-Products<S> RunHost(const RenderedView<S>& rendered, const std::vector<std::uint16_t>& rows, const RasterInputs<S>& in,
-                    CacheFormat format) {
+Products<S> RunHost(const RenderedView<S>& rendered, const RasterInputs<S>& in, CacheFormat format) {
   const TileLists<S> lists = rendered.view.Lists();
   TileBins bins;
   bins.Build<S>(rendered.view.splats(), lists.width, lists.height);
-  if (!rows.empty()) bins.Keep(rows);
   JacobianCache<S> cache;
   cache.Build(lists, bins, rendered.image.data(), format);
   Products<S> out;
@@ -89,10 +87,10 @@ Products<S> RunBlocks(const DeviceLists<S>& lists, const std::vector<S>& image, 
 
 // Entries of 16 bits are rounded from numbers that differ in the last place of a double: seldom to another neighbour.
 template <class E>
-void ExpectHost(const RenderedView<double>& rendered, const DeviceLists<double>& lists,
-                const std::vector<std::uint16_t>& rows, CacheFormat format, double tolerance) {
+void ExpectHost(const RenderedView<double>& rendered, const DeviceLists<double>& lists, CacheFormat format,
+                double tolerance) {
   const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
-  const Products<double> expected = RunHost(rendered, rows, in, format);
+  const Products<double> expected = RunHost(rendered, in, format);
   const Products<double> found = RunBlocks<E>(lists, rendered.image, in, ThreadOrder::kShuffled);
   EXPECT_EQ(found.num_entries, expected.num_entries);
   EXPECT_LT(Error(found.d_image, expected.d_image), tolerance);
@@ -103,20 +101,8 @@ TEST_P(CacheBlocks, DoubleAgreesWithTheHost) {
   const Scene scene = test::RandomScene(GetParam(), 15);
   const RenderedView<double> rendered(scene);
   const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
-  ExpectHost<double>(rendered, lists, {}, CacheFormat::kFull, 1e-11);
-  ExpectHost<Half>(rendered, lists, {}, CacheFormat::kHalf, 1e-5);
-}
-
-TEST_P(CacheBlocks, KeptRowsAreThoseOfTheHost) {
-  const Scene scene = test::RandomScene(GetParam(), 16);
-  for (const bool whole_tiles : {false, true}) {
-    SCOPED_TRACE(whole_tiles ? "tiles" : "rows");
-    RenderedView<double> rendered(scene);
-    const std::vector<std::uint16_t> rows = test::SomeRows(static_cast<int>(rendered.view.num_tiles()), whole_tiles);
-    rendered.view.KeepRows(rows);
-    const DeviceLists<double> lists(rendered.model, scene.view, scene.background, rows.data());
-    ExpectHost<double>(rendered, lists, rows, CacheFormat::kFull, 1e-11);
-  }
+  ExpectHost<double>(rendered, lists, CacheFormat::kFull, 1e-11);
+  ExpectHost<Half>(rendered, lists, CacheFormat::kHalf, 1e-5);
 }
 
 // A missing barrier makes the result depend on which thread runs first. The products are adjoint, with 16 bits too.
@@ -146,7 +132,7 @@ TEST(CacheBlocksOfManySplats, SeveralBatchesAgreeWithTheHost) {
   const RenderedView<double> rendered(scene);
   const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
   ASSERT_GT(lists.tile_begin[1], (CachedTangentBlock<double, double>::kBatch));
-  ExpectHost<double>(rendered, lists, {}, CacheFormat::kFull, 1e-10);
+  ExpectHost<double>(rendered, lists, CacheFormat::kFull, 1e-10);
 }
 
 TEST(CacheEntry, SixteenBitsAreEightBytes) {

@@ -44,10 +44,8 @@ struct DeviceLists {
   std::vector<std::uint32_t> ranks, entries, wide;
   S background[3];
 
-  // rows: as TileLists::rows, and must stay as they are.
-  DeviceLists(const splat::Model<S>& model, const splat::PosedCamera& view, const double* background_color,
-              const std::uint16_t* rows = nullptr)
-      : grid(view.width, view.height, rows) {
+  DeviceLists(const splat::Model<S>& model, const splat::PosedCamera& view, const double* background_color)
+      : grid(view.width, view.height) {
     for (int c = 0; c < 3; ++c) background[c] = static_cast<S>(background_color[c]);
     const Index count = model.count;
     std::vector<std::uint32_t> keys(static_cast<std::size_t>(count)), indices(keys.size());
@@ -85,8 +83,7 @@ struct DeviceLists {
   Index NumWideBlocks() const { return splat::WideSlots::NumBlocks(static_cast<Index>(wide.size())); }
   splat::TileLists<S> Lists() const {
     return {splats.data(), tile_begin.data(), ranks.data(), grid.width,
-            grid.height,   grid.tiles_x,      grid.tiles_y, {background[0], background[1], background[2]},
-            grid.rows};
+            grid.height,   grid.tiles_x,      grid.tiles_y, {background[0], background[1], background[2]}};
   }
 };
 

@@ -92,12 +92,8 @@ Results RunAll(Isa isa, const Scene& scene, const test::RenderedView<float>& sha
   }
   r.blocks.resize(static_cast<std::size_t>(kGeometry * (kGeometry + 1) / 2 * model.count));
   std::vector<float> sh_diagonal(shared.x.size() - static_cast<std::size_t>(kSh * model.count));
-  const int coefficients = (scene.active_sh_degree + 1) * (scene.active_sh_degree + 1);
-  std::vector<float> sh_blocks(static_cast<std::size_t>(coefficients * (coefficients + 1) / 2 * model.count));
-  project.gram(model, scene.view, 0, model.count, rank_of, splat_grams.data(), r.blocks.data(), sh_diagonal.data(),
-               sh_blocks.data());
+  project.gram(model, scene.view, 0, model.count, rank_of, splat_grams.data(), r.blocks.data(), sh_diagonal.data());
   r.blocks.insert(r.blocks.end(), sh_diagonal.begin(), sh_diagonal.end());
-  r.blocks.insert(r.blocks.end(), sh_blocks.begin(), sh_blocks.end());
   return r;
 }
 

@@ -62,15 +62,6 @@ TEST_P(Jacobian, ImageAndTangentInOnePassAreThoseOfTwo) {
   ExpectImageAndTangentInOnePass<float>(scene);
 }
 
-TEST(JacobianOfAView, ImageAndTangentInOnePassAreOfAllRows) {
-  const Scene scene = test::RandomScene(SceneOptions{}, 14);
-  RenderedView<float> rendered(scene);
-  rendered.view.KeepRows(std::vector<std::uint16_t>(static_cast<std::size_t>(rendered.view.num_tiles()), 1));
-  std::vector<float> v(scene.x.size()), image(rendered.image.size()), d_image(image.size());
-  EXPECT_THROW(
-      rendered.view.RenderAndApplyJ(rendered.model, v.data(), image.data(), d_image.data(), rendered.workspace), Error);
-}
-
 constexpr CacheFormat kFullFormat = CacheFormat::kFull;
 
 // v with only some attributes or some Gaussians.
@@ -165,45 +156,6 @@ TEST(JacobianDegrees, ProductsAreAdjointForEveryStoredAndActiveDegree) {
         ASSERT_EQ(g[i], 0);
       }
     }
-  }
-}
-
-// Rows that are not kept are 0 in J v and do not count in J^T u; the others do not change.
-TEST(JacobianOfRows, SeesTheRowsThatAreKept) {
-  for (const CacheFormat* format : {static_cast<const CacheFormat*>(nullptr), &kFullFormat}) {
-    const Scene scene = test::RandomScene(SceneOptions(), 34);
-    RenderedView<double> rendered(scene);
-    test::Random random(35);
-    const std::vector<double> v = random.NormalVector<double>(scene.x.size());
-    std::vector<double> u = random.NormalVector<double>(rendered.image.size());
-    const std::vector<double> jv = rendered.ApplyJ(v);
-    const Index tiles = rendered.view.num_tiles(), pairs = rendered.view.num_pairs();
-    std::vector<std::uint16_t> rows;
-    for (Index tile = 0; tile < tiles; ++tile) rows.push_back(tile % 3 == 0 ? 0 : tile % 3 == 1 ? 0x9249 : 0xffff);
-    const int tiles_x = (scene.view.width + 15) / 16;
-    const auto is_kept = [&](std::size_t i) {
-      const int pixel = static_cast<int>(i) % (scene.view.width * scene.view.height);
-      const int x = pixel % scene.view.width, y = pixel / scene.view.width;
-      const int tile = y / 16 * tiles_x + x / 16;
-      return (rows[static_cast<std::size_t>(tile)] >> (y % 16) & 1) != 0;
-    };
-    std::vector<double> kept_u = u;
-    for (std::size_t i = 0; i < u.size(); ++i) kept_u[i] = is_kept(i) ? u[i] : 0;
-    const std::vector<double> expected = rendered.ApplyJT(kept_u);
-    rendered.view.KeepRows(rows);
-    EXPECT_LT(rendered.view.num_pairs(), pairs);
-    if (format != nullptr) rendered.view.CacheJacobian(rendered.image.data(), *format, rendered.workspace);
-    const std::vector<double> kept = rendered.ApplyJ(v), jtu = rendered.ApplyJT(u);
-    double largest = 0;
-    for (const double value : jv) largest = std::max(largest, std::abs(value));
-    for (std::size_t i = 0; i < jv.size(); ++i) ASSERT_NEAR(kept[i], is_kept(i) ? jv[i] : 0, 1e-12 * largest);
-    double scale = 0;
-    for (const double value : expected) scale = std::max(scale, std::abs(value));
-    for (std::size_t k = 0; k < jtu.size(); ++k) ASSERT_NEAR(jtu[k], expected[k], 1e-12 * scale);
-    // Until the next Build.
-    rendered.view.Build(rendered.model, scene.view, scene.background, rendered.workspace);
-    EXPECT_EQ(rendered.view.num_pairs(), pairs);
-    EXPECT_TRUE(rendered.ApplyJ(v) == jv);
   }
 }
 

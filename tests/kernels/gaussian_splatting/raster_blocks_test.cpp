@@ -20,7 +20,6 @@ using test::RasterInputs;
 using test::RenderedView;
 using test::Scene;
 using test::SceneOptions;
-using test::SomeRows;
 using test::SumBySplat;
 using test::ThreadOrder;
 
@@ -128,31 +127,6 @@ TEST_P(RasterBlocks, ResultsDoNotDependOnTheOrderOfThreads) {
   }
 }
 
-TEST_P(RasterBlocks, KeptRowsAreThoseOfTheHost) {
-  const Scene scene = test::RandomScene(GetParam(), 8);
-  for (const bool whole_tiles : {false, true}) {
-    SCOPED_TRACE(whole_tiles ? "tiles" : "rows");
-    RenderedView<double> rendered(scene);
-    const std::vector<std::uint16_t> rows = SomeRows(static_cast<int>(rendered.view.num_tiles()), whole_tiles);
-    const Index all = rendered.view.num_pairs();
-    rendered.view.KeepRows(rows);
-    EXPECT_EQ(rendered.view.num_pairs() < all, whole_tiles && rows.size() > 1);
-    const DeviceLists<double> lists(rendered.model, scene.view, scene.background, rows.data());
-    const TileLists<double> host_lists = rendered.view.Lists();
-    EXPECT_EQ(lists.tile_begin,
-              std::vector<std::int64_t>(host_lists.tile_begin, host_lists.tile_begin + rows.size() + 1));
-    EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(host_lists.ranks, host_lists.ranks + rendered.view.num_pairs()));
-    const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
-    const Results<double> expected = RunHost(rendered, in);
-    for (const ThreadOrder order : {ThreadOrder::kForward, ThreadOrder::kShuffled}) {
-      const Results<double> found = RunBlocks(lists, rendered.image, in, order);
-      EXPECT_LT(Error(found.d_image, expected.d_image), 1e-11);
-      EXPECT_LT(Error(found.cotangents, expected.cotangents), 1e-11);
-      EXPECT_LT(Error(found.grams, expected.grams), 1e-11);
-    }
-  }
-}
-
 // Of every splat and tile: each warp with a pixel that the splat reaches is concerned, and most of the others are not.
 TEST_P(RasterBlocks, SplatsConcernTheWarpsOfTheirPixels) {
   Index concerned = 0, reached = 0;
@@ -186,34 +160,27 @@ TEST(WideSplats, ListsAndSumsAreThoseOfTheHost) {
   options.width = 200, options.height = 150, options.count = 60, options.sh_degree = 0;
   options.sigma_min = 3, options.sigma_max = 90;
   const Scene scene = test::RandomScene(options, 12);
-  for (const bool some_rows : {false, true}) {
-    RenderedView<double> rendered(scene);
-    std::vector<std::uint16_t> rows;
-    if (some_rows) {
-      rows = SomeRows(static_cast<int>(rendered.view.num_tiles()), true);
-      rendered.view.KeepRows(rows);
-    }
-    const DeviceLists<double> lists(rendered.model, scene.view, scene.background, some_rows ? rows.data() : nullptr);
-    Index wide = 0;
-    for (Index r = 0; r < static_cast<Index>(lists.splats.size()); ++r) {
-      wide += IsWide(lists.splat_begin.data(), r) ? 1 : 0;
-    }
-    EXPECT_GT(wide, 2);
-    EXPECT_LT(wide, static_cast<Index>(lists.splats.size()));
-    EXPECT_EQ(static_cast<Index>(lists.wide.size()) - std::ranges::count(lists.wide, 0U), wide);
-    const TileLists<double> expected = rendered.view.Lists();
-    const auto tiles = static_cast<std::size_t>(lists.grid.num_tiles());
-    EXPECT_EQ(lists.tile_begin, std::vector<std::int64_t>(expected.tile_begin, expected.tile_begin + tiles + 1));
-    EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
-    const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
-    const Results<double> of_host = RunHost(rendered, in);
-    const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
-    EXPECT_LT(Error(found.cotangents, of_host.cotangents), 1e-11);
-    EXPECT_LT(Error(found.grams, of_host.grams), 1e-11);
-    const Results<double> again = RunBlocks(lists, rendered.image, in, ThreadOrder::kShuffled);
-    EXPECT_EQ(again.cotangents, found.cotangents);
-    EXPECT_EQ(again.grams, found.grams);
+  const RenderedView<double> rendered(scene);
+  const DeviceLists<double> lists(rendered.model, scene.view, scene.background);
+  Index wide = 0;
+  for (Index r = 0; r < static_cast<Index>(lists.splats.size()); ++r) {
+    wide += IsWide(lists.splat_begin.data(), r) ? 1 : 0;
   }
+  EXPECT_GT(wide, 2);
+  EXPECT_LT(wide, static_cast<Index>(lists.splats.size()));
+  EXPECT_EQ(static_cast<Index>(lists.wide.size()) - std::ranges::count(lists.wide, 0U), wide);
+  const TileLists<double> expected = rendered.view.Lists();
+  const auto tiles = static_cast<std::size_t>(lists.grid.num_tiles());
+  EXPECT_EQ(lists.tile_begin, std::vector<std::int64_t>(expected.tile_begin, expected.tile_begin + tiles + 1));
+  EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
+  const RasterInputs<double> in(lists.splats.size(), rendered.image.size());
+  const Results<double> of_host = RunHost(rendered, in);
+  const Results<double> found = RunBlocks(lists, rendered.image, in, ThreadOrder::kForward);
+  EXPECT_LT(Error(found.cotangents, of_host.cotangents), 1e-11);
+  EXPECT_LT(Error(found.grams, of_host.grams), 1e-11);
+  const Results<double> again = RunBlocks(lists, rendered.image, in, ThreadOrder::kShuffled);
+  EXPECT_EQ(again.cotangents, found.cotangents);
+  EXPECT_EQ(again.grams, found.grams);
 }
 
 // Of a splat over half a million tiles, in float: equal terms, whose rounding goes one way.
@@ -246,21 +213,6 @@ TEST(WideSplats, AreListedInATallImage) {
   EXPECT_GT(most, 2 * kWideThreads);
   const TileLists<double> expected = rendered.view.Lists();
   EXPECT_EQ(lists.ranks, std::vector<std::uint32_t>(expected.ranks, expected.ranks + rendered.view.num_pairs()));
-}
-
-TEST(RowOrder, KeptRowsComeFirstAndNoneIsLost) {
-  for (const std::uint32_t rows : {0x0U, 0x1U, 0x8000U, 0x0420U, 0x7fffU, 0xfffeU, 0xffffU}) {
-    std::uint32_t seen = 0;
-    bool kept_before = true;
-    for (int place = 0; place < kTileSize; ++place) {
-      const int y = RowInOrder(rows, place);
-      const bool kept = (rows >> y & 1U) != 0;
-      EXPECT_TRUE(kept_before || !kept) << rows;
-      kept_before = kept;
-      seen |= 1U << y;
-    }
-    EXPECT_EQ(seen, 0xffffU) << rows;
-  }
 }
 
 // More splats in a tile than any kernel takes at once, and pixels that close on the way.

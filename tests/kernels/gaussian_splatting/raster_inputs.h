@@ -59,15 +59,4 @@ std::vector<S> SumBySplat(const DeviceLists<S>& lists, const std::vector<Record>
   return sums;
 }
 
-// Rows of which some are looked at, a few of each tile, and tiles of which all are or none.
-inline std::vector<std::uint16_t> SomeRows(int tiles, bool whole_tiles) {
-  Random random(11);
-  std::vector<std::uint16_t> rows;
-  for (int tile = 0; tile < tiles; ++tile) {
-    const std::uint16_t some = whole_tiles ? 0xffff : static_cast<std::uint16_t>(random.Uniform(1, 0x10000));
-    rows.push_back(tile % 3 == 1 && whole_tiles ? std::uint16_t{0} : some);
-  }
-  return rows;
-}
-
 }  // namespace vesta::test

@@ -177,13 +177,11 @@ TYPED_TEST(LossChoicesTyped, WIsSymmetricAndPositiveSemidefinite) {
 TEST(LossChoices, DiagonalIsThatOfUnitVectors) {
   for (const PhotometricWeights& weights : AllChoices()) {
     Point<double> point(weights);
-    HostBuffer<double> diagonal(kShape.NumValues()), unit(kShape.NumValues());
-    point.loss.ExactDiagonal(point.w, diagonal);
+    HostBuffer<double> unit(kShape.NumValues());
     for (Index i = 0; i < unit.size(); i += 13) {
       unit[i] = 1.0;
       const double want = point.Apply(unit)[i];
       unit[i] = 0.0;
-      EXPECT_NEAR(diagonal[i], want, 1e-10 * want);
       // The weight of Gram matrices is the same, except for the quadratic, where it is close.
       const double ratio = point.w.diagonal[i] / want;
       if (weights.structure != SsimLinearization::kQuadratic) {

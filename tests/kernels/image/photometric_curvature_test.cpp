@@ -114,28 +114,11 @@ TYPED_TEST(PhotometricCurvatureTyped, IsPositiveSemidefinite) {
   }
 }
 
-TEST(PhotometricCurvature, ExactDiagonalIsThatOfUnitVectors) {
-  const ImageShape shape{.width = 18, .height = 9};
-  Point<double> point(shape);
-  HostBuffer<double> diagonal(shape.NumValues()), unit(shape.NumValues());
-  point.loss.ExactDiagonal(point.w, diagonal);
-  for (Index i = 0; i < unit.size(); i += 7) {
-    unit[i] = 1.0;
-    EXPECT_NEAR(diagonal[i], point.Apply(unit)[i], 1e-10 * diagonal[i]);
-    unit[i] = 0.0;
-    EXPECT_GT(diagonal[i], 0.0);
-    // The pointwise part stands in for it in Gram matrices.
-    EXPECT_LT(point.w.diagonal[i] / diagonal[i], 3.0);
-    EXPECT_GT(point.w.diagonal[i] / diagonal[i], 0.3);
-  }
-}
-
 TEST(PhotometricCurvature, RefusesWrongSizes) {
   Point<float> point({.width = 4, .height = 3});
   HostBuffer<float> image(36), small(5);
   EXPECT_THROW(point.loss.ApplyW(point.w, small, image), Error);
   EXPECT_THROW(point.loss.ApplyW(point.w, image, small), Error);
-  EXPECT_THROW(point.loss.ExactDiagonal(point.w, small), Error);
 }
 
 }  // namespace

@@ -126,7 +126,6 @@ TEST_F(HostedProblems, StepAlike) {
   for (Index k = 0; k < n_; ++k) descent[k] = 1;
   both([&](Problem<Cpu>& p, Cpu::View v) { p.MaskActiveBounds(ViewOf(chain_.x), descent, v); }, "mask");
   EXPECT_NE(Values(b_), Values(step_));
-  both([&](Problem<Cpu>& p, Cpu::View v) { EXPECT_FALSE(p.LimitStep(ViewOf(chain_.x), v)); }, "limited");
   both([&](Problem<Cpu>& p, Cpu::View v) { EXPECT_FALSE(p.DampingMetric(ViewOf(chain_.x), descent, v)); }, "metric");
   EXPECT_EQ(Values(b_), Values(step_)) << "what is not the problem's own stays";
 }

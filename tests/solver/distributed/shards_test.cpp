@@ -15,11 +15,10 @@ namespace {
 using Cpu = CpuBackend<double>;
 constexpr int kPieces = 20;
 
-// Two groups as splats have them, component by component, the second with a copy for each of three channels, then one
-// as points have them, block by block.
+// Groups as splats have them, component by component, then one as points have them, block by block.
 std::vector<BlockGroup> Groups() {
   return {{.size = 3, .count = 500, .component_stride = 500},
-          {.size = 2, .count = 500, .offset = 1500, .component_stride = 1500, .copies = 3, .copy_stride = 500},
+          {.size = 6, .count = 500, .offset = 1500, .component_stride = 500},
           {.size = 3, .count = 70, .offset = 4500, .block_stride = 3}};
 }
 constexpr Index kSize = 4500 + 210;
@@ -55,8 +54,7 @@ TEST(Shards, AreAllOfItForOneProcess) {
   EXPECT_EQ(shards.own(), Support::All(kSize));
   for (std::size_t g = 0; g < shards.groups().size(); ++g) {
     const BlockGroup &whole = groups[g], &own = shards.groups()[g];
-    EXPECT_EQ(own.Parameter(whole.count - 1, whole.size - 1, whole.copies - 1),
-              whole.Parameter(whole.count - 1, whole.size - 1, whole.copies - 1));
+    EXPECT_EQ(own.Parameter(whole.count - 1, whole.size - 1), whole.Parameter(whole.count - 1, whole.size - 1));
   }
 }
 

@@ -114,14 +114,10 @@ TEST_F(PcgTest, TheModelTestIsNashAndSofers) {
   EXPECT_GE(summary.iterations, expected + 5);
 }
 
-TEST_F(PcgTest, StartsWhereItIsTold) {
+TEST_F(PcgTest, StartsAtThePreconditionedRightHandSide) {
   const Eigen::Vector3d b = Small() * kSolution;
   PcgOptions options = Tight();
-  options.start = PcgStart::kGiven;
-  Cpu::Vector x = Vector({1, -2, 3});
-  auto summary = Solve(options, Small(), b, Eigen::Matrix3d::Identity(), x);
-  EXPECT_EQ(summary.iterations, 0);
-  EXPECT_EQ(applications_, 1);
+  Cpu::Vector x(3);
   options.start = PcgStart::kPreconditioned;
   options.max_iterations = 0;
   Solve(options, Small(), b, 0.5 * Eigen::Matrix3d::Identity(), x);

@@ -66,11 +66,11 @@ TYPED_TEST(ExtremeSteps, StartsWithGaussiansAtTheirLimits) {
 }
 
 TYPED_TEST(ExtremeSteps, DampingAtItsLowerBound) {
-  for (const double rates_damping : {1.2, 0.0}) {
+  for (const LmDamping damping : {LmDamping::kRates, LmDamping::kDiagonal}) {
     LmStageOptions lm = FewIterations();
     lm.initial_lambda = lm.min_lambda = 1e-30;
     lm.pcg_iterations = 30;
-    this->ring_.options.rates_damping = rates_damping;
+    this->ring_.options.damping = damping;
     this->Solve(this->ring_, lm);
   }
 }
@@ -84,11 +84,11 @@ TYPED_TEST(ExtremeSteps, DampingAtItsUpperBound) {
 // Behind all cameras, transparent, and not finite: their columns are zero, and they stay as they are, to the bit.
 TYPED_TEST(ExtremeSteps, GaussiansThatNobodySeesStay) {
   using S = TypeParam;
-  for (const double rates_damping : {1.2, 0.0}) {
-    SCOPED_TRACE(rates_damping);
+  for (const LmDamping damping : {LmDamping::kRates, LmDamping::kDiagonal}) {
+    SCOPED_TRACE(static_cast<int>(damping));
     RingProblem<S>& ring = this->ring_;
     ring = ProblemOf<S>(kExtremeProblems[0]);
-    ring.options.rates_damping = rates_damping;
+    ring.options.damping = damping;
     this->At(splat::kMean, 3) = 1e4;
     this->At(splat::kOpacity, 7) = -50;
     HostBuffer<S> before;

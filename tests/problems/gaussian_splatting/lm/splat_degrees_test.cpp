@@ -43,8 +43,6 @@ void ExpectThatDegreesMayDiffer() {
   // The blocks of the preconditioner cover each parameter once.
   BlockDiagonal<CpuBackend<S>> blocks(mixed.Size(), linear->block_groups());
   linear->BlockGram(blocks);
-  ring.options.sh_blocks = true;
-  EXPECT_THROW(ring.Make(), Error);
 }
 
 TEST(SplatDegrees, MayDifferInDouble) { ExpectThatDegreesMayDiffer<double>(); }

@@ -344,11 +344,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   std::vector<float> units(kCount);
   for (std::size_t i = 0; i < units.size(); ++i) units[i] = 0.5f + 0.125f * static_cast<float>(i);
   RingProblem<S> ring(1, kCount, 1, 60);
-  ring.options.rates_damping = 0.25;
   ring.options.units = std::make_shared<const std::vector<float>>(units);
-  ring.options.position_damping = 20;
-  ring.options.sh_damping = 0.25;
-  ring.options.rotation_damping = 50;
   SplatProblem<CpuBackend<S>> problem = ring.Make();
   const Index n = problem.num_parameters();
   HostBuffer<S> diagonal(n), metric(n);
@@ -356,7 +352,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
   for (Index i = 0; i < kCount; ++i) diagonal[splat::kOpacity * kCount + i] = static_cast<S>(i);
   ASSERT_TRUE(problem.DampingMetric(ring.x, diagonal, metric));
   const LearningRates& rates = ring.options.rates;
-  const double c = 0.25 * 0.5 * (kCount - 1) * rates.opacity * rates.opacity;
+  const double c = 1.2 * 0.5 * (kCount - 1) * rates.opacity * rates.opacity;
   const auto position = [&](Index i) { return units[static_cast<std::size_t>(i)] * rates.position; };
   const auto turn = [&](Index i) {  // of the quaternion: what the rate gives, and the way of the ends
     double square = 0, sigma = 0;
@@ -364,10 +360,10 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsThatOfTheRates) {
     for (int a = splat::kLogScale; a < splat::kQuaternion; ++a) {
       sigma = std::max(sigma, std::exp(static_cast<double>(ring.x[a * kCount + i])));
     }
-    return 1 / std::pow(rates.quaternion, 2) + 50 * 20 / std::pow(position(i), 2) * 4 * sigma * sigma / square;
+    return 1 / std::pow(rates.quaternion, 2) + 5 / std::pow(position(i), 2) * 4 * sigma * sigma / square;
   };
   const double expected[] = {0, rates.log_scale, rates.quaternion, rates.opacity, rates.sh_dc, rates.sh_rest};
-  constexpr double kFactor[] = {20, 1, 1, 1, 1, 0.25};
+  constexpr double kFactor[] = {5, 1, 1, 1, 1, 0.02};
   constexpr int kFirst[] = {splat::kMean,    splat::kLogScale, splat::kQuaternion,
                             splat::kOpacity, splat::kSh,       splat::kSh + 3};
   for (Index k = 0; k < n; ++k) {
@@ -387,7 +383,7 @@ TYPED_TEST(SplatProblemTest, DampingMetricIsLeftToTheEngineWhereThereIsNone) {
   EXPECT_FALSE(problem.DampingMetric(ring.x, diagonal, metric)) << "no opacity is seen";
   std::fill(diagonal.begin(), diagonal.end(), std::numeric_limits<S>::quiet_NaN());
   EXPECT_FALSE(problem.DampingMetric(ring.x, diagonal, metric));
-  ring.options.rates_damping = 0;
+  ring.options.damping = LmDamping::kDiagonal;
   std::fill(diagonal.begin(), diagonal.end(), S(1));
   EXPECT_FALSE(ring.Make().DampingMetric(ring.x, diagonal, metric));
   EXPECT_EQ(metric[3], 5);

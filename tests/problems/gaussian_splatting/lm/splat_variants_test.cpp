@@ -28,7 +28,6 @@ const Variant kVariants[] = {
     {"cache32", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache32; }},
     {"cache16", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kCache16; }},
     {"rebuild", [](SplatProblemOptions& o) { o.jacobian = JacobianKind::kRebuild; }},
-    {"sh_blocks", [](SplatProblemOptions& o) { o.sh_blocks = true; }},
     {"random_batches",
      [](SplatProblemOptions& o) {
        o.batches = {2, 1, BatchChoice::kRandom, 3};
@@ -253,39 +252,12 @@ TEST_P(SplatVariants, SolvesDescend) {
   vesta::LmOptions options;
   options.max_iterations = 6;
   options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 0;
-  options.SetStepRule(StepRule::kSoft);
   options.column_scaling = ColumnScaling::kNone;
   options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
   options.normal_system.pcg.max_iterations = 6;
   const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, ring.x);
   EXPECT_LT(summary.final_cost, 0.95 * summary.initial_cost) << summary.FullReport();
   EXPECT_EQ(problem.Cost(ring.x), summary.final_cost);
-}
-
-// The views see a Gaussian from few directions: of its bands' coefficients they say only some sums, and without blocks
-// the products of one step go into telling which.
-TEST(SplatShBlocks, TakeAFewProductsFurther) {
-  constexpr Index kGaussians = 200, kBands = splat::kSh + 3;
-  const auto fall_of_cost = [](bool sh_blocks) {
-    RingProblem<float> ring(3, kGaussians, 2, 90);
-    const SplatModel truth = test::RandomModel(kGaussians, 2, 90);
-    std::copy(truth.data.begin(), truth.data.begin() + kBands * kGaussians, ring.x.begin());  // all but the bands
-    ring.options.sh_blocks = sh_blocks;
-    ring.options.rates_damping = 1.2, ring.options.sh_damping = 1e-3;
-    SplatProblem<CpuBackend<float>> problem = ring.Make();
-    CpuBackend<float> backend;
-    vesta::LmOptions options;
-    options.max_iterations = 1;
-    options.SetStepRule(StepRule::kSoft);
-    options.column_scaling = ColumnScaling::kNone;
-    options.normal_system.preconditioner = PreconditionerKind::kBlockJacobi;
-    options.normal_system.pcg.max_iterations = 4;
-    options.normal_system.pcg.model_tolerance = 0;
-    const LmSummary summary = SolveLm<CpuBackend<float>>(options, backend, problem, ring.x);
-    EXPECT_EQ(summary.num_accepted, 1);
-    return summary.initial_cost - summary.final_cost;
-  };
-  EXPECT_GT(fall_of_cost(true), 1.2 * fall_of_cost(false));
 }
 
 }  // namespace

@@ -43,7 +43,6 @@ const test::MemoryCase kCases[] = {
     {"cached", 300, 32, 24, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},
     {"root_of_many_pixels", 60, 96, 72, [](TrainOptions& o) { o.lm.ssim = SsimLinearization::kRootCenter; }},
     {"lm_of_many_pixels", 60, 96, 72, [](TrainOptions&) {}},
-    {"sh_blocks", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kBlockSh; }},
     {"jacobi", 600, 32, 24, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"merged_batches", 600, 32, 24, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
     {"with_cameras", 600, 32, 24, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPose; }},

@@ -41,7 +41,6 @@ const test::MemoryCase kCases[] = {
     {"rebuild_in_parts", 4000, 64, 48, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }, true},
     {"rebuild_of_many_pixels_in_parts", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; },
      true},
-    {"sh_blocks", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kBlockSh; }},
     {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
     {"merged_batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},

@@ -149,8 +149,7 @@ TEST(Trainer, EveryLmVariantDescends) {
     EXPECT_LT(result.history.back().cost, 0.97 * result.history.front().cost) << result.lm_report;
     ExpectLastRowIsOf(result, scene, {0, 0, 0});
   };
-  for (const StepRule rule :
-       {StepRule::kSoft, StepRule::kCeres, StepRule::k3dgsLmV1, StepRule::k3dgsLmV2, StepRule::k3dgsLmCode}) {
+  for (const StepRule rule : {StepRule::kCeres, StepRule::k3dgsLmV2, StepRule::k3dgsLmCode}) {
     check(ToString(rule), [&](LmStageOptions& lm) { lm.step_control = rule; });
   }
   check("diag", [](LmStageOptions& lm) { lm.damping = LmDamping::kDiagonal; });
