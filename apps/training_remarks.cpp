@@ -49,7 +49,7 @@ void RemarkOnMeasuring(const TrainingJob& job, const gs::CameraChanges& changes,
                        Remarks* remarks) {
   const bool has_tests = std::ranges::any_of(job.scene.views, [](const gs::View& view) { return view.is_test(); });
   if (changes.is_none() || !has_tests) return;
-  const bool exposed = changes.most_gain > 0, has_lenses = changes.most_focal > 0 || changes.most_bend > 0;
+  const bool exposed = changes.most_gain > 0, has_lenses = changes.most_focal > 0;
   const int downscale = job.settings.options.downscale;
   std::string scene_flags = downscale > 1 ? fmt::format(" --downscale={}", downscale) : "";
   for (const auto& [name, value] : SceneFlagTexts(job.line.flags)) scene_flags += fmt::format(" --{}={}", name, value);

@@ -73,7 +73,7 @@ TEST_F(TinyTraining, WritesLensesAsPhotographsHaveThem) {
   fs::copy(out_ + "/cameras", again + "/sparse/0");
   EXPECT_EQ(RunProgram({"eval", out_ + "/point_cloud.ply", again}).status, 0);
   EXPECT_THAT(RunProgram({"train", bent, "--out=" + (folder_ / "all"), "--refine_cameras=all"}).err,
-              HasSubstr("--refine_cameras=all: view 00"));
+              HasSubstr("--refine_cameras=all: the lens of view 00"));
 }
 
 // Folder, test views, missing photographs and points: what scenes of others lack or have otherwise.

@@ -149,8 +149,10 @@ double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, boo
   const ViewCounts most = scene.Largest();
   const double making = (columns + beside_columns - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
   double beside = std::max(0.0, making - SplatBackend<B>::Workspace::GramBytes(most));
+  // On the host, photographs developed by what is found.
+  const double developed = std::is_same_v<typename B::Space, Host> && free.color ? 1 : 0;
   for (const ViewCounts& view : scene.views) {
-    beside += (eliminate_views ? columns : 0) * kImageBytes * view.pixels;
+    beside += (developed + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
   }
   // Gradient and descent, which stay, and the right-hand side without the views.
   constexpr double kVectors = 3;

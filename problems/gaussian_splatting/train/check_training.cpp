@@ -109,9 +109,8 @@ void CheckCameras(const Scene& scene, const TrainOptions& options, const Process
   const auto bent = std::ranges::find_if(scene.views, [](const View& view) { return view.bent.has_value(); });
   if (bent == scene.views.end()) return;
   Fail(
-      "--refine_cameras={}: view {} is of a lens that distorts, for which no other lens is found; choose "
-      "pose+exposure, "
-      "or undistort the photographs before",
+      "--refine_cameras={}: the lens of view {} distorts, and no such one is found; choose pose+exposure, or undistort "
+      "the photographs before",
       name, bent->name);
 }
 

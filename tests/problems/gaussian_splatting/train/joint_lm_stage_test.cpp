@@ -6,14 +6,11 @@
 
 #include <cmath>
 #include <string>
-#include <utility>
 
-#include "problems/gaussian_splatting/train/lm_state.h"
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
 #include "tests/problems/gaussian_splatting/train/stopped_training.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
-#include "tests/support/thread_ranks.h"
 
 namespace vesta::gs {
 namespace {
