@@ -139,9 +139,9 @@ class JudgedLoss {
             .window_variance = static_cast<float>(WindowVariance()),
             .counts = is_masked ? counts_.data() : nullptr};
   }
-  // Of all views, those of other processes among them; their pixels that count, by channel. Called by all.
-  double Cost(const ProcessGroup& processes) const { return SumInOrder(processes.Gather(costs_)); }
-  double Values(const ProcessGroup& processes) const { return SumInOrder(processes.Gather(values_)); }
+  // Of all views, those of other processes among them; their pixels that count, by channel. Collective.
+  double Cost(const JudgingViews& judges) const { return SumInOrder(judges.processes.Gather(costs_)); }
+  double Values(const JudgingViews& judges) const { return SumInOrder(judges.processes.Gather(values_)); }
 
  private:
   static double SumInOrder(const std::vector<double>& of_views) {

@@ -45,8 +45,7 @@ Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges)
           sum.rise += row.rise, sum.weight += row.weight;
         };
       });
-  Worth worth{
-      .cost = judged.Cost(judges.processes), .values = judged.Values(judges.processes), .rise = {}, .weight = {}};
+  Worth worth{.cost = judged.Cost(judges), .values = judged.Values(judges), .rise = {}, .weight = {}};
   worth.rise.resize(n), worth.weight.resize(n);
   for (std::size_t i = 0; i < n; ++i) worth.rise[i] = removals[i].rise, worth.weight[i] = removals[i].weight;
   return worth;

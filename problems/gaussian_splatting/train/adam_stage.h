@@ -131,7 +131,7 @@ class AdamStage {
     state_->model.DownloadResult(result_);
     finished_ = true;
     const Index gaussians = state_->model.count();
-    if (session_.interim().any_saves()) ChangeGaussians(degree);
+    if (session_.processes().OnAny(session_.interim().Saves())) ChangeGaussians(degree);
     Report();
     Save();
     parsimony_.NoteWhoStayed(*state_, gaussians);

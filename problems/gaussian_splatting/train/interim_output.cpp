@@ -9,8 +9,7 @@ InterimOutput::InterimOutput(const Parts& parts)
       callbacks_(parts.callbacks),
       clock_(parts.clock),
       checkpoint_timer_(parts.saved.seconds()),
-      snapshot_timer_(parts.saved.seconds()),
-      any_saves_(parts.processes.OnAny(Saves())) {}
+      snapshot_timer_(parts.saved.seconds()) {}
 
 bool InterimOutput::Saves() const {
   const CheckpointOptions& options = callbacks_.checkpoint;

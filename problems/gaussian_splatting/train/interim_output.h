@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/distributed/process_group.h"
 #include "problems/gaussian_splatting/train/early_end.h"
 #include "problems/gaussian_splatting/train/interval.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
@@ -28,18 +27,16 @@ class InterimOutput {
     const TrainCallbacks& callbacks;
     std::uint64_t fingerprint;  // of the scene as it was given
     const SavedStage& saved;
-    const ProcessGroup& processes;
     const TrainingCameras& cameras;
     const RecordedHistory& history;
     const EarlyEnd& early_end;
     TrainingClock& clock;
     TrainingNotes& notes;
   };
-  // Collective.
   explicit InterimOutput(const Parts& parts);
 
-  // Whether the state may be saved after an iteration, by any of several processes.
-  bool any_saves() const { return any_saves_; }
+  // Whether the state may be saved after an iteration.
+  bool Saves() const;
   // Whether this process has.
   bool has_saved() const { return has_saved_; }
   // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
@@ -52,8 +49,6 @@ class InterimOutput {
   void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
 
  private:
-  // Whether this process may save.
-  bool Saves() const;
   // seconds: of the run.
   void Save(Stage stage, int iteration, double seconds, const WriteState& state);
   // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
@@ -64,7 +59,6 @@ class InterimOutput {
   TrainingClock& clock_;
   // From where the training begins, or goes on.
   IntervalTimer checkpoint_timer_, snapshot_timer_;
-  bool any_saves_;
   bool has_saved_ = false;
 };
 

@@ -21,7 +21,6 @@ TrainingSession::TrainingSession(const Scene& scene, const TrainOptions& options
       interim_({.callbacks = callbacks_,
                 .fingerprint = fingerprint_,
                 .saved = saved_,
-                .processes = processes_,
                 .cameras = cameras_,
                 .history = history_,
                 .early_end = early_end_,
