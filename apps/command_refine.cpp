@@ -9,7 +9,6 @@
 
 #include "apps/commands.h"
 #include "apps/device.h"
-#include "apps/own_photographs.h"
 #include "apps/posed_model.h"
 #include "apps/print.h"
 #include "apps/process.h"
@@ -92,9 +91,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   CheckSceneFolder(path);
   std::optional<OutputFolder> out;
   PosedModel posed = FirstRankFirst([&] {
-    const auto load = [&] {
-      return LoadPosedModel(ply, path, line.flags, ReadingOwn(SceneOptions(line.flags, options), options));
-    };
+    const auto load = [&] { return LoadPosedModel(ply, path, line.flags, SceneOptions(line.flags, options)); };
     if (!IsFirstRank()) return load();
     RunFiles files = FilesOf(line);
     WritesResults(line.flags, line.flags.out, &files);

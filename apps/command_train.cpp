@@ -5,7 +5,6 @@
 #include "apps/checkpointing.h"
 #include "apps/commands.h"
 #include "apps/device.h"
-#include "apps/own_photographs.h"
 #include "apps/process.h"
 #include "apps/ranks.h"
 #include "apps/scene_flags.h"
@@ -36,7 +35,10 @@ ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options
 int RunTrain(const CommandLine& given) {
   CommandLine line = given;
   Flags& flags = line.flags;
-  if (!flags.view.empty()) PlaceOfTrainingsView(flags);  // refused before anything is read
+  if (!flags.view.empty()) {
+    PlaceOfTrainingsView(flags);  // refused before anything is read
+    if (NumStartedRanks() > 1) Fail("--view: a training by several processes has no page; start one, or leave it out");
+  }
   std::optional<gs::Checkpoint> checkpoint;
   std::optional<Origin> origin;
   CheckIntervals(flags);
@@ -63,13 +65,13 @@ int RunTrain(const CommandLine& given) {
   const std::string folder = flags.out.empty() ? flags.resume : flags.out;
   std::optional<OutputFolder> out;
   const gs::Scene scene = FirstRankFirst([&] {
-    if (!IsFirstRank()) return gs::LoadScene(path, ReadingOwn(SceneOptions(flags, options), options));
+    if (!IsFirstRank()) return gs::LoadScene(path, SceneOptions(flags, options));
     RunFiles files = FilesOf(line);
     files.ReadsScene(path);
     WritesResults(flags, folder, &files);
     files.Check();
     out.emplace(folder);
-    gs::Scene loaded = gs::LoadScene(path, ReadingOwn(SceneOptions(flags, options), options));
+    gs::Scene loaded = gs::LoadScene(path, SceneOptions(flags, options));
     files.ReadsScene(path, loaded);
     files.Check();
     return loaded;

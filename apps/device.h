@@ -6,13 +6,10 @@
 
 namespace vesta::app {
 
-// Of processes that mpirun started each uses a GPU of its own, as far as there are enough on its machine. Before the
-// functions below.
-void ChooseDevice();
 // Throws Error, one line, for --device=cuda where that cannot be.
 void CheckDevice(Device device);
 // What trains: the GPU for cuda, and for auto where there is one that can, else the CPU, with a note where there is one
-// that cannot. Throws as CheckDevice.
+// that cannot. Several processes train on CPUs. Throws as CheckDevice.
 gs::StageRunners StagesOf(Device device);
 
 }  // namespace vesta::app

@@ -4,8 +4,6 @@
 
 namespace vesta::app {
 
-void ChooseDevice() {}
-
 void CheckDevice(Device device) {
   if (device == Device::kCuda) Fail("--device=cuda: this build has no CUDA; use --device=cpu");
 }

@@ -7,8 +7,6 @@
 
 namespace vesta::app {
 
-void ChooseDevice() { UseDevice(RankOnThisMachine()); }
-
 void CheckDevice(Device device) {
   if (device == Device::kCuda && !QueryDevice().usable) {
     Fail("--device=cuda: no GPU to use ({}); use --device=cpu", QueryDevice().name);
@@ -17,7 +15,8 @@ void CheckDevice(Device device) {
 
 gs::StageRunners StagesOf(Device device) {
   CheckDevice(device);
-  if (device != Device::kCpu && QueryDevice().usable) return gs::DeviceStages();
+  const bool may_use = device == Device::kCuda || (device == Device::kAuto && NumStartedRanks() == 1);
+  if (may_use && QueryDevice().usable) return gs::DeviceStages();
   gs::StageRunners stages = gs::HostStages();
   // Whoever has a GPU expects it to be used.
   if (device == Device::kAuto && QueryDevice().present) stages.note = "on the CPU: " + QueryDevice().name;

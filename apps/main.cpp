@@ -9,7 +9,6 @@
 
 #include "apps/command_line.h"
 #include "apps/commands.h"
-#include "apps/device.h"
 #include "apps/help.h"
 #include "apps/print.h"
 #include "apps/process.h"
@@ -36,7 +35,6 @@ int Run(int argc, char** argv) {
   }
   if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
   UseComputeFlags(line.flags);
-  ChooseDevice();
   if (NumStartedRanks() > 1 && !MayRunInRanks(line.command->command)) {
     Fail("vesta {} runs in one process; start it without mpirun", line.command->name);
   }

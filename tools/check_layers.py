@@ -21,12 +21,13 @@ SPLAT_ROOMS = {
         "adam": ["model"],
         "density": ["model"],
         "lm": ["model"],
-        "evaluate": ["model"],
+        "distributed": ["model", "lm"],
+        "evaluate": ["model", "distributed"],
         "cameras": ["model", "adam", "evaluate", "lm"],
         "memory": ["model", "adam", "cameras", "density", "lm", "evaluate", "parsimony"],
-        "parsimony": ["model"],
+        "parsimony": ["model", "distributed"],
         "render": ["model"],
-        "train": ["model", "adam", "cameras", "density", "lm", "evaluate", "memory", "parsimony"],
+        "train": ["model", "adam", "cameras", "density", "distributed", "lm", "evaluate", "memory", "parsimony"],
     }.items()
 }
 # Room -> rooms it may include, itself apart. The longest matching prefix decides which room a file is in. A header that

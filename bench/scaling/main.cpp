@@ -23,10 +23,10 @@
 #include "kernels/mpi/mpi_ranks.h"
 #include "problems/bundle_adjustment/bundle_parts.h"
 #include "problems/bundle_adjustment/generate.h"
+#include "problems/gaussian_splatting/distributed/splat_parts.h"
 #include "problems/gaussian_splatting/io/load_scene.h"
 #include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/lm/engine_options.h"
-#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "solver/distributed/distributed_problem.h"
@@ -153,7 +153,7 @@ Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
   if (arguments.Flag("plain", "") == "yes") {
     return Measure<Cpu>(ranks, whole, nullptr, x, gs::LmEngineOptions(lm), repeats);
   }
-  gs::SplatParts<Cpu> parts(whole);
+  gs::SplatParts parts(whole);
   DistributedProblem<Cpu> problem(ranks, parts);
   return Measure<Cpu>(ranks, problem, &problem, x, gs::LmEngineOptions(lm), repeats);
 }

@@ -5,7 +5,7 @@
 
 namespace vesta::device {
 
-// Made at first use, on the GPU that UseDevice chose. Throws Error where there is none.
+// Made at first use. Throws Error where there is none.
 cudaStream_t Stream();
 
 // False where memory was lacking, true for success; of anything else throws Error "what: CUDA's message".

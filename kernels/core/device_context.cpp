@@ -16,29 +16,9 @@
 namespace vesta {
 namespace {
 
-// Which GPU to use, counted around, and whether one was asked for already.
-struct Choice {
-  int k = 0;
-  bool is_made = false;
-};
-Choice& TheChoice() {
-  static Choice choice;
-  return choice;
-}
-
-std::string IdOf(const cudaDeviceProp& properties) {
-  std::string id;
-  for (const char byte : properties.uuid.bytes) id += fmt::format("{:02x}", static_cast<unsigned char>(byte));
-  return id;
-}
+constexpr int kDevice = 0;  // the first GPU that CUDA counts
 
 }  // namespace
-
-void UseDevice(int k) {
-  VESTA_CHECK(!TheChoice().is_made, "GPU {} is chosen after another was asked for", k);
-  VESTA_CHECK(k >= 0, "GPU {}", k);
-  TheChoice().k = k;
-}
 
 namespace device {
 namespace {
@@ -64,14 +44,14 @@ struct Context {
   Context() {
     const DeviceInfo& info = QueryDevice();
     if (!info.usable) Fail("no GPU to use: {}", info.name);
-    CheckCuda(cudaSetDevice(info.number), "cudaSetDevice");
+    CheckCuda(cudaSetDevice(kDevice), "cudaSetDevice");
     CheckCuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "cudaStreamCreate");
     CheckCuda(cudaMallocHost(reinterpret_cast<void**>(&landing), kMaxReadings * sizeof(double)), "cudaMallocHost");
     for (LaggedReading& reading : readings) {
       CheckCuda(cudaEventCreateWithFlags(&reading.arrived, cudaEventDisableTiming), "cudaEventCreate");
     }
     // Freed memory stays in the pool: linearizations come and go with every step, and their sizes repeat.
-    CheckCuda(cudaDeviceGetDefaultMemPool(&pool, info.number), "cudaDeviceGetDefaultMemPool");
+    CheckCuda(cudaDeviceGetDefaultMemPool(&pool, kDevice), "cudaDeviceGetDefaultMemPool");
     std::uint64_t keep = std::numeric_limits<std::uint64_t>::max();
     CheckCuda(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "cudaMemPoolSetAttribute");
   }
@@ -223,19 +203,14 @@ std::vector<KernelFacts> KernelTable() {
   return table;
 }
 
-std::size_t PooledBytes() {
+std::size_t FreeBytes() {
   const Context& context = TheContext();
   std::uint64_t reserved = 0, used = 0;
   CheckCuda(cudaMemPoolGetAttribute(context.pool, cudaMemPoolAttrReservedMemCurrent, &reserved), "memory of the pool");
   CheckCuda(cudaMemPoolGetAttribute(context.pool, cudaMemPoolAttrUsedMemCurrent, &used), "memory of the pool");
-  return static_cast<std::size_t>(reserved - used);
-}
-
-std::size_t FreeBytes() {
-  const std::size_t pooled = PooledBytes();
   std::size_t left = 0, total = 0;
   CheckCuda(cudaMemGetInfo(&left, &total), "cudaMemGetInfo");
-  return left + pooled;
+  return left + static_cast<std::size_t>(reserved - used);
 }
 
 std::size_t BytesInUse() { return TheContext().in_use; }
@@ -248,7 +223,6 @@ const DeviceInfo& QueryDevice() {
   static const DeviceInfo info = [] {
     DeviceInfo result;
     int count = 0;
-    TheChoice().is_made = true;
     const cudaError_t status = cudaGetDeviceCount(&count);
     cudaDeviceProp properties{};
     if (status != cudaSuccess) {
@@ -256,12 +230,9 @@ const DeviceInfo& QueryDevice() {
       result.name = cudaGetErrorString(status);
     } else if (count == 0) {
       result.name = "none was found";
-    } else if (result.number = TheChoice().k % count;
-               cudaSetDevice(result.number) != cudaSuccess ||
-               cudaGetDeviceProperties(&properties, result.number) != cudaSuccess) {
+    } else if (cudaSetDevice(kDevice) != cudaSuccess || cudaGetDeviceProperties(&properties, kDevice) != cudaSuccess) {
       result.name = cudaGetErrorString(cudaGetLastError());
     } else {
-      result.id = IdOf(properties);
       result.name = properties.name;
       result.present = true;
       result.memory = properties.totalGlobalMem;

@@ -26,15 +26,9 @@ struct DeviceInfo {
   std::size_t memory = 0;  // bytes
   int multiprocessors = 0;
   int capability = 0;  // 10 major + minor
-  int number = 0;      // as CUDA counts them
-  std::string id;      // of no other GPU in the world
 };
-// Of the GPU in use; asked once.
+// Of the GPU in use, the first one; asked once.
 const DeviceInfo& QueryDevice();
-
-// The k-th GPU of this machine, counted around, is used. Before anything else of a GPU is asked; without it the first
-// one is.
-void UseDevice(int k);
 
 namespace device {
 
@@ -59,8 +53,6 @@ void ForgetLagged(const double* first, std::size_t count);
 
 // Bytes that could be allocated now: what the device has left and what the pool keeps unused.
 std::size_t FreeBytes();
-// Of these, what the pool keeps.
-std::size_t PooledBytes();
 // Bytes in use now, and the most there were since the last call of ResetPeak.
 std::size_t BytesInUse();
 std::size_t PeakBytes();

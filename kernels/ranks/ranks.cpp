@@ -44,9 +44,9 @@ void SoloRank::DoAllToAll(ConstBytes send, std::span<const std::size_t> send_siz
 
 namespace {
 
-// The numbers in the first of these variables of the environment that begins with one that is not below `least`: those
-// of "2(x3),1" are 2 and 1, since what is in brackets says how often.
-std::vector<int> NumbersFrom(std::initializer_list<const char*> names, int least) {
+// The numbers in the first of these variables of the environment that begins with one: those of
+// "2(x3),1" are 2 and 1, since what is in brackets says how often.
+std::vector<int> NumbersFrom(std::initializer_list<const char*> names) {
   for (const char* name : names) {
     const char* at = std::getenv(name);
     std::vector<int> numbers;
@@ -54,14 +54,14 @@ std::vector<int> NumbersFrom(std::initializer_list<const char*> names, int least
       const char* const end = at + std::strlen(at);
       int number = 0;
       const auto [after, error] = std::from_chars(at, end, number);
-      if (error != std::errc() || number < least) break;
+      if (error != std::errc() || number < 1) break;
       numbers.push_back(number);
       const char* const comma = std::find(after, end, ',');
       at = comma == end ? nullptr : comma + 1;
     }
     if (!numbers.empty()) return numbers;
   }
-  return {least};
+  return {1};
 }
 
 }  // namespace
@@ -73,19 +73,14 @@ bool IsStartedInRanks() {
 }
 
 int NumStartedRanks() {
-  return IsStartedInRanks() ? NumbersFrom({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"}, 1).front() : 1;
+  return IsStartedInRanks() ? NumbersFrom({"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS"}).front() : 1;
 }
 
 int NumRanksOnThisMachine() {
   if (!IsStartedInRanks()) return 1;
   // Slurm says it of each machine of the step, and not which of them this one is.
   const auto names = {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_STEP_TASKS_PER_NODE"};
-  return std::ranges::max(NumbersFrom(names, 1));
-}
-
-int RankOnThisMachine() {
-  const auto names = {"OMPI_COMM_WORLD_LOCAL_RANK", "MPI_LOCALRANKID", "SLURM_LOCALID"};
-  return IsStartedInRanks() ? NumbersFrom(names, 0).front() : 0;
+  return std::ranges::max(NumbersFrom(names));
 }
 
 std::vector<std::string> GatherWords(Ranks& ranks, const std::string& mine) {

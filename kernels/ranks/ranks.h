@@ -79,12 +79,11 @@ class SoloRank final : public Ranks {
 };
 
 // Whether mpirun or alike started this process, by the environment that it gives its processes; how many it started, as
-// far as that says so; how many of them run on this machine, 1 where it does not say, the most on any where it does not
-// say of which; and which of these it is, 0 where it does not say.
+// far as that says so; and how many of them run on this machine, 1 where it does not say, the most on any where it does
+// not say of which.
 bool IsStartedInRanks();
 int NumStartedRanks();
 int NumRanksOnThisMachine();
-int RankOnThisMachine();
 
 // The k-th of `parts` pieces of [0, count), all of about the same size.
 struct Share {

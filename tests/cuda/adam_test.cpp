@@ -117,42 +117,5 @@ TEST_F(CudaAdam, StepsBySeveralViewsAreThoseOfTheHost) {
   both.ExpectTheSame();
 }
 
-// Of one Adam all Gaussians at once, of another each range by itself: with the moments and bases of the ranges, the
-// same to the bit.
-TEST_F(CudaAdam, StepsOfRangesAreThoseOfAll) {
-  const SplatModel model = test::RandomModel(3 * kTurnChunk + 70, 1, 5);
-  const Index count = model.count;
-  vesta::test::Random random(6);
-  for (const AdamMetric metric : {AdamMetric::kDiagonal, AdamMetric::kBlock}) {
-    for (const GaussianRange& own :
-         {GaussianRange{0, kTurnChunk}, {kTurnChunk, 3 * kTurnChunk}, {3 * kTurnChunk, count}, {count, count}}) {
-      Adam<CudaBackend<float>> whole({}, metric, 4), part({}, metric, 4);
-      DeviceBuffer<float> x = vesta::test::ToDevice(model.data), own_x = vesta::test::ToDevice(model.data);
-      for (int step = 0; step < 30; ++step) {
-        const std::vector<float> values = random.NormalVector<float>(model.data.size());
-        DeviceBuffer<float> gradient = vesta::test::ToDevice(values), own_gradient = vesta::test::ToDevice(values);
-        whole.Step(model, x, gradient.data(), 23, 1);
-        part.Step(model, own, own_x, own_gradient.data(), 23, 1);
-      }
-      const auto numbers = [&](Adam<CudaBackend<float>>& adam) {
-        std::vector<float> all;
-        adam.ForEachRun(model, own, [&](Span<float, Device> run) {
-          std::vector<float> values(static_cast<std::size_t>(run.size()));
-          CudaBackend<float>().ToHost(run, {values.data(), run.size()});
-          all.insert(all.end(), values.begin(), values.end());
-        });
-        return all;
-      };
-      EXPECT_EQ(numbers(part), numbers(whole));
-      const std::vector<float> stepped = vesta::test::ToHost(own_x), expected = vesta::test::ToHost(x);
-      for (Index i = 0; i < model.Size(); ++i) {
-        const bool is_own = i % count >= own.begin && i % count < own.end;
-        const auto k = static_cast<std::size_t>(i);
-        ASSERT_EQ(stepped[k], is_own ? expected[k] : model.data[k]) << i;
-      }
-    }
-  }
-}
-
 }  // namespace
 }  // namespace vesta::gs

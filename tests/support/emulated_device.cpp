@@ -2,7 +2,6 @@
 #include "tests/support/emulated_device.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
 #include <deque>
 #include <map>
@@ -48,14 +47,12 @@ struct Launches {
 };
 thread_local Launches launches;
 DeviceInfo& Emulated() {
-  static std::atomic<int> threads = 0;
   thread_local DeviceInfo info{.present = true,
                                .usable = true,
                                .name = "emulated",
                                .memory = test::kAmpleDeviceMemory,
                                .multiprocessors = 1,
-                               .capability = kCapability,
-                               .id = fmt::format("of thread {}", threads++)};
+                               .capability = kCapability};
   return info;
 }
 
@@ -77,7 +74,6 @@ test::WithoutDeviceCode::WithoutDeviceCode() {
 test::WithoutDeviceCode::~WithoutDeviceCode() { Emulated().usable = true, Emulated().name = "emulated"; }
 
 const DeviceInfo& QueryDevice() { return Emulated(); }
-void UseDevice(int) {}
 
 namespace device {
 
@@ -138,7 +134,6 @@ void ForgetLagged(const double* first, std::size_t count) {
 }
 
 std::size_t FreeBytes() { return TheMemory().total - std::min(TheMemory().total, TheMemory().in_use); }
-std::size_t PooledBytes() { return 0; }
 std::size_t BytesInUse() { return TheMemory().in_use; }
 std::size_t PeakBytes() { return TheMemory().peak; }
 void ResetPeak() { TheMemory().peak = TheMemory().in_use; }

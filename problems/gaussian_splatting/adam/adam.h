@@ -2,7 +2,6 @@
 // ones of a Gaussian together. For every memory space.
 #pragma once
 
-#include <algorithm>
 #include <utility>
 
 #include "kernels/core/check.h"
@@ -12,11 +11,6 @@
 #include "problems/gaussian_splatting/model/gather_rows.h"
 
 namespace vesta::gs {
-
-// Gaussians begin .. end - 1.
-struct GaussianRange {
-  Index begin, end;
-};
 
 template <class B>
 class Adam {
@@ -34,21 +28,14 @@ class Adam {
   const Vector& units() const { return units_; }
 
   // x -= step, for attributes [0, attributes) of a model so laid out, all rates times `factor`; gradient laid out as
-  // the model, zero afterwards. Of all Gaussians, or of those of `of` alone (begin and end multiples of kTurnChunk, or
-  // the number of all). Moments are made on first use. On a device it does not wait.
+  // the model, zero afterwards. Moments are made on first use. On a device it does not wait.
   void Step(const splat::ModelLayout& layout, typename B::View x, float* gradient, int attributes, double factor) {
-    Step(layout, {0, layout.count}, x, gradient, attributes, factor);
-  }
-  void Step(const splat::ModelLayout& layout, const GaussianRange& of, typename B::View x, float* gradient,
-            int attributes, double factor) {
     const Index count = layout.count;
     if (first_.empty()) Start(count, x.size());
     VESTA_CHECK(units_.empty() || units_.size() == count, "{} units of length for {} Gaussians", units_.size(), count);
     ++steps_;
     AdamStepArrays arrays{.blocks = rule_.BlockRates(factor, steps_),
                           .layout = layout,
-                          .begin = of.begin,
-                          .end = of.end,
                           .first_diagonal = rule_.first_diagonal(),
                           .attributes = attributes,
                           .views = rule_.views(),
@@ -88,20 +75,6 @@ class Adam {
     clear(first_);
     // Of a block the second moments are those of directions, not of attributes: they stay.
     if (attribute >= rule_.first_diagonal()) clear(second_);
-  }
-
-  // f(numbers) until all moments and bases of some Gaussians have come, as Step takes them, in an order that is the
-  // same in every memory space but for how many come at once.
-  template <class F>
-  void ForEachRun(const splat::ModelLayout& layout, const GaussianRange& of, const F& f) {
-    if (first_.empty()) return;
-    for (Vector* moments : {&first_, &second_}) {
-      for (int a = 0; a < splat::kMaxAttributes; ++a) {
-        const Index rows = std::min(of.end, layout.Rows(a)) - of.begin;
-        if (rows > 0) f(moments->view().subspan(layout.Offset(a) + of.begin, rows));
-      }
-    }
-    if (rule_.has_blocks()) bases_.ForEachRun(of.begin, of.end, f);
   }
 
   // Frees the moments, bases and units.

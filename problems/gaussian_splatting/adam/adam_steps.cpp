@@ -8,12 +8,11 @@
 namespace vesta::gs {
 
 void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases) {
-  if (arrays.begin >= arrays.end) return;
   const BlockAdamArrays& all = arrays.blocks;
+  const Index count = arrays.layout.count;
   const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
-  const Index first_chunk = arrays.begin / kTurnChunk;
-  ParallelFor((arrays.end + kTurnChunk - 1) / kTurnChunk - first_chunk, 1, [&](Index nth) {
-    const Index chunk = first_chunk + nth, begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, arrays.end);
+  ParallelFor((count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
+    const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, count);
     if (arrays.first_diagonal > 0) {
       BlockAdamArrays piece = all;
       piece.bases = bases.piece(chunk);

@@ -10,7 +10,6 @@ namespace vesta::gs {
 struct AdamStepArrays {
   BlockAdamArrays blocks;  // the whole model's arrays; its bases are given apart
   splat::ModelLayout layout;
-  Index begin, end;    // Gaussians that are stepped; each a multiple of kTurnChunk, or the end of all
   int first_diagonal;  // attributes below it are stepped in blocks, of those from it on each parameter alone
   int attributes;      // in use
   int views;           // that this step is by

@@ -34,15 +34,6 @@ class BlockBases<Host> {
   }
   // BlockAdamArrays::bases for the Gaussians from piece * kTurnChunk on.
   float* piece(Index piece) { return pieces_[static_cast<std::size_t>(piece)].data(); }
-  // f(numbers) until all those of the Gaussians [begin, end) have come, of which each is a multiple of kTurnChunk or
-  // the number of all.
-  template <class F>
-  void ForEachRun(Index begin, Index end, const F& f) {
-    for (Index at = begin; at < end; at += kTurnChunk) {
-      std::vector<float>& piece = pieces_[static_cast<std::size_t>(at / kTurnChunk)];
-      f(HostSpan<float>(piece.data(), static_cast<Index>(piece.size())));
-    }
-  }
   float At(int number, Index i) const {
     return pieces_[static_cast<std::size_t>(i / kTurnChunk)]
                   [static_cast<std::size_t>(BlockEntry(number, i % kTurnChunk))];

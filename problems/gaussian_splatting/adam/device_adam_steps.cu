@@ -8,17 +8,17 @@
 namespace vesta::gs {
 namespace {
 
-// Of attributes from `first` on, that are there for `rows` Gaussians, of which `stepped` from a.begin on. Memory bound:
-// reads and writes 16 bytes a parameter that moves, reads 4 of others.
+// Of attributes from `first` on, that are there for `rows` Gaussians. Memory bound: reads and writes 16 bytes a
+// parameter that moves, reads 4 of others.
 struct StepOne {
   AdamStepArrays a;
   int first;
-  Index rows, stepped, offset{a.layout.Offset(first)};
-  Divisor by_stepped{stepped};
+  Index rows, offset{a.layout.Offset(first)};
+  Divisor by_rows{rows};
   VESTA_HD void operator()(Index parameter) const {
     const BlockAdamArrays& all = a.blocks;
-    const auto [from_first, from_begin] = by_stepped.Divide(parameter);
-    const Index gaussian = a.begin + from_begin, i = offset + from_first * rows + gaussian;
+    const auto [from_first, gaussian] = by_rows.Divide(parameter);
+    const Index i = offset + parameter;
     if (all.gradient[i] == 0) return;
     const Index attribute = first + from_first;
     const float unit = attribute < splat::kLogScale && all.units ? all.units[gaussian] : 1.0f;
@@ -31,8 +31,7 @@ struct StepOne {
 
 struct StepBlock {
   BlockAdamArrays a;
-  Index begin;
-  VESTA_HD void operator()(Index nth) const { BlockAdamStep<float>(a, begin + nth); }
+  VESTA_HD void operator()(Index gaussian) const { BlockAdamStep<float>(a, gaussian); }
 };
 
 // Three matrices, which registers do not hold: they are in local memory, for one Gaussian in 25.
@@ -81,18 +80,17 @@ BlockBases<Host> BlockBases<Device>::OnHost(Index count) const {
 }
 
 void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& bases) {
-  if (arrays.begin >= arrays.end) return;
   const BlockAdamArrays& all = arrays.blocks;
+  const Index count = arrays.layout.count;
   if (arrays.first_diagonal > 0) {
     BlockAdamArrays blocks = all;
     blocks.bases = bases.data();
-    device::ForEach(arrays.end - arrays.begin, StepBlock{blocks, arrays.begin}, "step of Adam's blocks");
-    const Index first_chunk = arrays.begin / kTurnChunk, chunks = (arrays.end + kTurnChunk - 1) / kTurnChunk;
+    device::ForEach(count, StepBlock{blocks}, "step of Adam's blocks");
+    const Index chunks = (count + kTurnChunk - 1) / kTurnChunk;
     const auto turns = [](Index chunks_to_go) { return (chunks_to_go + kTurnEvery - 1) / kTurnEvery; };
     for (Index k = 0; k < std::min<Index>(arrays.views, kTurnEvery); ++k) {
-      Index first = FirstTurned(arrays.seen - k);
-      first += kTurnEvery * turns(std::max<Index>(first_chunk - first, 0));
-      device::ForEach(turns(std::max<Index>(chunks - first, 0)) * kTurnChunk, TurnOne{blocks, first, arrays.end},
+      const Index first = FirstTurned(arrays.seen - k);
+      device::ForEach(turns(std::max<Index>(chunks - first, 0)) * kTurnChunk, TurnOne{blocks, first, count},
                       "turn of Adam's bases");
     }
   }
@@ -100,8 +98,7 @@ void AdamSteps<Device>::Run(const AdamStepArrays& arrays, BlockBases<Device>& ba
     const Index rows = arrays.layout.Rows(first);
     // As far as the same Gaussians have them.
     for (end = first; end < arrays.attributes && arrays.layout.Rows(end) == rows;) ++end;
-    const Index stepped = std::min(arrays.end, rows) - arrays.begin;
-    if (stepped > 0) device::ForEach((end - first) * stepped, StepOne{arrays, first, rows, stepped}, "step of Adam");
+    if (rows > 0) device::ForEach((end - first) * rows, StepOne{arrays, first, rows}, "step of Adam");
   }
 }
 

@@ -16,11 +16,6 @@ class BlockBases<Device> {
   bool empty() const { return numbers_.empty(); }
   Index size() const { return numbers_.size(); }
   float* data() { return numbers_.data(); }
-  // As that of the host.
-  template <class F>
-  void ForEachRun(Index begin, Index end, const F& f) {
-    if (begin < end) f(numbers_.view().subspan(BlockArraySize(begin), BlockArraySize(end) - BlockArraySize(begin)));
-  }
   // As that of the host. Throws OutOfDeviceMemory.
   void Rearrange(Span<const std::uint32_t, Device> source, Span<const std::uint8_t, Device> kept);
   BlockBases<Host> OnHost(Index count) const;

@@ -15,7 +15,7 @@ namespace vesta::gs {
 class ViewOrder {
  public:
   // at_once: where an iteration takes several views it takes each from another run of consecutive ones: they show more
-  // of the scene, and processes that train together can each have their own. Of fewer views than that there is one run.
+  // of the scene. Of fewer views than that there is one run.
   ViewOrder(std::size_t views, std::uint64_t seed, std::size_t at_once = 1)
       : runs_(views < at_once ? 1 : at_once), seed_(seed) {
     for (std::size_t k = 0; k < runs_.size(); ++k) {

@@ -22,7 +22,7 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
                     const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
                     const MeasuredViews& measured = {}) {
   using Splats = SplatBackend<B>;
-  const std::vector<bool> is_own = OwnViewsOf(scene.views, measured.ranks);
+  const Share own = measured.processes.OwnShare(std::ssize(scene.views));
   const std::vector<bool> is_measured = AreMeasured(measured, scene.views);
   std::vector<ViewQuality> qualities;
   typename Splats::QualityMeter meter;
@@ -35,7 +35,7 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     const View& view = scene.views[v];
     const std::size_t place = trained;
     if (view.is_trained()) ++trained;
-    if (!is_own[v] || !is_measured[v]) continue;
+    if (std::cmp_less(v, own.begin) || std::cmp_greater_equal(v, own.end) || !is_measured[v]) continue;
     const ImageShape shape{view.camera.width, view.camera.height};
     const std::shared_ptr<const Image> photograph = view.Photograph();
     rendered.ResizeForOverwrite(shape.NumValues());
@@ -52,8 +52,7 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
   }
-  if (measured.ranks) qualities = GatherValues(*measured.ranks, qualities);
-  return MeanOf(scene.views, std::move(qualities));
+  return MeanOf(scene.views, measured.processes.Gather(qualities));
 }
 
 }  // namespace vesta::gs

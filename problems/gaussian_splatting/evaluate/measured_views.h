@@ -5,15 +5,15 @@
 #include <limits>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/view_owners.h"
+#include "problems/gaussian_splatting/distributed/process_group.h"
+#include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
 
 struct MeasuredViews {
   // Of the training views as many at most, evenly spread; of the others all.
   int most_trained = std::numeric_limits<int>::max();
-  // Processes of which each measures its own (model/view_owners.h); null: this one all.
-  Ranks* ranks = nullptr;
+  ProcessGroup processes = {};  // each measures its share of the views
 };
 
 // Of each view of a scene whether it is one of them, of any process.

@@ -25,12 +25,6 @@ void CheckBudget(double budget, const std::vector<View>& views) {
       budget / kMib, std::ceil(20 * most / kMib) / 10);
 }
 
-double MostBytes(const std::vector<PhotographSource>& sources) {
-  double most = 0;
-  for (const PhotographSource& source : sources) most = std::max(most, source.bytes);
-  return most;
-}
-
 // The photograph once more, of the size that it had.
 Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& camera) {
   Image image = ReadPhotograph(in_file, rule).image;
@@ -43,18 +37,17 @@ Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& c
 
 }  // namespace
 
-void LoadPhotographs(const PhotographRule& rule, double budget_bytes, const std::vector<bool>& is_own, Scene* scene) {
+void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene) {
   double most = 1;  // by the sizes of the cameras, before any image is decoded
   for (const View& view : scene->views) most = std::max(most, ExpectedBytes(view, rule));
   const auto views = static_cast<Index>(scene->views.size());
   const std::vector<View> in_files = scene->views;
   std::vector<PhotographSource> sources(scene->views.size());
-  std::atomic<double> own_bytes = 0;
-  const auto num_own = std::ranges::count(is_own, true);
+  std::atomic<double> all_bytes = 0;
   const auto load = [&](Index i) {
     const auto v = static_cast<std::size_t>(i);
     View& view = scene->views[v];
-    const bool is_read = is_own[v] && own_bytes <= budget_bytes;
+    const bool is_read = all_bytes <= budget_bytes;
     ViewPhotograph photograph;
     ForeseenPhotograph foreseen;
     if (is_read) {
@@ -68,10 +61,9 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, const std:
     sources[v] = {
         .decode = [in_file = in_files[v], rule, camera = view.camera] { return ReadAgain(in_file, rule, camera); },
         .bytes = foreseen.bytes,
-        .work_bytes = foreseen.work_bytes,
-        .is_own = is_own[v]};
-    const double own = is_own[v] ? own_bytes.fetch_add(foreseen.bytes) + foreseen.bytes : 0;
-    if (is_read && own <= budget_bytes) view.image = std::move(photograph.image);
+        .work_bytes = foreseen.work_bytes};
+    const double so_far = all_bytes.fetch_add(foreseen.bytes) + foreseen.bytes;
+    if (is_read && so_far <= budget_bytes) view.image = std::move(photograph.image);
   };
   // As many at a time as the budget has room for.
   const double together = budget_bytes / (3 * most);
@@ -79,23 +71,17 @@ void LoadPhotographs(const PhotographRule& rule, double budget_bytes, const std:
   for (Index begin = 0; begin < views; begin += at_once) {
     ParallelFor(std::min(at_once, views - begin), 1, [&](Index i) { load(begin + i); });
   }
-  const bool fit = own_bytes <= budget_bytes;
-  if (fit && num_own == views) return;
-  if (!fit) CheckBudget(budget_bytes, scene->views);
-  // Where all of its own fit there is to be room for them, for their halves, and for one of others' and its decoding.
-  const double room = fit ? std::min(budget_bytes, 1.3 * own_bytes + 3 * MostBytes(sources)) : budget_bytes;
-  scene->photographs = std::make_shared<PhotographStore>(room);
+  if (all_bytes <= budget_bytes) return;
+  CheckBudget(budget_bytes, scene->views);
+  scene->photographs = std::make_shared<PhotographStore>(budget_bytes);
   for (std::size_t v = 0; v < sources.size(); ++v) {
     View& view = scene->views[v];
     view.stored = std::make_shared<const StoredPhotograph>(scene->photographs, std::move(sources[v]));
     if (!view.image.empty()) scene->photographs->Offer(view.stored->number(), std::exchange(view.image, Image()));
   }
-  if (num_own < views)
-    scene->notes.push_back(fmt::format("each process reads its own photographs, this one {} of {}", num_own, views));
-  if (fit) return;
   scene->notes.push_back(fmt::format(
-      "{} photographs take {:.0f} MiB, of which {:.0f} are kept: the others are decoded when their turn comes", num_own,
-      own_bytes / kMib, budget_bytes / kMib));
+      "{} photographs take {:.0f} MiB, of which {:.0f} are kept: the others are decoded when their turn comes", views,
+      all_bytes / kMib, budget_bytes / kMib));
 }
 
 }  // namespace vesta::gs

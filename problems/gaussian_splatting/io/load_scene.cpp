@@ -9,7 +9,6 @@
 #include "problems/gaussian_splatting/io/masks.h"
 #include "problems/gaussian_splatting/io/nerf.h"
 #include "problems/gaussian_splatting/io/scene_path.h"
-#include "problems/gaussian_splatting/model/view_owners.h"
 
 namespace vesta::gs {
 
@@ -77,8 +76,7 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   NoteDistortion(&scene);
   // Those of NeRF scenes are rendered over nothing, and trained over the background.
   const bool alpha_is_mask = !FindColmapModel(path).empty();
-  LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes,
-                  OwnViewsOf(scene.views, options.processes, options.process), &scene);
+  LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes, &scene);
   for (View& view : scene.views) view.camera.low_pass = options.low_pass;
   return scene;
 }

@@ -22,8 +22,6 @@ struct LoadSceneOptions {
   RandomPoints random_points;         // for scenes without points
   double low_pass = splat::kLowPass;  // of the cameras (Camera::low_pass)
   bool hold_out = false;              // keep some training views back (HoldOut)
-  // Of processes that train together: what falls to others (model/view_owners.h) is decoded only when it is looked at.
-  int process = 0, processes = 1;
 };
 
 // Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and

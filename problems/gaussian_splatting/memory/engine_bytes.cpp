@@ -42,17 +42,12 @@ double EngineBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold
   // The Gram matrices of a linearization, which become the blocks of a preconditioner.
   const double blocks = GramBytes(scene);
   const double vector = VectorBytes(scene);
-  // Where parts are summed: gradients and their squares as one vector, Gram matrices beside that of a part. What
-  // products with H are summed in stays, and what of other processes' shards is gathered to.
-  const double sums = passing.sum_buffers;
-  const double summing = sums > 0 ? std::max((sums + 1) * blocks, sums * 2 * vector) : 0;
-  const double kept = (sums + (scene.processes > 1 ? 2 : 0)) * vector;
   return LmPeakBytes(engine, {.batches = static_cast<int>(batches),
                               .vector = vector,
                               .linearization = views_bytes * (views > 0 ? held / views : 0) / linearizations +
-                                               2 * kImageBytes * scene.Largest().pixels + kept,
+                                               2 * kImageBytes * scene.Largest().pixels,
                               .gram = blocks,
-                              .gram_work = passing.gram + summing,
+                              .gram_work = passing.gram,
                               .keeps_gram = passing.keeps_gram,
                               .blocks = blocks,
                               .cost_work = passing.cost,

@@ -21,11 +21,9 @@ double GramBytes(const MemoryScene& scene);
 
 // What passes over views work in and give back.
 struct PassingBytes {
-  double gram = 0;        // measuring Gram matrices
-  double cost = 0;        // the cost of a trial
-  double evaluation = 0;  // that of x, and its quality, between iterations
-  // Vectors, or matrices, that a sum over parts keeps while it is formed (kernels/ranks/sum_over_ranks.h).
-  double sum_buffers = 0;
+  double gram = 0;          // measuring Gram matrices
+  double cost = 0;          // the cost of a trial
+  double evaluation = 0;    // that of x, and its quality, between iterations
   bool keeps_gram = false;  // ProblemMemory::keeps_gram: the matrices themselves stay
 };
 

@@ -16,8 +16,6 @@ struct MemoryScene {
   splat::ModelLayout layout;
   std::vector<ViewCounts> views;
   double mask_bytes = 0;  // of photographs of which not all takes part
-  // Processes that train together, and the parts that LM's problem is then the sum of (lm/splat_parts.h); 0: it is one.
-  int processes = 1, parts = 0;
 
   // The same with another number of Gaussians, what it counts growing in proportion.
   MemoryScene Scaled(Index new_gaussians) const;

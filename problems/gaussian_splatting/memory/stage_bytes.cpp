@@ -5,7 +5,6 @@
 #include <type_traits>
 
 #include "kernels/gaussian_splatting/raster_blocks.h"
-#include "kernels/ranks/sum_tree.h"
 #include "problems/gaussian_splatting/cameras/view_columns.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/memory/engine_bytes.h"
@@ -96,31 +95,6 @@ double TermBytes(const MemoryScene& scene, int views) {
   return held * (VectorBytes(scene) + kPullsAndViews * PerGaussianBytes(scene));
 }
 
-// What processes send and receive of an iteration that they share (train/share_views.h), with room for more: each the
-// terms of its views, then those of all at its Gaussians, or what all have stepped.
-double ExchangeBytes(const MemoryScene& scene, int views) {
-  if (views == 1 || scene.processes == 1) return 0;
-  constexpr double kRoom = 1.25, kPullsAndViews = 2;
-  const double own = std::ceil(static_cast<double>(views) / scene.processes);
-  const double received = std::max(1.0, static_cast<double>(views) / scene.processes);
-  return kRoom * (own + received) * (VectorBytes(scene) + kPullsAndViews * PerGaussianBytes(scene));
-}
-
-// Vectors that a sum over parts keeps, of the process that keeps the most (kernels/ranks/sum_over_ranks.h): while it
-// adds up its own one at each level of the tree, beside the one that is added; then the nodes that they come to, as
-// many to be sent, one to work in, and its share of all nodes.
-double SumBuffers(const MemoryScene& scene) {
-  double most = 0, all = 0;
-  for (int r = 0; r < scene.processes && scene.parts > 0; ++r) {
-    const Share own = ShareOf(scene.parts, scene.processes, r);
-    const auto nodes = static_cast<double>(NodesOf(own.begin, own.end, scene.parts).size());
-    const double adding = std::floor(std::log2(std::max<Index>(own.size(), 1))) + 1;
-    most = std::max({most, adding, scene.processes > 1 ? 2 * nodes + 1 : 0});
-    all += nodes;
-  }
-  return most + (scene.processes > 1 ? all / scene.processes : 0);
-}
-
 template <class B>
 double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const Parts<B> parts(scene);
@@ -136,11 +110,10 @@ double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
   const double average = options.adam.average_part > 0 ? vector : 0;
   // While views judge, what the passes of an iteration work in is free.
   const bool is_host = std::is_same_v<typename B::Space, Host>;
-  const double exchange = is_host ? ExchangeBytes(scene, options.adam.views_per_iteration) : 0;
   const double judging = is_host ? vector + parts.Judging(options.parsimony) : 0;
   // Bases or a vector once more; sources and fates.
   const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
-  return held + exchange + std::max(std::max(step, judging) + average, rearranging);
+  return held + std::max(std::max(step, judging) + average, rearranging);
 }
 
 template <class B>
@@ -158,7 +131,6 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
   const PassingBytes passing{.gram = Workspace::GramBytes(parts.most()),
                              .cost = parts.View() + parts.Image(),
                              .evaluation = parts.Evaluation(),
-                             .sum_buffers = std::is_same_v<typename B::Space, Host> ? SumBuffers(scene) : 0,
                              .keeps_gram = keeps_gram};
   // Units by Gaussian.
   return parts.Truths() + EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) +

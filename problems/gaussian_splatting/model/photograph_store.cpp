@@ -136,7 +136,7 @@ void PhotographStore::Follow(Index number) {
   is_told_ = false;
   expected_.clear();
   for (auto next = entries_.upper_bound(number); next != entries_.end() && std::ssize(expected_) < kAhead; ++next) {
-    if (next->second->source.is_own) expected_.push_back(next->first);
+    expected_.push_back(next->first);
   }
 }
 

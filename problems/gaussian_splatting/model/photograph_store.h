@@ -23,7 +23,6 @@ struct PhotographSource {
   std::function<Image()> decode;  // called from any thread; throws Error where the file cannot be read any more
   double bytes = 0;               // that the result takes
   double work_bytes = 0;          // that decoding takes beside it
-  bool is_own = true;             // else another process looks at it (view_owners.h), and it is not decoded ahead
 };
 
 class PhotographStore {
@@ -48,7 +47,7 @@ class PhotographStore {
   std::shared_ptr<const Image> Get(Index number);
   // The same for who needs it once: nothing is kept of it.
   std::shared_ptr<const Image> Read(Index number) const;
-  // What Get will be asked for next, in order. Where it was not told, this process's own that follow in number.
+  // What Get will be asked for next, in order. Where it was not told, those that follow in number.
   void Expect(const std::vector<Index>& numbers);
 
   double budget_bytes() const { return budget_; }
@@ -91,7 +90,7 @@ class PhotographStore {
 class StoredPhotograph {
  public:
   StoredPhotograph(std::shared_ptr<PhotographStore> store, PhotographSource source)
-      : store_(std::move(store)), bytes_(source.bytes), work_bytes_(source.work_bytes), is_own_(source.is_own) {
+      : store_(std::move(store)), bytes_(source.bytes), work_bytes_(source.work_bytes) {
     number_ = store_->Add(std::move(source));
   }
   ~StoredPhotograph() { store_->Remove(number_); }
@@ -104,12 +103,10 @@ class StoredPhotograph {
   Index number() const { return number_; }
   double bytes() const { return bytes_; }
   double work_bytes() const { return work_bytes_; }
-  bool is_own() const { return is_own_; }
 
  private:
   std::shared_ptr<PhotographStore> store_;
   double bytes_, work_bytes_;
-  bool is_own_;
   Index number_ = 0;
 };
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "kernels/core/check.h"
-#include "kernels/ranks/ranks.h"
 #include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
@@ -21,19 +20,13 @@ inline HostSpan<const std::uint8_t> MaskOf(const Image& image) {
 }
 
 // The scene's views with their images, which must outlive the result where its truths are not copies. near: distance of
-// the near plane. own: the views that are looked at; the others' images stay empty. photographs: holds those that are
-// in a store and must outlive the result.
+// the near plane. photographs: holds those that are in a store and must outlive the result.
 template <class B>
-std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near, const Share& own,
+std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near,
                                        std::vector<std::shared_ptr<const Image>>* photographs) {
   std::vector<TargetView<B>> targets;
   targets.reserve(views.size());
   for (const View* view : views) {
-    const auto place = static_cast<Index>(targets.size());
-    if (place < own.begin || place >= own.end) {
-      targets.push_back({ToPosedCamera(*view, near), {}, {}});
-      continue;
-    }
     const std::shared_ptr<const Image> photograph = view->Photograph();
     if (std::is_same_v<typename B::Space, Host> && view->stored) photographs->push_back(photograph);
     targets.push_back({ToPosedCamera(*view, near), SplatBackend<B>::MakeTruth(ValuesOf(*photograph)),
@@ -41,11 +34,11 @@ std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, do
   }
   return targets;
 }
-// The same of all views; where truths are not copies photographs have to be in memory, else throws Error.
+// The same; where truths are not copies photographs have to be in memory, else throws Error.
 template <class B>
 std::vector<TargetView<B>> MakeTargets(const std::vector<const View*>& views, double near) {
   std::vector<std::shared_ptr<const Image>> photographs;
-  std::vector<TargetView<B>> targets = MakeTargets<B>(views, near, {0, static_cast<Index>(views.size())}, &photographs);
+  std::vector<TargetView<B>> targets = MakeTargets<B>(views, near, &photographs);
   VESTA_CHECK(photographs.empty(), "to fit all views at once needs all photographs in memory");
   return targets;
 }

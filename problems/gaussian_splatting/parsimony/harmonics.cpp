@@ -116,7 +116,7 @@ HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingVi
       for (int d = 0; d < splat::kRecolors; ++d) rises_[static_cast<std::size_t>(i)].rise[d] += row.rise[d];
     };
   });
-  cost_ = judged.Cost(judges.ranks), values_ = judged.Values(judges.ranks);
+  cost_ = judged.Cost(judges), values_ = judged.Values(judges);
 }
 
 void HarmonicsWorth::ChooseCoefficients(const splat::Model<float>& model, const JudgingViews& judges) {

@@ -4,8 +4,9 @@
 
 namespace vesta::gs {
 
-JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background, Ranks* ranks) {
-  JudgingViews judges{.views = {}, .background = background, .near = NearPlane(scene), .ranks = ranks};
+JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
+                             const ProcessGroup& processes) {
+  JudgingViews judges{.views = {}, .background = background, .near = NearPlane(scene), .processes = processes};
   for (const View& view : scene.views) {
     if (view.is_trained()) judges.views.push_back(&view);
   }

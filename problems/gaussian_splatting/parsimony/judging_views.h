@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "kernels/ranks/ranks.h"
+#include "problems/gaussian_splatting/distributed/process_group.h"
 #include "problems/gaussian_splatting/model/scene.h"
 
 namespace vesta::gs {
@@ -13,12 +13,12 @@ namespace vesta::gs {
 struct JudgingViews {
   std::vector<const View*> views;  // must outlive this
   std::array<double, 3> background{0, 0, 0};
-  double near = 0;  // distance of the near plane, world units
-  // Processes that ask the judges together, each its own (model/view_owners.h); null: this one asks all.
-  Ranks* ranks = nullptr;
+  double near = 0;              // distance of the near plane, world units
+  ProcessGroup processes = {};  // each asks its share of the views
 };
 
 // The training views of the scene.
-JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background, Ranks* ranks = nullptr);
+JudgingViews TrainingViewsOf(const Scene& scene, const std::array<double, 3>& background,
+                             const ProcessGroup& processes = {});
 
 }  // namespace vesta::gs

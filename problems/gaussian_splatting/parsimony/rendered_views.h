@@ -14,7 +14,6 @@
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
@@ -70,15 +69,16 @@ void RenderedViews::ForEachAnswer(const Ask& ask, const Take& take) {
   };
   static_assert(std::is_trivially_copyable_v<Row>);
   const auto views = static_cast<Index>(judges_.views.size());
-  const Share own = OwnTrainingViews(judges_.ranks, views);
+  const Share own = judges_.processes.OwnShare(views);
+  const bool is_alone = judges_.processes.is_alone();
   std::vector<Row> rows;
-  std::vector<std::vector<Answer>> told(static_cast<std::size_t>(judges_.ranks ? own.size() : 0));
+  std::vector<std::vector<Answer>> told(static_cast<std::size_t>(is_alone ? 0 : own.size()));
   for (Index v = own.begin; v < own.end; ++v) {
     const View& view = *judges_.views[static_cast<std::size_t>(v)];
     Render(view);
     rows.assign(static_cast<std::size_t>(model_.count), Row());
     ask(view, rows.data());
-    if (!judges_.ranks) {
+    if (is_alone) {
       const auto take_row = take(view);
       ParallelFor(model_.count, kGrain, [&](Index i) {
         if (view_.rank_of()[i] >= 0) take_row(i, rows[static_cast<std::size_t>(i)]);
@@ -91,12 +91,11 @@ void RenderedViews::ForEachAnswer(const Ask& ask, const Take& take) {
       if (view_.rank_of()[i] >= 0) answers.push_back({static_cast<std::int32_t>(i), rows[static_cast<std::size_t>(i)]});
     }
   }
-  if (!judges_.ranks) return;
+  if (is_alone) return;
   for (Index v = 0; v < views; ++v) {
     const bool is_own = v >= own.begin && v < own.end;
-    const std::vector<Answer> answers =
-        GatherValues(*judges_.ranks,
-                     is_own ? std::exchange(told[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<Answer>());
+    const std::vector<Answer> answers = judges_.processes.Gather(
+        is_own ? std::exchange(told[static_cast<std::size_t>(v - own.begin)], {}) : std::vector<Answer>());
     const auto take_row = take(*judges_.views[static_cast<std::size_t>(v)]);
     ParallelFor(static_cast<Index>(answers.size()), kGrain, [&](Index k) {
       const Answer& answer = answers[static_cast<std::size_t>(k)];
@@ -132,14 +131,13 @@ class JudgedLoss {
             .window_variance = static_cast<float>(WindowVariance()),
             .counts = is_masked ? counts_.data() : nullptr};
   }
-  // Of all views, those of other processes among them; their pixels that count, by channel. Called by all.
-  double Cost(Ranks* ranks) const { return SumInOrder(ranks, costs_); }
-  double Values(Ranks* ranks) const { return SumInOrder(ranks, values_); }
+  // Of all views, those of other processes among them; their pixels that count, by channel. Collective.
+  double Cost(const JudgingViews& judges) const { return SumInOrder(judges.processes.Gather(costs_)); }
+  double Values(const JudgingViews& judges) const { return SumInOrder(judges.processes.Gather(values_)); }
 
  private:
-  static double SumInOrder(Ranks* ranks, const std::vector<double>& of_views) {
-    const std::vector<double> all = ranks ? GatherValues(*ranks, of_views) : of_views;
-    return std::accumulate(all.begin(), all.end(), 0.0);
+  static double SumInOrder(const std::vector<double>& of_views) {
+    return std::accumulate(of_views.begin(), of_views.end(), 0.0);
   }
   // The image with the photograph where pixels do not count; and counts_.
   HostSpan<const float> WithPhotograph(HostSpan<const float> rendered, const Image& photograph) {

@@ -14,7 +14,7 @@ Worth MeasureWorth(const splat::Model<float>& model, const JudgingViews& judges)
         rendered.view().AddRemovals(judged.Linearize(rendered.image(), view), rises, rendered.workspace());
       },
       [&](const View&) { return [&](Index i, double rise) { worth.rise[static_cast<std::size_t>(i)] += rise; }; });
-  worth.cost = judged.Cost(judges.ranks), worth.values = judged.Values(judges.ranks);
+  worth.cost = judged.Cost(judges), worth.values = judged.Values(judges);
   return worth;
 }
 

@@ -85,7 +85,6 @@ class AdamStage {
     if constexpr (kOnHost) result_.data = std::vector<float>();  // until the stage is done state_ has it
     if (saved_) Restore(*saved_);
     saved_.reset();
-    state_->model.DivideAmong(views_.sharers());
   }
   void Restore(std::string_view bytes) {
     try {
@@ -124,7 +123,7 @@ class AdamStage {
     Report();
     PredictWhereDue(degree);
     Save();
-    session_.interim().AttendToWatch(Stage::kAdam, state_->iteration, on_host, are_shared() ? WriteState() : Writer());
+    session_.interim().AttendToWatch(Stage::kAdam, state_->iteration, on_host, Writer());
   }
   // Leaves the model after this iteration, which was recorded. What is saved, to go on from, is of after its change of
   // the Gaussians; what is said of the end is not in it, as the stage will have another.
@@ -132,7 +131,7 @@ class AdamStage {
     state_->model.DownloadResult(result_);
     finished_ = true;
     const Index gaussians = state_->model.count();
-    if (session_.interim().any_saves()) ChangeGaussians(degree);
+    if (session_.processes().OnAny(session_.interim().Saves())) ChangeGaussians(degree);
     Report();
     Save();
     parsimony_.NoteWhoStayed(*state_, gaussians);
@@ -141,16 +140,10 @@ class AdamStage {
     session_.Report({Stage::kAdam, state_->iteration, outlook_.ExpectedIterations(Progress()), session_.Seconds(),
                      state_->mean_cost, session_.history().training_psnr(), state_->model.count(), ""});
   }
-  void Save() {
-    const auto gather = [&](const std::vector<bool>& savers) { state_->model.GatherFor(savers); };
-    session_.interim().SaveWhereDue(Stage::kAdam, state_->iteration, Writer(),
-                                    are_shared() ? BeforeSaving(gather) : BeforeSaving());
-  }
+  void Save() { session_.interim().SaveWhereDue(Stage::kAdam, state_->iteration, Writer()); }
   WriteState Writer() {
     return [&](ArchiveWriter& archive) { archive(*state_); };
   }
-  // Whether other processes have parts of the state.
-  bool are_shared() const { return views_.sharers() != nullptr; }
 
   // Of the harmonics that are in use.
   int DegreeOf(const StageSpan& span) const {
@@ -165,7 +158,6 @@ class AdamStage {
     const double cost = views_.AddGradients(span, degree, &*state_);
     views_.MoveSharedCameras(span, &*state_);
     state_->model.Step(splat::NumAttributes(degree), RateFactor(options_.adam, span));
-    views_.TakeStepped(&*state_);
     const int it = ++state_->iteration;
     state_->span = span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
@@ -178,7 +170,6 @@ class AdamStage {
     try {
       state_->model.Average();
     } catch (const OutOfDeviceMemory& error) {
-      if (!session_.together().is_alone()) throw;
       state_->averages = false;
       session_.Note(fmt::format("Adam leaves its last parameters, not their mean: {}", error.what()));
     }
@@ -242,14 +233,13 @@ class AdamStage {
     if (telling == StageOutlook::Telling::kNothing) return;
     const bool is_first_guess = telling == StageOutlook::Telling::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {
-      const std::optional<double> seconds = views_.MeasureFullBeyondCoarse(degree, &state_->model);
-      if (seconds) outlook_.pace().SetFullBeyondCoarse(*seconds);
+      outlook_.pace().SetFullBeyondCoarse(views_.MeasureFullBeyondCoarse(degree, &state_->model));
     }
     const StageAhead ahead = outlook_.Ahead(Progress());
     session_.Predict(outlook_.Foretell(Progress(), ahead, is_first_guess, PredictMib(degree, ahead.most_gaussians)));
   }
   double PredictMib(int degree, double gaussians) {
-    const MemoryScene now = session_.memory().Count(OnHost(state_->model.kernel_model(degree)), Stage::kAdam, 8, false);
+    const MemoryScene now = session_.memory().Count(OnHost(state_->model.kernel_model(degree)), 8, false);
     const MemoryScene then = now.Scaled(static_cast<Index>(gaussians));
     if constexpr (kOnHost) {
       return PredictedMib(then, options_, 0);

@@ -20,7 +20,6 @@ class BeforeGrowth {
   bool empty() const { return kept_.empty(); }
   // On the GPU as long as that takes no room from what was planned for there.
   void Keep(AdamStageState<B>& state) {
-    if (!session_.together().is_alone()) return;  // several do not go back
     kept_ = Kept();
     iteration_ = state.iteration;
     const double bytes = Kept::ArrayBytes(state);

@@ -9,9 +9,10 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/model/view_owners.h"
+#include "kernels/ranks/sum_over_ranks.h"
+#include "problems/gaussian_splatting/distributed/splat_parts.h"
+#include "problems/gaussian_splatting/train/checkpoint.h"
 #include "problems/gaussian_splatting/train/fit_to_scene.h"
-#include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
 namespace {
@@ -46,20 +47,17 @@ void CheckViews(const Scene& scene) {
   CheckPixels(scene.views);
 }
 
-// Of the photographs of these training views, where they are in a store.
-double StoredBytes(const Scene& scene, const Share& own) {
+// Of the photographs of the training views, where they are in a store.
+double StoredBytes(const Scene& scene) {
   double bytes = 0;
-  Index place = 0;  // among the training views
   for (const View& view : scene.views) {
-    if (!view.is_trained()) continue;
-    if (view.stored && place >= own.begin && place < own.end) bytes += view.stored->bytes();
-    ++place;
+    if (view.is_trained() && view.stored) bytes += view.stored->bytes();
   }
   return bytes;
 }
 
 // What needs all photographs at once, or changes them, which those in a store are not for.
-void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* ranks, bool is_on_device) {
+void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
   if (!scene.photographs) return;
   const auto refuse = [](const std::string& what) {
     Fail(
@@ -67,13 +65,12 @@ void CheckStored(const Scene& scene, const TrainOptions& options, const Ranks* r
         "--downscale",
         what);
   };
-  const Index views = NumTrainingViews(scene);
-  const double budget = scene.photographs->budget_bytes();
-  if (options.lm.iterations > 0 && !is_on_device && StoredBytes(scene, OwnTrainingViews(ranks, views)) > budget) {
+  const bool have_room = StoredBytes(scene) <= scene.photographs->budget_bytes();
+  if (options.lm.iterations > 0 && !is_on_device && !have_room) {
     refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
   }
   const CameraChoice refined = options.cameras.refine;
-  if (FreeBy(refined).color && StoredBytes(scene, OwnViewsInAdam(options, ranks, views)) > budget) {
+  if (FreeBy(refined).color && !have_room) {
     refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
                        schema::NameOf(refined, kCameraChoices)));
   }
@@ -96,12 +93,13 @@ void CheckTarget(const Scene& scene, const TrainOptions& options) {
 }
 
 // What cannot be found of cameras.
-void CheckCameras(const Scene& scene, const TrainOptions& options, const Ranks* ranks) {
+void CheckCameras(const Scene& scene, const TrainOptions& options, const ProcessGroup& processes) {
   const CameraChoice refined = options.cameras.refine;
   if (!options.cameras.refines()) return;
   const char* const name = schema::NameOf(refined, kCameraChoices);
-  if (ranks && ranks->size() > 1) {
-    Fail("--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name, ranks->size());
+  if (!processes.is_alone()) {
+    Fail("--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name,
+         processes.ranks()->size());
   }
   if (FindsCamerasByLm(options) && (refined == CameraChoice::kAuto || refined == CameraChoice::kAll)) {
     Fail("--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or find them in an Adam stage", name,
@@ -116,15 +114,42 @@ void CheckCameras(const Scene& scene, const TrainOptions& options, const Ranks* 
       name, bent->name);
 }
 
+// What several processes cannot do. Collective.
+void CheckProcesses(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
+                    const ProcessGroup& processes) {
+  if (!processes.ranks()) return;
+  if (options.lm.iterations > 0) {
+    CheckOneBatch({options.lm.batches, options.lm.batch_size});
+    CheckTerms(NumSplatParts(NumTrainingViews(scene)), *processes.ranks());
+  }
+  if (options.memory.budget_gib > 0) {
+    Fail("--memory_budget={}: memory is planned for a training without mpirun; start it so, or leave the budget out",
+         options.memory.budget_gib);
+  }
+  if (processes.is_alone()) return;
+  if (stages.device_memory) Fail("--device=cuda: several processes train on CPUs alone; use --device=cpu");
+  if (scene.photographs) {
+    Fail(
+        "each of several processes needs all photographs in memory, which has no room for them; start fewer, allow "
+        "more "
+        "by --photographs_mib, or use --downscale");
+  }
+  const std::vector<std::uint64_t> scenes = processes.Gather(std::vector<std::uint64_t>{FingerprintOf(scene)});
+  for (std::size_t r = 1; r < scenes.size(); ++r) {
+    if (scenes[r] != scenes[0]) Fail("process {} reads another scene than process 0; give all the same", r);
+  }
+}
+
 }  // namespace
 
-void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages, Ranks* ranks) {
+void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
+                   const ProcessGroup& processes) {
   CheckViews(scene);
   CheckLowPass(scene, options);
   CheckTarget(scene, options);
-  CheckCameras(scene, options, ranks);
-  CheckRanks(scene, options, stages, ranks);
-  CheckStored(scene, options, ranks, stages.device_memory != nullptr);
+  CheckCameras(scene, options, processes);
+  CheckProcesses(scene, options, stages, processes);
+  CheckStored(scene, options, stages.device_memory != nullptr);
 }
 
 }  // namespace vesta::gs

@@ -23,8 +23,7 @@ View HalfOf(const View& full) {
   PhotographSource source{
       .decode = [whole = full.stored, size] { return ResizeArea(*whole->Read(), size.width, size.height); },
       .bytes = part * full.stored->bytes(),
-      .work_bytes = full.stored->bytes() + full.stored->work_bytes(),
-      .is_own = full.stored->is_own()};
+      .work_bytes = full.stored->bytes() + full.stored->work_bytes()};
   half.stored = std::make_shared<const StoredPhotograph>(full.stored->store(), std::move(source));
   return half;
 }

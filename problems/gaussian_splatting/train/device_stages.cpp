@@ -15,22 +15,15 @@ StageRunners DeviceStages() {
   const DeviceInfo& device = QueryDevice();
   if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
   device::ResetPeak();
-  const auto run_lm = [](TrainingSession& session, SplatModel& model, bool hold_batches) {
-    return session.together().ranks() ? RunLmStage<CudaBackend<float>, CpuBackend<float>>(session, model, hold_batches)
-                                      : RunLmStage<CudaBackend<float>>(session, model, hold_batches);
-  };
   const auto memory = [] {
     return DeviceMemoryUse{.free_bytes = static_cast<double>(device::FreeBytes()),
-                           .peak_bytes = static_cast<double>(device::PeakBytes()),
-                           .pooled_bytes = static_cast<double>(device::PooledBytes())};
+                           .peak_bytes = static_cast<double>(device::PeakBytes())};
   };
   return {.device = "cuda",
           .adam = RunAdamStage<CudaBackend<float>>,
-          .lm = run_lm,
+          .lm = RunLmStage<CudaBackend<float>>,
           .joint_lm = RunJointLmStage<CudaBackend<float>>,
-          .device_memory = memory,
-          .gpu = device.name,
-          .gpu_id = device.id};
+          .device_memory = memory};
 }
 
 }  // namespace vesta::gs

@@ -1,7 +1,7 @@
 // What ends a training before its iterations are done: its caller, its time limit, its target.
 #pragma once
 
-#include "problems/gaussian_splatting/train/agreement.h"
+#include "problems/gaussian_splatting/distributed/process_group.h"
 #include "problems/gaussian_splatting/train/options.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
 #include "problems/gaussian_splatting/train/train_callbacks.h"
@@ -12,12 +12,13 @@ namespace vesta::gs {
 class EarlyEnd {
  public:
   // All must outlive this.
-  EarlyEnd(const TrainOptions& options, const TrainCallbacks& callbacks, const Agreement& together,
+  EarlyEnd(const TrainOptions& options, const TrainCallbacks& callbacks, const ProcessGroup& processes,
            const TrainingClock& clock, const RecordedHistory& history)
-      : options_(options), callbacks_(callbacks), together_(together), clock_(clock), history_(history) {}
+      : options_(options), callbacks_(callbacks), processes_(processes), clock_(clock), history_(history) {}
 
   // True when the caller asks to stop, of any of several processes, or the time limit does, which is of all time by the
-  // first's clock; stays true. Called by all. ahead: seconds that are still to be spent, on what cannot be broken off.
+  // clock of the first process; stays true. Collective. ahead: seconds that are still to be spent, on what cannot be
+  // broken off.
   bool ShouldStop(double ahead = 0);
   bool stopped() const { return stopped_; }
 
@@ -31,7 +32,7 @@ class EarlyEnd {
 
   const TrainOptions& options_;
   const TrainCallbacks& callbacks_;
-  const Agreement& together_;
+  const ProcessGroup& processes_;
   const TrainingClock& clock_;
   const RecordedHistory& history_;
   bool stopped_ = false;

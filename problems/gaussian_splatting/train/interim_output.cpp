@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 namespace vesta::gs {
 
 InterimOutput::InterimOutput(const Parts& parts)
@@ -11,8 +9,7 @@ InterimOutput::InterimOutput(const Parts& parts)
       callbacks_(parts.callbacks),
       clock_(parts.clock),
       checkpoint_timer_(parts.saved.seconds()),
-      snapshot_timer_(parts.saved.seconds()),
-      any_saves_(parts.together.OnAny(Saves())) {}
+      snapshot_timer_(parts.saved.seconds()) {}
 
 bool InterimOutput::Saves() const {
   const CheckpointOptions& options = callbacks_.checkpoint;
@@ -31,20 +28,13 @@ std::string InterimOutput::NoteError(const char* what, const std::function<void(
   return "";
 }
 
-void InterimOutput::SaveWhereDue(Stage stage, int iteration, const WriteState& state, const BeforeSaving& before) {
-  if (!any_saves_) return;
+void InterimOutput::SaveWhereDue(Stage stage, int iteration, const WriteState& state) {
+  if (!Saves()) return;
   const CheckpointOptions& options = callbacks_.checkpoint;
-  const auto is_due = [&] {
-    const bool is_time = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
-    const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
-    return is_time || is_asked || (parts_.early_end.stopped() && !options.every.never());
-  };
-  const bool is_own = Saves() && is_due();
-  if (before) {
-    const std::vector<bool> savers = parts_.together.OnEach(is_own);
-    if (std::ranges::count(savers, true) > 0) before(savers);
-  }
-  if (is_own) Save(stage, iteration, clock_.Seconds(), state);
+  const bool is_time = checkpoint_timer_.IsDue(options.every, stage, iteration, clock_.Seconds());
+  const bool is_asked = callbacks_.watch.wants_checkpoint && callbacks_.watch.wants_checkpoint();
+  const bool is_due = is_time || is_asked || (parts_.early_end.stopped() && !options.every.never());
+  if (is_due) Save(stage, iteration, clock_.Seconds(), state);
 }
 
 void InterimOutput::Save(Stage stage, int iteration, double seconds, const WriteState& state) {
@@ -77,7 +67,7 @@ void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost&
   const double seconds = clock_.Seconds();
   const TrainingClock::Absence absence(clock_);
   while (watch.waits()) {
-    if (state && Saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
+    if (Saves() && watch.wants_checkpoint && watch.wants_checkpoint()) Save(stage, iteration, seconds, state);
     show_where_wanted();
   }
 }

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/train/agreement.h"
 #include "problems/gaussian_splatting/train/early_end.h"
 #include "problems/gaussian_splatting/train/interval.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
@@ -18,9 +17,8 @@
 
 namespace vesta::gs {
 
-// Writes the state of a stage; and what comes before it where others have a part of that: told who saves, by process.
+// Writes the state of a stage.
 using WriteState = std::function<void(ArchiveWriter&)>;
-using BeforeSaving = std::function<void(const std::vector<bool>& savers)>;
 
 class InterimOutput {
  public:
@@ -29,34 +27,28 @@ class InterimOutput {
     const TrainCallbacks& callbacks;
     std::uint64_t fingerprint;  // of the scene as it was given
     const SavedStage& saved;
-    const Agreement& together;
     const TrainingCameras& cameras;
     const RecordedHistory& history;
     const EarlyEnd& early_end;
     TrainingClock& clock;
     TrainingNotes& notes;
   };
-  // By all of several processes together.
   explicit InterimOutput(const Parts& parts);
 
-  // Whether the state may be saved after an iteration, by any of several processes.
-  bool any_saves() const { return any_saves_; }
+  // Whether the state may be saved after an iteration.
+  bool Saves() const;
   // Whether this process has.
   bool has_saved() const { return has_saved_; }
   // After each iteration: saves the state of the stage where that is due, or is asked for, or where a training that
   // saves at intervals stops; state: writes it. An older checkpoint stays until the new one is complete, and where that
-  // cannot be written. before: called first where any saves. Given by all of several processes or by none: they agree
-  // on it, and may exchange in it.
-  void SaveWhereDue(Stage stage, int iteration, const WriteState& state, const BeforeSaving& before = {});
-  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does. state:
-  // empty where other processes have a part of it; then a checkpoint is written after the next iteration.
+  // cannot be written.
+  void SaveWhereDue(Stage stage, int iteration, const WriteState& state);
+  // At the end of an iteration that others follow: does what the watch asks for, and waits as long as it does.
   void AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state);
   // Hands out the model on the way, where that is due.
   void SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host);
 
  private:
-  // Whether this process may save.
-  bool Saves() const;
   // seconds: of the run.
   void Save(Stage stage, int iteration, double seconds, const WriteState& state);
   // Writes what is written on the way; where that fails it says so in a note. Returns that note, else nothing.
@@ -67,7 +59,6 @@ class InterimOutput {
   TrainingClock& clock_;
   // From where the training begins, or goes on.
   IntervalTimer checkpoint_timer_, snapshot_timer_;
-  bool any_saves_;
   bool has_saved_ = false;
 };
 

@@ -45,7 +45,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
     // What was found is from there, with photographs as they are.
     std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
     const std::vector<TargetView<B>> targets =
-        MakeTargets<B>(cameras.given(), NearPlane(session.scene()), {0, std::ssize(cameras.given())}, &photographs);
+        MakeTargets<B>(cameras.given(), NearPlane(session.scene()), &photographs);
     JointProblem<B> problem(JointOptionsOf(session, model, start.header), targets);
     const JointLayout& layout = problem.layout();
     B backend;
@@ -64,7 +64,7 @@ std::string RunJointLmStage(TrainingSession& session, SplatModel& model, bool el
     };
     if (start.saved() && !cameras.Restore(found())) session.saved().Refuse();
     if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x begins with the model
-    LmModel<B, B> best(session, stepper, {}, problem.workspace(), model);
+    LmModel<B> best(session, stepper, {}, problem.workspace(), model);
     std::string report = RunLmSteps(session, stepper, start.header, best.Recorded(), [&] {
       const std::vector<ViewUnknowns> views = found();
       for (std::size_t v = 0; v < views.size(); ++v) cameras.Set(v, views[v]);

@@ -4,15 +4,14 @@
 
 #include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
 
 void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
   const TrainOptions& options = session.options();
   if (options.memory.budget_gib == 0 && !stages.device_memory) return;
-  const MemoryScene counts = session.memory().Count(ToKernelModel(model), Stage::kAdam, 8, false);
-  const StageMemory memory = MemoryToShare(stages, options.memory, session.together().ranks());
+  const MemoryScene counts = session.memory().Count(ToKernelModel(model), 8, false);
+  const StageMemory memory = MemoryToPlanBy(stages, options.memory);
   const Index fit = PlanGaussians(counts, options, memory);
   if (stages.device_memory) {
     session.memory().SetSpareDeviceBytes(memory.bytes - memory.adam_bytes(counts.Scaled(fit), options));

@@ -8,7 +8,7 @@
 namespace vesta::gs {
 
 // No more than there is room for, where memory is limited (memory/memory_plan.h). Throws Error where there is none for
-// the model. Called by all of several processes together.
+// the model.
 void LimitGaussians(TrainingSession& session, const StageRunners& stages, const SplatModel& model);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
-// The model that an LM stage works on, the first entries of the stepper's best x: where the engine has it, where views
-// are evaluated, and on the host.
+// The model that an LM stage works on, the first entries of the stepper's best x: where the engine has it, and on the
+// host.
 #pragma once
 
 #include <span>
@@ -8,18 +8,16 @@
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
-#include "problems/gaussian_splatting/train/problem_to_solve.h"
 
 namespace vesta::gs {
 
-// Views are evaluated in the memory of B, the engine's vectors lie in that of E.
-template <class B, class E>
+template <class B>
 class LmModel {
  public:
   // copies: of the training views' photographs, as they are to be evaluated; empty: the session's. workspace: free
   // between the steps. model: its data are those of the iteration before until TakeBest(), or empty where the stepper's
   // x lies on the host and serves. All must outlive this.
-  LmModel(TrainingSession& session, const LmStepper<E>& stepper, std::span<const TargetView<B>> copies,
+  LmModel(TrainingSession& session, const LmStepper<B>& stepper, std::span<const TargetView<B>> copies,
           typename SplatBackend<B>::Workspace& workspace, SplatModel& model)
       : session_(session), stepper_(stepper), copies_(copies), workspace_(workspace), model_(model) {}
 
@@ -31,7 +29,7 @@ class LmModel {
   void TakeBest() {
     const Index n = model_.Size();
     model_.data.resize(static_cast<std::size_t>(n));
-    E().ToHost(stepper_.x().subspan(0, n), {model_.data.data(), n});
+    B().ToHost(stepper_.x().subspan(0, n), {model_.data.data(), n});
   }
   // For the history.
   ModelToRecord Recorded() {
@@ -39,17 +37,16 @@ class LmModel {
   }
 
  private:
-  static constexpr bool kOnHost = std::is_same_v<typename E::Space, Host>;
+  static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
 
   splat::Model<float> OnHost() const { return kOnHost ? BestOf(stepper_, model_) : ToKernelModel(model_); }
   Evaluation Evaluate() {
-    ModelWhereEvaluated<B, E> where_evaluated;
     return EvaluateOrDownload<B>(
-        session_, copies_, [&] { return where_evaluated(stepper_, model_); }, workspace_, [this] { return OnHost(); });
+        session_, copies_, [&] { return BestOf(stepper_, model_); }, workspace_, [this] { return OnHost(); });
   }
 
   TrainingSession& session_;
-  const LmStepper<E>& stepper_;
+  const LmStepper<B>& stepper_;
   std::span<const TargetView<B>> copies_;
   typename SplatBackend<B>::Workspace& workspace_;
   SplatModel& model_;

@@ -11,14 +11,12 @@
 #include <vector>
 
 #include "kernels/core/device_memory.h"
+#include "problems/gaussian_splatting/distributed/splat_parts.h"
 #include "problems/gaussian_splatting/lm/engine_options.h"
-#include "problems/gaussian_splatting/lm/splat_parts.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/model/view_owners.h"
 #include "problems/gaussian_splatting/train/lm_model.h"
 #include "problems/gaussian_splatting/train/lm_start.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
-#include "problems/gaussian_splatting/train/problem_to_solve.h"
 
 namespace vesta::gs {
 
@@ -27,21 +25,20 @@ SplatProblemOptions LmProblemOptions(const TrainingSession& session, const Splat
                                      const std::vector<float>& units);
 
 // Leaves the model at its best and records its last state. Returns the engine's full report. hold_batches: as
-// vesta::LmOptions has it. E: where the engine's vectors lie; the host where a device is one of several processes'.
+// vesta::LmOptions has it.
 // Where the memory of a GPU does not suffice after all (the plan counts some views only, and others may use it) the
 // stage goes on from its best model with views built anew, and ends where those do not fit.
-template <class B, class E = B>
+template <class B>
 std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_batches) {
-  constexpr bool kOnHost = std::is_same_v<typename E::Space, Host>;
+  constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
   const int iterations = session.options().lm.iterations;
   LmStart start(session, model);
   vesta::LmOptions engine = LmEngineOptions(session.options().lm);
   engine.hold_batches = hold_batches;
-  std::vector<std::shared_ptr<const Image>> photographs;  // of own views, out of the store
+  std::vector<std::shared_ptr<const Image>> photographs;  // out of the store
   std::vector<TargetView<B>> targets;
-  const Share own = OwnTrainingViews(session.together().ranks(), static_cast<Index>(session.training_views().size()));
   const auto make_targets = [&] {
-    return MakeTargets<B>(session.training_views(), NearPlane(session.scene()), own, &photographs);
+    return MakeTargets<B>(session.training_views(), NearPlane(session.scene()), &photographs);
   };
   bool rebuilds = false;
   const auto make_problem = [&] {
@@ -56,16 +53,16 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
   for (;;) {
     try {
       if (targets.empty()) targets = make_targets();
-      E backend;
+      B backend;
       SplatProblem<B> problem = make_problem();
-      ProblemToSolve<SplatParts, B, E> solved(session.together().ranks(), problem);
-      typename E::Vector x;
+      ProblemToSolve<B> solved(session.processes(), problem);
+      typename B::Vector x;
       x.CopyFrom(HostSpan<const float>(model.data.data(), static_cast<Index>(model.data.size())));
       if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
       engine.max_iterations = std::max(0, iterations - done);
-      LmStepper<E> stepper = std::exchange(resumes, false) ? start.template GoOn<LmStepper<E>>(engine, backend, *solved)
-                                                           : LmStepper<E>(engine, backend, *solved, std::move(x));
-      LmModel<B, E> best(session, stepper, targets, problem.workspace(), model);
+      LmStepper<B> stepper = std::exchange(resumes, false) ? start.template GoOn<LmStepper<B>>(engine, backend, *solved)
+                                                           : LmStepper<B>(engine, backend, *solved, std::move(x));
+      LmModel<B> best(session, stepper, targets, problem.workspace(), model);
       std::string report = RunLmSteps(session, stepper, start.header, best.Recorded(), [&] {
         best.AfterStep();
         ++finished;
@@ -73,8 +70,6 @@ std::string RunLmStage(TrainingSession& session, SplatModel& model, bool hold_ba
       best.TakeBest();
       return report;
     } catch (const OutOfDeviceMemory& error) {
-      // The others would not know, and what was begun for several has no model here to go on from.
-      if (!std::is_same_v<B, E> || !session.together().is_alone()) throw;
       done += std::exchange(finished, 0);
       resumes = false;  // the model is what the saved solve had come to
       if (rebuilds) {

@@ -1,20 +1,11 @@
 #include "problems/gaussian_splatting/train/memory_report.h"
 
 #include "problems/gaussian_splatting/memory/memory_plan.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::gs {
 namespace {
 
 constexpr double kMib = 1 << 20;
-
-// Sizes of the largest model that there was. Adam's stage may have held more views than LM's.
-MemoryScene LargestScene(TrainingSession& session, const SplatModel& model, const MemoryScene& of_lm) {
-  const TrainingMemory& memory = session.memory();
-  const bool differ = memory.PlannedViews(Stage::kAdam).size() != memory.PlannedViews(Stage::kLm).size();
-  const MemoryScene of_adam = differ ? memory.Count(ToKernelModel(model), Stage::kAdam, 4, false) : of_lm;
-  return of_adam.Of(memory.largest_model());
-}
 
 }  // namespace
 
@@ -22,7 +13,7 @@ MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages
                             const LmOutcome& lm) {
   session.memory().NoteModel(model);
   const TrainOptions& options = session.options();
-  const MemoryScene largest = LargestScene(session, model, lm.counts);
+  const MemoryScene largest = lm.counts.Of(session.memory().largest_model());
   MemoryReport report;
   report.jacobian = lm.plan.lm.jacobian;
   report.batches = static_cast<int>(lm.batches);

@@ -32,7 +32,7 @@ class RecordedHistory {
       : cameras_(cameras),
         callbacks_(callbacks),
         clock_(clock),
-        measured_{options.evaluated_views, callbacks.ranks},
+        measured_{options.evaluated_views, ProcessGroup(callbacks.ranks)},
         renderer_(options.background, NearPlane(cameras.scene())) {}
 
   // By which rows come about.

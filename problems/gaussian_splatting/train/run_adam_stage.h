@@ -11,15 +11,13 @@
 namespace vesta::gs {
 
 // The whole stage; leaves the model at its best and records its last state. Where the memory of a device does not
-// suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note; of several processes it
-// throws OutOfDeviceMemory, as the others have room perhaps.
+// suffice it goes on with fewer Gaussians, ends, or runs on the host, and says so in a note.
 template <class B>
 void RunAdamStage(TrainingSession& session, SplatModel& model) {
   for (auto stage = std::make_unique<AdamStage<B>>(session, model);;) {
     try {
       return stage->Run();
     } catch (const OutOfDeviceMemory& error) {
-      if (!session.together().is_alone()) throw;
       const int failed = stage->iteration();
       if (stage->GoBackBeforeGrowth()) {
         session.Note(fmt::format("Adam goes on from iteration {} with {} Gaussians and no more: {}", stage->iteration(),

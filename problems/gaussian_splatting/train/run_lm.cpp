@@ -6,7 +6,6 @@
 
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/train/over_ranks.h"
 
 namespace vesta::gs {
 namespace {
@@ -41,7 +40,7 @@ MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stage
   // Each counted view is built once: all only where LM is to be planned to the last byte.
   const bool is_exact = options.lm.iterations > 0 && (has_cache || options.memory.budget_gib > 0);
   const int counted = is_exact ? all : some;
-  return session.memory().Count(ToKernelModel(model), Stage::kLm, counted, has_cache);
+  return session.memory().Count(ToKernelModel(model), counted, has_cache);
 }
 
 // Where there is no room for any, LM is not asked for any more; left_out says why.
@@ -50,7 +49,7 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
   const TrainOptions& options = session.options();
   const bool finds_cameras = FindsCamerasByLm(options);
   LmPlan plan{options.lm};
-  const StageMemory memory = MemoryToShare(stages, options.memory, session.together().ranks());
+  const StageMemory memory = MemoryToPlanBy(stages, options.memory);
   try {
     plan = finds_cameras ? PlanJointLm(counts, options, memory) : PlanLm(counts, options, memory);
   } catch (const Error& error) {
@@ -58,12 +57,9 @@ LmPlan PlanLmStage(TrainingSession& session, const StageRunners& stages, const M
     if (!options.adam.runs()) throw;
     *left_out = error.what();
   }
-  if (session.together().OnAny(!left_out->empty())) session.AdaptOptions().lm.iterations = 0;
-  if (finds_cameras) {
-    plan.eliminate_views = !session.together().OnAny(!plan.eliminate_views);  // all solve one system
-    if (!plan.eliminate_views) {
-      session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
-    }
+  if (!left_out->empty()) session.AdaptOptions().lm.iterations = 0;
+  if (finds_cameras && !plan.eliminate_views) {
+    session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
   }
   const JacobianKind asked = options.lm.jacobian, planned = plan.lm.jacobian;
   // A device always holds views where they fit, so that choice needs no note.

@@ -1,5 +1,5 @@
-// What the stages of a training run share, each part in a file of its own: the views, the clock, the history, what
-// processes agree on, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
+// What the stages of a training run share, each part in a file of its own: the views, the clock, the history, the
+// processes, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "problems/gaussian_splatting/train/agreement.h"
+#include "problems/gaussian_splatting/distributed/process_group.h"
 #include "problems/gaussian_splatting/train/early_end.h"
 #include "problems/gaussian_splatting/train/interim_output.h"
 #include "problems/gaussian_splatting/train/recorded_history.h"
@@ -23,7 +23,7 @@ namespace vesta::gs {
 
 class TrainingSession {
  public:
-  // Made by all of several processes together. Throws Error where the checkpoint to resume is of another scene.
+  // Collective. Throws Error where the checkpoint to resume is of another scene.
   TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
                   const TrainCallbacks& callbacks);
   TrainingSession(const TrainingSession&) = delete;
@@ -48,7 +48,7 @@ class TrainingSession {
   // Of evaluations, since the training was gone on with.
   double EvalSeconds() const { return clock_.Paused() - saved_.eval_seconds(); }
 
-  const Agreement& together() const { return together_; }
+  const ProcessGroup& processes() const { return processes_; }
   RecordedHistory& history() { return history_; }
   const RecordedHistory& history() const { return history_; }
   EarlyEnd& early_end() { return early_end_; }
@@ -78,7 +78,7 @@ class TrainingSession {
   const TrainCallbacks& callbacks_;
   TrainingCameras cameras_;
   std::uint64_t fingerprint_;  // of the scene as it was given
-  Agreement together_;
+  ProcessGroup processes_;
   SavedStage saved_;
   TrainingClock clock_;
   TrainingNotes notes_;

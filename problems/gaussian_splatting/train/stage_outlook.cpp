@@ -25,7 +25,7 @@ StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
   const int n = NumIterations(options.adam), done = now.iteration;
   const double before = now.span.after, planned = 1.0 * done / n;
   const bool is_limited = options.time_limit > 0;
-  const double left = n - done, in_time = is_limited ? session_.together().OfFirst(IterationsInTime(now)) : left;
+  const double left = n - done, in_time = is_limited ? session_.processes().OfFirst(IterationsInTime(now)) : left;
   // A limit that never binds changes no bit.
   if (before == planned && left <= in_time) return {planned, (done + 1.0) / n};
   // A limit that does, or one that did before the training was gone on with, or as many iterations as there were not to

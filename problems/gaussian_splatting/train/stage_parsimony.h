@@ -61,15 +61,15 @@ class StageParsimony {
   static constexpr double kPartForDegrees = 0.5;  // of the time for judging
 
   // Whether there is time to look at all views `passes` times: of the time for judging such a part is free by now. A
-  // number of Gaussians that was asked for is worth any time. Called by all of several processes; where there is none
-  // the round is counted as left out.
+  // number of Gaussians that was asked for is worth any time. Collective; where there is none the round is counted as
+  // left out.
   bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
     const double limit = session_.options().time_limit;
     if (limit <= 0 || options_.prunes_to_count()) return true;
     const double free = part * kJudgingPart * limit - state.judged_seconds;
     const auto judged = static_cast<double>(state.model.count());
     const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, session_.IterationsPerEpoch()) <= free;
-    const bool has_time = session_.together().OfFirst(fits ? 1 : 0) > 0;
+    const bool has_time = session_.processes().OfFirst(fits ? 1 : 0) > 0;
     if (!has_time) ++state.judging_left_out;
     return has_time;
   }
@@ -127,7 +127,7 @@ class StageParsimony {
     return model;
   }
   JudgingViews Judges() const {
-    return TrainingViewsOf(session_.scene(), session_.options().background, session_.together().ranks());
+    return TrainingViewsOf(session_.scene(), session_.options().background, session_.processes());
   }
 
   TrainingSession& session_;

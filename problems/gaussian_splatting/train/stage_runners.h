@@ -12,9 +12,8 @@ class TrainingSession;
 
 // Memory of the GPU.
 struct DeviceMemoryUse {
-  double free_bytes = 0;    // that could be allocated now, if nobody else does
-  double peak_bytes = 0;    // most that was in use
-  double pooled_bytes = 0;  // of those free: what this process keeps for itself
+  double free_bytes = 0;  // that could be allocated now, if nobody else does
+  double peak_bytes = 0;  // most that was in use
 };
 
 // What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
@@ -26,7 +25,6 @@ struct StageRunners {
   std::function<std::string(TrainingSession&, SplatModel&, bool eliminate_views)> joint_lm;  // RunJointLmStage
   std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
   std::string note = {};                                // where they run elsewhere than expected: why
-  std::string gpu = {}, gpu_id = {};                    // its name, and what tells it from others
 };
 StageRunners HostStages();
 

@@ -40,15 +40,13 @@ class StageTargets {
     stored_.front()->store()->Expect(numbers);
   }
 
-  // Of photographs that outlive this. own: those of them that are looked at.
-  void Load(const std::vector<const View*>& views, double near, const Share& own) {
+  // Of photographs that outlive this.
+  void Load(const std::vector<const View*>& views, double near) {
     bool are_stored = false;
-    for (Index i = own.begin; i < std::min(own.end, static_cast<Index>(views.size())); ++i) {
-      are_stored = are_stored || views[static_cast<std::size_t>(i)]->stored;
-    }
+    for (const View* view : views) are_stored = are_stored || view->stored;
     if (!kOnHost || !are_stored) {
       std::vector<std::shared_ptr<const Image>> kept;  // none: they are copied, or in memory already
-      targets_ = MakeTargets<B>(views, near, own, &kept);
+      targets_ = MakeTargets<B>(views, near, &kept);
       return;
     }
     for (const View* view : views) {
@@ -57,11 +55,11 @@ class StageTargets {
     }
   }
   // Of photographs made for the purpose.
-  void Hold(std::vector<View> views, double near, const Share& own) {
+  void Hold(std::vector<View> views, double near) {
     views_ = std::move(views);
     std::vector<const View*> pointers;
     for (const View& view : views_) pointers.push_back(&view);
-    Load(pointers, near, own);
+    Load(pointers, near);
     if constexpr (!kOnHost) views_ = std::vector<View>();
   }
   // The view's camera is another now. view: of any size.

@@ -7,16 +7,16 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "problems/gaussian_splatting/adam/schedule.h"
 #include "problems/gaussian_splatting/density/schedule.h"
+#include "problems/gaussian_splatting/distributed/term_exchange.h"
 #include "problems/gaussian_splatting/train/adam_stage_state.h"
 #include "problems/gaussian_splatting/train/coarse_views.h"
-#include "problems/gaussian_splatting/train/over_ranks.h"
 #include "problems/gaussian_splatting/train/session.h"
-#include "problems/gaussian_splatting/train/share_views.h"
 #include "problems/gaussian_splatting/train/stage_cameras.h"
 #include "problems/gaussian_splatting/train/stage_targets.h"
 #include "problems/gaussian_splatting/train/view_passes.h"
@@ -31,7 +31,7 @@ class StageViews {
 
   // At full size; to be called before all that follows.
   void LoadFull() {
-    if (full_.empty()) full_.Load(session_.training_views(), near_, Own().share());
+    if (full_.empty()) full_.Load(session_.training_views(), near_);
   }
   // That which an iteration is to see.
   void ChooseSize(const StageSpan& span) {
@@ -40,18 +40,13 @@ class StageViews {
     if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
     std::vector<View> views = CoarseViews(session_.training_views());
     lacks_coarse_ = views.empty();
-    coarse_.Hold(std::move(views), near_, Own().share());
+    coarse_.Hold(std::move(views), near_);
   }
   // Whether what was read of the cameras can be a state of theirs.
   bool IsState(const StageCamerasState& cameras) const { return cameras_.IsState(cameras); }
   bool are_coarse() const { return !coarse_.empty(); }
   // Whether there are photographs of half size.
   bool have_coarse() const { return !lacks_coarse_; }
-  // The processes that share iterations; null where each does all of them.
-  Ranks* sharers() const {
-    return options_.adam.views_per_iteration > 1 && !session_.together().is_alone() ? session_.together().ranks()
-                                                                                    : nullptr;
-  }
 
   // Where CameraChoice::kAuto is to be decided before an iteration.
   void DecideOnCamerasWhereDue(const StageSpan& span, AdamStageState<B>* state) {
@@ -62,21 +57,25 @@ class StageViews {
     cameras_.Decide(model, &state->cameras);
   }
   // Forward and backward passes over the next iteration's views. Leaves the sum of their gradients in the model's, and
-  // their cameras moved; returns their mean cost, per pixel and channel. Of several processes each has the gradient of
-  // those Gaussians that it steps. Then come MoveSharedCameras, the model's step, and TakeStepped.
+  // their cameras moved; returns their mean cost, per pixel and channel. Several processes divide the views among them,
+  // and all get the whole sum. Then come MoveSharedCameras and the model's step.
   double AddGradients(const StageSpan& span, int degree, AdamStageState<B>* state) {
     cameras_.BeginIteration(state->cameras);
     const splat::Model<float> x = state->model.kernel_model(degree);
     const int attributes = splat::NumAttributes(degree), views = options_.adam.views_per_iteration;
     float* const gradient = state->model.gradient(attributes);
     passes().views.Begin({x, attributes}, views, Observes(options_.density, span) ? &state->model.density() : nullptr);
-    const OwnViewsOfIterations own = Own();
+    const ProcessGroup& processes = session_.processes();
+    const bool are_shared = views > 1 && !processes.is_alone();
+    const Share own = are_shared ? processes.OwnShare(views) : Share{0, views};
     for (int k = 0; k < views; ++k) {
-      Prefetch(own, *state);
+      Prefetch(*state);
       const std::size_t next = NextView(state->order, *state);
-      if (own.Has(next)) AddView(k, next, x, span, gradient, state);
+      if (k >= own.begin && k < own.end) AddView(k, next, x, span, gradient, state);
     }
-    if (Ranks* const all = sharers()) exchange_.ToOwners(*all, state->model.owners(), &passes().views);
+    if constexpr (kOnHost) {
+      if (are_shared) exchange_.AllGather(*processes.ranks(), &passes().views);
+    }
     const ViewCost sum = passes().views.Finish(gradient);
     pixels_ = sum.values / ImageShape::kChannels;
     return sum.objective / sum.values;
@@ -92,10 +91,6 @@ class StageViews {
   }
   // Of the latest iteration's views.
   double pixels() const { return pixels_; }
-  // After the step: of several processes each has what the others stepped.
-  void TakeStepped(AdamStageState<B>* state) {
-    if (Ranks* const all = sharers()) exchange_.FromOwners(*all, &passes().views, state->model.shared_parameters());
-  }
   // Later iterations see cameras where they are now.
   void UpdateMovedCameras() {
     for (const std::size_t view : moved_) cameras_.UpdateCamera(view, &full_, &coarse_);
@@ -113,9 +108,9 @@ class StageViews {
   // What passes work in, until the next one.
   void FreePasses() { passes_.reset(); }
 
-  // Seconds that an iteration on views of full size takes beyond one on coarse ones, by some of the views; none where
-  // this process has none. Leaves no trace in what is trained.
-  std::optional<double> MeasureFullBeyondCoarse(int degree, TrainedModel<B>* model) {
+  // Seconds that an iteration on views of full size takes beyond one on coarse ones, by some of the views. Leaves no
+  // trace in what is trained.
+  double MeasureFullBeyondCoarse(int degree, TrainedModel<B>* model) {
     const auto seconds = [&](StageTargets<B>& targets, std::size_t view) {
       const double begin = session_.Seconds();
       AddGradient(model->kernel_model(degree), targets[view], model->gradient(splat::NumAttributes(degree)));
@@ -123,44 +118,33 @@ class StageViews {
       return session_.Seconds() - begin;
     };
     constexpr std::size_t kMostViews = 8;
-    const OwnViewsOfIterations own = Own();
-    const std::size_t views = std::min(kMostViews, own.size());
-    if (views == 0) return std::nullopt;
-    seconds(full_, own.At(0, views));  // allocates
+    const std::size_t all = full_.size(), views = std::min(kMostViews, all);
+    seconds(full_, 0);  // allocates
     double coarse = 0, full = 0;
     for (std::size_t k = 0; k < views; ++k) {
-      coarse += seconds(coarse_, own.At(k, views)) / static_cast<double>(views);
-      full += seconds(full_, own.At(k, views)) / static_cast<double>(views);
+      coarse += seconds(coarse_, k * all / views) / static_cast<double>(views);
+      full += seconds(full_, k * all / views) / static_cast<double>(views);
     }
     model->ForgetGradient();
     return options_.adam.views_per_iteration * std::max(0.0, full - coarse);
   }
 
  private:
+  static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+
   StageTargets<B>& targets() { return are_coarse() ? coarse_ : full_; }
   ViewPasses<B>& passes() { return passes_ ? *passes_ : passes_.emplace(); }
-  OwnViewsOfIterations Own() const {
-    return OwnViewsOfIterations(
-        OwnViewsInAdam(options_, session_.together().ranks(), static_cast<Index>(session_.training_views().size())));
-  }
   // Of those that may be trained on yet.
   std::size_t NextView(ViewOrder& order, const AdamStageState<B>& state) const {
     std::size_t next = order.Next();
     while (cameras_.HoldsBack(next, state.cameras)) next = order.Next();
     return next;
   }
-  // Whether any of its own views may be trained on yet.
-  bool HasViewsToTrainOn(const OwnViewsOfIterations& own, const AdamStageState<B>& state) const {
-    for (Index view = own.share().begin; view < own.share().end; ++view) {
-      if (!cameras_.HoldsBack(static_cast<std::size_t>(view), state.cameras)) return true;
-    }
-    return false;
-  }
   // Photographs that are in a store, of the next views.
-  void Prefetch(const OwnViewsOfIterations& own, const AdamStageState<B>& state) {
-    if (!targets().are_stored() || !HasViewsToTrainOn(own, state)) return;
+  void Prefetch(const AdamStageState<B>& state) {
+    if (!targets().are_stored()) return;
     ViewOrder order = state.order;
-    targets().Prefetch([&] { return own.NextOf([&] { return NextView(order, state); }); });
+    targets().Prefetch([&] { return NextView(order, state); });
   }
 
   void AddGradient(const splat::Model<float>& x, const TargetView<B>& target, float* gradient) {
@@ -203,7 +187,7 @@ class StageViews {
   StageCameras cameras_{session_};
   std::vector<std::size_t> moved_;  // by the iteration
   std::optional<ViewPasses<B>> passes_;
-  ViewExchange exchange_;
+  TermExchange exchange_;
   double pixels_ = 0;
 };
 

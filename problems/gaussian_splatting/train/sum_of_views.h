@@ -1,6 +1,5 @@
 // What the views of an iteration tell of a model, added up in the order of a fixed tree (kernels/ranks/sum_tree.h): the
-// same bits whoever took which view. Of several views it may be the sum of some Gaussians alone, those that this
-// process steps: then the others come as their parameters after the step. For every memory space.
+// same bits whoever took which view. For every memory space.
 #pragma once
 
 #include <utility>
@@ -24,9 +23,7 @@ class SumOfViews {
   void Begin(const term::Layout& layout, Index views, DensityControl<Space>* density) {
     layout_ = layout, density_ = density, views_ = views;
     tree_ = Tree(views);
-    terms_.Recycle(std::exchange(whole_, Term()));
   }
-  Index num_views() const { return views_; }
   Index num_gaussians() const { return layout_.model.count; }
   // View k of the iteration has left its gradient in `gradient`, laid out as the model, which was zero before. Where
   // there are more views it is taken from there (ViewGradientPool::Take). cost() is asked for last.
@@ -55,43 +52,24 @@ class SumOfViews {
   }
   // Those that were added here, as far as they can be without the others.
   std::vector<Part> TakeParts() { return tree_.TakeParts(); }
-  // A part that was taken and is done with.
-  void Recycle(Part part) { terms_.Recycle(std::move(part.second)); }
 
   // Once all views were added: leaves their gradient in `gradient`, tells density control, and returns their cost.
   ViewCost Finish(float* gradient) {
     if (views_ == 1) return cost_;
-    whole_ = tree_.TakeWhole();
-    terms_.Give(layout_, whole_, gradient);
-    GivePulls(whole_);
-    return whole_.cost();
-  }
-  // After the step by a sum of several views, until the next: its Gaussians with their parameters, out of x, as bytes
-  // for those who did not step them. `room` may come to hold these.
-  HostSpan<const unsigned char> Stepped(const float* x, HostBuffer<unsigned char>* room) {
-    terms_.Renew(layout_, whole_, x);
-    return whole_.Bytes(room);
-  }
-  // What another process stepped becomes so in x too; density control is told what was observed of it.
-  void TakeStepped(HostSpan<const unsigned char> bytes, float* x) {
-    Term stepped = terms_.TakeSpare();
-    stepped.Assign(bytes);
-    terms_.Give(layout_, stepped, x);
-    GivePulls(stepped);
-    terms_.Recycle(std::move(stepped));
+    Term whole = tree_.TakeWhole();
+    terms_.Give(layout_, whole, gradient);
+    if (density_) terms_.GivePulls(layout_, whole, density_->pull().data(), density_->seen().data());
+    const ViewCost cost = whole.cost();
+    terms_.Recycle(std::move(whole));
+    return cost;
   }
 
  private:
-  void GivePulls(Term& term) {
-    if (density_) terms_.GivePulls(layout_, term, density_->pull().data(), density_->seen().data());
-  }
-
   term::Layout layout_{};
   DensityControl<Space>* density_ = nullptr;
   Index views_ = 1;
   Tree tree_{1};   // of several views
   ViewCost cost_;  // of one
-  Term whole_;     // of the latest iteration on several
   ViewGradientPool<Space> terms_;
 };
 

@@ -1,4 +1,4 @@
-// The bytes of a term of a gradient (view_gradient.h), and pieces of them for those who step these Gaussians.
+// The bytes of a term of a gradient (view_gradient.h).
 #pragma once
 
 #include <algorithm>
@@ -57,41 +57,6 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
   }
   return header;
 }
-
-// Of a term's bytes the blocks [begin, end) of the model, as a term of their own, whose cost is that of the whole.
-// Reads the bytes as long as it is there.
-class Piece {
- public:
-  Piece(HostSpan<const unsigned char> bytes, Index begin, Index end)
-      : bytes_(bytes.data()), whole_(ReadHeader(bytes)), piece_(whole_) {
-    const auto* blocks = List(BlockAt());
-    const auto place = [&](Index block) { return std::lower_bound(blocks, blocks + whole_.blocks, block) - blocks; };
-    first_ = place(begin);
-    const Index last = place(end);
-    first_row_ = RowOf(first_);
-    piece_.blocks = last - first_, piece_.rows = RowOf(last) - first_row_;
-  }
-
-  Index NumBytes() const { return SizeOf(piece_); }
-  // to: room for so many.
-  void Write(unsigned char* to) const {
-    WriteHeader(piece_, to);
-    const Index blocks = piece_.blocks;
-    std::copy_n(List(BlockAt()) + first_, blocks, reinterpret_cast<std::uint32_t*>(to + BlockAt()));
-    const auto rebased = [&](std::uint32_t row) { return static_cast<std::uint32_t>(row - first_row_); };
-    const std::uint32_t* of_whole = List(BeginAt(whole_.blocks)) + first_;
-    std::transform(of_whole, of_whole + blocks, reinterpret_cast<std::uint32_t*>(to + BeginAt(blocks)), rebased);
-    std::copy_n(bytes_ + RowsAt(whole_.blocks) + RowBytes(first_row_), RowBytes(piece_.rows), to + RowsAt(blocks));
-  }
-
- private:
-  const std::uint32_t* List(Index offset) const { return reinterpret_cast<const std::uint32_t*>(bytes_ + offset); }
-  Index RowOf(Index k) const { return k < whole_.blocks ? List(BeginAt(whole_.blocks))[k] : whole_.rows; }
-
-  const unsigned char* bytes_;
-  Header whole_, piece_;
-  Index first_ = 0, first_row_ = 0;
-};
 
 }  // namespace term
 }  // namespace vesta::gs

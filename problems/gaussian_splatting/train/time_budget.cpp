@@ -6,7 +6,7 @@ namespace vesta::gs {
 
 bool TimeBudget::HasTimeToRecord(double seconds) const {
   if (!is_limited()) return true;
-  return together_.OfFirst(clock_.Paused() + seconds <= 0.05 * (clock_.Total() + seconds) ? 1 : 0) > 0;
+  return processes_.OfFirst(clock_.Paused() + seconds <= 0.05 * (clock_.Total() + seconds) ? 1 : 0) > 0;
 }
 
 double TimeBudget::SecondsForAdam() const {

@@ -1,7 +1,7 @@
 // What a time limit leaves for what. It is of all time, evaluation included.
 #pragma once
 
-#include "problems/gaussian_splatting/train/agreement.h"
+#include "problems/gaussian_splatting/distributed/process_group.h"
 #include "problems/gaussian_splatting/train/options.h"
 #include "problems/gaussian_splatting/train/training_clock.h"
 
@@ -10,19 +10,19 @@ namespace vesta::gs {
 class TimeBudget {
  public:
   // All must outlive this.
-  TimeBudget(const TrainOptions& options, const Agreement& together, const TrainingClock& clock)
-      : options_(options), together_(together), clock_(clock) {}
+  TimeBudget(const TrainOptions& options, const ProcessGroup& processes, const TrainingClock& clock)
+      : options_(options), processes_(processes), clock_(clock) {}
 
   bool is_limited() const { return options_.time_limit > 0; }
   // Whether there is time for a row of the history that is not the last, which takes so many seconds: under a time
-  // limit a twentieth of the time may go into such. Called by all.
+  // limit a twentieth of the time may go into such. Collective.
   bool HasTimeToRecord(double seconds) const;
   // Seconds that are left for the Adam stage and the evaluation after it, where time is limited; else more than any.
   double SecondsForAdam() const;
 
  private:
   const TrainOptions& options_;
-  const Agreement& together_;
+  const ProcessGroup& processes_;
   const TrainingClock& clock_;
 };
 

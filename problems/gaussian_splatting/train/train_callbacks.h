@@ -48,8 +48,7 @@ struct TrainWatch {
   // they are with it, as TrainResult::cameras has them.
   std::function<bool()> wants_model;
   std::function<void(const splat::Model<float>&, const std::vector<ViewUnknowns>& cameras)> show;
-  // Whether the state is to be saved now, to CheckpointOptions::path (where processes share iterations it is after the
-  // next one), and what became of it: why not, else empty.
+  // Whether the state is to be saved now, to CheckpointOptions::path and what became of it: why not, else empty.
   std::function<bool()> wants_checkpoint;
   std::function<void(int iteration, const std::string& error)> saved;
   // Whether the training is paused: then it may take its time, which no clock of the training counts, and is asked
@@ -74,9 +73,8 @@ struct TrainCallbacks {
   std::function<void(const SplatModel&)> before_lm;
   // To go on from; null: from the start. Must outlive the training.
   const Checkpoint* resume = nullptr;
-  // Processes that train together, all by the same call; null: this one alone. LM's views are theirs in shares. They
-  // end with the same model; of the other callbacks only those of the first write and show, and a time limit goes by
-  // its clock.
+  // Processes that train together, all by the same call; null: this one alone. They divide the views of an iteration
+  // among them and end with the same model. Only the first one's other callbacks write and show.
   Ranks* ranks = nullptr;
 };
 

@@ -14,8 +14,6 @@
 #include "problems/gaussian_splatting/model/gather_rows.h"
 #include "problems/gaussian_splatting/model/length_units.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "problems/gaussian_splatting/train/gaussian_owners.h"
-#include "problems/gaussian_splatting/train/move_adam.h"
 
 namespace vesta::gs {
 
@@ -51,24 +49,8 @@ class TrainedModel {
   }
   // Of what was added since the last step.
   void ForgetGradient() { gradient_ = Vector(); }
-  // From now on each of these processes steps Gaussians of its own, and its moments and bases of others are out of
-  // date; null: this one steps all.
-  void DivideAmong(Ranks* sharers) { sharers_ = sharers; }
-  GaussianOwners owners() const { return {layout_, sharers_ ? sharers_->size() : 1}; }
-  // Adam's step by the gradient, of the Gaussians that are this process's own.
-  void Step(int attributes, double factor) {
-    const GaussianRange own = sharers_ ? owners().Of(sharers_->rank()) : GaussianRange{0, count()};
-    adam_.Step(layout_, own, x_, gradient(attributes), attributes, factor);
-    is_out_of_date_ = sharers_ != nullptr;
-  }
-  // Where Gaussians are divided: the parameters, for what others have stepped.
-  float* shared_parameters() { return x_.data(); }
-  // Before the state is saved by some processes: theirs has the moments and bases of all Gaussians. Called by all who
-  // share.
-  void GatherFor(const std::vector<bool>& savers) {
-    const auto wants = [&](int process, Index) { return savers[static_cast<std::size_t>(process)]; };
-    if (is_out_of_date_) MoveAdam(*sharers_, owners(), wants, &adam_);
-  }
+  // Adam's step by the gradient.
+  void Step(int attributes, double factor) { adam_.Step(layout_, x_, gradient(attributes), attributes, factor); }
   // Counts the parameters in their mean, until Gaussians change. On a device throws OutOfDeviceMemory; then there is no
   // mean.
   void Average() { average_.Add(x_); }
@@ -145,7 +127,7 @@ class TrainedModel {
   template <class Archive>
   void Visit(Archive& archive) {
     archive(layout_, x_, adam_, average_, density_);
-    if constexpr (Archive::kReads) gradient_ = Vector(), is_out_of_date_ = false;
+    if constexpr (Archive::kReads) gradient_ = Vector();
   }
 
  private:
@@ -167,22 +149,6 @@ class TrainedModel {
       return copy;
     }
   }
-  // Before Gaussian i of a model so laid out becomes what source[i] is: moments and bases of the sources of those that
-  // will be this process's own, as far as others have them.
-  void FetchSources(const splat::ModelLayout& to, const Buffer<std::uint32_t, Space>& source) {
-    const std::vector<std::uint32_t> rows = OnHost(source);
-    const GaussianOwners now = owners(), then(to, now.processes());
-    std::vector<std::vector<bool>> wants;  // by process and chunk
-    for (int r = 0; r < now.processes(); ++r) {
-      std::vector<bool>& chunks = wants.emplace_back(now.ChunksOf(now.processes() - 1).end);
-      const GaussianRange own = then.Of(r);
-      for (Index i = own.begin; i < own.end; ++i) chunks[rows[static_cast<std::size_t>(i)] / kTurnChunk] = true;
-    }
-    const auto wanted = [&](int process, Index chunk) {
-      return wants[static_cast<std::size_t>(process)][static_cast<std::size_t>(chunk)];
-    };
-    MoveAdam(*sharers_, now, wanted, &adam_);
-  }
   // Leaves what the order takes, with its moments and its mean. Returns the sources.
   Buffer<std::uint32_t, Space> Take(const DegreeOrder& order) {
     gradient_ = Vector();
@@ -199,7 +165,6 @@ class TrainedModel {
   // Gaussian i becomes a copy of source[i], as far as `layout` has its bands, with its moments where kept[i].
   void Rearrange(const splat::ModelLayout& layout, const Buffer<std::uint32_t, Space>& source,
                  const Buffer<std::uint8_t, Space>& kept) {
-    if (is_out_of_date_) FetchSources(layout, source);
     adam_.Rearrange(layout_, layout, source, kept);
     Vector x;
     x.ResizeForOverwrite(layout.Size());
@@ -229,8 +194,6 @@ class TrainedModel {
   ParameterMean<B> average_;
   Buffer<splat::PosedCamera, Space> unit_views_;
   double unit_;
-  Ranks* sharers_ = nullptr;
-  bool is_out_of_date_ = false;  // of moments and bases those of what others have stepped
 };
 
 }  // namespace vesta::gs

@@ -60,8 +60,7 @@ struct TrainingStart {
 
 // What the process holds before the stages, as memory is planned by; unfilled_mib: of photographs that will be kept.
 void CountWhatIsHeld(TrainingSession& session, double unfilled_mib) {
-  double& before_mib = session.AdaptOptions().memory.before_mib;
-  before_mib = session.together().MostOfAll(before_mib + session.cameras().CopiedMib() + unfilled_mib);
+  session.AdaptOptions().memory.before_mib += session.cameras().CopiedMib() + unfilled_mib;
 }
 
 // Where the training goes on in the stage of LM, its model.
@@ -92,13 +91,13 @@ std::string RunAdam(TrainingSession& session, const StageRunners& stages, const 
       left_out = error.what();
     }
   }
-  if (session.together().OnAny(!left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  if (session.processes().OnAny(!left_out.empty())) session.AdaptOptions().lm.iterations = 0;
   return left_out;
 }
 
 TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOptions& asked,
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
-  CheckTraining(scene, asked, stages, callbacks.ranks);
+  CheckTraining(scene, asked, stages, ProcessGroup(callbacks.ranks));
   const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
   TrainingSession session(scene, asked, start.seconds_before, callbacks);
   CountWhatIsHeld(session, unfilled_mib);

@@ -2,26 +2,25 @@
 #pragma once
 
 #include <algorithm>
-#include <vector>
 
+#include "problems/gaussian_splatting/memory/memory_plan.h"
 #include "problems/gaussian_splatting/memory/memory_scene.h"
-#include "problems/gaussian_splatting/train/agreement.h"
-#include "problems/gaussian_splatting/train/history.h"
-#include "problems/gaussian_splatting/train/options.h"
+#include "problems/gaussian_splatting/train/stage_runners.h"
 #include "problems/gaussian_splatting/train/training_cameras.h"
 
 namespace vesta::gs {
 
+// The memory that the stages compute in, as it is now.
+StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options);
+
 class TrainingMemory {
  public:
-  // Made by all of several processes together; all must outlive this.
-  TrainingMemory(const TrainingCameras& cameras, const TrainOptions& options, const Agreement& together);
+  // cameras must outlive this.
+  explicit TrainingMemory(const TrainingCameras& cameras) : cameras_(cameras) {}
 
-  // By which views memory of a stage is planned: as many as the process looks at that holds the most.
-  std::vector<const View*> PlannedViews(Stage stage) const;
-  // Sizes that memory is planned by, of this model and PlannedViews(stage). most, with_entries: as in
+  // Sizes that memory is planned by, of this model and the training views. most, with_entries: as in
   // memory/memory_scene.h.
-  MemoryScene Count(const splat::Model<float>& model, Stage stage, int most, bool with_entries) const;
+  MemoryScene Count(const splat::Model<float>& model, int most, bool with_entries) const;
 
   // What the memory of a GPU has beyond all that the Adam stage was planned to take; and the most that was kept there
   // of what is otherwise copied to the host.
@@ -38,9 +37,6 @@ class TrainingMemory {
 
  private:
   const TrainingCameras& cameras_;
-  const TrainOptions& options_;
-  const Agreement& together_;
-  double mask_bytes_;  // of the photographs in memory that a process trains on, of the one with the most
   double spare_device_bytes_ = 0, kept_on_device_ = 0;
   splat::ModelLayout largest_model_;
 };

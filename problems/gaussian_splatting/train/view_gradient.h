@@ -28,20 +28,13 @@ class ViewGradient {
   Index blocks() const { return header_.blocks; }
   Index rows() const { return header_.rows; }
 
-  // All of it as bytes of the host, for another process or a file: numbers as this machine has them. They lie in the
-  // term itself where that is on the host, else in `room`.
-  HostSpan<const unsigned char> Bytes(HostBuffer<unsigned char>* room) {
-    if constexpr (std::is_same_v<Space, Host>) {
-      term::WriteHeader(header_, bytes_.data());
-      return bytes_;
-    } else {
-      room->ResizeForOverwrite(bytes_.size());
-      bytes_.CopyTo(*room);
-      term::WriteHeader(header_, room->data());
-      return *room;
-    }
+  // On the host: all of it as bytes, for another process: numbers as this machine has them.
+  HostSpan<const unsigned char> Bytes() {
+    static_assert(std::is_same_v<Space, Host>);
+    term::WriteHeader(header_, bytes_.data());
+    return bytes_;
   }
-  // Becomes the term of these bytes, in the memory of whatever space. Throws Error where they are of none.
+  // Becomes the term of these bytes. Throws Error where they are of none.
   void Assign(HostSpan<const unsigned char> bytes) {
     header_ = term::ReadHeader(bytes);
     Reserve(bytes.size());
@@ -125,10 +118,6 @@ class ViewGradientPool {
   // Puts the numbers of its Gaussians into an array laid out as the model: of the gradient, say.
   void Give(const term::Layout& layout, Term& term, float* to) const {
     ForEachRow(layout, term, term::GiveRow{{layout, term.block()}, term.arrays(), to});
-  }
-  // The other way round: the numbers of its Gaussians become those of such an array.
-  void Renew(const term::Layout& layout, Term& term, const float* from) const {
-    ForEachRow(layout, term, term::RenewRow{{layout, term.block()}, term.begin(), from, term.numbers()});
   }
   // Adds what was observed of each Gaussian: the sum of its pulls, and how many views saw it.
   void GivePulls(const term::Layout& layout, Term& term, float* pull, int* seen) const {

@@ -172,21 +172,6 @@ struct AddRow {
   }
 };
 
-// The rows of attributes become those of an array laid out as the model; lanes without a Gaussian stay.
-struct RenewRow {
-  RowOfBlock of;
-  const std::uint32_t* begin;
-  const float* values;
-  float* rows;
-
-  VESTA_HD void operator()(Index index) const {
-    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
-      float* to = rows + (begin[k] + row) * kLanes;
-      for (Index lane = 0; lane < there; ++lane) to[lane] = values[first + lane];
-    });
-  }
-};
-
 // The rows of attributes, into an array laid out as the model.
 struct GiveRow {
   RowOfBlock of;

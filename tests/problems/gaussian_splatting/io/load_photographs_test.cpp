@@ -108,25 +108,6 @@ TEST_F(LoadPhotographsTest, LessThanTwoAreRefused) {
   ExpectError([&] { Load(2); }, "view4.png: not a JPEG");
 }
 
-TEST_F(LoadPhotographsTest, OfSeveralProcessesEachReadsItsOwn) {
-  const Scene all = Load(100);
-  LoadSceneOptions options;
-  options.photographs_bytes = 100 * kBytes;
-  options.processes = 2;
-  for (const int process : {0, 1}) {
-    options.process = process;
-    // Damaged are those of the other one: the test views are the first's, and the first four of seven to train on.
-    const std::string damaged = ImagePath(process == 0 ? 7 : 2), whole = ReadFile(damaged);
-    WriteBytes(damaged, whole.substr(0, whole.size() / 2));
-    const Scene own = LoadScene(folder_.path(), options);
-    WriteBytes(damaged, whole);
-    ASSERT_NE(own.photographs, nullptr);
-    EXPECT_LT(own.photographs->budget_bytes(), 12 * kBytes) << "as much as it needs";
-    EXPECT_THAT(own.notes, testing::Contains(testing::StartsWith("each process reads its own photographs, this one ")));
-    ExpectSamePhotographs(all, own);
-  }
-}
-
 // Of thousands of photographs only as many are decoded at the start as are kept.
 TEST_F(LoadPhotographsTest, BeyondTheBudgetHeadersAreRead) {
   const std::string damaged = ImagePath(8), whole = ReadFile(damaged);

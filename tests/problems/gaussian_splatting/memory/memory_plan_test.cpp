@@ -13,7 +13,6 @@
 #include "problems/gaussian_splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/memory/memory_run.h"
 #include "tests/support/counted_memory.h"
-#include "tests/support/thread_ranks.h"
 
 namespace vesta::gs {
 namespace {
@@ -38,9 +37,6 @@ const test::MemoryCase kCases[] = {
     {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }},
     {"rebuild_in_batches", 300, 320, 240,
      [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild, o.lm.batches = 2; }},
-    {"rebuild_in_parts", 4000, 64, 48, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }, true},
-    {"rebuild_of_many_pixels_in_parts", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; },
-     true},
     {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
     {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
     {"merged_batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
@@ -62,12 +58,7 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
   const test::MemoryRun run(GetParam(), 2, 2);
   const TrainOptions& options = run.options;
   const vesta::test::CountedMemory memory;
-  TrainResult result;
-  if (GetParam().in_parts) {
-    vesta::test::OnThreadRanks(1, [&](Ranks& ranks) { result = run.Run(HostStages(), &ranks); });
-  } else {
-    result = run.Run();
-  }
+  const TrainResult result = run.Run();
   const double counted = memory.peak_bytes() / kMib;
   EXPECT_NEAR(result.memory.predicted_mib / counted, 1, 0.1)
       << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
@@ -75,22 +66,6 @@ TEST_P(CountedMemory, IsWhatWasForeseen) {
     EXPECT_LE(counted, 1024 * options.memory.budget_gib);
     EXPECT_EQ(result.memory.jacobian, JacobianKind::kRebuild) << "so that the budget has an effect";
   }
-}
-
-// The one with the most nodes between them: of 17 parts the second of three adds up 5 to 10, which are four nodes.
-TEST(StageBytes, SumsOverProcessesHoldWhatTheySendAndReceive) {
-  MemoryScene alone = MadeUp(), one = alone, three = alone;
-  one.parts = three.parts = 17, three.processes = 3;
-  const LmStageOptions lm;
-  const double gram = LmBytes(one, lm, true) - LmBytes(alone, lm, true);
-  EXPECT_GT(gram, 0);
-  EXPECT_GT(LmBytes(three, lm, true), LmBytes(one, lm, true));
-  StageOptions options;
-  EXPECT_EQ(AdamBytes(three, options), AdamBytes(one, options)) << "a view at a time is everybody's";
-  options.adam.views_per_iteration = 3;
-  // What a process sends and receives: of its view, and of three at a third of the Gaussians.
-  EXPECT_NEAR(AdamBytes(three, options) - AdamBytes(one, options),
-              1.25 * 2 * (VectorBytes(alone) + 2 * PerGaussianBytes(alone)), 1);
 }
 
 TEST(StageBytes, BandsThatGaussiansLackTakeNone) {

@@ -14,7 +14,6 @@ struct MemoryCase {
   Index gaussians;
   int width, height;
   void (*apply)(TrainOptions&);
-  bool in_parts = false;  // that are summed, as by several processes
 };
 inline void PrintTo(const MemoryCase& c, std::ostream* os) { *os << c.name; }
 
@@ -38,11 +37,8 @@ struct MemoryRun {
   }
 
   // Train makes its model, from as many points.
-  TrainResult Run(const StageRunners& stages = HostStages(), Ranks* ranks = nullptr) const {
-    TrainCallbacks callbacks;
-    callbacks.ranks = ranks;
-    return options.adam.runs() ? Train(scene, options, 0, callbacks, stages)
-                               : Refine(scene, model, options, 0, callbacks, stages);
+  TrainResult Run(const StageRunners& stages = HostStages()) const {
+    return options.adam.runs() ? Train(scene, options, 0, {}, stages) : Refine(scene, model, options, 0, {}, stages);
   }
 };
 

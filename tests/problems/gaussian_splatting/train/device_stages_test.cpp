@@ -16,7 +16,6 @@
 #include "problems/gaussian_splatting/train/evaluate_or_download.h"
 #include "problems/gaussian_splatting/train/lm_steps.h"
 #include "tests/problems/gaussian_splatting/train/stopped_training.h"
-#include "tests/problems/gaussian_splatting/train/training_on_ranks.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
 #include "tests/support/emulated_device.h"
 

@@ -2,11 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/adam/block_adam_formula.h"
 #include "problems/gaussian_splatting/train/checkpoint.h"
 #include "tests/problems/gaussian_splatting/train/training_on_ranks.h"
 #include "tests/support/temp_folder.h"
@@ -32,10 +32,10 @@ TEST(TrainingOverRanks, ComesToTheSameBitsForAnyNumberOfThem) {
 }
 
 TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
-  const Scene scene = test::SceneToDivide();
-  TrainOptions options = test::DividedTraining(60, 0);
+  const Scene scene = test::TrainingScene(700);
+  TrainOptions options = test::TrainingOnRanks(60, 0);
+  options.density.max_gaussians = 1000;
   const TrainResult alone = Train(scene, options, 0, {});
-  EXPECT_GT(alone.model.count, kTurnChunk) << "not all are one's";
   EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
   EXPECT_EQ(TrainOn(3, scene, options).model.data, alone.model.data);
   options.adam.views_per_iteration = 1;
@@ -112,13 +112,41 @@ TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
   ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(45, 1), all);
 }
 
-// The state that is saved has what either has learned of its own Gaussians.
-TEST(TrainingOverRanks, IsStoppedWhereGaussiansAreDividedAndGoesOn) {
-  ExpectToBeStoppedAndGoOn(test::SceneToDivide(), test::DividedTraining(45, 1), {1, 9});
+// However different their clocks: one is slow, and the first one's counts.
+TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
+  const Scene scene = test::TrainingScene();
+  for (const int lm_iterations : {0, 2}) {
+    TrainOptions options = test::TrainingOnRanks(1000000, lm_iterations);
+    options.time_limit = 0.5;
+    std::vector<TrainResult> all(2);
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, ranks.rank() == 1 ? -100 : 0, callbacks);
+    });
+    EXPECT_EQ(all[0].model.data, all[1].model.data);
+    EXPECT_LT(all[0].history.back().iteration, 100000);
+    EXPECT_EQ(all[0].history.size(), all[1].history.size());
+    EXPECT_EQ(all[0].history.back().stage, lm_iterations > 0 ? Stage::kLm : Stage::kAdam);
+  }
 }
 
-TEST(TrainingOverRanks, LooksAtNoPhotographOfOthers) {
-  test::ExpectOwnPhotographsDo(3, test::TrainingScene(), Options());
+TEST(TrainingOverRanks, RefusesWhatOneProcessAloneCanDo) {
+  const Scene scene = test::TrainingScene();
+  const auto expect_refusal = [&](const Scene& given, const TrainOptions& options, const StageRunners& stages,
+                                  const char* words) {
+    EXPECT_THAT([&] { TrainOn(2, given, options, stages); }, testing::ThrowsMessage<Error>(testing::HasSubstr(words)));
+  };
+  StageRunners on_gpu = HostStages();
+  on_gpu.device_memory = [] { return DeviceMemoryUse{}; };
+  expect_refusal(scene, Options(), on_gpu, "--device=cuda: several processes train on CPUs alone");
+  TrainOptions with_budget = Options();
+  with_budget.memory.budget_gib = 1;
+  expect_refusal(scene, with_budget, HostStages(),
+                 "--memory_budget=1: memory is planned for a training without mpirun");
+  Scene stored = scene;
+  stored.photographs = std::make_shared<PhotographStore>(1e6);
+  expect_refusal(stored, Options(), HostStages(), "each of several processes needs all photographs in memory");
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace vesta::gs {
 namespace {
 
-const Agreement kAlone(nullptr);
+const ProcessGroup kAlone;
 
 TEST(TimeBudget, ATwentiethIsForRowsOfTheHistory) {
   TrainOptions options;

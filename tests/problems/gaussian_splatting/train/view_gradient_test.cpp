@@ -116,7 +116,7 @@ TEST_F(ViewGradients, AreTheSameBitsInAnyOrder) {
 }
 
 std::vector<unsigned char> BytesOf(ViewGradient<Host>& term) {
-  const HostSpan<const unsigned char> bytes = term.Bytes(nullptr);
+  const HostSpan<const unsigned char> bytes = term.Bytes();
   return {bytes.begin(), bytes.end()};
 }
 
@@ -202,30 +202,6 @@ TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   for (const Index size : {Index{0}, Index{10}, all_bytes - 1}) {
     EXPECT_THAT(ErrorOf([&] { received.Assign({bytes.data(), size}); }), testing::HasSubstr("cut short"));
   }
-}
-
-// Of any runs of blocks, whether the term has these or not: together they are the term.
-TEST_F(ViewGradients, PiecesMakeUpTheWhole) {
-  const MadeUpViews all(1, splat::NumAttributes(3), 200);
-  gs::ViewGradientPool<Host> terms;
-  std::vector<float> gradient = all.views[0].gradient;
-  ViewGradient<Host> whole = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
-  whole.SetCost(all.views[0].cost);
-  std::vector<float> put_together(gradient.size());
-  Index rows = 0, begin = 0;
-  for (const Index end : {Index{0}, Index{1}, Index{4}, Index{5}, all.layout.Blocks()}) {
-    const term::Piece piece(whole.Bytes(nullptr), begin, end);
-    std::vector<unsigned char> bytes(static_cast<std::size_t>(piece.NumBytes()), 0xff);
-    piece.Write(bytes.data());
-    ViewGradient<Host> part;
-    part.Assign({bytes.data(), piece.NumBytes()});
-    EXPECT_EQ(part.cost().objective, all.views[0].cost.objective);
-    for (Index k = 0; k < part.blocks(); ++k) EXPECT_TRUE(part.block()[k] >= begin && part.block()[k] < end);
-    terms.Give(all.layout, part, put_together.data());
-    rows += part.rows(), begin = end;
-  }
-  EXPECT_EQ(rows, whole.rows());
-  EXPECT_EQ(put_together, all.views[0].gradient);
 }
 
 }  // namespace
