@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "kernels/gaussian_splatting/project_kernels.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/parsimony/judging_views.h"
 
