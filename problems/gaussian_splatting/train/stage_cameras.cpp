@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "kernels/core/check.h"
 #include "problems/gaussian_splatting/cameras/evidence.h"
 #include "problems/gaussian_splatting/cameras/gauge.h"
 #include "problems/gaussian_splatting/cameras/schedule.h"

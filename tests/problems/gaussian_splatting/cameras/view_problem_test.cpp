@@ -70,7 +70,7 @@ TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   HostBuffer<double> delta(12), moved(kViewParameters), column(n);
   CpuBackend<double> backend;
   const auto residuals = [&](int k, double step) {
-    delta.Resize(16);
+    delta.Resize(12);
     delta[k] = step;
     problem.Plus(backend, setup.at, delta, moved);
     const auto there = problem.Linearize(moved, 0);
@@ -78,7 +78,7 @@ TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   };
   for (int k = 0; k < 12; ++k) {
     const std::vector<double> above = residuals(k, 1e-6), below = residuals(k, -1e-6);
-    delta.Resize(16);
+    delta.Resize(12);
     delta[k] = 1;
     linearization->ApplyJ(delta, column);
     double scale = 0;
