@@ -152,7 +152,8 @@ TEST(Trainer, EveryLmVariantDescends) {
   for (const StepRule rule : {StepRule::kCeres, StepRule::k3dgsLmV2, StepRule::k3dgsLmCode}) {
     check(ToString(rule), [&](LmStageOptions& lm) { lm.step_control = rule; });
   }
-  check("diag", [](LmStageOptions& lm) { lm.damping = LmDamping::kDiagonal; });
+  // Another scale than that of the rates: from where 3DGS-LM starts.
+  check("diag", [](LmStageOptions& lm) { lm.damping = LmDamping::kDiagonal, lm.initial_lambda = 1; });
   check("jacobi", [](LmStageOptions& lm) { lm.preconditioner = LmPreconditioner::kJacobi; });
   check("line search", [](LmStageOptions& lm) { lm.line_search = true; });
   check("batches", [](LmStageOptions& lm) { lm.batches = 4; });
