@@ -213,7 +213,9 @@ TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
   };
   const std::string scene = folder_ / "scene", out = "--out=" + (folder_ / "out");
   EXPECT_THAT(refusal(2, {"doctor", scene}), HasSubstr("vesta doctor runs in one process; start it without mpirun"));
-  EXPECT_THAT(refusal(2, {"train", scene, out, "--memory_budget=0.001"}), HasSubstr("--memory_budget=0.001: "));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--memory_budget=0.001"}),
+              HasSubstr("--memory_budget=0.001: memory is planned for a training without mpirun"));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--view=8123"}), HasSubstr("--view: a training by several processes"));
   EXPECT_THAT(refusal(9, {"train", scene, out, "--iterations=2", "--lm_iterations=1"}),
               HasSubstr("9 processes for a problem of 8 parts; start at most 8"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=2", "--lm_iterations=1", "--set", "lm.batches=2"}),
