@@ -19,7 +19,7 @@ template <Backend B>
 class BatchedSystem {
  public:
   // Linearizes. x must outlive this object. scale: made from the first linearization when it is empty.
-  BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
+  BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstVectorView x,
                 ColumnScale<B>& scale, LmSummary& summary);
 
   // Of the first system that has one.
@@ -27,11 +27,11 @@ class BatchedSystem {
   // DescribeFrozenGradient of the first system that has one above the gradient tolerance and what underflow explains.
   const std::string& frozen_gradient() const { return frozen_gradient_; }
   // -g of all batches.
-  typename B::ConstView negative_gradient() const {
+  typename B::ConstVectorView negative_gradient() const {
     return whole() ? whole()->negative_gradient() : negative_gradient_.view();
   }
   // A weight of each column, of H's scale: D, or of merged batches the diagonal of H.
-  typename B::ConstView weights() const { return whole() ? whole()->metric() : diagonal_.view(); }
+  typename B::ConstVectorView weights() const { return whole() ? whole()->metric() : diagonal_.view(); }
 
   // gamma step lowers the cost by Predicted(gamma) according to the undamped model of all batches.
   struct Direction {
@@ -40,9 +40,9 @@ class BatchedSystem {
     double curvature = 0;
     double Predicted(double gamma) const { return -gamma * gradient_dot_step - 0.5 * gamma * gamma * curvature; }
   };
-  Direction Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
+  Direction Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step);
   // The model along another step, at one product a batch.
-  void Measure(typename B::ConstView step, Direction& direction);
+  void Measure(typename B::ConstVectorView step, Direction& direction);
 
  private:
   // The one system, where there is no other.
@@ -50,12 +50,12 @@ class BatchedSystem {
   std::unique_ptr<NormalSystem<B>> MakeSystem(int first, int count);
   // The system of one batch: the one held, or a new one in `fresh`.
   NormalSystem<B>& System(std::size_t batch, std::unique_ptr<NormalSystem<B>>& fresh);
-  Direction Merge(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
+  Direction Merge(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step);
 
   const LmOptions& options_;
   B& backend_;
   Problem<B>& problem_;
-  typename B::ConstView x_;
+  typename B::ConstVectorView x_;
   ColumnScale<B>& scale_;
   LmSummary& summary_;
   std::vector<std::unique_ptr<NormalSystem<B>>> systems_;  // null where made anew at each use

@@ -10,8 +10,8 @@
 namespace vesta {
 
 template <Backend B>
-BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x,
-                                ColumnScale<B>& scale, LmSummary& summary)
+BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem,
+                                typename B::ConstVectorView x, ColumnScale<B>& scale, LmSummary& summary)
     : options_(options), backend_(backend), problem_(problem), x_(x), scale_(scale), summary_(summary) {
   const int batches = problem.num_batches();
   const int systems = options.batch_mode == BatchMode::kExact ? 1 : batches;
@@ -35,7 +35,7 @@ BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, Problem<B>
     systems_.push_back(systems == 1 || options.hold_batches ? std::move(system) : nullptr);
   }
   if (fault_.kind != SystemFault::Kind::kNone) return;
-  const typename B::ConstView diagonal = whole() ? whole()->diagonal() : diagonal_.view();
+  const typename B::ConstVectorView diagonal = whole() ? whole()->diagonal() : diagonal_.view();
   summary.num_frozen = whole() ? whole()->num_frozen() : backend.CountNonPositive(diagonal);
   if (scale_.square.empty()) scale_ = MakeColumnScale<B>(options.column_scaling, backend, diagonal);
   for (auto& system : systems_) {
@@ -65,7 +65,7 @@ NormalSystem<B>& BatchedSystem<B>::System(std::size_t batch, std::unique_ptr<Nor
 
 template <Backend B>
 typename BatchedSystem<B>::Direction BatchedSystem<B>::Solve(double lambda, PcgWorkspace<B>& workspace,
-                                                             typename B::View step) {
+                                                             typename B::VectorView step) {
   Direction direction;
   if (whole()) {
     const auto solution = whole()->Solve(lambda, workspace, step);
@@ -80,7 +80,7 @@ typename BatchedSystem<B>::Direction BatchedSystem<B>::Solve(double lambda, PcgW
 
 template <Backend B>
 typename BatchedSystem<B>::Direction BatchedSystem<B>::Merge(double lambda, PcgWorkspace<B>& workspace,
-                                                             typename B::View step) {
+                                                             typename B::VectorView step) {
   Direction direction;
   std::unique_ptr<NormalSystem<B>> fresh;
   int iterations = 0, products = 0;
@@ -104,7 +104,7 @@ typename BatchedSystem<B>::Direction BatchedSystem<B>::Merge(double lambda, PcgW
 }
 
 template <Backend B>
-void BatchedSystem<B>::Measure(typename B::ConstView step, Direction& direction) {
+void BatchedSystem<B>::Measure(typename B::ConstVectorView step, Direction& direction) {
   std::unique_ptr<NormalSystem<B>> fresh;
   direction.gradient_dot_step = -backend_.Dot(negative_gradient(), step);
   direction.curvature = 0;

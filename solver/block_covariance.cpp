@@ -8,7 +8,7 @@
 
 namespace vesta {
 
-BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstView x,
+BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstVectorView x,
                                         std::span<const std::pair<int, int>> pairs) {
   using B = CpuBackend<double>;
   VESTA_CHECK(x.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x.size(),

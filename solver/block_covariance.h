@@ -25,7 +25,7 @@ struct BlockCovariance {
 // At x, where the fit ended: blocks of (J^T J)^-1, losses applied, by the sparse Cholesky factor of J^T J, one solve
 // for each column of a pair's second block. Digits are lost to the square of J's condition number. Throws Error where
 // the factor would be over the problem's max_factor_gib.
-BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstView x,
+BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstVectorView x,
                                         std::span<const std::pair<int, int>> pairs);
 
 }  // namespace vesta

@@ -15,7 +15,7 @@ namespace {
 constexpr Index kGrain = 64;
 }
 
-BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstView x)
+BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstVectorView x)
     : problem_(problem),
       memory_(problem.memory_),
       jacobian_(problem.Structure(), std::move(memory_.jacobian)),
@@ -29,7 +29,7 @@ BlockLinearization::BlockLinearization(const BlockProblem& problem, ConstView x)
   });
 }
 
-void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, Index r, Scratch& scratch) {
+void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index r, Scratch& scratch) {
   const BlockStructure& structure = jacobian_.structure();
   const BlockRow& row = structure.rows()[static_cast<std::size_t>(r)];
   const auto term = static_cast<std::size_t>(r);
@@ -73,7 +73,7 @@ void BlockLinearization::EvaluateRow(const BlockProblem& problem, ConstView x, I
   }
 }
 
-void BlockLinearization::ApplyH(ConstView v, View Hv) {
+void BlockLinearization::ApplyH(ConstVectorView v, VectorView Hv) {
   product_.ResizeForOverwrite(num_residuals());
   jacobian_.Apply(v, product_);
   jacobian_.ApplyTranspose(product_, Hv);

@@ -14,16 +14,16 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>, publi
   using B = CpuBackend<double>;
   // Evaluates all residuals and Jacobians, manifolds and losses applied. The problem must outlive this object and not
   // change in its life.
-  BlockLinearization(const BlockProblem& problem, ConstView x);
+  BlockLinearization(const BlockProblem& problem, ConstVectorView x);
   ~BlockLinearization() override { memory_ = {jacobian_.TakeStorage(), std::move(residuals_), std::move(product_)}; }
 
   Index num_residuals() const override { return residuals_.size(); }
   Index num_parameters() const override { return jacobian_.structure().num_tangent(); }
-  ConstView residuals() const override { return residuals_.view(); }
-  void ApplyJ(ConstView v, View u) override { jacobian_.Apply(v, u); }
-  void ApplyJT(ConstView u, View g) override { jacobian_.ApplyTranspose(u, g); }
-  void ApplyH(ConstView v, View Hv) override;
-  void DiagJTJ(View d) override { jacobian_.SquaredColumns(d); }
+  ConstVectorView residuals() const override { return residuals_.view(); }
+  void ApplyJ(ConstVectorView v, VectorView u) override { jacobian_.Apply(v, u); }
+  void ApplyJT(ConstVectorView u, VectorView g) override { jacobian_.ApplyTranspose(u, g); }
+  void ApplyH(ConstVectorView v, VectorView Hv) override;
+  void DiagJTJ(VectorView d) override { jacobian_.SquaredColumns(d); }
   std::vector<BlockGroup> block_groups() const override { return jacobian_.structure().groups(); }
   void BlockGram(BlockDiagonal<B>& diagonal) override { jacobian_.Gram(BlockJacobian::Part::kAll, diagonal); }
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
@@ -31,7 +31,7 @@ class BlockLinearization final : public Linearization<CpuBackend<double>>, publi
 
  private:
   using Scratch = BlockProblem::Scratch;
-  void EvaluateRow(const BlockProblem& problem, ConstView x, Index row, Scratch& scratch);
+  void EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index row, Scratch& scratch);
 
   const BlockProblem& problem_;
   BlockProblem::LinearizationMemory& memory_;  // the problem's

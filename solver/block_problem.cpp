@@ -115,7 +115,7 @@ Index BlockProblem::tangent_offset(int block) {
 
 int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
 
-inline void BlockProblem::Prepare(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const {
+inline void BlockProblem::Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
   const ResidualBlock block = residuals_[term];
   const std::size_t count = block.parameters.size();
   scratch.arguments.resize(count);
@@ -126,7 +126,7 @@ inline void BlockProblem::Prepare(ConstView x, std::size_t term, double* residua
   for (int i = 0; i < block.num_residuals; ++i) residuals[i] = Unwritten<double>();
 }
 
-bool BlockProblem::EvaluateTerm(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const {
+bool BlockProblem::EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
   Prepare(x, term, residuals, scratch);
   const ResidualBlock block = residuals_[term];
   const auto entries = [&](int p) {
@@ -145,7 +145,7 @@ bool BlockProblem::EvaluateTerm(ConstView x, std::size_t term, double* residuals
   return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, scratch.jacobians.data());
 }
 
-double BlockProblem::TermCost(ConstView x, std::size_t term, Scratch& scratch) const {
+double BlockProblem::TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const {
   scratch.residuals.resize(static_cast<std::size_t>(residuals_[term].num_residuals));
   Prepare(x, term, scratch.residuals.data(), scratch);
   if (!terms_[term].cost->Evaluate(scratch.arguments.data(), scratch.residuals.data(), nullptr)) {
@@ -157,7 +157,7 @@ double BlockProblem::TermCost(ConstView x, std::size_t term, Scratch& scratch) c
 }
 
 template <class UnitOf>
-double BlockProblem::SumCosts(ConstView x, Index count, const UnitOf& unit_of) const {
+double BlockProblem::SumCosts(ConstVectorView x, Index count, const UnitOf& unit_of) const {
   if (options_.evaluation_callback) options_.evaluation_callback(x, false);
   return ParallelSum<double>(count, kGrain, [&](Index begin, Index end) {
     Scratch scratch;
@@ -167,18 +167,18 @@ double BlockProblem::SumCosts(ConstView x, Index count, const UnitOf& unit_of) c
   });
 }
 
-double BlockProblem::Cost(ConstView x) {
+double BlockProblem::Cost(ConstVectorView x) {
   CheckSize(x);
   return SumCosts(x, num_units(), [](Index i) { return i; });
 }
 
-double BlockProblem::Cost(ConstView x, std::span<const Index> units) {
+double BlockProblem::Cost(ConstVectorView x, std::span<const Index> units) {
   CheckSize(x);
   CheckUnits(units);
   return SumCosts(x, static_cast<Index>(units.size()), [&](Index i) { return units[static_cast<std::size_t>(i)]; });
 }
 
-std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVectorView x, int batch) {
   CheckSize(x);
   CheckBatch(batch);
   if (options_.evaluation_callback) options_.evaluation_callback(x, true);
@@ -264,7 +264,7 @@ std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplica
   return SparseCholesky::Plan(NormalMatrix().pattern(), max_bytes, max_multiplications);
 }
 
-void BlockProblem::Plus(B& backend, ConstView x, ConstView delta, View out) {
+void BlockProblem::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {
   backend.Copy(x, out);
   const std::vector<FreeBlock>& free = Structure().free_blocks();
   ParallelFor(static_cast<Index>(free.size()), 4 * kGrain, [&](Index k) {
@@ -285,7 +285,7 @@ void BlockProblem::Plus(B& backend, ConstView x, ConstView delta, View out) {
   });
 }
 
-std::string BlockProblem::DescribeInfeasible(ConstView x) {
+std::string BlockProblem::DescribeInfeasible(ConstVectorView x) {
   if (!has_bounds()) return "";
   for (std::size_t p = 0; p < parameters_.size(); ++p) {
     if (constant_[p]) continue;
@@ -309,14 +309,14 @@ void BlockProblem::VisitEuclidean(const Visit& visit) const {
   }
 }
 
-void BlockProblem::MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) {
+void BlockProblem::MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) {
   VisitEuclidean([&](Index i, Index k) {
     const auto b = static_cast<std::size_t>(i);
     if (bounds_internal::PushedOut(x[i], negative_gradient[k], lower_[b], upper_[b])) mask[k] = 0;
   });
 }
 
-void BlockProblem::ClipStep(ConstView x, View step) {
+void BlockProblem::ClipStep(ConstVectorView x, VectorView step) {
   VisitEuclidean([&](Index i, Index k) {
     const auto b = static_cast<std::size_t>(i);
     step[k] = bounds_internal::ClippedStep(x[i], step[k], lower_[b], upper_[b]);

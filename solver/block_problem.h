@@ -37,7 +37,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
     // adjustment): found by itself, used where it is most of the parameters.
     bool eliminate = true;
     // Called with x before every evaluation of the cost, and of the Jacobian (jacobians = true), from one thread.
-    std::function<void(ConstView x, bool jacobians)> evaluation_callback = {};
+    std::function<void(ConstVectorView x, bool jacobians)> evaluation_callback = {};
     // Makes a preconditioner of the caller's own, for PreconditionerKind::kAuto and kProblem.
     std::function<std::unique_ptr<Preconditioner<B>>()> make_preconditioner = {};
     // Largest sparse Cholesky factor, in GiB; > 0.
@@ -64,7 +64,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   // Room for `count` residual blocks in all, for who knows their number.
   void ReserveResidualBlocks(std::size_t count);
 
-  void set_evaluation_callback(std::function<void(ConstView x, bool jacobians)> callback) {
+  void set_evaluation_callback(std::function<void(ConstVectorView x, bool jacobians)> callback) {
     options_.evaluation_callback = std::move(callback);
   }
 
@@ -80,9 +80,9 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   Index num_tangent() const override { return Structure().num_tangent(); }
   // A unit is a residual block.
   Index num_units() const override { return static_cast<Index>(residuals_.size()); }
-  double Cost(ConstView x) override;
-  double Cost(ConstView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  double Cost(ConstVectorView x) override;
+  double Cost(ConstVectorView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
   // The caller's own, if there is one. Else the sparse Cholesky factor where it is within max_factor_gib and pays
   // beside iterations (solver/normal_equations/step_cost.h). Else block Jacobi.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
@@ -90,17 +90,17 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   // Null where a preconditioner is the caller's own.
   const StepCounts* CountSteps(bool eliminating) override;
-  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
   bool has_bounds() const override { return !lower_.empty(); }
-  bool IsFeasible(ConstView x) override { return DescribeInfeasible(x).empty(); }
-  void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
-  void ClipStep(ConstView x, View step) override;
+  bool IsFeasible(ConstVectorView x) override { return DescribeInfeasible(x).empty(); }
+  void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override;
+  void ClipStep(ConstVectorView x, VectorView step) override;
   // In the terms of parameter blocks and residual blocks, numbered from 0 in the order of being added.
   std::string NameTangent(Index k) override;
   std::string NameResidual(int batch, Index row) override;
-  std::string DescribeNonFinite(ConstView x, bool jacobians) override;
-  std::string DescribeInfeasible(ConstView x) override;
-  std::string DescribeDegenerate(ConstView x) override;
+  std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
+  std::string DescribeInfeasible(ConstVectorView x) override;
+  std::string DescribeDegenerate(ConstVectorView x) override;
 
  private:
   friend class BlockLinearization;
@@ -130,15 +130,15 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
     std::vector<double> plus_jacobian;  // of one block
   };
   // The arguments, and residuals that hold Unwritten.
-  void Prepare(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const;
+  void Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
   // Residuals and Jacobians of a residual block, on entries that hold Unwritten before. Returns what the cost function
   // returns.
-  bool EvaluateTerm(ConstView x, std::size_t term, double* residuals, Scratch& scratch) const;
-  double TermCost(ConstView x, std::size_t term, Scratch& scratch) const;
+  bool EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const;
+  double TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const;
   // What is not finite of one residual block; empty: nothing.
-  std::string DescribeTerm(ConstView x, std::size_t term, bool jacobians, Scratch& scratch) const;
+  std::string DescribeTerm(ConstVectorView x, std::size_t term, bool jacobians, Scratch& scratch) const;
   template <class UnitOf>
-  double SumCosts(ConstView x, Index count, const UnitOf& unit_of) const;
+  double SumCosts(ConstVectorView x, Index count, const UnitOf& unit_of) const;
   // visit(x entry, step entry) for each free entry of a bounded problem that moves by itself.
   template <class Visit>
   void VisitEuclidean(const Visit& visit) const;

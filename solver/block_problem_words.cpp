@@ -28,7 +28,7 @@ std::string BlockProblem::NameResidual(int, Index row) {
                      block);
 }
 
-std::string BlockProblem::DescribeTerm(ConstView x, std::size_t term, bool jacobians, Scratch& scratch) const {
+std::string BlockProblem::DescribeTerm(ConstVectorView x, std::size_t term, bool jacobians, Scratch& scratch) const {
   const ResidualBlock block = residuals_[term];
   const auto values_of = [&](int p) {
     const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
@@ -82,7 +82,7 @@ std::string BlockProblem::DescribeTerm(ConstView x, std::size_t term, bool jacob
   return "";
 }
 
-std::string BlockProblem::DescribeNonFinite(ConstView x, bool jacobians) {
+std::string BlockProblem::DescribeNonFinite(ConstVectorView x, bool jacobians) {
   if (options_.evaluation_callback) options_.evaluation_callback(x, true);
   Scratch scratch;
   for (std::size_t term = 0; term < residuals_.size(); ++term) {
@@ -91,7 +91,7 @@ std::string BlockProblem::DescribeNonFinite(ConstView x, bool jacobians) {
   return "";
 }
 
-std::string BlockProblem::DescribeDegenerate(ConstView x) {
+std::string BlockProblem::DescribeDegenerate(ConstVectorView x) {
   std::vector<double> jacobian;
   for (const FreeBlock& free : Structure().free_blocks()) {
     const auto p = static_cast<std::size_t>(free.parameter);

@@ -32,8 +32,8 @@ inline double ClippedStep(double x, double step, double lower, double upper) {
 template <Backend B>
 class BoundedProblem final : public Problem<B> {
  public:
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
 
   // One entry a parameter; infinities for none. Throws Error where a lower bound is not below its upper one.
   BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper);
@@ -41,28 +41,34 @@ class BoundedProblem final : public Problem<B> {
   Index num_parameters() const override { return inner_.num_parameters(); }
   int num_batches() const override { return inner_.num_batches(); }
   Index num_units() const override { return inner_.num_units(); }
-  double Cost(ConstView x) override { return inner_.Cost(x); }
-  double Cost(ConstView x, std::span<const Index> units) override { return inner_.Cost(x, units); }
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override { return inner_.Linearize(x, batch); }
+  double Cost(ConstVectorView x) override { return inner_.Cost(x); }
+  double Cost(ConstVectorView x, std::span<const Index> units) override { return inner_.Cost(x, units); }
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override {
+    return inner_.Linearize(x, batch);
+  }
   void BeginTurn(int turn) override { inner_.BeginTurn(turn); }
-  bool DampingMetric(ConstView x, ConstView diag_h, View D) override { return inner_.DampingMetric(x, diag_h, D); }
+  bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override {
+    return inner_.DampingMetric(x, diag_h, D);
+  }
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   const StepCounts* CountSteps(bool) override { return inner_.CountSteps(false); }
-  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
   bool has_bounds() const override { return true; }
-  bool IsFeasible(ConstView x) override { return DescribeInfeasible(x).empty(); }
-  void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
-  void ClipStep(ConstView x, View step) override;
+  bool IsFeasible(ConstVectorView x) override { return DescribeInfeasible(x).empty(); }
+  void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override;
+  void ClipStep(ConstVectorView x, VectorView step) override;
   std::string NameTangent(Index k) override { return inner_.NameTangent(k); }
   std::string NameResidual(int batch, Index row) override { return inner_.NameResidual(batch, row); }
-  std::string DescribeNonFinite(ConstView x, bool jacobians) override { return inner_.DescribeNonFinite(x, jacobians); }
-  std::string DescribeInfeasible(ConstView x) override;
-  std::string DescribeDegenerate(ConstView x) override { return inner_.DescribeDegenerate(x); }
+  std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override {
+    return inner_.DescribeNonFinite(x, jacobians);
+  }
+  std::string DescribeInfeasible(ConstVectorView x) override;
+  std::string DescribeDegenerate(ConstVectorView x) override { return inner_.DescribeDegenerate(x); }
 
  private:
   using S = typename B::Scalar;
-  std::vector<S> Host(ConstView x) const;
+  std::vector<S> Host(ConstVectorView x) const;
 
   Problem<B>& inner_;
   std::vector<double> lower_, upper_;

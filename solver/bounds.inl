@@ -26,7 +26,7 @@ BoundedProblem<B>::BoundedProblem(Problem<B>& inner, std::vector<double> lower, 
 }
 
 template <Backend B>
-std::vector<typename B::Scalar> BoundedProblem<B>::Host(ConstView x) const {
+std::vector<typename B::Scalar> BoundedProblem<B>::Host(ConstVectorView x) const {
   std::vector<S> host(static_cast<std::size_t>(x.size()));
   B().ToHost(x, {host.data(), x.size()});
   return host;
@@ -43,7 +43,7 @@ std::unique_ptr<Preconditioner<B>> BoundedProblem<B>::MakeSparseCholesky() {
 }
 
 template <Backend B>
-void BoundedProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+void BoundedProblem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {
   inner_.Plus(backend, x, delta, out);
   std::vector<S> host = Host(out);
   for (std::size_t k = 0; k < host.size(); ++k) {
@@ -54,7 +54,7 @@ void BoundedProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out)
 }
 
 template <Backend B>
-std::string BoundedProblem<B>::DescribeInfeasible(ConstView x) {
+std::string BoundedProblem<B>::DescribeInfeasible(ConstVectorView x) {
   const std::vector<S> host = Host(x);
   for (std::size_t k = 0; k < host.size(); ++k) {
     const auto value = static_cast<double>(host[k]);
@@ -65,7 +65,7 @@ std::string BoundedProblem<B>::DescribeInfeasible(ConstView x) {
 }
 
 template <Backend B>
-void BoundedProblem<B>::MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) {
+void BoundedProblem<B>::MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) {
   const std::vector<S> at = Host(x), pull = Host(negative_gradient);
   std::vector<S> host = Host(mask);
   for (std::size_t k = 0; k < host.size(); ++k) {
@@ -77,7 +77,7 @@ void BoundedProblem<B>::MaskActiveBounds(ConstView x, ConstView negative_gradien
 }
 
 template <Backend B>
-void BoundedProblem<B>::ClipStep(ConstView x, View step) {
+void BoundedProblem<B>::ClipStep(ConstVectorView x, VectorView step) {
   const std::vector<S> at = Host(x);
   std::vector<S> host = Host(step);
   for (std::size_t k = 0; k < host.size(); ++k) {

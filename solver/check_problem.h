@@ -37,7 +37,7 @@ struct ProblemCheck {
 // problem that samples (BeginTurn) has a gradient that is not the cost's, and is told so. Mistakes that a solve throws
 // as Error are faults here too.
 template <Backend B>
-ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstView x,
+ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
                           const CheckProblemOptions& options = {});
 
 }  // namespace vesta

@@ -27,12 +27,12 @@ template <Backend B>
 class ProblemChecker {
  public:
   using S = typename B::Scalar;
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
   using Vector = typename B::Vector;
   static constexpr bool kDouble = sizeof(S) == sizeof(double);
 
-  ProblemChecker(B& backend, Problem<B>& problem, ConstView x, const CheckProblemOptions& options)
+  ProblemChecker(B& backend, Problem<B>& problem, ConstVectorView x, const CheckProblemOptions& options)
       : backend_(backend), problem_(problem), x_(x), options_(options), n_(problem.num_tangent()) {
     if (options_.max_columns < 1) Fail("max_columns is {}; choose 1 or more", options_.max_columns);
     stride_ = std::max<Index>(1, (n_ + options_.max_columns - 1) / options_.max_columns);
@@ -55,12 +55,12 @@ class ProblemChecker {
   void Add(fmt::format_string<Args...> format, Args&&... args) {
     faults_.push_back(fmt::format(format, std::forward<Args>(args)...));
   }
-  std::vector<double> OnHost(ConstView v) const {
+  std::vector<double> OnHost(ConstVectorView v) const {
     std::vector<S> host(static_cast<std::size_t>(v.size()));
     backend_.ToHost(v, {host.data(), v.size()});
     return {host.begin(), host.end()};
   }
-  double Norm(ConstView v) const { return std::sqrt(backend_.Dot(v, v)); }
+  double Norm(ConstVectorView v) const { return std::sqrt(backend_.Dot(v, v)); }
   Vector Random(Index size, std::uint64_t seed) const {
     Vector v(size);
     FillRandom<B>(backend_, seed, v.view());
@@ -73,7 +73,7 @@ class ProblemChecker {
   }
   // Calls `write` on entries of NaN. false, and a fault, where some are left so: `what` leaves `name(entry)`.
   template <class Write, class Name>
-  bool Written(const char* what, View out, const Write& write, const Name& name) {
+  bool Written(const char* what, VectorView out, const Write& write, const Name& name) {
     backend_.Fill(std::numeric_limits<double>::quiet_NaN(), out);
     write(out);
     if (backend_.AllFinite(out)) return true;
@@ -85,7 +85,7 @@ class ProblemChecker {
   }
   // A fault where a and b, which should be the same, differ by more than rounding.
   template <class Name>
-  void Same(const char* what, ConstView a, ConstView b, const Name& name) {
+  void Same(const char* what, ConstVectorView a, ConstVectorView b, const Name& name) {
     Vector difference(a.size());
     backend_.Copy(a, difference);
     backend_.Axpby(-1.0, b, 1.0, difference);
@@ -107,36 +107,36 @@ class ProblemChecker {
   void CheckLinearizations();
   // Everything that needs no second x. false: what follows would make no sense.
   bool CheckProducts(int batch, Linearization<B>& linearization);
-  void CheckAdjoint(Linearization<B>& linearization, ConstView u);
+  void CheckAdjoint(Linearization<B>& linearization, ConstVectorView u);
   void CheckBlocks(Linearization<B>& linearization);
 
   // The part with derivatives: solver/check_problem_derivatives.inl.
   // Of something with a value at x (+) t v: its derivative along v as the problem gives it, and by differences.
   struct Derivative {
-    std::function<std::vector<double>(ConstView v)> given;
-    std::function<void(ConstView moved, std::span<double> out)> value;
-    double length;       // of the residuals at x
-    ConstView diagonal;  // of H, for the scale of the parameters
+    std::function<std::vector<double>(ConstVectorView v)> given;
+    std::function<void(ConstVectorView moved, std::span<double> out)> value;
+    double length;             // of the residuals at x
+    ConstVectorView diagonal;  // of H, for the scale of the parameters
   };
   struct Mismatch {
     Index entry = -1;  // -1: none
     double given = 0, difference = 0;
   };
   // The entry farthest beyond what rounding and `derivatives` allow.
-  Mismatch Compare(const Derivative& derivative, ConstView v) const;
+  Mismatch Compare(const Derivative& derivative, ConstVectorView v) const;
   // Along random directions; where there is a mismatch, along single entries to name it. say: makes a fault, of an
   // entry of the step or -1.
   void CheckDerivative(const Derivative& derivative, const std::function<void(Index k, const Mismatch&)>& say);
   // Random entries, each of the size that changes the residuals as the others do.
-  Vector ScaledDirection(ConstView diagonal, std::uint64_t seed) const;
+  Vector ScaledDirection(ConstVectorView diagonal, std::uint64_t seed) const;
   // 0 where a bound stops a step of +-length v.
   void DropBounded(double length, Vector& v) const;
   void CheckTangent(int batch, Linearization<B>& linearization);
-  void CheckGradient(ConstView gradient, ConstView diagonal);
+  void CheckGradient(ConstVectorView gradient, ConstVectorView diagonal);
 
   B& backend_;
   Problem<B>& problem_;
-  ConstView x_;
+  ConstVectorView x_;
   CheckProblemOptions options_;
   Index n_, stride_ = 1;
   double cost_ = 0;
@@ -175,7 +175,7 @@ bool ProblemChecker<B>::CheckPlus() {
   const auto name = [](Index i) { return fmt::format("entry {} of x", i); };
   Vector moved(problem_.num_parameters()), step(n_);
   if (!Written(
-          "Plus", moved.view(), [&](View out) { problem_.Plus(backend_, x_, step, out); }, name))
+          "Plus", moved.view(), [&](VectorView out) { problem_.Plus(backend_, x_, step, out); }, name))
     return false;
   Same("x and Plus(x, 0) must be the same", x_, moved.view(), name);
   const double length = 1e-3 * std::max(1.0, backend_.MaxAbs(x_));
@@ -195,7 +195,7 @@ bool ProblemChecker<B>::CheckPlus() {
   step = Random(n_, 1);
   backend_.Axpby(length, step, 0.0, step);
   if (!Written(
-          "Plus", moved.view(), [&](View out) { problem_.Plus(backend_, x_, step, out); }, name))
+          "Plus", moved.view(), [&](VectorView out) { problem_.Plus(backend_, x_, step, out); }, name))
     return false;
   if (!problem_.IsFeasible(moved)) Add("Plus leads out of the bounds; it must project onto them");
   return true;
@@ -244,17 +244,17 @@ bool ProblemChecker<B>::CheckProducts(int batch, Linearization<B>& linearization
   const Vector v = Random(n_, 2), u = Random(rows, 3);
   Vector Jv(rows), Wu(rows), WJv(rows), g(n_), Hv(n_), other(n_);
   bool written = Written(
-      "ApplyJ", Jv.view(), [&](View out) { linearization.ApplyJ(v, out); }, residual);
+      "ApplyJ", Jv.view(), [&](VectorView out) { linearization.ApplyJ(v, out); }, residual);
   written &= Written(
-      "ApplyJT", g.view(), [&](View out) { linearization.ApplyJT(u, out); }, entry);
+      "ApplyJT", g.view(), [&](VectorView out) { linearization.ApplyJT(u, out); }, entry);
   written &= Written(
-      "ApplyW", Wu.view(), [&](View out) { linearization.ApplyW(u, out); }, residual);
+      "ApplyW", Wu.view(), [&](VectorView out) { linearization.ApplyW(u, out); }, residual);
   written &= Written(
-      "ApplyH", Hv.view(), [&](View out) { linearization.ApplyH(v, out); }, entry);
+      "ApplyH", Hv.view(), [&](VectorView out) { linearization.ApplyH(v, out); }, entry);
   written &= Written(
-      "DiagJTJ", other.view(), [&](View out) { linearization.DiagJTJ(out); }, entry);
+      "DiagJTJ", other.view(), [&](VectorView out) { linearization.DiagJTJ(out); }, entry);
   written &= Written(
-      "Gradient", g.view(), [&](View out) { linearization.Gradient(out); }, entry);
+      "Gradient", g.view(), [&](VectorView out) { linearization.Gradient(out); }, entry);
   if (!written) {
     const std::string where = problem_.DescribeNonFinite(x_, true);
     if (!where.empty()) faults_.insert(faults_.begin(), where);
@@ -288,7 +288,7 @@ bool ProblemChecker<B>::CheckProducts(int batch, Linearization<B>& linearization
 }
 
 template <Backend B>
-void ProblemChecker<B>::CheckAdjoint(Linearization<B>& linearization, ConstView u) {
+void ProblemChecker<B>::CheckAdjoint(Linearization<B>& linearization, ConstVectorView u) {
   JacobianMap<B> jacobian(linearization);
   const double error = WorstAdjointError<B>(backend_, jacobian, 4);
   if (error <= options_.rounding) return;
@@ -332,7 +332,7 @@ void ProblemChecker<B>::CheckBlocks(Linearization<B>& linearization) {
 }  // namespace check_internal
 
 template <Backend B>
-ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstView x,
+ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
                           const CheckProblemOptions& options) {
   return check_internal::ProblemChecker<B>(backend, problem, x, options).Run();
 }

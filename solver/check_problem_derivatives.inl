@@ -7,7 +7,7 @@
 namespace vesta::check_internal {
 
 template <Backend B>
-typename B::Vector ProblemChecker<B>::ScaledDirection(ConstView diagonal, std::uint64_t seed) const {
+typename B::Vector ProblemChecker<B>::ScaledDirection(ConstVectorView diagonal, std::uint64_t seed) const {
   const std::vector<double> random = OnHost(Random(n_, seed).view()), squares = OnHost(diagonal);
   std::vector<S> host(random.size());
   for (std::size_t k = 0; k < host.size(); ++k) {
@@ -34,7 +34,7 @@ void ProblemChecker<B>::DropBounded(double length, Vector& v) const {
 }
 
 template <Backend B>
-typename ProblemChecker<B>::Mismatch ProblemChecker<B>::Compare(const Derivative& derivative, ConstView v) const {
+typename ProblemChecker<B>::Mismatch ProblemChecker<B>::Compare(const Derivative& derivative, ConstVectorView v) const {
   // As far as the residuals change by a tenth of their length.
   const double slope = std::sqrt(std::max(0.0, backend_.WeightedDot(derivative.diagonal, v, v)));
   const double largest = derivative.length > 0 && slope > 0
@@ -90,11 +90,11 @@ template <Backend B>
 void ProblemChecker<B>::CheckTangent(int batch, Linearization<B>& linearization) {
   Vector Jv(linearization.num_residuals()), diagonal(n_);
   linearization.DiagJTJ(diagonal);
-  const auto given = [&](ConstView v) {
+  const auto given = [&](ConstVectorView v) {
     linearization.ApplyJ(v, Jv);
     return OnHost(Jv.view());
   };
-  const auto value = [&](ConstView moved, std::span<double> out) {
+  const auto value = [&](ConstVectorView moved, std::span<double> out) {
     const std::vector<double> residuals = OnHost(problem_.CheckedLinearize(moved, batch)->residuals());
     std::copy(residuals.begin(), residuals.end(), out.begin());
   };
@@ -110,9 +110,9 @@ void ProblemChecker<B>::CheckTangent(int batch, Linearization<B>& linearization)
 }
 
 template <Backend B>
-void ProblemChecker<B>::CheckGradient(ConstView gradient, ConstView diagonal) {
-  const auto given = [&](ConstView v) { return std::vector<double>{backend_.Dot(gradient, v)}; };
-  const auto value = [&](ConstView moved, std::span<double> out) { out[0] = problem_.Cost(moved); };
+void ProblemChecker<B>::CheckGradient(ConstVectorView gradient, ConstVectorView diagonal) {
+  const auto given = [&](ConstVectorView v) { return std::vector<double>{backend_.Dot(gradient, v)}; };
+  const auto value = [&](ConstVectorView moved, std::span<double> out) { out[0] = problem_.Cost(moved); };
   CheckDerivative({given, value, std::sqrt(2 * cost_), diagonal}, [&](Index k, const Mismatch& at) {
     Add("the gradient {} is {:.6g}, by differences of Cost {:.6g}; make Gradient the derivative of Cost",
         k >= 0 ? "by " + problem_.NameTangent(k) : "along some v", at.given, at.difference);

@@ -14,8 +14,8 @@ class JacobianMap final : public LinearMap<B> {
   explicit JacobianMap(Linearization<B>& linearization) : linearization_(linearization) {}
   Index rows() const override { return linearization_.num_residuals(); }
   Index cols() const override { return linearization_.num_parameters(); }
-  void Apply(typename B::ConstView x, typename B::View y) override { linearization_.ApplyJ(x, y); }
-  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override { linearization_.ApplyJT(y, x); }
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override { linearization_.ApplyJ(x, y); }
+  void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) override { linearization_.ApplyJT(y, x); }
 
  private:
   Linearization<B>& linearization_;
@@ -28,8 +28,8 @@ class ProductMap final : public LinearMap<B> {
   ProductMap(LinearMap<B>& outer, LinearMap<B>& inner);
   Index rows() const override { return outer_.rows(); }
   Index cols() const override { return inner_.cols(); }
-  void Apply(typename B::ConstView x, typename B::View y) override;
-  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
+  void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) override;
 
  private:
   LinearMap<B>&outer_, &inner_;
@@ -40,14 +40,14 @@ class ProductMap final : public LinearMap<B> {
 template <Backend B>
 class ScaledRows final : public LinearMap<B> {
  public:
-  ScaledRows(typename B::ConstView d, LinearMap<B>& a);
+  ScaledRows(typename B::ConstVectorView d, LinearMap<B>& a);
   Index rows() const override { return a_.rows(); }
   Index cols() const override { return a_.cols(); }
-  void Apply(typename B::ConstView x, typename B::View y) override;
-  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
+  void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) override;
 
  private:
-  typename B::ConstView d_;
+  typename B::ConstVectorView d_;
   LinearMap<B>& a_;
   typename B::Vector work_;
 };
@@ -56,15 +56,15 @@ class ScaledRows final : public LinearMap<B> {
 template <Backend B>
 class ScaledColumns final : public LinearMap<B> {
  public:
-  ScaledColumns(LinearMap<B>& a, typename B::ConstView d);
+  ScaledColumns(LinearMap<B>& a, typename B::ConstVectorView d);
   Index rows() const override { return a_.rows(); }
   Index cols() const override { return a_.cols(); }
-  void Apply(typename B::ConstView x, typename B::View y) override;
-  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
+  void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) override;
 
  private:
   LinearMap<B>& a_;
-  typename B::ConstView d_;
+  typename B::ConstVectorView d_;
   typename B::Vector work_;
 };
 

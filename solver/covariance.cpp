@@ -10,7 +10,7 @@
 
 namespace vesta {
 
-Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstView x,
+Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstVectorView x,
                               const CovarianceOptions& options) {
   constexpr Index kMaxEntries = 100'000'000;
   VESTA_CHECK(options.relative_threshold >= 0 && options.relative_threshold < 1, "relative_threshold is {}",

@@ -30,7 +30,7 @@ struct Covariance {
 // At x, where the fit ended: (J^T J)^-1 in the tangent space, losses applied. By QR and SVD of J, so that J's own
 // condition number decides how many digits there are. Throws Error where the Jacobian would exceed 1e8 entries or the
 // problem has weights W; numbers that are not finite give rank 0.
-Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstView x,
+Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstVectorView x,
                               const CovarianceOptions& options = {});
 
 }  // namespace vesta

@@ -11,12 +11,12 @@ namespace vesta {
 
 // x_k uniform in [-1, 1), a function of seed and k alone.
 template <Backend B>
-void FillRandom(B& backend, std::uint64_t seed, typename B::View x);
+void FillRandom(B& backend, std::uint64_t seed, typename B::VectorView x);
 
 // |<u, A v> - <A^T u, v>| / max(sqrt(sum_i (u_i (A v)_i)^2), sqrt(sum_k ((A^T u)_k v_k)^2)); 0 where both are 0.
 // Rounding alone leaves about 1e-12 in double and 1e-5 in float, whatever the scales in A.
 template <Backend B>
-double AdjointError(B& backend, LinearMap<B>& a, typename B::ConstView u, typename B::ConstView v);
+double AdjointError(B& backend, LinearMap<B>& a, typename B::ConstVectorView u, typename B::ConstVectorView v);
 
 // The largest of those for random u and v, u = A v, and v confined to `confined` ranges of columns taken in turn, each
 // of about 1/ranges of the columns.
@@ -47,12 +47,13 @@ double BlockError(B& backend, Linearization<B>& linearization, Index block_strid
 // |g^T v - (c(x (+) h v) - c(x (+) -h v)) / 2h| / |g^T v| along v, g summed over the batches. The best h is about the
 // cube root of the scalar's epsilon times the size of x.
 template <Backend B>
-double GradientError(B& backend, Problem<B>& problem, typename B::ConstView x, typename B::ConstView v, double h);
+double GradientError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, typename B::ConstVectorView v,
+                     double h);
 
 // |J v - (r(x (+) h v) - r(x (+) -h v)) / 2h| / |J v| for one batch. Not for problems with a robust loss: residuals and
 // J corrected for it are not each other's derivative (GradientError is the check there).
 template <Backend B>
-double TangentError(B& backend, Problem<B>& problem, typename B::ConstView x, int batch, typename B::ConstView v,
-                    double h);
+double TangentError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, int batch,
+                    typename B::ConstVectorView v, double h);
 
 }  // namespace vesta

@@ -57,7 +57,7 @@ class Columns {
 }  // namespace check_internal
 
 template <Backend B>
-void FillRandom(B& backend, std::uint64_t seed, typename B::View x) {
+void FillRandom(B& backend, std::uint64_t seed, typename B::VectorView x) {
   using S = typename B::Scalar;
   std::vector<S> host(static_cast<std::size_t>(x.size()));
   for (std::size_t k = 0; k < host.size(); ++k) {
@@ -68,7 +68,7 @@ void FillRandom(B& backend, std::uint64_t seed, typename B::View x) {
 }
 
 template <Backend B>
-double AdjointError(B& backend, LinearMap<B>& a, typename B::ConstView u, typename B::ConstView v) {
+double AdjointError(B& backend, LinearMap<B>& a, typename B::ConstVectorView u, typename B::ConstVectorView v) {
   typename B::Vector row_terms(a.rows()), column_terms(a.cols());
   a.Apply(v, row_terms);
   a.ApplyAdjoint(u, column_terms);
@@ -168,7 +168,8 @@ Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_st
 }
 
 template <Backend B>
-double GradientError(B& backend, Problem<B>& problem, typename B::ConstView x, typename B::ConstView v, double h) {
+double GradientError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, typename B::ConstVectorView v,
+                     double h) {
   double slope = 0;
   typename B::Vector gradient(problem.num_tangent()), step(problem.num_tangent()), moved(problem.num_parameters());
   for (int batch = 0; batch < problem.num_batches(); ++batch) {
@@ -184,8 +185,8 @@ double GradientError(B& backend, Problem<B>& problem, typename B::ConstView x, t
 }
 
 template <Backend B>
-double TangentError(B& backend, Problem<B>& problem, typename B::ConstView x, int batch, typename B::ConstView v,
-                    double h) {
+double TangentError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, int batch,
+                    typename B::ConstVectorView v, double h) {
   const auto linearization = problem.CheckedLinearize(x, batch);
   const Index rows = linearization->num_residuals();
   typename B::Vector tangent(rows), difference(rows), step(problem.num_tangent()), moved(problem.num_parameters());

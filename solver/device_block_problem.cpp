@@ -32,7 +32,7 @@ struct DeviceBlockProblem<S>::Data {
 template <class S>
 class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>> {
  public:
-  Linear(const Data& data, ConstView x) : data_(data), residuals_(data.num_residuals()) {
+  Linear(const Data& data, ConstVectorView x) : data_(data), residuals_(data.num_residuals()) {
     const DeviceResiduals<S>& residuals = *data.residuals;
     jacobian_.ResizeForOverwrite(data.num_residuals() * residuals.parameters_per_block());
     partial_.ResizeForOverwrite(data.segments.size());
@@ -42,10 +42,10 @@ class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>>
   }
   Index num_residuals() const override { return data_.num_residuals(); }
   Index num_parameters() const override { return data_.num_parameters; }
-  ConstView residuals() const override { return residuals_; }
-  void ApplyJ(ConstView v, View u) override { device::ApplyRows(rows_, v.data(), u.data()); }
-  void ApplyJT(ConstView u, View g) override { Transposed(u.data(), g.data()); }
-  void DiagJTJ(View d) override { Transposed(nullptr, d.data()); }
+  ConstVectorView residuals() const override { return residuals_; }
+  void ApplyJ(ConstVectorView v, VectorView u) override { device::ApplyRows(rows_, v.data(), u.data()); }
+  void ApplyJT(ConstVectorView u, VectorView g) override { Transposed(u.data(), g.data()); }
+  void DiagJTJ(VectorView d) override { Transposed(nullptr, d.data()); }
   std::vector<BlockGroup> block_groups() const override { return data_.groups; }
   void BlockGram(BlockDiagonal<B>& diagonal) override {
     for (std::size_t g = 0; g < data_.groups.size(); ++g) {
@@ -94,7 +94,7 @@ Index DeviceBlockProblem<S>::num_parameters() const {
 }
 
 template <class S>
-double DeviceBlockProblem<S>::Cost(ConstView x) {
+double DeviceBlockProblem<S>::Cost(ConstVectorView x) {
   this->CheckSize(x);
   DeviceBuffer<S>& r = data_->cost_residuals;
   r.ResizeForOverwrite(data_->num_residuals());
@@ -103,7 +103,7 @@ double DeviceBlockProblem<S>::Cost(ConstView x) {
 }
 
 template <class S>
-std::unique_ptr<Linearization<CudaBackend<S>>> DeviceBlockProblem<S>::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<CudaBackend<S>>> DeviceBlockProblem<S>::Linearize(ConstVectorView x, int batch) {
   this->CheckSize(x);
   this->CheckBatch(batch);
   return std::make_unique<Linear>(*data_, x);

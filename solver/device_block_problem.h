@@ -28,8 +28,8 @@ template <class S>
 class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
  public:
   using B = CudaBackend<S>;
-  using typename Problem<B>::ConstView;
-  using typename Problem<B>::View;
+  using typename Problem<B>::ConstVectorView;
+  using typename Problem<B>::VectorView;
 
   // index: the parameters of each residual block, in the layout of RowBlocks. groups: for block Jacobi, as GramOfRows
   // wants them; empty: none. Throws Error where the sizes do not fit.
@@ -38,10 +38,10 @@ class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
   ~DeviceBlockProblem() override;
 
   Index num_parameters() const override;
-  double Cost(ConstView x) override;
+  double Cost(ConstVectorView x) override;
   using Problem<B>::Cost;
   // The problem must outlive what it returns.
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
 
  private:
   struct Data;

@@ -21,7 +21,7 @@ class LmStepper {
  public:
   // Evaluates the cost of x.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x);
-  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstView x)
+  LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstVectorView x)
       : LmStepper(options, backend, problem, CopyOf(backend, x)) {}
 
   // Goes on from what Save wrote, of the same problem, by the same iterations to the bit as if there had been no break.
@@ -38,7 +38,7 @@ class LmStepper {
   void Stop(LmStatus status, std::string message);
 
   // The best x so far by the full cost (within its rounding: see AcceptByGradient), and that cost.
-  typename B::ConstView x() const { return x_.view(); }
+  typename B::ConstVectorView x() const { return x_.view(); }
   double cost() const { return cost_; }
   // Damping of the next solve.
   double lambda() const { return control_->lambda(); }
@@ -68,7 +68,7 @@ class LmStepper {
   }
   // Checks the options; x_ and the summary are still to be filled.
   LmStepper(const LmOptions& options, B& backend, Problem<B>& problem);
-  static typename B::Vector CopyOf(B& backend, typename B::ConstView x) {
+  static typename B::Vector CopyOf(B& backend, typename B::ConstVectorView x) {
     typename B::Vector copy(x.size());
     backend.Copy(x, copy);
     return copy;
@@ -80,7 +80,7 @@ class LmStepper {
   bool PassesCheck();
   // Linearizes at x_ where that is not done, and tests the gradient. false when the solve ended.
   bool Linearize();
-  double FullCost(typename B::ConstView x);
+  double FullCost(typename B::ConstVectorView x);
   // What trials work in has no use while PCG runs, nor what PCG works in while trials are made: they share memory where
   // that has room for either.
   void TakeTrialVectors();
@@ -121,7 +121,7 @@ class LmStepper {
 // Minimises the problem's cost from x, in place: x is the best met by the full cost, never worse than it was. Runs the
 // stepper until it is done, or the callback says stop.
 template <Backend B>
-LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::View x,
+LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const LmCallback& callback = {});
 
 }  // namespace vesta

@@ -128,7 +128,7 @@ bool LmStepper<B>::PassesCheck() {
 }
 
 template <Backend B>
-double LmStepper<B>::FullCost(typename B::ConstView x) {
+double LmStepper<B>::FullCost(typename B::ConstVectorView x) {
   const lm_internal::Stopwatch watch(summary_.cost_seconds);
   ++summary_.num_cost_evaluations;
   return problem_.Cost(x);
@@ -363,7 +363,7 @@ const LmIteration& LmStepper<B>::Record(LmIteration row) {
 }
 
 template <Backend B>
-LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::View x,
+LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const LmCallback& callback) {
   LmStepper<B> stepper(options, backend, problem, x);
   const auto report = [&] {

@@ -29,44 +29,44 @@ struct StepCounts;
 template <Backend B>
 class Linearization {
  public:
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
   virtual ~Linearization() = default;
 
   virtual Index num_residuals() const = 0;
   // Columns of J: the dimension of the tangent space.
   virtual Index num_parameters() const = 0;
   // r at x, num_residuals() entries. Valid as long as this object.
-  virtual ConstView residuals() const = 0;
+  virtual ConstVectorView residuals() const = 0;
   // u = J v. Overwrites u.
-  virtual void ApplyJ(ConstView v, View u) = 0;
+  virtual void ApplyJ(ConstVectorView v, VectorView u) = 0;
   // g = J^T u. Overwrites g.
-  virtual void ApplyJT(ConstView u, View g) = 0;
+  virtual void ApplyJT(ConstVectorView u, VectorView g) = 0;
   // d_k = (J^T W J)_kk, or a stand-in of the same scale where the problem documents one. Overwrites d.
-  virtual void DiagJTJ(View d) = 0;
+  virtual void DiagJTJ(VectorView d) = 0;
 
   // g = J^T s, the gradient of the batch's cost: what steps are predicted to gain, and when a solve has ended, is by
   // it. Default: s = residuals().
-  virtual void Gradient(View g) { ApplyJT(residuals(), g); }
+  virtual void Gradient(VectorView g) { ApplyJT(residuals(), g); }
   // d = the right-hand side of (H + lambda D) step = d. A problem may have a direction of descent of its own (a
   // gradient without what is noise): it then says so, of every batch alike, and only solvers that see H alone will do.
   // Asked for after the gradient. Default: -g.
   virtual bool has_own_descent() const { return false; }
-  virtual void Descent(View d);
+  virtual void Descent(VectorView d);
   // Of parts of a problem with a descent of its own, which is not the sum of theirs: the squares of the gradients of
   // the part's units, summed, and the descent of `units` units by the sums of both over all parts, where `squares`
   // becomes the descent. They throw Error unless defined.
-  virtual void SquaredGradients(View squares);
-  virtual void DescentOf(Index units, ConstView gradient, View squares) const;
+  virtual void SquaredGradients(VectorView squares);
+  virtual void DescentOf(Index units, ConstVectorView gradient, VectorView squares) const;
   // Wu = W u on the residual space. Default: the identity.
-  virtual void ApplyW(ConstView u, View Wu);
+  virtual void ApplyW(ConstVectorView u, VectorView Wu);
   // Whether W is anything but the identity, or s anything but r: then only solvers that see H alone will do.
   virtual bool weighted() const { return false; }
   // Hv = J^T W J v. Default: the three products through a workspace. Override to fuse them (splats go view by view
   // and never hold all residuals).
-  virtual void ApplyH(ConstView v, View Hv);
+  virtual void ApplyH(ConstVectorView v, VectorView Hv);
   // v^T H v. Default: ApplyH and a dot product.
-  virtual double Curvature(ConstView v);
+  virtual double Curvature(ConstVectorView v);
 
   // Block structure for block-Jacobi; empty when the problem has none (the engine then uses the diagonal).
   virtual std::vector<BlockGroup> block_groups() const { return {}; }
@@ -90,8 +90,8 @@ class Linearization {
 template <Backend B>
 class Problem {
  public:
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
   virtual ~Problem() = default;
 
   // Size of x.
@@ -105,19 +105,19 @@ class Problem {
   virtual Index num_units() const { return 1; }
 
   // The cost over everything; not finite where x has no meaning. Never throws on bad numbers.
-  virtual double Cost(ConstView x) = 0;
+  virtual double Cost(ConstVectorView x) = 0;
   // The cost over some units, ascending, no repeats. Default: the whole cost, for problems of a single unit.
-  virtual double Cost(ConstView x, std::span<const Index> units);
+  virtual double Cost(ConstVectorView x, std::span<const Index> units);
 
   // x stays where it is, and as it is, for the life of the linearization.
-  virtual std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) = 0;
+  virtual std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) = 0;
   // Said before the first batch is linearised at the turn-th x of a solve (0, 1, ...): a problem that samples (units
   // into batches, rows) draws here, and keeps what it drew until the next call, however often it is linearised.
   virtual void BeginTurn(int turn);
 
   // The damping metric D of (H + lambda D), given diag(H) summed over the batches, both num_tangent() entries.
   // Returns false (and leaves D alone) for the default D = diag(H).
-  virtual bool DampingMetric(ConstView x, ConstView diag_h, View D);
+  virtual bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D);
 
   // A preconditioner of the problem's own (PreconditionerKind::kProblem), made once for each linearised x; null: none.
   virtual std::unique_ptr<Preconditioner<B>> MakePreconditioner();
@@ -131,15 +131,15 @@ class Problem {
 
   // out = x (+) delta on the manifold. Default: x + delta. out must not overlap the inputs. Where the problem has
   // bounds the result lies within them: projected onto them after the step.
-  virtual void Plus(B& backend, ConstView x, ConstView delta, View out);
+  virtual void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out);
 
   // Bounds on entries of x. All go together; see solver/bounds.h for boxes around any problem.
   virtual bool has_bounds() const { return false; }
-  virtual bool IsFeasible(ConstView x);
+  virtual bool IsFeasible(ConstVectorView x);
   // mask (num_tangent() entries, given) becomes 0 where an entry at its bound is pushed against it by -g.
-  virtual void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask);
+  virtual void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask);
   // Cuts the entries of step that would cross a bound, so that what is left is what Plus will do.
-  virtual void ClipStep(ConstView x, View step);
+  virtual void ClipStep(ConstVectorView x, VectorView step);
 
   // Whether `mine` is true on any of the processes that solve this problem together
   // (solver/distributed/distributed_problem.h): they stop together. Default: there is no other.
@@ -151,19 +151,19 @@ class Problem {
   virtual std::string NameResidual(int batch, Index row);
   // Which value, or with `jacobians` which value or derivative, is not finite at x, where, and at what parameters.
   // Default: nothing, for what the problem cannot tell.
-  virtual std::string DescribeNonFinite(ConstView x, bool jacobians);
+  virtual std::string DescribeNonFinite(ConstVectorView x, bool jacobians);
   // Which entry of x is beyond its bound. Default: nothing.
-  virtual std::string DescribeInfeasible(ConstView x);
+  virtual std::string DescribeInfeasible(ConstVectorView x);
   // Why no step can lead away from x (a quaternion of zeros stays one). Default: nothing, for there is no such x.
-  virtual std::string DescribeDegenerate(ConstView x);
+  virtual std::string DescribeDegenerate(ConstVectorView x);
 
   // Linearize, for callers. Throws Error where it gives null or something of another size.
-  std::unique_ptr<Linearization<B>> CheckedLinearize(ConstView x, int batch);
+  std::unique_ptr<Linearization<B>> CheckedLinearize(ConstVectorView x, int batch);
 
  protected:
   // Throw Error where x is not of num_parameters() entries, the batch none of num_batches(), a unit none of
   // num_units().
-  void CheckSize(ConstView x) const;
+  void CheckSize(ConstVectorView x) const;
   void CheckBatch(int batch) const;
   void CheckUnits(std::span<const Index> units) const;
 };

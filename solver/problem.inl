@@ -10,28 +10,28 @@
 namespace vesta {
 
 template <Backend B>
-void Linearization<B>::Descent(View d) {
+void Linearization<B>::Descent(VectorView d) {
   Gradient(d);
   B().Axpby(-1.0, d, 0.0, d);
 }
 
 template <Backend B>
-void Linearization<B>::SquaredGradients(View) {
+void Linearization<B>::SquaredGradients(VectorView) {
   Fail("a linearization whose descent is its own must define SquaredGradients() to be a part of a problem");
 }
 
 template <Backend B>
-void Linearization<B>::DescentOf(Index, ConstView, View) const {
+void Linearization<B>::DescentOf(Index, ConstVectorView, VectorView) const {
   Fail("a linearization whose descent is its own must define DescentOf() to be a part of a problem");
 }
 
 template <Backend B>
-void Linearization<B>::ApplyW(ConstView u, View Wu) {
+void Linearization<B>::ApplyW(ConstVectorView u, VectorView Wu) {
   B().Copy(u, Wu);
 }
 
 template <Backend B>
-void Linearization<B>::ApplyH(ConstView v, View Hv) {
+void Linearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
   if (work_u_.size() != num_residuals()) {
     work_u_.Resize(num_residuals());
     work_Wu_.Resize(num_residuals());
@@ -42,7 +42,7 @@ void Linearization<B>::ApplyH(ConstView v, View Hv) {
 }
 
 template <Backend B>
-double Linearization<B>::Curvature(ConstView v) {
+double Linearization<B>::Curvature(ConstVectorView v) {
   typename B::Vector Hv(num_parameters());
   ApplyH(v, Hv);
   return B().Dot(v, Hv);
@@ -79,22 +79,22 @@ const StepCounts* Problem<B>::CountSteps(bool) {
 }
 
 template <Backend B>
-double Problem<B>::Cost(ConstView x, std::span<const Index> units) {
+double Problem<B>::Cost(ConstVectorView x, std::span<const Index> units) {
   VESTA_CHECK(static_cast<Index>(units.size()) == num_units(),
               "cost over {} of {} units: the problem must define Cost(x, units)", units.size(), num_units());
   return Cost(x);
 }
 
 template <Backend B>
-bool Problem<B>::IsFeasible(ConstView) {
+bool Problem<B>::IsFeasible(ConstVectorView) {
   return true;
 }
 
 template <Backend B>
-void Problem<B>::MaskActiveBounds(ConstView, ConstView, View) {}
+void Problem<B>::MaskActiveBounds(ConstVectorView, ConstVectorView, VectorView) {}
 
 template <Backend B>
-void Problem<B>::ClipStep(ConstView, View) {}
+void Problem<B>::ClipStep(ConstVectorView, VectorView) {}
 
 template <Backend B>
 void Problem<B>::BeginTurn(int) {}
@@ -110,22 +110,22 @@ std::string Problem<B>::NameResidual(int batch, Index row) {
 }
 
 template <Backend B>
-std::string Problem<B>::DescribeNonFinite(ConstView, bool) {
+std::string Problem<B>::DescribeNonFinite(ConstVectorView, bool) {
   return "";
 }
 
 template <Backend B>
-std::string Problem<B>::DescribeInfeasible(ConstView) {
+std::string Problem<B>::DescribeInfeasible(ConstVectorView) {
   return "";
 }
 
 template <Backend B>
-std::string Problem<B>::DescribeDegenerate(ConstView) {
+std::string Problem<B>::DescribeDegenerate(ConstVectorView) {
   return "";
 }
 
 template <Backend B>
-std::unique_ptr<Linearization<B>> Problem<B>::CheckedLinearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<B>> Problem<B>::CheckedLinearize(ConstVectorView x, int batch) {
   CheckSize(x);
   auto linearization = Linearize(x, batch);
   if (!linearization) Fail("Linearize of batch {} gave null; it must give a linearization at every x", batch);
@@ -137,7 +137,7 @@ std::unique_ptr<Linearization<B>> Problem<B>::CheckedLinearize(ConstView x, int 
 }
 
 template <Backend B>
-void Problem<B>::CheckSize(ConstView x) const {
+void Problem<B>::CheckSize(ConstVectorView x) const {
   if (x.size() != num_parameters()) {
     Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(), num_parameters());
   }
@@ -156,12 +156,12 @@ void Problem<B>::CheckUnits(std::span<const Index> units) const {
 }
 
 template <Backend B>
-bool Problem<B>::DampingMetric(ConstView, ConstView, View) {
+bool Problem<B>::DampingMetric(ConstVectorView, ConstVectorView, VectorView) {
   return false;
 }
 
 template <Backend B>
-void Problem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+void Problem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {
   backend.Copy(x, out);
   backend.Axpby(1.0, delta, 1.0, out);
 }

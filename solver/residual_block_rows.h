@@ -20,8 +20,8 @@ template <int kResiduals, int kParameters, Backend B>
 class Rows final : public Linearization<B> {
  public:
   using S = typename B::Scalar;
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
 
   // The layout and the groups outlive it.
   Rows(const Layout& layout, int batch, const std::vector<BlockGroup>& groups)
@@ -53,8 +53,8 @@ class Rows final : public Linearization<B> {
 
   Index num_residuals() const override { return residuals_.size(); }
   Index num_parameters() const override { return layout_.num_parameters(); }
-  ConstView residuals() const override { return residuals_.view(); }
-  void ApplyJ(ConstView v, View u) override {
+  ConstVectorView residuals() const override { return residuals_.view(); }
+  void ApplyJ(ConstVectorView v, VectorView u) override {
     ParallelFor(num_blocks(), kGrain, [&](Index b) {
       const Index* index = Parameters(b);
       for (int i = 0; i < kResiduals; ++i) {
@@ -64,14 +64,14 @@ class Rows final : public Linearization<B> {
       }
     });
   }
-  void ApplyJT(ConstView u, View g) override {
+  void ApplyJT(ConstVectorView u, VectorView g) override {
     Gather(g, [&](Index b, const S* column) {
       double sum = 0;
       for (int i = 0; i < kResiduals; ++i) sum += static_cast<double>(column[i]) * u[b * kResiduals + i];
       return sum;
     });
   }
-  void DiagJTJ(View d) override {
+  void DiagJTJ(VectorView d) override {
     Gather(d, [](Index, const S* column) {
       double sum = 0;
       for (int i = 0; i < kResiduals; ++i) sum += static_cast<double>(column[i]) * column[i];
@@ -85,7 +85,7 @@ class Rows final : public Linearization<B> {
   const Index* Parameters(Index b) const { return layout_.parameters(block(b)); }
   // out_k = sum of term(block, column) over parameter k's entries, in double, in the order of the blocks.
   template <class Term>
-  void Gather(View out, const Term& term) {
+  void Gather(VectorView out, const Term& term) {
     ParallelFor(out.size(), kGrain, [&](Index k) {
       double sum = 0;
       for (const auto& entry : transpose_.of(k)) sum += term(entry.block, column(entry.block, entry.column));

@@ -46,8 +46,8 @@ requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Spac
 class ResidualBlocks final : public Problem<B> {
  public:
   using S = typename B::Scalar;
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
   static constexpr int kResiduals = F::kResiduals;
   static constexpr int kParameters = F::kParameters;
 
@@ -63,16 +63,16 @@ class ResidualBlocks final : public Problem<B> {
   int num_batches() const override { return options_.num_batches; }
   // A unit is one functor.
   Index num_units() const override { return static_cast<Index>(functors_.size()); }
-  double Cost(ConstView x) override {
+  double Cost(ConstVectorView x) override {
     this->CheckSize(x);
     return SumOfCosts(x, num_units(), nullptr);
   }
-  double Cost(ConstView x, std::span<const Index> units) override {
+  double Cost(ConstVectorView x, std::span<const Index> units) override {
     this->CheckSize(x);
     this->CheckUnits(units);
     return SumOfCosts(x, static_cast<Index>(units.size()), units.data());
   }
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override {
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override {
     this->CheckSize(x);
     this->CheckBatch(batch);
     auto rows = std::make_unique<Rows>(layout_, batch, options_.block_groups);
@@ -91,13 +91,13 @@ class ResidualBlocks final : public Problem<B> {
     return residual_blocks_internal::NameOf(layout_.blocks(batch)[static_cast<std::size_t>(row / kResiduals)],
                                             static_cast<int>(row % kResiduals));
   }
-  std::string DescribeNonFinite(ConstView x, bool jacobians) override;
+  std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
 
  private:
   using Rows = residual_blocks_internal::Rows<kResiduals, kParameters, B>;
 
   // f and its Jacobian of functor i, column after column. Returns what the functor returns.
-  bool Differentiate(ConstView x, Index i, S* f, S* jacobian) const {
+  bool Differentiate(ConstVectorView x, Index i, S* f, S* jacobian) const {
     const F& functor = functors_[static_cast<std::size_t>(i)];
     const Index* index = layout_.parameters(i);
     Dual<S> p[kParameters], r[kResiduals];
@@ -115,14 +115,14 @@ class ResidualBlocks final : public Problem<B> {
     return true;
   }
   // units: null for 0, 1, ..., count - 1.
-  double SumOfCosts(ConstView x, Index count, const Index* units) const {
+  double SumOfCosts(ConstVectorView x, Index count, const Index* units) const {
     return ParallelSum<double>(count, residual_blocks_internal::kGrain, [&](Index begin, Index end) {
       double sum = 0;
       for (Index i = begin; i < end; ++i) sum += UnitCost(x, units != nullptr ? units[i] : i);
       return sum;
     });
   }
-  double UnitCost(ConstView x, Index i) const {
+  double UnitCost(ConstVectorView x, Index i) const {
     S p[kParameters], r[kResiduals];
     for (int c = 0; c < kParameters; ++c) p[c] = x[layout_.parameters(i)[c]];
     Forget(kResiduals, r);
@@ -140,7 +140,7 @@ class ResidualBlocks final : public Problem<B> {
 
 template <class F, Backend B>
 requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host> std::string
-ResidualBlocks<F, B>::DescribeNonFinite(ConstView x, bool jacobians) {
+ResidualBlocks<F, B>::DescribeNonFinite(ConstVectorView x, bool jacobians) {
   for (Index i = 0; i < num_units(); ++i) {
     S f[kResiduals], jacobian[kResiduals * kParameters];
     const bool defined = Differentiate(x, i, f, jacobian);

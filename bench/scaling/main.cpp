@@ -53,7 +53,7 @@ Heard HeardIn(const Ranks& ranks, const Body& body) {
 
 // Of one problem at x. distributed: null for one that has no parts.
 template <Backend B>
-Row Measure(Ranks& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstView x,
+Row Measure(Ranks& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstVectorView x,
             const LmOptions& lm, int repeats) {
   B backend;
   const Index n = problem.num_tangent();

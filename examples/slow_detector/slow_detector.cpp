@@ -9,14 +9,14 @@
 #include "solver/levenberg_marquardt.h"
 
 using Backend = vesta::CpuBackend<double>;
-using View = Backend::View;
-using ConstView = Backend::ConstView;
+using VectorView = Backend::VectorView;
+using ConstVectorView = Backend::ConstVectorView;
 using vesta::Index;
 
 constexpr double kMemory = 0.9;
 
 // out_i = a out_(i-1) + light_i.
-void Detect(ConstView light, View out) {
+void Detect(ConstVectorView light, VectorView out) {
   double reading = 0;
   for (Index i = 0; i < light.size(); ++i) out[i] = reading = kMemory * reading + light[i];
 }
@@ -24,20 +24,21 @@ void Detect(ConstView light, View out) {
 // J = A diag(exp(x)), A the detector.
 class DetectorLinearization final : public vesta::Linearization<Backend> {
  public:
-  DetectorLinearization(ConstView x, ConstView readings) : light_(x.size()), work_(x.size()), residuals_(x.size()) {
+  DetectorLinearization(ConstVectorView x, ConstVectorView readings)
+      : light_(x.size()), work_(x.size()), residuals_(x.size()) {
     for (Index i = 0; i < x.size(); ++i) light_[i] = std::exp(x[i]);
     Detect(light_, residuals_);
     for (Index i = 0; i < x.size(); ++i) residuals_[i] -= readings[i];
   }
   Index num_residuals() const override { return light_.size(); }
   Index num_parameters() const override { return light_.size(); }
-  ConstView residuals() const override { return residuals_; }
-  void ApplyJ(ConstView v, View u) override {
+  ConstVectorView residuals() const override { return residuals_; }
+  void ApplyJ(ConstVectorView v, VectorView u) override {
     for (Index i = 0; i < v.size(); ++i) work_[i] = light_[i] * v[i];
     Detect(work_, u);
   }
   // The transpose of a filter that runs forwards is the filter run backwards.
-  void ApplyJT(ConstView u, View g) override {
+  void ApplyJT(ConstVectorView u, VectorView g) override {
     double sum = 0;
     for (Index i = u.size() - 1; i >= 0; --i) {
       sum = kMemory * sum + u[i];
@@ -45,7 +46,7 @@ class DetectorLinearization final : public vesta::Linearization<Backend> {
     }
   }
   // Column i holds exp(x_i) (1, a, a^2, ...) from row i on.
-  void DiagJTJ(View d) override {
+  void DiagJTJ(VectorView d) override {
     double sum = 0;
     for (Index i = d.size() - 1; i >= 0; --i) {
       sum = kMemory * kMemory * sum + 1;
@@ -61,7 +62,7 @@ class DetectorProblem final : public vesta::Problem<Backend> {
  public:
   explicit DetectorProblem(Backend::Vector readings) : readings_(std::move(readings)) {}
   Index num_parameters() const override { return readings_.size(); }
-  double Cost(ConstView x) override {
+  double Cost(ConstVectorView x) override {
     double cost = 0, reading = 0;
     for (Index i = 0; i < x.size(); ++i) {
       reading = kMemory * reading + std::exp(x[i]);
@@ -69,7 +70,7 @@ class DetectorProblem final : public vesta::Problem<Backend> {
     }
     return cost;
   }
-  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstView x, int) override {
+  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x, int) override {
     return std::make_unique<DetectorLinearization>(x, readings_);
   }
 

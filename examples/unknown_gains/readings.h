@@ -10,8 +10,8 @@
 #include "solver/problem.h"
 
 using Backend = vesta::CpuBackend<double>;
-using View = Backend::View;
-using ConstView = Backend::ConstView;
+using VectorView = Backend::VectorView;
+using ConstVectorView = Backend::ConstVectorView;
 using Blocks = vesta::BlockDiagonal<Backend>;
 using vesta::Index;
 
@@ -23,8 +23,8 @@ struct Setup {
   Index times() const { return (instruments - 1) * stride + length; }
   Index own() const { return 2 * (instruments - 1); }
   Index readings() const { return instruments * length; }
-  double Gain(ConstView x, Index k) const { return k == 0 ? 1 : x[times() + 2 * k - 2]; }
-  double Offset(ConstView x, Index k) const { return k == 0 ? 0 : x[times() + 2 * k - 1]; }
+  double Gain(ConstVectorView x, Index k) const { return k == 0 ? 1 : x[times() + 2 * k - 2]; }
+  double Offset(ConstVectorView x, Index k) const { return k == 0 ? 0 : x[times() + 2 * k - 1]; }
   // Of the smoothing, in [0, 1).
   double Memory(Index k) const { return 0.3 + 0.25 * static_cast<double>(k % 3); }
   // The readings of instrument k among all, and the part of the signal that it sees.
@@ -37,12 +37,12 @@ struct Setup {
     return signal.subspan(k * stride, length);
   }
   // out = scale B_k seen.
-  void Smooth(Index k, double scale, ConstView seen, View out) const {
+  void Smooth(Index k, double scale, ConstVectorView seen, VectorView out) const {
     double memory = Memory(k), value = 0;
     for (Index i = 0; i < length; ++i) out[i] = value = memory * value + scale * (1 - memory) * seen[i];
   }
   // seen += scale B_k^T u.
-  void AddTransposed(Index k, double scale, ConstView u, View seen) const {
+  void AddTransposed(Index k, double scale, ConstVectorView u, VectorView seen) const {
     double memory = Memory(k), value = 0;
     for (Index i = length - 1; i >= 0; --i) seen[i] += value = memory * value + scale * (1 - memory) * u[i];
   }
@@ -55,10 +55,10 @@ struct Setup {
 // J = [J_s J_o]: the columns of the signal, and of the instruments' own unknowns.
 class ReadingsLinearization final : public vesta::Linearization<Backend> {
  public:
-  ReadingsLinearization(const Setup& setup, ConstView x, ConstView readings)
+  ReadingsLinearization(const Setup& setup, ConstVectorView x, ConstVectorView readings)
       : setup_(setup), x_(x), smoothed_(setup.readings()), residuals_(setup.readings()) {
     for (Index k = 0; k < setup.instruments; ++k) {
-      const View smoothed = setup.Of(k, smoothed_.view()), r = setup.Of(k, residuals_.view());
+      const VectorView smoothed = setup.Of(k, smoothed_.view()), r = setup.Of(k, residuals_.view());
       setup.Smooth(k, 1, setup.Seen(k, x), smoothed);
       for (Index i = 0; i < setup.length; ++i)
         r[i] = setup.Gain(x, k) * smoothed[i] + setup.Offset(x, k) - setup.Of(k, readings)[i];
@@ -67,16 +67,16 @@ class ReadingsLinearization final : public vesta::Linearization<Backend> {
   const Setup& setup() const { return setup_; }
   Index num_residuals() const override { return setup_.readings(); }
   Index num_parameters() const override { return setup_.times() + setup_.own(); }
-  ConstView residuals() const override { return residuals_; }
-  void ApplyJ(ConstView v, View u) override {
+  ConstVectorView residuals() const override { return residuals_; }
+  void ApplyJ(ConstVectorView v, VectorView u) override {
     ApplySignalJ(v.subspan(0, setup_.times()), u);
     AddOwnJ(1, v.subspan(setup_.times(), setup_.own()), u);
   }
-  void ApplyJT(ConstView u, View g) override {
+  void ApplyJT(ConstVectorView u, VectorView g) override {
     ApplySignalJT(u, g.subspan(0, setup_.times()));
     ApplyOwnJT(u, g.subspan(setup_.times(), setup_.own()));
   }
-  void DiagJTJ(View d) override {
+  void DiagJTJ(VectorView d) override {
     Blocks blocks(num_parameters(), block_groups());
     BlockGram(blocks);
     blocks.Diagonal(d);
@@ -85,12 +85,12 @@ class ReadingsLinearization final : public vesta::Linearization<Backend> {
     return {{.size = 1, .count = setup_.times()}, setup_.OwnGroup(setup_.times())};
   }
   void BlockGram(Blocks& blocks) override {
-    const View signal = blocks.values(0), own = blocks.values(1);
+    const VectorView signal = blocks.values(0), own = blocks.values(1);
     const Index count = setup_.instruments - 1;
     for (Index k = 0; k < setup_.instruments; ++k) {
       // Column i of B_k holds (1 - m) (1, m, m^2, ...) from row i on.
       double memory = setup_.Memory(k), scale = setup_.Gain(x_, k) * (1 - memory), sum = 0;
-      const View seen = setup_.Seen(k, signal);
+      const VectorView seen = setup_.Seen(k, signal);
       for (Index i = setup_.length - 1; i >= 0; --i) seen[i] += scale * scale * (sum = memory * memory * sum + 1);
       if (k == 0) continue;
       for (const double value : setup_.Of(k, smoothed_.view())) {
@@ -103,29 +103,29 @@ class ReadingsLinearization final : public vesta::Linearization<Backend> {
   std::unique_ptr<vesta::ReducedSystem<Backend>> MakeReducedSystem() override;
 
   // u = J_s v.
-  void ApplySignalJ(ConstView v, View u) const {
+  void ApplySignalJ(ConstVectorView v, VectorView u) const {
     for (Index k = 0; k < setup_.instruments; ++k)
       setup_.Smooth(k, setup_.Gain(x_, k), setup_.Seen(k, v), setup_.Of(k, u));
   }
   // g = J_s^T u.
-  void ApplySignalJT(ConstView u, View g) const {
+  void ApplySignalJT(ConstVectorView u, VectorView g) const {
     std::fill(g.begin(), g.end(), 0.0);
     for (Index k = 0; k < setup_.instruments; ++k)
       setup_.AddTransposed(k, setup_.Gain(x_, k), setup_.Of(k, u), setup_.Seen(k, g));
   }
   // u += scale J_o w.
-  void AddOwnJ(double scale, ConstView w, View u) const {
+  void AddOwnJ(double scale, ConstVectorView w, VectorView u) const {
     for (Index k = 1; k < setup_.instruments; ++k) {
-      const ConstView smoothed = setup_.Of(k, smoothed_.view());
-      const View out = setup_.Of(k, u);
+      const ConstVectorView smoothed = setup_.Of(k, smoothed_.view());
+      const VectorView out = setup_.Of(k, u);
       for (Index i = 0; i < setup_.length; ++i) out[i] += scale * (smoothed[i] * w[2 * k - 2] + w[2 * k - 1]);
     }
   }
   // h = J_o^T u.
-  void ApplyOwnJT(ConstView u, View h) const {
+  void ApplyOwnJT(ConstVectorView u, VectorView h) const {
     std::fill(h.begin(), h.end(), 0.0);
     for (Index k = 1; k < setup_.instruments; ++k) {
-      const ConstView smoothed = setup_.Of(k, smoothed_.view()), in = setup_.Of(k, u);
+      const ConstVectorView smoothed = setup_.Of(k, smoothed_.view()), in = setup_.Of(k, u);
       for (Index i = 0; i < setup_.length; ++i) {
         h[2 * k - 2] += smoothed[i] * in[i];
         h[2 * k - 1] += in[i];
@@ -135,6 +135,6 @@ class ReadingsLinearization final : public vesta::Linearization<Backend> {
 
  private:
   const Setup& setup_;
-  ConstView x_;
+  ConstVectorView x_;
   Backend::Vector smoothed_, residuals_;  // B_k s; r
 };

@@ -14,18 +14,18 @@ using vesta::LinearSolverKind;
 class GainProblem final : public vesta::Problem<Backend> {
  public:
   // What is read where `truth` is, with noise.
-  GainProblem(const Setup& setup, ConstView truth) : setup_(setup), readings_(setup.readings()) {
+  GainProblem(const Setup& setup, ConstVectorView truth) : setup_(setup), readings_(setup.readings()) {
     const ReadingsLinearization exact(setup, truth, Backend::Vector(setup.readings()));
     for (Index row = 0; row < readings_.size(); ++row)
       readings_[row] =
           exact.residuals()[row] + 0.01 * vesta::CounterRandom(1, static_cast<std::uint64_t>(row)).Normal();
   }
   Index num_parameters() const override { return setup_.times() + setup_.own(); }
-  double Cost(ConstView x) override {
+  double Cost(ConstVectorView x) override {
     const ReadingsLinearization at(setup_, x, readings_);
     return 0.5 * Backend().Dot(at.residuals(), at.residuals());
   }
-  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstView x, int) override {
+  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x, int) override {
     return std::make_unique<ReadingsLinearization>(setup_, x, readings_);
   }
   // What the calibrated instrument reads; gains of 1, offsets of 0.
@@ -53,7 +53,7 @@ Backend::Vector Truth(const Setup& setup) {
   return x;
 }
 
-vesta::LmSummary Solve(LinearSolverKind kind, double tolerance, int iterations, GainProblem& problem, View x) {
+vesta::LmSummary Solve(LinearSolverKind kind, double tolerance, int iterations, GainProblem& problem, VectorView x) {
   Backend backend;
   vesta::LmOptions options;
   options.max_iterations = iterations;
@@ -63,7 +63,7 @@ vesta::LmSummary Solve(LinearSolverKind kind, double tolerance, int iterations, 
   return vesta::SolveLm(options, backend, problem, x);
 }
 
-double LargestDifference(ConstView a, ConstView b) {
+double LargestDifference(ConstVectorView a, ConstVectorView b) {
   double largest = 0;
   for (Index k = 0; k < a.size(); ++k) largest = std::max(largest, std::abs(a[k] - b[k]));
   return largest;

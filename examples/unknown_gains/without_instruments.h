@@ -17,7 +17,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
         u_(at.num_residuals()) {}
   Index size() const override { return signal_; }
 
-  void SetDamping(double lambda, ConstView metric) override {
+  void SetDamping(double lambda, ConstVectorView metric) override {
     lambda_ = lambda, metric_ = metric;
     backend_.Fill(0, damped_.all_values());
     at_.BlockGram(damped_);
@@ -26,7 +26,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     C_.Factorize();
   }
   // b_s - J_s^T J_o C^-1 b_o.
-  void ReduceRhs(ConstView rhs, View reduced) override {
+  void ReduceRhs(ConstVectorView rhs, VectorView reduced) override {
     C_.Solve(rhs.subspan(signal_, own_), w_);
     backend_.Fill(0, u_);
     at_.AddOwnJ(1, w_, u_);
@@ -34,7 +34,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     backend_.Axpby(1, rhs.subspan(0, signal_), -1, reduced);
   }
   // J_s^T (I - J_o C^-1 J_o^T) J_s x + lambda D x: what gains and offsets can do is taken out of the readings.
-  void Apply(ConstView x, View y) override {
+  void Apply(ConstVectorView x, VectorView y) override {
     at_.ApplySignalJ(x, u_);
     at_.ApplyOwnJT(u_, w_);
     C_.Solve(w_, w_);
@@ -43,7 +43,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
     backend_.AddScaled(lambda_, metric_.subspan(0, signal_), x, y);
   }
   // C^-1 (b_o - J_o^T J_s step_s).
-  void BackSubstitute(ConstView rhs, View step) override {
+  void BackSubstitute(ConstVectorView rhs, VectorView step) override {
     at_.ApplySignalJ(step.subspan(0, signal_), u_);
     at_.ApplyOwnJT(u_, w_);
     backend_.Axpby(1, rhs.subspan(signal_, own_), -1, w_);
@@ -60,7 +60,7 @@ class WithoutInstruments final : public vesta::ReducedSystem<Backend> {
   ReadingsLinearization& at_;
   Index signal_, own_;  // numbers of unknowns
   double lambda_ = 0;
-  ConstView metric_;
+  ConstVectorView metric_;
   Blocks damped_;  // the blocks of the whole
   Blocks C_;       // its last group, factorised
   Backend::Vector w_, u_;

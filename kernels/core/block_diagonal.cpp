@@ -81,7 +81,7 @@ void StoreBlocks(const BlockGroup& group, const Lanes<S>* in, Index first, int u
 }  // namespace
 
 template <class B>
-void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstView d) {
+void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstVectorView d) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const BlockGroup& group = groups_[g];
     const Scalar s = static_cast<Scalar>(scale);
@@ -93,7 +93,7 @@ void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstView d) {
 }
 
 template <class B>
-void BlockDiagonal<B>::Diagonal(typename B::View out) const {
+void BlockDiagonal<B>::Diagonal(typename B::VectorView out) const {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const BlockGroup& group = groups_[g];
     for (int c = 0; c < group.size; ++c) {
@@ -104,7 +104,7 @@ void BlockDiagonal<B>::Diagonal(typename B::View out) const {
 }
 
 template <class B>
-void BlockDiagonal<B>::Apply(typename B::ConstView x, typename B::View y) const {
+void BlockDiagonal<B>::Apply(typename B::ConstVectorView x, typename B::VectorView y) const {
   VESTA_CHECK(x.size() == num_parameters_ && y.size() == num_parameters_, "vectors of {} and {} entries, matrix of {}",
               x.size(), y.size(), num_parameters_);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -146,7 +146,7 @@ Index BlockDiagonal<B>::Factorize() {
 }
 
 template <class B>
-void BlockDiagonal<B>::Solve(typename B::ConstView x, typename B::View y) const {
+void BlockDiagonal<B>::Solve(typename B::ConstVectorView x, typename B::VectorView y) const {
   VESTA_CHECK(x.size() == num_parameters_ && y.size() == num_parameters_, "vectors of {} and {} entries, matrix of {}",
               x.size(), y.size(), num_parameters_);
   for (std::size_t g = 0; g < groups_.size(); ++g) {

@@ -39,18 +39,18 @@ class BlockDiagonal {
 
   Index num_parameters() const { return num_parameters_; }
   const std::vector<BlockGroup>& groups() const { return groups_; }
-  typename B::View values(int group);
-  typename B::ConstView values(int group) const;
-  typename B::View all_values();
+  typename B::VectorView values(int group);
+  typename B::ConstVectorView values(int group) const;
+  typename B::VectorView all_values();
 
   // this += scale * other; same groups.
   void Add(double scale, const BlockDiagonal& other);
   // this(k, k) += scale * d[k].
-  void AddToDiagonal(double scale, typename B::ConstView d);
+  void AddToDiagonal(double scale, typename B::ConstVectorView d);
   // out[k] = this(k, k).
-  void Diagonal(typename B::View out) const;
+  void Diagonal(typename B::VectorView out) const;
   // y = this x.
-  void Apply(typename B::ConstView x, typename B::View y) const;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) const;
 
   // Replaces every block by its Cholesky factor L, in place, with 1 / L_kk on the diagonal (0 for rows taken as zero);
   // afterwards Solve may be called. Where a diagonal entry is not positive, its row and column are taken as zero, and
@@ -59,7 +59,7 @@ class BlockDiagonal {
   // raised. Finite input never gives a value that is not finite.
   Index Factorize();
   // y = this^-1 x, after Factorize. x and y may be the same memory.
-  void Solve(typename B::ConstView x, typename B::View y) const;
+  void Solve(typename B::ConstVectorView x, typename B::VectorView y) const;
 
  private:
   Index num_parameters_;

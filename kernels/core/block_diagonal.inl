@@ -42,19 +42,19 @@ BlockDiagonal<B>::BlockDiagonal(Index num_parameters, std::vector<BlockGroup> gr
 }
 
 template <class B>
-typename B::View BlockDiagonal<B>::values(int group) {
+typename B::VectorView BlockDiagonal<B>::values(int group) {
   const auto g = static_cast<std::size_t>(group);
   return all_values().subspan(first_value_[g], groups_[g].NumValues());
 }
 
 template <class B>
-typename B::ConstView BlockDiagonal<B>::values(int group) const {
+typename B::ConstVectorView BlockDiagonal<B>::values(int group) const {
   const auto g = static_cast<std::size_t>(group);
   return values_.view().subspan(first_value_[g], groups_[g].NumValues());
 }
 
 template <class B>
-typename B::View BlockDiagonal<B>::all_values() {
+typename B::VectorView BlockDiagonal<B>::all_values() {
   return values_.view();
 }
 

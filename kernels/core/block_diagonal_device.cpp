@@ -7,21 +7,21 @@
 namespace vesta {
 
 template <class B>
-void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstView d) {
+void BlockDiagonal<B>::AddToDiagonal(double scale, typename B::ConstVectorView d) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     device::AddToBlockDiagonal(groups_[g], scale, d.data(), values_.data() + first_value_[g]);
   }
 }
 
 template <class B>
-void BlockDiagonal<B>::Diagonal(typename B::View out) const {
+void BlockDiagonal<B>::Diagonal(typename B::VectorView out) const {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     device::BlockDiagonalOf(groups_[g], values_.data() + first_value_[g], out.data());
   }
 }
 
 template <class B>
-void BlockDiagonal<B>::Apply(typename B::ConstView x, typename B::View y) const {
+void BlockDiagonal<B>::Apply(typename B::ConstVectorView x, typename B::VectorView y) const {
   VESTA_CHECK(x.size() == num_parameters_ && y.size() == num_parameters_, "vectors of {} and {} entries, matrix of {}",
               x.size(), y.size(), num_parameters_);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
@@ -41,7 +41,7 @@ Index BlockDiagonal<B>::Factorize() {
 }
 
 template <class B>
-void BlockDiagonal<B>::Solve(typename B::ConstView x, typename B::View y) const {
+void BlockDiagonal<B>::Solve(typename B::ConstVectorView x, typename B::VectorView y) const {
   VESTA_CHECK(x.size() == num_parameters_ && y.size() == num_parameters_, "vectors of {} and {} entries, matrix of {}",
               x.size(), y.size(), num_parameters_);
   for (std::size_t g = 0; g < groups_.size(); ++g) {

@@ -53,19 +53,19 @@ double SumTerms(Index n, const Term& term) {
 }  // namespace
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Fill(double a, View y) {
+void VectorBackend<S, Space>::Fill(double a, VectorView y) {
   const S value = static_cast<S>(a);
   ForEach(y.size(), [=](Index i) { y[i] = value; });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Copy(ConstView x, View y) {
+void VectorBackend<S, Space>::Copy(ConstVectorView x, VectorView y) {
   CheckSizes(x, y);
   ForEach(y.size(), [=](Index i) { y[i] = x[i]; });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Axpby(double a, ConstView x, double b, View y) {
+void VectorBackend<S, Space>::Axpby(double a, ConstVectorView x, double b, VectorView y) {
   CheckSizes(x, y);
   const S sa = static_cast<S>(a), sb = static_cast<S>(b);
   if (b == 0) {
@@ -79,7 +79,7 @@ void VectorBackend<S, Space>::Axpby(double a, ConstView x, double b, View y) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::AddScaled(double a, ConstView d, ConstView x, View y) {
+void VectorBackend<S, Space>::AddScaled(double a, ConstVectorView d, ConstVectorView x, VectorView y) {
   CheckSizes(d, y);
   CheckSizes(x, y);
   const S sa = static_cast<S>(a);
@@ -87,28 +87,28 @@ void VectorBackend<S, Space>::AddScaled(double a, ConstView d, ConstView x, View
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Multiply(ConstView d, ConstView x, View y) {
+void VectorBackend<S, Space>::Multiply(ConstVectorView d, ConstVectorView x, VectorView y) {
   CheckSizes(d, y);
   CheckSizes(x, y);
   ForEach(y.size(), [=](Index i) { y[i] = d[i] * x[i]; });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::DivideOrZero(ConstView x, ConstView d, View y) {
+void VectorBackend<S, Space>::DivideOrZero(ConstVectorView x, ConstVectorView d, VectorView y) {
   CheckSizes(x, y);
   CheckSizes(d, y);
   ForEach(y.size(), [=](Index i) { y[i] = d[i] != S(0) ? x[i] / d[i] : S(0); });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Clamp(ConstView x, double lo, double hi, View y) {
+void VectorBackend<S, Space>::Clamp(ConstVectorView x, double lo, double hi, VectorView y) {
   CheckSizes(x, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
   ForEach(y.size(), [=](Index i) { y[i] = std::min(std::max(x[i], slo), shi); });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::ClampRelative(ConstView x, ConstView d, double lo, double hi, View y) {
+void VectorBackend<S, Space>::ClampRelative(ConstVectorView x, ConstVectorView d, double lo, double hi, VectorView y) {
   CheckSizes(x, y);
   CheckSizes(d, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
@@ -116,39 +116,40 @@ void VectorBackend<S, Space>::ClampRelative(ConstView x, ConstView d, double lo,
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Maximum(ConstView x, View y) {
+void VectorBackend<S, Space>::Maximum(ConstVectorView x, VectorView y) {
   CheckSizes(x, y);
   ForEach(y.size(), [=](Index i) { y[i] = std::max(x[i], y[i]); });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::ClampedInverse(ConstView d, double lo, double hi, View y) {
+void VectorBackend<S, Space>::ClampedInverse(ConstVectorView d, double lo, double hi, VectorView y) {
   CheckSizes(d, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
   ForEach(y.size(), [=](Index i) { y[i] = S(1) / std::min(std::max(d[i], slo), shi); });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Sqrt(ConstView x, View y) {
+void VectorBackend<S, Space>::Sqrt(ConstVectorView x, VectorView y) {
   CheckSizes(x, y);
   ForEach(y.size(), [=](Index i) { y[i] = std::sqrt(x[i]); });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::SelectPositive(ConstView x, double value_if_positive, double value_otherwise, View y) {
+void VectorBackend<S, Space>::SelectPositive(ConstVectorView x, double value_if_positive, double value_otherwise,
+                                             VectorView y) {
   CheckSizes(x, y);
   const S yes = static_cast<S>(value_if_positive), no = static_cast<S>(value_otherwise);
   ForEach(y.size(), [=](Index i) { y[i] = x[i] > S(0) ? yes : no; });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Dot(ConstView x, ConstView y, Slot slot) {
+void VectorBackend<S, Space>::Dot(ConstVectorView x, ConstVectorView y, Slot slot) {
   CheckSizes(x, y);
   *slot.value = SumTerms(x.size(), [=](Index i) { return static_cast<double>(x[i]) * static_cast<double>(y[i]); });
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y, Slot slot) {
+void VectorBackend<S, Space>::WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, Slot slot) {
   CheckSizes(w, y);
   CheckSizes(x, y);
   *slot.value = SumTerms(x.size(), [=](Index i) {
@@ -157,21 +158,21 @@ void VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y,
 }
 
 template <class S, class Space>
-double VectorBackend<S, Space>::Dot(ConstView x, ConstView y) {
+double VectorBackend<S, Space>::Dot(ConstVectorView x, ConstVectorView y) {
   double result = 0;
   Dot(x, y, Slot{&result});
   return result;
 }
 
 template <class S, class Space>
-double VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y) {
+double VectorBackend<S, Space>::WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y) {
   double result = 0;
   WeightedDot(w, x, y, Slot{&result});
   return result;
 }
 
 template <class S, class Space>
-double VectorBackend<S, Space>::MaxAbs(ConstView x) {
+double VectorBackend<S, Space>::MaxAbs(ConstVectorView x) {
   // A type whose sum is the maximum, so that maxima go through the same reduction; NaN wins.
   struct Max {
     double value = 0;
@@ -195,7 +196,7 @@ double VectorBackend<S, Space>::MaxAbs(ConstView x) {
 }
 
 template <class S, class Space>
-bool VectorBackend<S, Space>::AllFinite(ConstView x) {
+bool VectorBackend<S, Space>::AllFinite(ConstVectorView x) {
   return Sum<Index>(x.size(), [=](Index begin, Index end) {
            Index bad = 0;
            for (Index i = begin; i < end; ++i) bad += std::isfinite(x[i]) ? 0 : 1;
@@ -204,7 +205,7 @@ bool VectorBackend<S, Space>::AllFinite(ConstView x) {
 }
 
 template <class S, class Space>
-Index VectorBackend<S, Space>::CountNonPositive(ConstView x) {
+Index VectorBackend<S, Space>::CountNonPositive(ConstVectorView x) {
   return Sum<Index>(x.size(), [=](Index begin, Index end) {
     Index count = 0;
     for (Index i = begin; i < end; ++i) count += x[i] > S(0) ? 0 : 1;
@@ -213,7 +214,7 @@ Index VectorBackend<S, Space>::CountNonPositive(ConstView x) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::CgStep(Slot alpha, ConstView p, ConstView q, View x, View r) {
+void VectorBackend<S, Space>::CgStep(Slot alpha, ConstVectorView p, ConstVectorView q, VectorView x, VectorView r) {
   const S a = static_cast<S>(*alpha.value);
   if (*alpha.value == 0) return;
   ForEach(x.size(), [=](Index i) {
@@ -223,7 +224,7 @@ void VectorBackend<S, Space>::CgStep(Slot alpha, ConstView p, ConstView q, View 
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::CgDirection(ConstView z, Slot beta, View p) {
+void VectorBackend<S, Space>::CgDirection(ConstVectorView z, Slot beta, VectorView p) {
   Axpby(1.0, z, *beta.value, p);
 }
 
@@ -253,12 +254,12 @@ double VectorBackend<S, Space>::ReadLagged(Slot slot) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::FromHost(HostSpan<const S> x, View y) {
+void VectorBackend<S, Space>::FromHost(HostSpan<const S> x, VectorView y) {
   Copy(x, y);
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::ToHost(ConstView x, HostSpan<S> y) {
+void VectorBackend<S, Space>::ToHost(ConstVectorView x, HostSpan<S> y) {
   Copy(x, y);
 }
 

@@ -87,20 +87,20 @@ VESTA_HD S Clamped(S x, S lo, S hi) {
 }  // namespace
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Fill(double a, View y) {
+void VectorBackend<S, Space>::Fill(double a, VectorView y) {
   const S value = static_cast<S>(a);
   device::ForEach(
       y.size(), [=] __device__(Index i) { y[i] = value; }, "Fill");
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Copy(ConstView x, View y) {
+void VectorBackend<S, Space>::Copy(ConstVectorView x, VectorView y) {
   CheckSizes(x, y);
   device::Copy(y.data(), x.data(), static_cast<std::size_t>(y.size()) * sizeof(S));
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Axpby(double a, ConstView x, double b, View y) {
+void VectorBackend<S, Space>::Axpby(double a, ConstVectorView x, double b, VectorView y) {
   CheckSizes(x, y);
   const S sa = static_cast<S>(a), sb = static_cast<S>(b);
   if (b == 0) {
@@ -117,7 +117,7 @@ void VectorBackend<S, Space>::Axpby(double a, ConstView x, double b, View y) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::AddScaled(double a, ConstView d, ConstView x, View y) {
+void VectorBackend<S, Space>::AddScaled(double a, ConstVectorView d, ConstVectorView x, VectorView y) {
   CheckSizes(d, y);
   CheckSizes(x, y);
   const S sa = static_cast<S>(a);
@@ -126,7 +126,7 @@ void VectorBackend<S, Space>::AddScaled(double a, ConstView d, ConstView x, View
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Multiply(ConstView d, ConstView x, View y) {
+void VectorBackend<S, Space>::Multiply(ConstVectorView d, ConstVectorView x, VectorView y) {
   CheckSizes(d, y);
   CheckSizes(x, y);
   device::ForEach(
@@ -134,7 +134,7 @@ void VectorBackend<S, Space>::Multiply(ConstView d, ConstView x, View y) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::DivideOrZero(ConstView x, ConstView d, View y) {
+void VectorBackend<S, Space>::DivideOrZero(ConstVectorView x, ConstVectorView d, VectorView y) {
   CheckSizes(x, y);
   CheckSizes(d, y);
   device::ForEach(
@@ -142,7 +142,7 @@ void VectorBackend<S, Space>::DivideOrZero(ConstView x, ConstView d, View y) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Clamp(ConstView x, double lo, double hi, View y) {
+void VectorBackend<S, Space>::Clamp(ConstVectorView x, double lo, double hi, VectorView y) {
   CheckSizes(x, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
   device::ForEach(
@@ -150,7 +150,7 @@ void VectorBackend<S, Space>::Clamp(ConstView x, double lo, double hi, View y) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::ClampRelative(ConstView x, ConstView d, double lo, double hi, View y) {
+void VectorBackend<S, Space>::ClampRelative(ConstVectorView x, ConstVectorView d, double lo, double hi, VectorView y) {
   CheckSizes(x, y);
   CheckSizes(d, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
@@ -159,14 +159,14 @@ void VectorBackend<S, Space>::ClampRelative(ConstView x, ConstView d, double lo,
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Maximum(ConstView x, View y) {
+void VectorBackend<S, Space>::Maximum(ConstVectorView x, VectorView y) {
   CheckSizes(x, y);
   device::ForEach(
       y.size(), [=] __device__(Index i) { y[i] = x[i] < y[i] ? y[i] : x[i]; }, "Maximum");
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::ClampedInverse(ConstView d, double lo, double hi, View y) {
+void VectorBackend<S, Space>::ClampedInverse(ConstVectorView d, double lo, double hi, VectorView y) {
   CheckSizes(d, y);
   const S slo = static_cast<S>(lo), shi = static_cast<S>(hi);
   device::ForEach(
@@ -174,14 +174,15 @@ void VectorBackend<S, Space>::ClampedInverse(ConstView d, double lo, double hi, 
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Sqrt(ConstView x, View y) {
+void VectorBackend<S, Space>::Sqrt(ConstVectorView x, VectorView y) {
   CheckSizes(x, y);
   device::ForEach(
       y.size(), [=] __device__(Index i) { y[i] = sqrt(x[i]); }, "Sqrt");
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::SelectPositive(ConstView x, double value_if_positive, double value_otherwise, View y) {
+void VectorBackend<S, Space>::SelectPositive(ConstVectorView x, double value_if_positive, double value_otherwise,
+                                             VectorView y) {
   CheckSizes(x, y);
   const S yes = static_cast<S>(value_if_positive), no = static_cast<S>(value_otherwise);
   device::ForEach(
@@ -189,48 +190,48 @@ void VectorBackend<S, Space>::SelectPositive(ConstView x, double value_if_positi
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::Dot(ConstView x, ConstView y, Slot slot) {
+void VectorBackend<S, Space>::Dot(ConstVectorView x, ConstVectorView y, Slot slot) {
   CheckSizes(x, y);
   Reduce(x.size(), DotTerm<S>{x.data(), y.data()}, AddUp{}, slot.value);
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y, Slot slot) {
+void VectorBackend<S, Space>::WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, Slot slot) {
   CheckSizes(w, y);
   CheckSizes(x, y);
   Reduce(x.size(), WeightedDotTerm<S>{w.data(), x.data(), y.data()}, AddUp{}, slot.value);
 }
 
 template <class S, class Space>
-double VectorBackend<S, Space>::Dot(ConstView x, ConstView y) {
+double VectorBackend<S, Space>::Dot(ConstVectorView x, ConstVectorView y) {
   CheckSizes(x, y);
   return ReduceAndRead(x.size(), DotTerm<S>{x.data(), y.data()}, AddUp{});
 }
 
 template <class S, class Space>
-double VectorBackend<S, Space>::WeightedDot(ConstView w, ConstView x, ConstView y) {
+double VectorBackend<S, Space>::WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y) {
   CheckSizes(w, y);
   CheckSizes(x, y);
   return ReduceAndRead(x.size(), WeightedDotTerm<S>{w.data(), x.data(), y.data()}, AddUp{});
 }
 
 template <class S, class Space>
-double VectorBackend<S, Space>::MaxAbs(ConstView x) {
+double VectorBackend<S, Space>::MaxAbs(ConstVectorView x) {
   return ReduceAndRead(x.size(), MagnitudeTerm<S>{x.data()}, LargestOrNaN{});
 }
 
 template <class S, class Space>
-bool VectorBackend<S, Space>::AllFinite(ConstView x) {
+bool VectorBackend<S, Space>::AllFinite(ConstVectorView x) {
   return ReduceAndRead(x.size(), NotFiniteTerm<S>{x.data()}, AddUp{}) == 0;
 }
 
 template <class S, class Space>
-Index VectorBackend<S, Space>::CountNonPositive(ConstView x) {
+Index VectorBackend<S, Space>::CountNonPositive(ConstVectorView x) {
   return static_cast<Index>(ReduceAndRead(x.size(), NotPositiveTerm<S>{x.data()}, AddUp{}));
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::CgStep(Slot alpha, ConstView p, ConstView q, View x, View r) {
+void VectorBackend<S, Space>::CgStep(Slot alpha, ConstVectorView p, ConstVectorView q, VectorView x, VectorView r) {
   const double* factor = alpha.value;
   device::ForEach(
       x.size(),
@@ -244,7 +245,7 @@ void VectorBackend<S, Space>::CgStep(Slot alpha, ConstView p, ConstView q, View 
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::CgDirection(ConstView z, Slot beta, View p) {
+void VectorBackend<S, Space>::CgDirection(ConstVectorView z, Slot beta, VectorView p) {
   CheckSizes(z, p);
   const double* factor = beta.value;
   device::ForEach(
@@ -290,13 +291,13 @@ double VectorBackend<S, Space>::ReadLagged(Slot slot) {
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::FromHost(HostSpan<const S> x, View y) {
+void VectorBackend<S, Space>::FromHost(HostSpan<const S> x, VectorView y) {
   CheckSizes(x, y);
   device::CopyFromHost(y.data(), x.data(), static_cast<std::size_t>(y.size()) * sizeof(S));
 }
 
 template <class S, class Space>
-void VectorBackend<S, Space>::ToHost(ConstView x, HostSpan<S> y) {
+void VectorBackend<S, Space>::ToHost(ConstVectorView x, HostSpan<S> y) {
   CheckSizes(x, y);
   device::CopyToHost(y.data(), x.data(), static_cast<std::size_t>(y.size()) * sizeof(S));
 }

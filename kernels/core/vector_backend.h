@@ -25,54 +25,54 @@ class VectorBackend {
  public:
   using Scalar = S;
   using Space = SpaceTag;
-  using View = Span<S, Space>;
-  using ConstView = Span<const S, Space>;
+  using VectorView = Span<S, Space>;
+  using ConstVectorView = Span<const S, Space>;
   using Vector = Buffer<S, Space>;
   using Slot = vesta::Slot<Space>;
   using Slots = Buffer<double, Space>;
 
   // y = a.
-  void Fill(double a, View y);
+  void Fill(double a, VectorView y);
   // y = x.
-  void Copy(ConstView x, View y);
+  void Copy(ConstVectorView x, VectorView y);
   // y = a x + b y. With b == 0 y is never read (it may hold NaN); with a == 0 x is never read.
-  void Axpby(double a, ConstView x, double b, View y);
+  void Axpby(double a, ConstVectorView x, double b, VectorView y);
   // y += a d .* x.
-  void AddScaled(double a, ConstView d, ConstView x, View y);
+  void AddScaled(double a, ConstVectorView d, ConstVectorView x, VectorView y);
   // y = d .* x.
-  void Multiply(ConstView d, ConstView x, View y);
+  void Multiply(ConstVectorView d, ConstVectorView x, VectorView y);
   // y = x ./ d where d != 0, else 0.
-  void DivideOrZero(ConstView x, ConstView d, View y);
+  void DivideOrZero(ConstVectorView x, ConstVectorView d, VectorView y);
   // y = min(max(x, lo), hi).
-  void Clamp(ConstView x, double lo, double hi, View y);
+  void Clamp(ConstVectorView x, double lo, double hi, VectorView y);
   // y_k = min(max(x_k, lo d_k), hi d_k), d >= 0.
-  void ClampRelative(ConstView x, ConstView d, double lo, double hi, View y);
+  void ClampRelative(ConstVectorView x, ConstVectorView d, double lo, double hi, VectorView y);
   // y_k = max(x_k, y_k).
-  void Maximum(ConstView x, View y);
+  void Maximum(ConstVectorView x, VectorView y);
   // y = 1 / min(max(d, lo), hi).
-  void ClampedInverse(ConstView d, double lo, double hi, View y);
+  void ClampedInverse(ConstVectorView d, double lo, double hi, VectorView y);
   // y = sqrt(x).
-  void Sqrt(ConstView x, View y);
+  void Sqrt(ConstVectorView x, VectorView y);
   // y = value_if_positive where x > 0, value_otherwise elsewhere (NaN counts as elsewhere).
-  void SelectPositive(ConstView x, double value_if_positive, double value_otherwise, View y);
+  void SelectPositive(ConstVectorView x, double value_if_positive, double value_otherwise, VectorView y);
 
   // slot = sum_k x_k y_k.
-  void Dot(ConstView x, ConstView y, Slot slot);
+  void Dot(ConstVectorView x, ConstVectorView y, Slot slot);
   // slot = sum_k w_k x_k y_k.
-  void WeightedDot(ConstView w, ConstView x, ConstView y, Slot slot);
+  void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, Slot slot);
   // The same, read back at once: for use outside inner loops.
-  double Dot(ConstView x, ConstView y);
-  double WeightedDot(ConstView w, ConstView x, ConstView y);
+  double Dot(ConstVectorView x, ConstVectorView y);
+  double WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y);
   // max_k |x_k|, 0 for an empty vector, NaN when any element is.
-  double MaxAbs(ConstView x);
-  bool AllFinite(ConstView x);
+  double MaxAbs(ConstVectorView x);
+  bool AllFinite(ConstVectorView x);
   // Number of elements that are not > 0.
-  Index CountNonPositive(ConstView x);
+  Index CountNonPositive(ConstVectorView x);
 
   // x += alpha p, r -= alpha q, the factor taken from a slot. When it is 0 nothing is read or written. No overlaps.
-  void CgStep(Slot alpha, ConstView p, ConstView q, View x, View r);
+  void CgStep(Slot alpha, ConstVectorView p, ConstVectorView q, VectorView x, VectorView r);
   // p = z + beta p, the factor taken from a slot; p is not read when it is 0.
-  void CgDirection(ConstView z, Slot beta, View p);
+  void CgDirection(ConstVectorView z, Slot beta, VectorView p);
   // Runs UpdatePcgScalars where the scalars live.
   void UpdatePcg(PcgPhase phase, Slots& scalars);
 
@@ -87,8 +87,8 @@ class VectorBackend {
   Slot SlotOf(Slots& slots, int i) { return {slots.data() + i}; }
 
   // Copies between host memory and this space; wait for the result.
-  void FromHost(HostSpan<const S> x, View y);
-  void ToHost(ConstView x, HostSpan<S> y);
+  void FromHost(HostSpan<const S> x, VectorView y);
+  void ToHost(ConstVectorView x, HostSpan<S> y);
 };
 
 // The requirement of the engine: a VectorBackend of some scalar and memory space.

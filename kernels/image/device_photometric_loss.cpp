@@ -21,8 +21,8 @@ DevicePhotometricLoss::DevicePhotometricLoss(const PhotometricWeights& weights)
   VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
 }
 
-void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
-                                Linearization* linearization) {
+void DevicePhotometricLoss::Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                                float* gradient, Linearization* linearization) {
   const Index n = shape.NumValues();
   VESTA_CHECK(rendered.size() == n && truth.size() == n, "rendered {}, truth {} values, want {}", rendered.size(),
               truth.size(), n);
@@ -49,8 +49,8 @@ void DevicePhotometricLoss::Run(ConstView rendered, ConstView truth, const Image
       shape, {rendered.data(), truth.data(), p_.data(), q_.data(), s_.data(), l1, ssim, penalty_, gradient, diagonal});
 }
 
-void DevicePhotometricLoss::RunCenter(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
-                                      Linearization* linearization) {
+void DevicePhotometricLoss::RunCenter(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                                      float* gradient, Linearization* linearization) {
   const float tap = MakeWindowTaps<float>().tap[kWindowRadius];
   device_image::Center(
       shape,
@@ -70,25 +70,27 @@ PhotometricValue DevicePhotometricLoss::Value() {
   return value;
 }
 
-PhotometricValue DevicePhotometricLoss::Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape) {
+PhotometricValue DevicePhotometricLoss::Evaluate(ConstVectorView rendered, ConstVectorView truth,
+                                                 const ImageShape& shape) {
   Run(rendered, truth, shape, nullptr, nullptr);
   return Value();
 }
 
-void DevicePhotometricLoss::Gradient(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient) {
+void DevicePhotometricLoss::Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                                     VectorView gradient) {
   VESTA_CHECK(gradient.size() == shape.NumValues(), "gradient {} values, want {}", gradient.size(), shape.NumValues());
   Run(rendered, truth, shape, gradient.data(), nullptr);
 }
 
-void DevicePhotometricLoss::Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
-                                      Linearization& linearization) {
+void DevicePhotometricLoss::Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                                      VectorView gradient, Linearization& linearization) {
   VESTA_CHECK(gradient.size() == shape.NumValues(), "gradient {} values, want {}", gradient.size(), shape.NumValues());
   linearization.shape = shape;
   ResizeIfNeeded(linearization.diagonal, shape.NumValues());
   Run(rendered, truth, shape, gradient.data(), &linearization);
 }
 
-void DevicePhotometricLoss::ApplyW(const Linearization& linearization, ConstView v, View out) {
+void DevicePhotometricLoss::ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out) {
   const ImageShape& shape = linearization.shape;
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);

@@ -17,8 +17,8 @@ struct DevicePhotometricLinearization {
 // Like PhotometricLoss. Functions that return a value wait for the device, the others do not.
 class DevicePhotometricLoss {
  public:
-  using View = Span<float, Device>;
-  using ConstView = Span<const float, Device>;
+  using VectorView = Span<float, Device>;
+  using ConstVectorView = Span<const float, Device>;
   using Linearization = DevicePhotometricLinearization;
 
   // As PhotometricLoss's, of one object: three slopes, and what W blurs.
@@ -34,21 +34,22 @@ class DevicePhotometricLoss {
 
   const PhotometricWeights& weights() const { return weights_; }
 
-  PhotometricValue Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape);
+  PhotometricValue Evaluate(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape);
   // gradient = d cost / d rendered (for kRootCenter an approximation: loss_options.h). The value is available
   // afterwards.
-  void Gradient(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient);
-  void Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
+  void Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient);
+  void Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, VectorView gradient,
                  Linearization& linearization);
   // Of the last Gradient or Linearize. Waits.
   PhotometricValue Value();
   // out = W v.
-  void ApplyW(const Linearization& linearization, ConstView v, View out);
+  void ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out);
 
  private:
   // gradient null: values alone; linearization null: no W.
-  void Run(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient, Linearization* linearization);
-  void RunCenter(ConstView rendered, ConstView truth, const ImageShape& shape, float* gradient,
+  void Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, float* gradient,
+           Linearization* linearization);
+  void RunCenter(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, float* gradient,
                  Linearization* linearization);
 
   PhotometricWeights weights_;

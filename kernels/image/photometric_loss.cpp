@@ -45,8 +45,8 @@ LossTerms<S> PhotometricLoss<S>::Terms(const S* rendered, const S* truth) {
 }
 
 template <class S>
-PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, const ImageShape& shape, S* gradient,
-                                         Linearization* linearization) {
+PhotometricValue PhotometricLoss<S>::Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                                         S* gradient, Linearization* linearization) {
   const Index n = shape.NumValues();
   VESTA_CHECK(rendered.size() == n && truth.size() == n, "rendered {}, truth {} values, want {}", rendered.size(),
               truth.size(), n);
@@ -70,20 +70,21 @@ PhotometricValue PhotometricLoss<S>::Run(ConstView rendered, ConstView truth, co
 }
 
 template <class S>
-PhotometricValue PhotometricLoss<S>::Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape) {
+PhotometricValue PhotometricLoss<S>::Evaluate(ConstVectorView rendered, ConstVectorView truth,
+                                              const ImageShape& shape) {
   return Run(rendered, truth, shape, nullptr, nullptr);
 }
 
 template <class S>
-PhotometricValue PhotometricLoss<S>::Gradient(ConstView rendered, ConstView truth, const ImageShape& shape,
-                                              View gradient) {
+PhotometricValue PhotometricLoss<S>::Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                                              VectorView gradient) {
   VESTA_CHECK(gradient.size() == shape.NumValues(), "gradient {} values, want {}", gradient.size(), shape.NumValues());
   return Run(rendered, truth, shape, gradient.data(), nullptr);
 }
 
 template <class S>
-PhotometricValue PhotometricLoss<S>::Linearize(ConstView rendered, ConstView truth, const ImageShape& shape,
-                                               View gradient, Linearization& linearization) {
+PhotometricValue PhotometricLoss<S>::Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                                               VectorView gradient, Linearization& linearization) {
   VESTA_CHECK(gradient.size() == shape.NumValues(), "gradient {} values, want {}", gradient.size(), shape.NumValues());
   linearization.shape = shape;
   linearization.diagonal.ResizeForOverwrite(shape.NumValues());
@@ -91,7 +92,7 @@ PhotometricValue PhotometricLoss<S>::Linearize(ConstView rendered, ConstView tru
 }
 
 template <class S>
-void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstView v, View out) {
+void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out) {
   const ImageShape& shape = linearization.shape;
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);

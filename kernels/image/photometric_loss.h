@@ -38,8 +38,8 @@ struct PhotometricValue {
 template <class S>
 class PhotometricLoss {
  public:
-  using View = HostSpan<S>;
-  using ConstView = HostSpan<const S>;
+  using VectorView = HostSpan<S>;
+  using ConstVectorView = HostSpan<const S>;
   using Linearization = PhotometricLinearization<S>;
 
   // Bytes of what all objects together work in where they make a gradient, and with the products of W: scratch rows of
@@ -55,24 +55,25 @@ class PhotometricLoss {
 
   const PhotometricWeights& weights() const { return weights_; }
 
-  PhotometricValue Evaluate(ConstView rendered, ConstView truth, const ImageShape& shape);
+  PhotometricValue Evaluate(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape);
   // gradient = d cost / d rendered (for kRootCenter an approximation: loss_options.h).
-  PhotometricValue Gradient(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient);
+  PhotometricValue Gradient(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                            VectorView gradient);
   // The same, and W at this point.
-  PhotometricValue Linearize(ConstView rendered, ConstView truth, const ImageShape& shape, View gradient,
-                             Linearization& linearization);
+  PhotometricValue Linearize(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
+                             VectorView gradient, Linearization& linearization);
 
   // Of the last of these calls: asked for as of a loss on a device, where it waits.
   PhotometricValue Value() const { return value_; }
 
   // out = W v.
-  void ApplyW(const Linearization& linearization, ConstView v, View out);
+  void ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out);
 
  private:
   void Resize(const ImageShape& shape);
   LossTerms<S> Terms(const S* rendered, const S* truth);
   // gradient null: values alone; linearization null: no W.
-  PhotometricValue Run(ConstView rendered, ConstView truth, const ImageShape& shape, S* gradient,
+  PhotometricValue Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape, S* gradient,
                        Linearization* linearization);
 
   PhotometricWeights weights_;

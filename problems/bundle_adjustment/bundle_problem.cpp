@@ -27,7 +27,7 @@ BundleContext::BundleContext(const BundleData& data, BundleProblemOptions given)
   if (options.factorize_reduced) cholesky = ReducedCholeskyPlan::Make(pattern);
 }
 
-HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstView x) {
+HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVectorView x) {
   HostBuffer<Camera<double>> cameras(structure.num_cameras());
   ParallelFor(cameras.size(), 64, [&](Index i) { cameras[i] = MakeCamera(x.data() + kCameraSize * i); });
   return cameras;
@@ -57,7 +57,7 @@ Index BundleProblem::num_parameters() const { return structure().num_parameters(
 const Structure& BundleProblem::structure() const { return context_->structure; }
 
 template <class Term>
-double BundleProblem::SumOverSlices(ConstView x, const Term& term) {
+double BundleProblem::SumOverSlices(ConstVectorView x, const Term& term) {
   const Structure& s = structure();
   VESTA_CHECK(x.size() == s.num_parameters(), "x has {} entries, the problem {}", x.size(), s.num_parameters());
   const HostBuffer<Camera<double>> cameras = internal::MakeCameras(s, x);
@@ -76,7 +76,7 @@ double BundleProblem::SumOverSlices(ConstView x, const Term& term) {
   });
 }
 
-double BundleProblem::SquaredError(ConstView x) {
+double BundleProblem::SquaredError(ConstVectorView x) {
   return SumOverSlices(x, [](Index count, const double* squared) {
     double partial[4] = {0, 0, 0, 0};
     for (Index i = 0; i < count; ++i) partial[i % 4] += squared[i];
@@ -84,7 +84,7 @@ double BundleProblem::SquaredError(ConstView x) {
   });
 }
 
-double BundleProblem::Cost(ConstView x) {
+double BundleProblem::Cost(ConstVectorView x) {
   CheckSize(x);
   const Loss* loss = context_->options.loss.get();
   if (loss == nullptr) return 0.5 * SquaredError(x);
@@ -95,7 +95,7 @@ double BundleProblem::Cost(ConstView x) {
          });
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(ConstVectorView x, int batch) {
   CheckSize(x);
   CheckBatch(batch);
   if (context_->options.storage == JacobianStorage::kFloat) {

@@ -48,19 +48,19 @@ class BundleProblem final : public Problem<CpuBackend<double>> {
   ~BundleProblem() override;
 
   Index num_parameters() const override;
-  double Cost(ConstView x) override;
+  double Cost(ConstVectorView x) override;
   using Problem::Cost;
   // The problem must outlive what it returns. Residuals are in the order of points, then cameras, two each.
-  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstView x, int batch) override;
+  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x, int batch) override;
 
   const Structure& structure() const;
   // Sum of squared reprojection errors over all observations, pixels squared, without the loss.
-  double SquaredError(ConstView x);
+  double SquaredError(ConstVectorView x);
 
  private:
   // The sum over all observations, in a fixed order, of term(count, squared norms), called with some of them at a time.
   template <class Term>
-  double SumOverSlices(ConstView x, const Term& term);
+  double SumOverSlices(ConstVectorView x, const Term& term);
 
   std::unique_ptr<internal::BundleContext> context_;
 };

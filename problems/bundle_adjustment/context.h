@@ -58,10 +58,10 @@ struct BundleContext {
 };
 
 // The cameras of x, ready for projection.
-HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstView x);
+HostBuffer<Camera<double>> MakeCameras(const Structure& structure, Cpu::ConstVectorView x);
 
 // The linearization at x, the Jacobian stored in S.
 template <class S>
-std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cpu::ConstView x);
+std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cpu::ConstVectorView x);
 
 }  // namespace vesta::bundle::internal

@@ -28,7 +28,7 @@ void Size(HostBuffer<T>& buffer, Index size) {
 template <class S>
 class BundleLinearization final : public Linearization<Cpu> {
  public:
-  BundleLinearization(BundleContext& context, ConstView x)
+  BundleLinearization(BundleContext& context, ConstVectorView x)
       : context_(context),
         structure_(context.structure),
         kernels_(KernelsFor<S>(context.options.isa)),
@@ -51,21 +51,21 @@ class BundleLinearization final : public Linearization<Cpu> {
 
   Index num_residuals() const override { return 2 * structure_.num_observations(); }
   Index num_parameters() const override { return structure_.num_parameters(); }
-  ConstView residuals() const override { return arrays_->residuals.view(); }
+  ConstVectorView residuals() const override { return arrays_->residuals.view(); }
 
-  void ApplyJ(ConstView v, View u) override {
+  void ApplyJ(ConstVectorView v, VectorView u) override {
     CheckSizes(v.size(), u.size());
     PadCameras(structure_.num_cameras(), v.data(), padded_.data());
     ParallelFor(structure_.num_chunks(), 1,
                 [&](Index k) { kernels_.apply_j(order_, Begin(k), End(k), padded_.data(), Points(v), u.data()); });
   }
-  void ApplyJT(ConstView u, View g) override {
+  void ApplyJT(ConstVectorView u, VectorView g) override {
     CheckSizes(g.size(), u.size());
     camera_sums_.Run(
         [&](Index k, double* sums) { kernels_.apply_jt(order_, Begin(k), End(k), u.data(), sums, Points(g)); },
         StoreCamera(g));
   }
-  void ApplyH(ConstView v, View Hv) override {
+  void ApplyH(ConstVectorView v, VectorView Hv) override {
     CheckSizes(v.size(), num_residuals());
     CheckSizes(Hv.size(), num_residuals());
     PadCameras(structure_.num_cameras(), v.data(), padded_.data());
@@ -75,8 +75,8 @@ class BundleLinearization final : public Linearization<Cpu> {
         },
         StoreCamera(Hv));
   }
-  void Gradient(View g) override { std::copy_n(arrays_->gradient.data(), g.size(), g.data()); }
-  void DiagJTJ(View d) override {
+  void Gradient(VectorView g) override { std::copy_n(arrays_->gradient.data(), g.size(), g.data()); }
+  void DiagJTJ(VectorView d) override {
     for (Index i = 0; i < structure_.num_cameras(); ++i) {
       const double* gram = arrays_->camera_gram.data() + kCameraGramSize * i;
       for (int c = 0; c < kCameraSize; ++c) d[kCameraSize * i + c] = gram[PackedLower(c, c)];
@@ -107,18 +107,18 @@ class BundleLinearization final : public Linearization<Cpu> {
 
   Index Begin(Index chunk) const { return structure_.chunk_first(chunk); }
   Index End(Index chunk) const { return structure_.chunk_first(chunk + 1); }
-  const double* Points(ConstView v) const { return v.data() + structure_.num_camera_parameters(); }
-  double* Points(View v) const { return v.data() + structure_.num_camera_parameters(); }
+  const double* Points(ConstVectorView v) const { return v.data() + structure_.num_camera_parameters(); }
+  double* Points(VectorView v) const { return v.data() + structure_.num_camera_parameters(); }
   void CheckSizes(Index parameters, Index residuals) const {
     VESTA_CHECK(parameters == num_parameters() && residuals == num_residuals(),
                 "vectors of {} and {} entries for a Jacobian of {} x {}", parameters, residuals, num_residuals(),
                 num_parameters());
   }
-  static auto StoreCamera(View out) {
+  static auto StoreCamera(VectorView out) {
     return [out](Index i, const double* sums) { std::copy_n(sums, kCameraSize, out.data() + kCameraSize * i); };
   }
 
-  void LinearizeCameras(ConstView x) {
+  void LinearizeCameras(ConstVectorView x) {
     const HostBuffer<Camera<double>> cameras = MakeCameras(structure_, x);
     constexpr Index kSums = kCameraSize + kCameraGramSize;
     HostBuffer<double> sums(structure_.num_slices() * kSums);
@@ -174,11 +174,11 @@ class BundleLinearization final : public Linearization<Cpu> {
 }  // namespace
 
 template <class S>
-std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cpu::ConstView x) {
+std::unique_ptr<Linearization<Cpu>> MakeLinearization(BundleContext& context, Cpu::ConstVectorView x) {
   return std::make_unique<BundleLinearization<S>>(context, x);
 }
 
-template std::unique_ptr<Linearization<Cpu>> MakeLinearization<float>(BundleContext&, Cpu::ConstView);
-template std::unique_ptr<Linearization<Cpu>> MakeLinearization<double>(BundleContext&, Cpu::ConstView);
+template std::unique_ptr<Linearization<Cpu>> MakeLinearization<float>(BundleContext&, Cpu::ConstVectorView);
+template std::unique_ptr<Linearization<Cpu>> MakeLinearization<double>(BundleContext&, Cpu::ConstVectorView);
 
 }  // namespace vesta::bundle::internal

@@ -41,7 +41,7 @@ BundleReducedSystem<S>::BundleReducedSystem(const BundleContext& context, const 
 }
 
 template <class S>
-void BundleReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
+void BundleReducedSystem<S>::SetDamping(double lambda, ConstVectorView metric) {
   VESTA_CHECK(metric.size() == structure_.num_parameters(), "a metric of {} entries, {} parameters", metric.size(),
               structure_.num_parameters());
   formed_ = false;
@@ -50,7 +50,7 @@ void BundleReducedSystem<S>::SetDamping(double lambda, ConstView metric) {
 }
 
 template <class S>
-void BundleReducedSystem<S>::InvertPointBlocks(double lambda, ConstView metric) {
+void BundleReducedSystem<S>::InvertPointBlocks(double lambda, ConstVectorView metric) {
   const Index n = structure_.num_points();
   std::copy(arrays_.point_gram.begin(), arrays_.point_gram.end(), point_blocks_.all_values().begin());
   point_blocks_.AddToDiagonal(lambda, metric);
@@ -83,7 +83,7 @@ void BundleReducedSystem<S>::Reduce(const double* cameras, const double* b, cons
 }
 
 template <class S>
-void BundleReducedSystem<S>::ReduceRhs(ConstView rhs, View reduced) {
+void BundleReducedSystem<S>::ReduceRhs(ConstVectorView rhs, VectorView reduced) {
   std::fill(padded_.begin(), padded_.end(), 0.0);
   Reduce(padded_.data(), rhs.data() + size(), [&](Index i, const double* sums) {
     for (Index c = 0, k = kCameraSize * i; c < kCameraSize; ++c, ++k) reduced[k] = rhs[k] + sums[c];
@@ -91,7 +91,7 @@ void BundleReducedSystem<S>::ReduceRhs(ConstView rhs, View reduced) {
 }
 
 template <class S>
-void BundleReducedSystem<S>::Apply(ConstView x, View y) {
+void BundleReducedSystem<S>::Apply(ConstVectorView x, VectorView y) {
   VESTA_CHECK(x.size() == size() && y.size() == size(), "vectors of {} and {} entries, matrix of {}", x.size(),
               y.size(), size());
   PadCameras(structure_.num_cameras(), x.data(), padded_.data());
@@ -113,7 +113,7 @@ void BundleReducedSystem<S>::Apply(ConstView x, View y) {
 }
 
 template <class S>
-void BundleReducedSystem<S>::BackSubstitute(ConstView rhs, View step) {
+void BundleReducedSystem<S>::BackSubstitute(ConstVectorView rhs, VectorView step) {
   PadCameras(structure_.num_cameras(), step.data(), padded_.data());
   ParallelFor(structure_.num_chunks(), 1, [&](Index k) {
     kernels_.back_substitute(order_, Begin(k), End(k), inverse_.data(), padded_.data(), rhs.data() + size(),
@@ -159,7 +159,7 @@ template <class S>
 void BundleReducedSystem<S>::DiagonalBlocks(BlockDiagonal<Cpu>& blocks) {
   FormBlocks();
   const Index cameras = structure_.num_cameras();
-  typename Cpu::View values = blocks.values(0);
+  typename Cpu::VectorView values = blocks.values(0);
   for (Index i = 0; i < cameras; ++i) {
     const double* block = blocks_.data() + kBlockSize * context_.pattern.row_first[i];
     for (int r = 0; r < kCameraSize; ++r) {

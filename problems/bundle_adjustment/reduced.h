@@ -23,10 +23,10 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   BundleReducedSystem(const BundleContext& context, const LinearizationArrays<S>& arrays);
 
   Index size() const override { return structure_.num_camera_parameters(); }
-  void SetDamping(double lambda, ConstView metric) override;
-  void ReduceRhs(ConstView rhs, View reduced) override;
-  void Apply(ConstView x, View y) override;
-  void BackSubstitute(ConstView rhs, View step) override;
+  void SetDamping(double lambda, ConstVectorView metric) override;
+  void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
+  void Apply(ConstVectorView x, VectorView y) override;
+  void BackSubstitute(ConstVectorView rhs, VectorView step) override;
   std::vector<BlockGroup> kept_groups() const override { return {CameraBlocks(structure_)}; }
   void DiagonalBlocks(BlockDiagonal<Cpu>& blocks) override;
   LinearOperator<Cpu>* Factorize() override;
@@ -36,7 +36,7 @@ class BundleReducedSystem final : public ReducedSystem<Cpu> {
   Index Begin(Index chunk) const { return structure_.chunk_first(chunk); }
   Index End(Index chunk) const { return structure_.chunk_first(chunk + 1); }
   bool explicit_form() const { return !context_.pattern.diagonal_only; }
-  void InvertPointBlocks(double lambda, ConstView metric);
+  void InvertPointBlocks(double lambda, ConstVectorView metric);
   // The pass behind ReduceRhs and Apply (kernels.h).
   template <class Finish>
   void Reduce(const double* cameras, const double* b, const Finish& finish);

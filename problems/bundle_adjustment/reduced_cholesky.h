@@ -37,7 +37,7 @@ class ReducedCholesky final : public LinearOperator<CpuBackend<double>> {
   // Factorises the matrix of these blocks, laid out by the pattern that was planned for as kernels.h has it.
   void Factorize(const ReducedPattern& pattern, const double* blocks);
   Index size() const override { return matrix_.size(); }
-  void Apply(B::ConstView x, B::View y) override { factor_->Solve(x, y); }
+  void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
 
  private:
   BlockMatrix matrix_;

@@ -19,7 +19,7 @@ double Transform(double counts) { return 2 * std::sqrt(counts + kAnscombe); }
 // J at one x. Borrows the problem, its planes included.
 class PhotonImage::AtX final : public Linearization<CpuBackend<double>> {
  public:
-  AtX(PhotonImage& problem, ConstView x)
+  AtX(PhotonImage& problem, ConstVectorView x)
       : blur_(problem.blur_),
         plane_(problem.plane_),
         light_(x.size()),
@@ -38,16 +38,16 @@ class PhotonImage::AtX final : public Linearization<CpuBackend<double>> {
   }
   Index num_residuals() const override { return residuals_.size(); }
   Index num_parameters() const override { return light_.size(); }
-  ConstView residuals() const override { return residuals_.view(); }
+  ConstVectorView residuals() const override { return residuals_.view(); }
 
-  void ApplyJ(ConstView v, View u) override {
+  void ApplyJ(ConstVectorView v, VectorView u) override {
     blur_.SetImage([&](Index k) { return light_[k] * v[k]; });
     for (int f = 0; f < blur_.num_frames(); ++f) {
       blur_.Blur(f, u.subspan(f * blur_.frame_size(), blur_.frame_size()));
     }
     ParallelFor(u.size(), kGrain, [&](Index i) { u[i] *= slope_[i]; });
   }
-  void ApplyJT(ConstView u, View g) override {
+  void ApplyJT(ConstVectorView u, VectorView g) override {
     for (int f = 0; f < blur_.num_frames(); ++f) {
       const Index offset = f * blur_.frame_size();
       blur_.SetFrame([&](Index i) { return slope_[offset + i] * u[offset + i]; });
@@ -55,7 +55,7 @@ class PhotonImage::AtX final : public Linearization<CpuBackend<double>> {
     }
     ParallelFor(g.size(), kGrain, [&](Index k) { g[k] *= light_[k]; });
   }
-  void DiagJTJ(View d) override {
+  void DiagJTJ(VectorView d) override {
     for (int f = 0; f < blur_.num_frames(); ++f) {
       const Index offset = f * blur_.frame_size();
       blur_.SetFrame([&](Index i) { return slope_[offset + i] * slope_[offset + i]; });
@@ -64,7 +64,7 @@ class PhotonImage::AtX final : public Linearization<CpuBackend<double>> {
     ParallelFor(d.size(), kGrain, [&](Index k) { d[k] *= light_[k] * light_[k]; });
   }
   // Frame by frame, so that one plane is enough instead of a vector of all residuals.
-  void ApplyH(ConstView v, View Hv) override {
+  void ApplyH(ConstVectorView v, VectorView Hv) override {
     blur_.SetImage([&](Index k) { return light_[k] * v[k]; });
     for (int f = 0; f < blur_.num_frames(); ++f) {
       const Index offset = f * blur_.frame_size();
@@ -76,7 +76,7 @@ class PhotonImage::AtX final : public Linearization<CpuBackend<double>> {
   }
 
  private:
-  View Frame(HostBuffer<double>& frames, int f) const {
+  VectorView Frame(HostBuffer<double>& frames, int f) const {
     return frames.view().subspan(f * blur_.frame_size(), blur_.frame_size());
   }
 
@@ -107,7 +107,7 @@ double PhotonImage::UniformStart() const {
   return std::log(total / static_cast<double>(blur_.num_frames() * blur_.image_size()));
 }
 
-double PhotonImage::Cost(ConstView x) {
+double PhotonImage::Cost(ConstVectorView x) {
   CheckSize(x);
   blur_.SetImage([&](Index k) { return std::exp(x[k]); });
   double cost = 0;
@@ -126,7 +126,7 @@ double PhotonImage::Cost(ConstView x) {
   return 0.5 * cost;
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> PhotonImage::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<CpuBackend<double>>> PhotonImage::Linearize(ConstVectorView x, int batch) {
   CheckSize(x);
   CheckBatch(batch);
   return std::make_unique<AtX>(*this, x);

@@ -32,9 +32,9 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
   double UniformStart() const;
 
   Index num_parameters() const override { return blur_.image_size(); }
-  double Cost(ConstView x) override;
+  double Cost(ConstVectorView x) override;
   using Problem::Cost;
-  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstView x, int batch) override;
+  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x, int batch) override;
 
  private:
   class AtX;

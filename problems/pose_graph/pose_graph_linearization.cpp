@@ -21,7 +21,7 @@ void AddProduct(const double* a, const double* b, double* sum) {
 
 }  // namespace
 
-PoseGraphLinearization::PoseGraphLinearization(const PoseGraphLayout& layout, ConstView x)
+PoseGraphLinearization::PoseGraphLinearization(const PoseGraphLayout& layout, ConstVectorView x)
     : layout_(layout),
       residuals_(layout.terms.num_edges() * layout.tangent()),
       jacobian_(residuals_.size() * 2 * layout.tangent()),
@@ -53,7 +53,7 @@ void PoseGraphLinearization::FillHessian() {
   });
 }
 
-void PoseGraphLinearization::ApplyJ(ConstView v, View u) {
+void PoseGraphLinearization::ApplyJ(ConstVectorView v, VectorView u) {
   const int d = layout_.tangent();
   ParallelFor(layout_.terms.num_edges(), kGrain, [&](Index e) {
     for (int i = 0; i < d; ++i) {
@@ -68,7 +68,7 @@ void PoseGraphLinearization::ApplyJ(ConstView v, View u) {
   });
 }
 
-void PoseGraphLinearization::ApplyJT(ConstView u, View g) {
+void PoseGraphLinearization::ApplyJT(ConstVectorView u, VectorView g) {
   const int d = layout_.tangent();
   ParallelFor(layout_.pattern->num_rows(), kGrain, [&](Index row) {
     double* sum = g.data() + row * d;
@@ -81,7 +81,7 @@ void PoseGraphLinearization::ApplyJT(ConstView u, View g) {
   });
 }
 
-void PoseGraphLinearization::DiagJTJ(View diagonal) {
+void PoseGraphLinearization::DiagJTJ(VectorView diagonal) {
   const Index d = layout_.tangent();
   for (Index row = 0; row < layout_.pattern->num_rows(); ++row) {
     for (Index c = 0; c < d; ++c) diagonal[row * d + c] = hessian_.diagonal(row)[c * d + c];
@@ -96,7 +96,7 @@ std::vector<BlockGroup> PoseGraphLinearization::block_groups() const {
 void PoseGraphLinearization::BlockGram(BlockDiagonal<B>& blocks) {
   const int d = layout_.tangent();
   const Index count = layout_.pattern->num_rows();
-  const View values = blocks.values(0);
+  const VectorView values = blocks.values(0);
   for (Index row = 0; row < count; ++row) {
     for (int i = 0; i < d; ++i) {
       for (int k = 0; k <= i; ++k) values[PackedLower(i, k) * count + row] = hessian_.diagonal(row)[i * d + k];

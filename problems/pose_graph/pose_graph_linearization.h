@@ -14,15 +14,15 @@ class PoseGraphLinearization final : public Linearization<CpuBackend<double>>, p
   using B = CpuBackend<double>;
 
   // layout must outlive this object.
-  PoseGraphLinearization(const PoseGraphLayout& layout, ConstView x);
+  PoseGraphLinearization(const PoseGraphLayout& layout, ConstVectorView x);
 
   Index num_residuals() const override { return residuals_.size(); }
   Index num_parameters() const override { return layout_.num_tangent(); }
-  ConstView residuals() const override { return residuals_.view(); }
-  void ApplyJ(ConstView v, View u) override;
-  void ApplyJT(ConstView u, View g) override;
-  void DiagJTJ(View d) override;
-  void ApplyH(ConstView v, View Hv) override { hessian_.Apply(v, Hv); }
+  ConstVectorView residuals() const override { return residuals_.view(); }
+  void ApplyJ(ConstVectorView v, VectorView u) override;
+  void ApplyJT(ConstVectorView u, VectorView g) override;
+  void DiagJTJ(VectorView d) override;
+  void ApplyH(ConstVectorView v, VectorView Hv) override { hessian_.Apply(v, Hv); }
   // One block for each pose that moves.
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;

@@ -123,7 +123,7 @@ Index PoseGraphProblem::num_tangent() const { return impl_->layout.num_tangent()
 
 Index PoseGraphProblem::num_units() const { return impl_->layout.terms.num_edges(); }
 
-double PoseGraphProblem::Cost(ConstView x) {
+double PoseGraphProblem::Cost(ConstVectorView x) {
   CheckSize(x);
   return ParallelSum<double>(num_units(), kGrain, [&](Index begin, Index end) {
     double sum = 0;
@@ -132,7 +132,7 @@ double PoseGraphProblem::Cost(ConstView x) {
   });
 }
 
-double PoseGraphProblem::Cost(ConstView x, std::span<const Index> units) {
+double PoseGraphProblem::Cost(ConstVectorView x, std::span<const Index> units) {
   CheckSize(x);
   CheckUnits(units);
   return ParallelSum<double>(static_cast<Index>(units.size()), kGrain, [&](Index begin, Index end) {
@@ -142,7 +142,7 @@ double PoseGraphProblem::Cost(ConstView x, std::span<const Index> units) {
   });
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(ConstVectorView x, int batch) {
   CheckSize(x);
   CheckBatch(batch);
   return std::make_unique<PoseGraphLinearization>(impl_->layout, x);
@@ -159,7 +159,7 @@ std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakeSparse
   return made;
 }
 
-void PoseGraphProblem::Plus(B& /*backend*/, ConstView x, ConstView delta, View out) {
+void PoseGraphProblem::Plus(B& /*backend*/, ConstVectorView x, ConstVectorView delta, VectorView out) {
   if (impl_->layout.terms.space == PoseSpace::kSe2) {
     MovePoses<Se2>(impl_->layout, x.data(), delta.data(), out.data());
   } else {
@@ -177,7 +177,7 @@ std::string PoseGraphProblem::NameResidual(int /*batch*/, Index row) {
   return fmt::format("residual {} of edge {}", row % d, row / d);
 }
 
-std::string PoseGraphProblem::DescribeDegenerate(ConstView x) {
+std::string PoseGraphProblem::DescribeDegenerate(ConstVectorView x) {
   if (impl_->layout.terms.space == PoseSpace::kSe2) return "";
   for (const Index pose : impl_->layout.pose_of_row) {
     const double* q = x.data() + pose * Se3::kPose + 3;

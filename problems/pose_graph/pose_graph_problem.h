@@ -43,19 +43,19 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>> {
   Index num_parameters() const override;
   Index num_tangent() const override;
   Index num_units() const override;
-  double Cost(ConstView x) override;
-  double Cost(ConstView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  double Cost(ConstVectorView x) override;
+  double Cost(ConstVectorView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
   // The exact sparse Cholesky factor of the damped H: conjugate gradients then take an iteration or two. Null where it
   // would be larger than the model allows; the engine then goes on with the diagonal blocks.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   // The same; throws Error where it would be larger.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
-  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
   // In the terms of poses and edges.
   std::string NameTangent(Index k) override;
   std::string NameResidual(int batch, Index row) override;
-  std::string DescribeDegenerate(ConstView x) override;
+  std::string DescribeDegenerate(ConstVectorView x) override;
 
   // The poses of the graph it was made from, a start for the solver.
   const std::vector<double>& start() const;

@@ -23,7 +23,7 @@ BlockJacobian::Range BlockJacobian::RangeOf(Part part) const {
   }
 }
 
-void BlockJacobian::Apply(B::ConstView v, B::View u) const {
+void BlockJacobian::Apply(B::ConstVectorView v, B::VectorView u) const {
   ParallelFor(static_cast<Index>(structure_.rows().size()), kRowGrain, [&](Index r) {
     const BlockRow& row = At(r);
     const double* values = row_values(r);
@@ -36,7 +36,7 @@ void BlockJacobian::Apply(B::ConstView v, B::View u) const {
   });
 }
 
-void BlockJacobian::ApplyTranspose(B::ConstView u, B::View g) const {
+void BlockJacobian::ApplyTranspose(B::ConstVectorView u, B::VectorView g) const {
   ParallelFor(RangeOf(Part::kAll).end, kBlockGrain, [&](Index k) {
     const int free = static_cast<int>(k);
     const int size = Free(free).size;
@@ -50,7 +50,7 @@ void BlockJacobian::ApplyTranspose(B::ConstView u, B::View g) const {
   });
 }
 
-void BlockJacobian::SquaredColumns(B::View d) const {
+void BlockJacobian::SquaredColumns(B::VectorView d) const {
   const Range range = RangeOf(Part::kAll);
   ParallelFor(range.end, kBlockGrain, [&](Index free) {
     const FreeBlock& block = Free(static_cast<int>(free));

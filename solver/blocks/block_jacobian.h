@@ -28,11 +28,11 @@ class BlockJacobian {
   const double* row_values(Index row) const { return values_.data() + At(row).value_offset; }
 
   // u = J v.
-  void Apply(B::ConstView v, B::View u) const;
+  void Apply(B::ConstVectorView v, B::VectorView u) const;
   // g = J^T u.
-  void ApplyTranspose(B::ConstView u, B::View g) const;
+  void ApplyTranspose(B::ConstVectorView u, B::VectorView g) const;
   // d = diag(J^T J).
-  void SquaredColumns(B::View d) const;
+  void SquaredColumns(B::VectorView d) const;
   // The diagonal blocks of J^T J of one part, into a matrix of that part's groups. Overwrites.
   void Gram(Part part, BlockDiagonal<B>& diagonal) const;
 

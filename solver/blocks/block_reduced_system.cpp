@@ -33,7 +33,7 @@ BlockReducedSystem::BlockReducedSystem(const BlockJacobian& jacobian)
   }
 }
 
-void BlockReducedSystem::SetDamping(double lambda, ConstView metric) {
+void BlockReducedSystem::SetDamping(double lambda, ConstVectorView metric) {
   lambda_ = lambda;
   B().Copy(metric.subspan(0, size()), kept_metric_);
   jacobian_.Gram(Part::kEliminated, eliminated_);
@@ -50,7 +50,7 @@ void BlockReducedSystem::SetDamping(double lambda, ConstView metric) {
   });
 }
 
-void BlockReducedSystem::PassRows(ConstView x, ConstView b, View kept, View eliminated) {
+void BlockReducedSystem::PassRows(ConstVectorView x, ConstVectorView b, VectorView kept, VectorView eliminated) {
   const std::vector<BlockRow>& rows = structure_.rows();
   const auto blocks = EliminatedBlocks();
   const Index kept_size = size();
@@ -130,17 +130,17 @@ void BlockReducedSystem::PassRows(ConstView x, ConstView b, View kept, View elim
   });
 }
 
-void BlockReducedSystem::ReduceRhs(ConstView rhs, View reduced) {
+void BlockReducedSystem::ReduceRhs(ConstVectorView rhs, VectorView reduced) {
   PassRows({}, rhs.subspan(size(), num_eliminated()), reduced, {});
   B().Axpby(1.0, rhs.subspan(0, size()), -1.0, reduced);
 }
 
-void BlockReducedSystem::Apply(ConstView x, View y) {
+void BlockReducedSystem::Apply(ConstVectorView x, VectorView y) {
   PassRows(x, {}, y, {});
   B().AddScaled(lambda_, kept_metric_, x, y);
 }
 
-void BlockReducedSystem::BackSubstitute(ConstView rhs, View step) {
+void BlockReducedSystem::BackSubstitute(ConstVectorView rhs, VectorView step) {
   PassRows(step.subspan(0, size()), rhs.subspan(size(), num_eliminated()), {}, step.subspan(size(), num_eliminated()));
 }
 

@@ -17,10 +17,10 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
   explicit BlockReducedSystem(const BlockJacobian& jacobian);
 
   Index size() const override { return structure_.num_kept(); }
-  void SetDamping(double lambda, ConstView metric) override;
-  void ReduceRhs(ConstView rhs, View reduced) override;
-  void Apply(ConstView x, View y) override;
-  void BackSubstitute(ConstView rhs, View step) override;
+  void SetDamping(double lambda, ConstVectorView metric) override;
+  void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
+  void Apply(ConstVectorView x, VectorView y) override;
+  void BackSubstitute(ConstVectorView rhs, VectorView step) override;
   std::vector<BlockGroup> kept_groups() const override { return structure_.kept_groups(); }
   void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
 
@@ -31,7 +31,7 @@ class BlockReducedSystem final : public ReducedSystem<CpuBackend<double>> {
   Index num_eliminated() const { return structure_.num_tangent() - structure_.num_kept(); }
   // One pass over the rows, an eliminated block's at a time: with u = F x + E y, y = C^-1 (b - E^T F x), gives F^T u to
   // `kept` and y to `eliminated`. x and b may be empty for 0, the outputs where they are not wanted.
-  void PassRows(ConstView x, ConstView b, View kept, View eliminated);
+  void PassRows(ConstVectorView x, ConstVectorView b, VectorView kept, VectorView eliminated);
   // out(k, k) -= W C^-1 W^T of one kept block, W = F_k^T E over the rows it shares with each eliminated block.
   void SubtractFill(int free, BlockDiagonal<B>& diagonal) const;
 

@@ -141,7 +141,7 @@ CpuBackend<double>::Vector CeresProblem::Gather() const {
   return x;
 }
 
-void CeresProblem::Scatter(CpuBackend<double>::ConstView x) const {
+void CeresProblem::Scatter(CpuBackend<double>::ConstVectorView x) const {
   for (std::size_t b = 0; b < values_.size(); ++b) {
     const int block = static_cast<int>(b);
     std::copy_n(x.data() + problem_.offset(block), problem_.parameter_block_size(block), values_[b]);
@@ -157,7 +157,7 @@ int CeresProblem::block(const double* values) const {
 void CeresProblem::SetEvaluationCallback(ceres::EvaluationCallback* callback) {
   if (callback == nullptr) return problem_.set_evaluation_callback({});
   problem_.set_evaluation_callback(
-      [this, callback, last = std::vector<double>()](CpuBackend<double>::ConstView x, bool jacobians) mutable {
+      [this, callback, last = std::vector<double>()](CpuBackend<double>::ConstVectorView x, bool jacobians) mutable {
         const bool is_new = !std::equal(x.begin(), x.end(), last.begin(), last.end());
         if (is_new) last.assign(x.begin(), x.end());
         Scatter(x);

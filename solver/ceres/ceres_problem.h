@@ -27,7 +27,7 @@ class CeresProblem {
   // The values the parameter blocks hold, as one x.
   CpuBackend<double>::Vector Gather() const;
   // Writes x to the parameter blocks.
-  void Scatter(CpuBackend<double>::ConstView x) const;
+  void Scatter(CpuBackend<double>::ConstVectorView x) const;
   // Called before each evaluation as Ceres does, the parameter blocks holding x. Null: none. The callback must outlive
   // this object, which must not move afterwards.
   void SetEvaluationCallback(ceres::EvaluationCallback* callback);

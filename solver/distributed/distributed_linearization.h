@@ -13,34 +13,34 @@ template <Backend B>
 class DistributedLinearization final : public Linearization<B> {
  public:
   using Base = Linearization<B>;
-  using typename Base::ConstView;
-  using typename Base::View;
+  using typename Base::ConstVectorView;
+  using typename Base::VectorView;
   using S = typename B::Scalar;
 
-  DistributedLinearization(DistributedProblem<B>& problem, ConstView x);
+  DistributedLinearization(DistributedProblem<B>& problem, ConstVectorView x);
 
   // Of all parts, wherever they are.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return problem_.num_tangent(); }
   // No process has all residuals: these throw Error.
-  ConstView residuals() const override;
-  void ApplyJ(ConstView v, View u) override;
-  void ApplyJT(ConstView u, View g) override;
+  ConstVectorView residuals() const override;
+  void ApplyJ(ConstVectorView v, VectorView u) override;
+  void ApplyJT(ConstVectorView u, VectorView g) override;
   // So that no solver asks for them.
   bool weighted() const override { return true; }
 
-  void Gradient(View g) override;
+  void Gradient(VectorView g) override;
   bool has_own_descent() const override { return has_own_descent_; }
-  void Descent(View d) override;
-  void DiagJTJ(View d) override;
-  void ApplyH(ConstView v, View Hv) override;
-  double Curvature(ConstView v) override;
+  void Descent(VectorView d) override;
+  void DiagJTJ(VectorView d) override;
+  void ApplyH(ConstVectorView v, VectorView Hv) override;
+  double Curvature(ConstVectorView v) override;
   std::vector<BlockGroup> block_groups() const override { return problem_.parts().block_groups(); }
   void BlockGram(BlockDiagonal<B>& blocks) override;
   std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
   std::unique_ptr<ShardedSystem<B>> MakeShardedSystem() override;
   // Of H v and of the blocks, what lies in this process's shard.
-  void ApplyHToShard(ConstView v, View shard);
+  void ApplyHToShard(ConstVectorView v, VectorView shard);
   void ShardOfBlocks(BlockDiagonal<B>& blocks);
 
   DistributedProblem<B>& problem() { return problem_; }
@@ -51,19 +51,19 @@ class DistributedLinearization final : public Linearization<B> {
  private:
   // out = the sum over all parts of what give(linearization, part, to) writes, all of the part's own entries.
   template <class Give>
-  void SumParts(const Give& give, View out);
+  void SumParts(const Give& give, VectorView out);
   // What writes a term of it, for SumOverRanks.
   template <class Give>
   auto Term(const Give& give);
   // What gives a part's product with v.
-  auto ProductWith(ConstView v) {
-    return [this, v](Linearization<B>& linearization, const OwnPart<B>& part, View to) {
+  auto ProductWith(ConstVectorView v) {
+    return [this, v](Linearization<B>& linearization, const OwnPart<B>& part, VectorView to) {
       linearization.ApplyH(part.tangent.template Local<S>(v, local_in_), to);
     };
   }
   void SumGradients();
   // finished: as SumOverRanks has it. The sum's values: all, or those of this process's shard.
-  void SumBlocks(std::vector<Support> finished, View values);
+  void SumBlocks(std::vector<Support> finished, VectorView values);
 
   DistributedProblem<B>& problem_;
   std::vector<typename B::Vector> x_;  // of parts that do not see all of x

@@ -11,11 +11,12 @@
 namespace vesta {
 
 template <Backend B>
-DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& problem, ConstView x) : problem_(problem) {
+DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& problem, ConstVectorView x)
+    : problem_(problem) {
   Index residuals = 0;
   for (OwnPart<B>& part : problem.own()) {
     x_.emplace_back();
-    const ConstView at = part.parameters.template Local<S>(x, x_.back());
+    const ConstVectorView at = part.parameters.template Local<S>(x, x_.back());
     linearizations_.push_back(part.problem->CheckedLinearize(at, 0));
     residuals += linearizations_.back()->num_residuals();
     has_own_descent_ = linearizations_.back()->has_own_descent();
@@ -24,24 +25,24 @@ DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& pro
 }
 
 template <Backend B>
-auto DistributedLinearization<B>::residuals() const -> ConstView {
+auto DistributedLinearization<B>::residuals() const -> ConstVectorView {
   Fail("no process has all residuals of a distributed problem: choose PCG, and check derivatives part by part");
 }
 
 template <Backend B>
-void DistributedLinearization<B>::ApplyJ(ConstView, View) {
+void DistributedLinearization<B>::ApplyJ(ConstVectorView, VectorView) {
   residuals();
 }
 
 template <Backend B>
-void DistributedLinearization<B>::ApplyJT(ConstView, View) {
+void DistributedLinearization<B>::ApplyJT(ConstVectorView, VectorView) {
   residuals();
 }
 
 template <Backend B>
 template <class Give>
 auto DistributedLinearization<B>::Term(const Give& give) {
-  return [this, &give](Index term, View to) {
+  return [this, &give](Index term, VectorView to) {
     const OwnPart<B>& part = problem_.part(term);
     if (part.tangent.is_compact()) return give(of(term), part, to);
     local_out_.ResizeForOverwrite(part.tangent.local_size());
@@ -52,7 +53,7 @@ auto DistributedLinearization<B>::Term(const Give& give) {
 
 template <Backend B>
 template <class Give>
-void DistributedLinearization<B>::SumParts(const Give& give, View out) {
+void DistributedLinearization<B>::SumParts(const Give& give, VectorView out) {
   problem_.tangent_sum().Sum(Term(give), out);
 }
 
@@ -63,7 +64,7 @@ void DistributedLinearization<B>::SumGradients() {
   const Index n = num_parameters();
   gradient_.ResizeForOverwrite(n);
   if (!has_own_descent_) {
-    SumParts([](Linearization<B>& linearization, const OwnPart<B>&, View to) { linearization.Gradient(to); },
+    SumParts([](Linearization<B>& linearization, const OwnPart<B>&, VectorView to) { linearization.Gradient(to); },
              gradient_);
     return;
   }
@@ -73,10 +74,10 @@ void DistributedLinearization<B>::SumGradients() {
   SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), 2 * n, supports);
   typename B::Vector both;
   both.ResizeForOverwrite(2 * n);
-  const auto gradient = [](Linearization<B>& part, const OwnPart<B>&, View to) { part.Gradient(to); };
-  const auto squares = [](Linearization<B>& part, const OwnPart<B>&, View to) { part.SquaredGradients(to); };
+  const auto gradient = [](Linearization<B>& part, const OwnPart<B>&, VectorView to) { part.Gradient(to); };
+  const auto squares = [](Linearization<B>& part, const OwnPart<B>&, VectorView to) { part.SquaredGradients(to); };
   sum.Sum(
-      [&](Index term, View to) {
+      [&](Index term, VectorView to) {
         const Index half = to.size() / 2;
         Term(gradient)(term, to.subspan(0, half));
         Term(squares)(term, to.subspan(half, half));
@@ -88,14 +89,14 @@ void DistributedLinearization<B>::SumGradients() {
 }
 
 template <Backend B>
-void DistributedLinearization<B>::Gradient(View g) {
+void DistributedLinearization<B>::Gradient(VectorView g) {
   if (gradient_.empty()) SumGradients();
   B().Copy(gradient_, g);
   if (!has_own_descent_) gradient_ = {};
 }
 
 template <Backend B>
-void DistributedLinearization<B>::Descent(View d) {
+void DistributedLinearization<B>::Descent(VectorView d) {
   if (!has_own_descent_) return Base::Descent(d);
   if (gradient_.empty()) SumGradients();
   B().Copy(squares_, d);
@@ -104,9 +105,9 @@ void DistributedLinearization<B>::Descent(View d) {
 }
 
 template <Backend B>
-void DistributedLinearization<B>::DiagJTJ(View d) {
+void DistributedLinearization<B>::DiagJTJ(VectorView d) {
   if (!linearizations_.front()->blocks_give_diagonal()) {
-    SumParts([](Linearization<B>& linearization, const OwnPart<B>&, View to) { linearization.DiagJTJ(to); }, d);
+    SumParts([](Linearization<B>& linearization, const OwnPart<B>&, VectorView to) { linearization.DiagJTJ(to); }, d);
     return;
   }
   const Shards& shards = problem_.shards();
@@ -130,18 +131,18 @@ void DistributedLinearization<B>::ShardOfBlocks(BlockDiagonal<B>& blocks) {
 }
 
 template <Backend B>
-void DistributedLinearization<B>::ApplyH(ConstView v, View Hv) {
+void DistributedLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
   SumParts(ProductWith(v), Hv);
 }
 
 template <Backend B>
-void DistributedLinearization<B>::ApplyHToShard(ConstView v, View shard) {
+void DistributedLinearization<B>::ApplyHToShard(ConstVectorView v, VectorView shard) {
   const auto product = ProductWith(v);
   problem_.shard_sum().SumShare(Term(product), shard);
 }
 
 template <Backend B>
-double DistributedLinearization<B>::Curvature(ConstView v) {
+double DistributedLinearization<B>::Curvature(ConstVectorView v) {
   std::vector<double> mine;
   for (Index term = problem_.own_terms().begin; term < problem_.own_terms().end; ++term) {
     mine.push_back(of(term).Curvature(problem_.part(term).tangent.template Local<S>(v, local_in_)));
@@ -150,7 +151,7 @@ double DistributedLinearization<B>::Curvature(ConstView v) {
 }
 
 template <Backend B>
-void DistributedLinearization<B>::SumBlocks(std::vector<Support> finished, View values) {
+void DistributedLinearization<B>::SumBlocks(std::vector<Support> finished, VectorView values) {
   const std::vector<BlockGroup> whole = block_groups();
   Index size = 0;
   for (const BlockGroup& group : whole) size += group.NumValues();
@@ -165,7 +166,7 @@ void DistributedLinearization<B>::SumBlocks(std::vector<Support> finished, View 
     supports.push_back(maps.back().support());
   }
   SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), size, supports, std::move(finished));
-  const auto write = [&](Index term, View to) {
+  const auto write = [&](Index term, VectorView to) {
     BlockDiagonal<B> of_part(of(term).num_parameters(), of(term).block_groups());
     of(term).BlockGram(of_part);
     maps[static_cast<std::size_t>(term - problem_.own_terms().begin)].template MakeCompact<S>(of_part.all_values(), to);

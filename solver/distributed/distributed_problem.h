@@ -35,8 +35,8 @@ template <Backend B>
 class DistributedProblem final : public Problem<B> {
  public:
   using Base = Problem<B>;
-  using typename Base::ConstView;
-  using typename Base::View;
+  using typename Base::ConstVectorView;
+  using typename Base::VectorView;
   using S = typename B::Scalar;
 
   // Makes the parts of this process; called by all. ranks and parts must outlive it. Throws Error where there are more
@@ -47,23 +47,23 @@ class DistributedProblem final : public Problem<B> {
   Index num_tangent() const override { return parts_.num_tangent(); }
   // Those of the parts, one part after another.
   Index num_units() const override { return num_units_; }
-  double Cost(ConstView x) override;
-  double Cost(ConstView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  double Cost(ConstVectorView x) override;
+  double Cost(ConstVectorView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
   void BeginTurn(int turn) override;
   bool OnAnyProcess(bool mine) override { return OnAnyRank(ranks_, mine); }
 
-  bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
-  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
+  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
   bool has_bounds() const override;
-  bool IsFeasible(ConstView x) override;
-  std::string DescribeInfeasible(ConstView x) override;
-  void MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) override;
-  void ClipStep(ConstView x, View step) override;
+  bool IsFeasible(ConstVectorView x) override;
+  std::string DescribeInfeasible(ConstVectorView x) override;
+  void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override;
+  void ClipStep(ConstVectorView x, VectorView step) override;
   std::string NameTangent(Index k) override;
   // Of the first part that has something to say.
-  std::string DescribeNonFinite(ConstView x, bool jacobians) override;
-  std::string DescribeDegenerate(ConstView x) override;
+  std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override;
+  std::string DescribeDegenerate(ConstVectorView x) override;
 
   Ranks& ranks() { return ranks_; }
   ProblemParts<B>& parts() { return parts_; }
@@ -79,13 +79,15 @@ class DistributedProblem final : public Problem<B> {
   // Of as many numbers as there are parts; `mine` are those of this process.
   double SumNumbers(const std::vector<double>& mine);
   // x as the part sees it, valid until the next call for this part.
-  ConstView Localize(ConstView x, OwnPart<B>& part) const { return part.parameters.template Local<S>(x, part.x); }
+  ConstVectorView Localize(ConstVectorView x, OwnPart<B>& part) const {
+    return part.parameters.template Local<S>(x, part.x);
+  }
 
  private:
   void CheckSameProblem();
   std::vector<Support> TangentSupports() const;
   // Once.
-  void CheckSameStart(ConstView x);
+  void CheckSameStart(ConstVectorView x);
 
   Ranks& ranks_;
   ProblemParts<B>& parts_;

@@ -97,7 +97,7 @@ double DistributedProblem<B>::SumNumbers(const std::vector<double>& mine) {
 }
 
 template <Backend B>
-void DistributedProblem<B>::CheckSameStart(ConstView x) {
+void DistributedProblem<B>::CheckSameStart(ConstVectorView x) {
   if (std::exchange(has_checked_start_, true)) return;
   std::uint64_t hash = 14695981039346656037U;  // FNV-1a, by values
   for (const S value : x) {
@@ -113,7 +113,7 @@ void DistributedProblem<B>::CheckSameStart(ConstView x) {
 }
 
 template <Backend B>
-double DistributedProblem<B>::Cost(ConstView x) {
+double DistributedProblem<B>::Cost(ConstVectorView x) {
   this->CheckSize(x);
   CheckSameStart(x);
   std::vector<double> costs;
@@ -123,7 +123,7 @@ double DistributedProblem<B>::Cost(ConstView x) {
 }
 
 template <Backend B>
-double DistributedProblem<B>::Cost(ConstView x, std::span<const Index> units) {
+double DistributedProblem<B>::Cost(ConstVectorView x, std::span<const Index> units) {
   this->CheckSize(x);
   this->CheckUnits(units);
   std::vector<double> costs;
@@ -139,7 +139,7 @@ double DistributedProblem<B>::Cost(ConstView x, std::span<const Index> units) {
 }
 
 template <Backend B>
-std::unique_ptr<Linearization<B>> DistributedProblem<B>::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<B>> DistributedProblem<B>::Linearize(ConstVectorView x, int batch) {
   this->CheckSize(x);
   this->CheckBatch(batch);
   return std::make_unique<DistributedLinearization<B>>(*this, x);
@@ -151,13 +151,13 @@ void DistributedProblem<B>::BeginTurn(int turn) {
 }
 
 template <Backend B>
-bool DistributedProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
+bool DistributedProblem<B>::DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) {
   Problem<B>* const geometry = parts_.geometry();
   return geometry ? geometry->DampingMetric(x, diag_h, D) : Base::DampingMetric(x, diag_h, D);
 }
 
 template <Backend B>
-void DistributedProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+void DistributedProblem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {
   Problem<B>* const geometry = parts_.geometry();
   geometry ? geometry->Plus(backend, x, delta, out) : Base::Plus(backend, x, delta, out);
 }
@@ -169,24 +169,24 @@ bool DistributedProblem<B>::has_bounds() const {
 }
 
 template <Backend B>
-bool DistributedProblem<B>::IsFeasible(ConstView x) {
+bool DistributedProblem<B>::IsFeasible(ConstVectorView x) {
   Problem<B>* const geometry = parts_.geometry();
   return !geometry || geometry->IsFeasible(x);
 }
 
 template <Backend B>
-std::string DistributedProblem<B>::DescribeInfeasible(ConstView x) {
+std::string DistributedProblem<B>::DescribeInfeasible(ConstVectorView x) {
   Problem<B>* const geometry = parts_.geometry();
   return geometry ? geometry->DescribeInfeasible(x) : "";
 }
 
 template <Backend B>
-void DistributedProblem<B>::MaskActiveBounds(ConstView x, ConstView negative_gradient, View mask) {
+void DistributedProblem<B>::MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) {
   if (Problem<B>* const geometry = parts_.geometry()) geometry->MaskActiveBounds(x, negative_gradient, mask);
 }
 
 template <Backend B>
-void DistributedProblem<B>::ClipStep(ConstView x, View step) {
+void DistributedProblem<B>::ClipStep(ConstVectorView x, VectorView step) {
   if (Problem<B>* const geometry = parts_.geometry()) geometry->ClipStep(x, step);
 }
 
@@ -197,7 +197,7 @@ std::string DistributedProblem<B>::NameTangent(Index k) {
 }
 
 template <Backend B>
-std::string DistributedProblem<B>::DescribeNonFinite(ConstView x, bool jacobians) {
+std::string DistributedProblem<B>::DescribeNonFinite(ConstVectorView x, bool jacobians) {
   std::string mine;
   for (Index term = own_terms().begin; term < own_terms().end && mine.empty(); ++term) {
     mine = part(term).problem->DescribeNonFinite(Localize(x, part(term)), jacobians);
@@ -210,7 +210,7 @@ std::string DistributedProblem<B>::DescribeNonFinite(ConstView x, bool jacobians
 }
 
 template <Backend B>
-std::string DistributedProblem<B>::DescribeDegenerate(ConstView x) {
+std::string DistributedProblem<B>::DescribeDegenerate(ConstVectorView x) {
   Problem<B>* const geometry = parts_.geometry();
   return geometry ? geometry->DescribeDegenerate(x) : Base::DescribeDegenerate(x);
 }

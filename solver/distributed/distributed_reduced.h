@@ -21,31 +21,31 @@ template <Backend B>
 class DistributedReducedSystem final : public ReducedSystem<B> {
  public:
   using Base = ReducedSystem<B>;
-  using typename Base::ConstView;
-  using typename Base::View;
+  using typename Base::ConstVectorView;
+  using typename Base::VectorView;
   using S = typename B::Scalar;
 
   // Borrows the linearization. Throws Error where the parts do not eliminate as ProblemParts::eliminates says.
   explicit DistributedReducedSystem(DistributedLinearization<B>& linearization);
 
   Index size() const override { return kept_; }
-  void SetDamping(double lambda, ConstView metric) override;
-  void ReduceRhs(ConstView rhs, View reduced) override;
-  void Apply(ConstView x, View y) override;
-  void BackSubstitute(ConstView rhs, View step) override;
+  void SetDamping(double lambda, ConstVectorView metric) override;
+  void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
+  void Apply(ConstVectorView x, VectorView y) override;
+  void BackSubstitute(ConstVectorView rhs, VectorView step) override;
   std::vector<BlockGroup> kept_groups() const override { return systems_.front()->kept_groups(); }
   void DiagonalBlocks(BlockDiagonal<B>& blocks) override;
 
  private:
   // The part's entries of a vector, those that are kept set to zero.
-  ConstView LocalizeEliminated(ConstView v, const PartMap& map);
+  ConstVectorView LocalizeEliminated(ConstVectorView v, const PartMap& map);
 
   DistributedLinearization<B>& linearization_;
   DistributedProblem<B>& problem_;
   std::vector<std::unique_ptr<ReducedSystem<B>>> systems_;  // of this process's parts
   Index kept_ = 0;
   double lambda_ = 0;
-  ConstView metric_;
+  ConstVectorView metric_;
   std::unique_ptr<SumOverRanks<S>> kept_sum_;
   typename B::Vector local_, local_step_;
 };

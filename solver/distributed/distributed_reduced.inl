@@ -28,7 +28,7 @@ DistributedReducedSystem<B>::DistributedReducedSystem(DistributedLinearization<B
 }
 
 template <Backend B>
-auto DistributedReducedSystem<B>::LocalizeEliminated(ConstView v, const PartMap& map) -> ConstView {
+auto DistributedReducedSystem<B>::LocalizeEliminated(ConstVectorView v, const PartMap& map) -> ConstVectorView {
   local_.ResizeForOverwrite(map.local_size());
   map.template Take<S>(v, local_.view());
   B().Fill(0, local_.view().subspan(0, kept_));
@@ -36,7 +36,7 @@ auto DistributedReducedSystem<B>::LocalizeEliminated(ConstView v, const PartMap&
 }
 
 template <Backend B>
-void DistributedReducedSystem<B>::SetDamping(double lambda, ConstView metric) {
+void DistributedReducedSystem<B>::SetDamping(double lambda, ConstVectorView metric) {
   lambda_ = lambda;
   metric_ = metric;
   for (std::size_t k = 0; k < systems_.size(); ++k) {
@@ -45,10 +45,10 @@ void DistributedReducedSystem<B>::SetDamping(double lambda, ConstView metric) {
 }
 
 template <Backend B>
-void DistributedReducedSystem<B>::ReduceRhs(ConstView rhs, View reduced) {
+void DistributedReducedSystem<B>::ReduceRhs(ConstVectorView rhs, VectorView reduced) {
   const Index first = problem_.own_terms().begin;
   kept_sum_->Sum(
-      [&](Index term, View to) {
+      [&](Index term, VectorView to) {
         const auto k = static_cast<std::size_t>(term - first);
         systems_[k]->ReduceRhs(LocalizeEliminated(rhs, problem_.own()[k].tangent), to);
       },
@@ -57,14 +57,14 @@ void DistributedReducedSystem<B>::ReduceRhs(ConstView rhs, View reduced) {
 }
 
 template <Backend B>
-void DistributedReducedSystem<B>::Apply(ConstView x, View y) {
+void DistributedReducedSystem<B>::Apply(ConstVectorView x, VectorView y) {
   const Index first = problem_.own_terms().begin;
-  kept_sum_->Sum([&](Index term, View to) { systems_[static_cast<std::size_t>(term - first)]->Apply(x, to); }, y);
+  kept_sum_->Sum([&](Index term, VectorView to) { systems_[static_cast<std::size_t>(term - first)]->Apply(x, to); }, y);
   B().AddScaled(lambda_, metric_.subspan(0, kept_), x, y);
 }
 
 template <Backend B>
-void DistributedReducedSystem<B>::BackSubstitute(ConstView rhs, View step) {
+void DistributedReducedSystem<B>::BackSubstitute(ConstVectorView rhs, VectorView step) {
   // What each part eliminated is its own: processes hand round what they have, and nothing is summed.
   std::vector<S> mine;
   for (std::size_t k = 0; k < systems_.size(); ++k) {
@@ -92,7 +92,7 @@ void DistributedReducedSystem<B>::DiagonalBlocks(BlockDiagonal<B>& blocks) {
   SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), values,
                       std::vector<Support>(systems_.size(), Support::All(values)));
   sum.Sum(
-      [&](Index term, View to) {
+      [&](Index term, VectorView to) {
         BlockDiagonal<B> of_part(kept_, blocks.groups());
         systems_[static_cast<std::size_t>(term - first)]->DiagonalBlocks(of_part);
         B().Copy(of_part.all_values(), to);

@@ -12,8 +12,8 @@ namespace vesta {
 template <Backend B>
 class DistributedShards final : public ShardedSystem<B> {
  public:
-  using typename ShardedSystem<B>::ConstView;
-  using typename ShardedSystem<B>::View;
+  using typename ShardedSystem<B>::ConstVectorView;
+  using typename ShardedSystem<B>::VectorView;
   using S = typename B::Scalar;
 
   // linearization must outlive this object. Called by all processes.
@@ -22,24 +22,26 @@ class DistributedShards final : public ShardedSystem<B> {
 
   Index num_residuals() const override { return linearization_.num_residuals(); }
   Index num_parameters() const override { return shards_.own().size(); }
-  void ApplyH(ConstView v, View Hv) override { linearization_.ApplyHToShard(shards_.is_whole() ? v : Gathered(v), Hv); }
+  void ApplyH(ConstVectorView v, VectorView Hv) override {
+    linearization_.ApplyHToShard(shards_.is_whole() ? v : Gathered(v), Hv);
+  }
   // Where the parts have blocks.
   std::vector<BlockGroup> block_groups() const override {
     return linearization_.block_groups().empty() ? std::vector<BlockGroup>() : shards_.groups();
   }
   void BlockGram(BlockDiagonal<B>& blocks) override { linearization_.ShardOfBlocks(blocks); }
 
-  ConstView ShardOf(ConstView whole, typename B::Vector& room) const override {
+  ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& room) const override {
     if (shards_.is_whole()) return whole;
     room.ResizeForOverwrite(num_parameters());
     shards_.Take<S>(whole, room.view());
     return room.view();
   }
-  void Gather(ConstView shard, View whole) override { shards_.Gather<S>(shard, whole, room_); }
+  void Gather(ConstVectorView shard, VectorView whole) override { shards_.Gather<S>(shard, whole, room_); }
   const InnerProducts<B>& products() const override { return products_; }
 
  private:
-  ConstView Gathered(ConstView shard) {
+  ConstVectorView Gathered(ConstVectorView shard) {
     whole_.ResizeForOverwrite(linearization_.num_parameters());
     Gather(shard, whole_.view());
     return whole_.view();

@@ -157,27 +157,28 @@ double ShardProducts<S>::SumPieces(const Of& of) const {
 }
 
 template <class S>
-double ShardProducts<S>::Dot(ConstView x, ConstView y) const {
+double ShardProducts<S>::Dot(ConstVectorView x, ConstVectorView y) const {
   return SumPieces([&](const EntryRange& range) {
     return B().Dot(x.subspan(range.begin, range.size()), y.subspan(range.begin, range.size()));
   });
 }
 
 template <class S>
-void ShardProducts<S>::Dot(ConstView x, ConstView y, typename B::Slot slot) const {
+void ShardProducts<S>::Dot(ConstVectorView x, ConstVectorView y, typename B::Slot slot) const {
   *slot.value = Dot(x, y);
 }
 
 template <class S>
-void ShardProducts<S>::WeightedDot(ConstView w, ConstView x, ConstView y, typename B::Slot slot) const {
+void ShardProducts<S>::WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y,
+                                   typename B::Slot slot) const {
   *slot.value = SumPieces([&](const EntryRange& range) {
-    const auto of = [&](ConstView v) { return v.subspan(range.begin, range.size()); };
+    const auto of = [&](ConstVectorView v) { return v.subspan(range.begin, range.size()); };
     return B().WeightedDot(of(w), of(x), of(y));
   });
 }
 
 template <class S>
-bool ShardProducts<S>::AllFinite(ConstView x) const {
+bool ShardProducts<S>::AllFinite(ConstVectorView x) const {
   return !OnAnyRank(shards_.ranks(), !B().AllFinite(x));
 }
 

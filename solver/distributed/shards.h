@@ -63,12 +63,12 @@ template <class S>
 class ShardProducts final : public InnerProducts<CpuBackend<S>> {
  public:
   using B = CpuBackend<S>;
-  using ConstView = HostSpan<const S>;
+  using ConstVectorView = HostSpan<const S>;
   explicit ShardProducts(const Shards& shards) : shards_(shards) {}
-  void Dot(ConstView x, ConstView y, typename B::Slot slot) const override;
-  void WeightedDot(ConstView w, ConstView x, ConstView y, typename B::Slot slot) const override;
-  double Dot(ConstView x, ConstView y) const override;
-  bool AllFinite(ConstView x) const override;
+  void Dot(ConstVectorView x, ConstVectorView y, typename B::Slot slot) const override;
+  void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, typename B::Slot slot) const override;
+  double Dot(ConstVectorView x, ConstVectorView y) const override;
+  bool AllFinite(ConstVectorView x) const override;
 
  private:
   template <class Of>

@@ -24,48 +24,48 @@ template class Linearization<InstantiatedBackend>;
 template class Problem<InstantiatedBackend>;
 template class PcgWorkspace<InstantiatedBackend>;
 template PcgSummary SolvePcg(const PcgOptions&, InstantiatedBackend&, LinearOperator<InstantiatedBackend>&,
-                             InstantiatedBackend::ConstView, LinearOperator<InstantiatedBackend>&,
-                             PcgWorkspace<InstantiatedBackend>&, InstantiatedBackend::View,
-                             InstantiatedBackend::ConstView, const InnerProducts<InstantiatedBackend>&);
+                             InstantiatedBackend::ConstVectorView, LinearOperator<InstantiatedBackend>&,
+                             PcgWorkspace<InstantiatedBackend>&, InstantiatedBackend::VectorView,
+                             InstantiatedBackend::ConstVectorView, const InnerProducts<InstantiatedBackend>&);
 template class IdentityPreconditioner<InstantiatedBackend>;
 template class JacobiPreconditioner<InstantiatedBackend>;
 template class BlockJacobiPreconditioner<InstantiatedBackend>;
 template std::unique_ptr<Preconditioner<InstantiatedBackend>> MakePreconditioner(
     PreconditionerKind, Problem<InstantiatedBackend>&, std::span<Linearization<InstantiatedBackend>* const>);
 template LsmrSummary SolveLsmr(const LsmrOptions&, InstantiatedBackend&, LinearMap<InstantiatedBackend>&,
-                               InstantiatedBackend::ConstView, InstantiatedBackend::View);
+                               InstantiatedBackend::ConstVectorView, InstantiatedBackend::VectorView);
 template DenseJacobian MakeDenseJacobian(InstantiatedBackend&, std::span<Linearization<InstantiatedBackend>* const>,
-                                         InstantiatedBackend::ConstView);
+                                         InstantiatedBackend::ConstVectorView);
 template std::unique_ptr<StepSolver<InstantiatedBackend>> MakeStepSolver(const NormalSystemOptions&,
                                                                          const StepSystem<InstantiatedBackend>&);
 template ColumnScale<InstantiatedBackend> MakeColumnScale(ColumnScaling, InstantiatedBackend&,
-                                                          InstantiatedBackend::ConstView);
-template void DiagonalMetric(const DampingMetricOptions&, InstantiatedBackend&, InstantiatedBackend::ConstView,
+                                                          InstantiatedBackend::ConstVectorView);
+template void DiagonalMetric(const DampingMetricOptions&, InstantiatedBackend&, InstantiatedBackend::ConstVectorView,
                              const ColumnScale<InstantiatedBackend>&, const std::vector<BlockGroup>&,
-                             InstantiatedBackend::View);
+                             InstantiatedBackend::VectorView);
 template class BoundedProblem<InstantiatedBackend>;
 template class DampedNormalEquations<InstantiatedBackend>;
 template class NormalSystem<InstantiatedBackend>;
 template class BatchedSystem<InstantiatedBackend>;
 template class LmStepper<InstantiatedBackend>;
 template LmSummary SolveLm(const LmOptions&, InstantiatedBackend&, Problem<InstantiatedBackend>&,
-                           InstantiatedBackend::View, const LmCallback&);
+                           InstantiatedBackend::VectorView, const LmCallback&);
 template class ProductMap<InstantiatedBackend>;
 template class ScaledRows<InstantiatedBackend>;
 template class ScaledColumns<InstantiatedBackend>;
-template void FillRandom(InstantiatedBackend&, std::uint64_t, InstantiatedBackend::View);
-template double AdjointError(InstantiatedBackend&, LinearMap<InstantiatedBackend>&, InstantiatedBackend::ConstView,
-                             InstantiatedBackend::ConstView);
+template void FillRandom(InstantiatedBackend&, std::uint64_t, InstantiatedBackend::VectorView);
+template double AdjointError(InstantiatedBackend&, LinearMap<InstantiatedBackend>&,
+                             InstantiatedBackend::ConstVectorView, InstantiatedBackend::ConstVectorView);
 template double WorstAdjointError(InstantiatedBackend&, LinearMap<InstantiatedBackend>&, std::uint64_t, int);
-template ProblemCheck CheckProblem(InstantiatedBackend&, Problem<InstantiatedBackend>&, InstantiatedBackend::ConstView,
-                                   const CheckProblemOptions&);
+template ProblemCheck CheckProblem(InstantiatedBackend&, Problem<InstantiatedBackend>&,
+                                   InstantiatedBackend::ConstVectorView, const CheckProblemOptions&);
 template Deviation WorstDiagonal(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index, Index);
 template Deviation WorstBlock(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index);
 template double DiagonalError(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index, Index);
 template double BlockError(InstantiatedBackend&, Linearization<InstantiatedBackend>&, Index);
-template double GradientError(InstantiatedBackend&, Problem<InstantiatedBackend>&, InstantiatedBackend::ConstView,
-                              InstantiatedBackend::ConstView, double);
-template double TangentError(InstantiatedBackend&, Problem<InstantiatedBackend>&, InstantiatedBackend::ConstView, int,
-                             InstantiatedBackend::ConstView, double);
+template double GradientError(InstantiatedBackend&, Problem<InstantiatedBackend>&, InstantiatedBackend::ConstVectorView,
+                              InstantiatedBackend::ConstVectorView, double);
+template double TangentError(InstantiatedBackend&, Problem<InstantiatedBackend>&, InstantiatedBackend::ConstVectorView,
+                             int, InstantiatedBackend::ConstVectorView, double);
 
 }  // namespace vesta

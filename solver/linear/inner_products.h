@@ -10,16 +10,16 @@ namespace vesta {
 template <Backend B>
 class InnerProducts {
  public:
-  using ConstView = typename B::ConstView;
+  using ConstVectorView = typename B::ConstVectorView;
 
   virtual ~InnerProducts() = default;
   // As VectorBackend has them.
-  virtual void Dot(ConstView x, ConstView y, typename B::Slot slot) const { B().Dot(x, y, slot); }
-  virtual void WeightedDot(ConstView w, ConstView x, ConstView y, typename B::Slot slot) const {
+  virtual void Dot(ConstVectorView x, ConstVectorView y, typename B::Slot slot) const { B().Dot(x, y, slot); }
+  virtual void WeightedDot(ConstVectorView w, ConstVectorView x, ConstVectorView y, typename B::Slot slot) const {
     B().WeightedDot(w, x, y, slot);
   }
-  virtual double Dot(ConstView x, ConstView y) const { return B().Dot(x, y); }
-  virtual bool AllFinite(ConstView x) const { return B().AllFinite(x); }
+  virtual double Dot(ConstVectorView x, ConstVectorView y) const { return B().Dot(x, y); }
+  virtual bool AllFinite(ConstVectorView x) const { return B().AllFinite(x); }
 };
 
 }  // namespace vesta

@@ -12,7 +12,7 @@ class LinearOperator {
   virtual ~LinearOperator() = default;
   virtual Index size() const = 0;
   // y = A x. Overwrites y; x and y must not overlap.
-  virtual void Apply(typename B::ConstView x, typename B::View y) = 0;
+  virtual void Apply(typename B::ConstVectorView x, typename B::VectorView y) = 0;
 };
 
 // A rectangular operator with its adjoint. Maps compose (solver/compose.h).
@@ -23,9 +23,9 @@ class LinearMap {
   virtual Index rows() const = 0;
   virtual Index cols() const = 0;
   // y = A x: x has cols() entries, y rows(). Overwrites y.
-  virtual void Apply(typename B::ConstView x, typename B::View y) = 0;
+  virtual void Apply(typename B::ConstVectorView x, typename B::VectorView y) = 0;
   // x = A^T y: y has rows() entries, x cols(). Overwrites x.
-  virtual void ApplyAdjoint(typename B::ConstView y, typename B::View x) = 0;
+  virtual void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) = 0;
 };
 
 }  // namespace vesta

@@ -28,7 +28,7 @@ struct LsmrSummary {
 // x = argmin |b - A x|, of least norm where A is deficient. b: a.rows(), x: a.cols(), overwritten. Where a number is
 // not finite x holds the last finite iterate.
 template <Backend B>
-LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, typename B::ConstView b,
-                      typename B::View x);
+LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, typename B::ConstVectorView b,
+                      typename B::VectorView x);
 
 }  // namespace vesta

@@ -24,8 +24,8 @@ struct Rotation {
 }  // namespace lsmr_internal
 
 template <Backend B>
-LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, typename B::ConstView b,
-                      typename B::View x) {
+LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, typename B::ConstVectorView b,
+                      typename B::VectorView x) {
   using lsmr_internal::Rotation;
   VESTA_CHECK(b.size() == a.rows() && x.size() == a.cols(), "map of {} x {}, vectors of {} and {}", a.rows(), a.cols(),
               b.size(), x.size());

@@ -56,7 +56,7 @@ class PcgWorkspace {
   void Resize(Index size);
   void Release() { r = {}, p = {}, w = {}; }
   // b - A x as the recursion has it, valid after SolvePcg.
-  typename B::ConstView residual() const { return r.view(); }
+  typename B::ConstVectorView residual() const { return r.view(); }
 
   // w: M^-1 r, then A p. Neither is wanted when the other is.
   typename B::Vector r, p, w;
@@ -68,8 +68,8 @@ class PcgWorkspace {
 // holds the best iterate (each lowers the quadratic model), or zeros where that overflowed. products: where vectors are
 // shards, theirs.
 template <Backend B>
-PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstView b,
-                    LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::View x,
-                    typename B::ConstView norm_weights = {}, const InnerProducts<B>& products = {});
+PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstVectorView b,
+                    LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::VectorView x,
+                    typename B::ConstVectorView norm_weights = {}, const InnerProducts<B>& products = {});
 
 }  // namespace vesta

@@ -17,9 +17,9 @@ void PcgWorkspace<B>::Resize(Index size) {
 }
 
 template <Backend B>
-PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstView b,
-                    LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::View x,
-                    typename B::ConstView norm_weights, const InnerProducts<B>& products) {
+PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a, typename B::ConstVectorView b,
+                    LinearOperator<B>& m_inverse, PcgWorkspace<B>& workspace, typename B::VectorView x,
+                    typename B::ConstVectorView norm_weights, const InnerProducts<B>& products) {
   const Index n = a.size();
   VESTA_CHECK(b.size() == n && x.size() == n && m_inverse.size() == n,
               "operator of {}, preconditioner of {}, vectors of {} and {}", n, m_inverse.size(), b.size(), x.size());
@@ -27,7 +27,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   auto &r = workspace.r, &p = workspace.p, &w = workspace.w;
   auto& scalars = workspace.scalars;
   const auto slot = [&](PcgScalar s) { return backend.SlotOf(scalars, s); };
-  const auto squared_norm = [&](typename B::ConstView v, PcgScalar result) {
+  const auto squared_norm = [&](typename B::ConstVectorView v, PcgScalar result) {
     if (norm_weights.empty()) {
       products.Dot(v, v, slot(result));
     } else {

@@ -13,15 +13,15 @@ template <Backend B>
 class DampedNormalEquations final : public LinearOperator<B> {
  public:
   // metric may be empty when lambda is 0; mask, empty for none.
-  DampedNormalEquations(std::vector<Linearization<B>*> batches, double lambda, typename B::ConstView metric,
-                        typename B::ConstView mask);
+  DampedNormalEquations(std::vector<Linearization<B>*> batches, double lambda, typename B::ConstVectorView metric,
+                        typename B::ConstVectorView mask);
   Index size() const override { return size_; }
-  void Apply(typename B::ConstView x, typename B::View y) override;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
 
  private:
   std::vector<Linearization<B>*> batches_;
   double lambda_;
-  typename B::ConstView metric_, mask_;
+  typename B::ConstVectorView metric_, mask_;
   Index size_;
   typename B::Vector work_;
 };

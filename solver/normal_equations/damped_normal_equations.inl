@@ -10,7 +10,7 @@ namespace vesta {
 
 template <Backend B>
 DampedNormalEquations<B>::DampedNormalEquations(std::vector<Linearization<B>*> batches, double lambda,
-                                                typename B::ConstView metric, typename B::ConstView mask)
+                                                typename B::ConstVectorView metric, typename B::ConstVectorView mask)
     : batches_(std::move(batches)), lambda_(lambda), metric_(metric), mask_(mask) {
   VESTA_CHECK(!batches_.empty(), "normal equations of no batches");
   size_ = batches_.front()->num_parameters();
@@ -18,7 +18,7 @@ DampedNormalEquations<B>::DampedNormalEquations(std::vector<Linearization<B>*> b
 }
 
 template <Backend B>
-void DampedNormalEquations<B>::Apply(typename B::ConstView x, typename B::View y) {
+void DampedNormalEquations<B>::Apply(typename B::ConstVectorView x, typename B::VectorView y) {
   B backend;
   batches_.front()->ApplyH(x, y);
   for (std::size_t b = 1; b < batches_.size(); ++b) {

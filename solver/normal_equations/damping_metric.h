@@ -32,7 +32,7 @@ struct ColumnScale {
 
 // diag_h: the diagonal of H at the start, summed over the batches, >= 0.
 template <Backend B>
-ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstView diag_h);
+ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstVectorView diag_h);
 
 struct DampingMetricOptions {
   // Range of D in units of 1/S^2 (Ceres's min_lm_diagonal, max_lm_diagonal); 0 < min <= max.
@@ -47,7 +47,7 @@ struct DampingMetricOptions {
 
 // D from the diagonal of H.
 template <Backend B>
-void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B::ConstView diag_h,
-                    const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::View metric);
+void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B::ConstVectorView diag_h,
+                    const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::VectorView metric);
 
 }  // namespace vesta

@@ -9,7 +9,7 @@
 namespace vesta {
 
 template <Backend B>
-ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstView diag_h) {
+ColumnScale<B> MakeColumnScale(ColumnScaling scaling, B& backend, typename B::ConstVectorView diag_h) {
   ColumnScale<B> scale;
   if (scaling == ColumnScaling::kNone) return scale;
   scale.square.Resize(diag_h.size());
@@ -59,8 +59,8 @@ void GroupMedianFloor(double factor, const std::vector<BlockGroup>& groups, cons
 }  // namespace damping_internal
 
 template <Backend B>
-void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B::ConstView diag_h,
-                    const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::View metric) {
+void DiagonalMetric(const DampingMetricOptions& options, B& backend, typename B::ConstVectorView diag_h,
+                    const ColumnScale<B>& scale, const std::vector<BlockGroup>& groups, typename B::VectorView metric) {
   typename B::Vector ones;
   if (scale.inverse_square.empty()) {
     ones.Resize(diag_h.size());

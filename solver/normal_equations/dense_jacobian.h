@@ -17,6 +17,6 @@ struct DenseJacobian {
 // By cols products with unit vectors. Columns whose mask is 0 are zero; an empty mask masks none.
 template <Backend B>
 DenseJacobian MakeDenseJacobian(B& backend, std::span<Linearization<B>* const> batches,
-                                typename B::ConstView mask = {});
+                                typename B::ConstVectorView mask = {});
 
 }  // namespace vesta

@@ -10,7 +10,8 @@
 namespace vesta {
 
 template <Backend B>
-DenseJacobian MakeDenseJacobian(B& backend, std::span<Linearization<B>* const> batches, typename B::ConstView mask) {
+DenseJacobian MakeDenseJacobian(B& backend, std::span<Linearization<B>* const> batches,
+                                typename B::ConstVectorView mask) {
   using S = typename B::Scalar;
   const Index cols = batches.front()->num_parameters();
   Index rows = 0;
@@ -21,7 +22,7 @@ DenseJacobian MakeDenseJacobian(B& backend, std::span<Linearization<B>* const> b
   dense.residuals.resize(static_cast<std::size_t>(rows));
   dense.jacobian.resize(static_cast<std::size_t>(rows * cols));
   std::vector<S> host(static_cast<std::size_t>(std::max(rows, cols)));
-  const auto fetch = [&](typename B::ConstView from, double* to) {
+  const auto fetch = [&](typename B::ConstVectorView from, double* to) {
     backend.ToHost(from, {host.data(), from.size()});
     std::copy_n(host.begin(), from.size(), to);
   };

@@ -14,20 +14,20 @@ namespace vesta {
 template <Backend B>
 class NormalSystem {
  public:
-  NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches);
+  NormalSystem(B& backend, Problem<B>& problem, typename B::ConstVectorView x, const std::vector<int>& batches);
 
   // -g and the right-hand side d; after Prepare 0 where columns are frozen or at a bound.
-  typename B::ConstView negative_gradient() const { return negative_gradient_.view(); }
-  typename B::ConstView rhs() const { return descent_.empty() ? negative_gradient() : descent_.view(); }
+  typename B::ConstVectorView negative_gradient() const { return negative_gradient_.view(); }
+  typename B::ConstVectorView rhs() const { return descent_.empty() ? negative_gradient() : descent_.view(); }
   // Of H; empty after Prepare unless it was to be kept.
-  typename B::ConstView diagonal() const { return diagonal_.view(); }
+  typename B::ConstVectorView diagonal() const { return diagonal_.view(); }
   // D, after Prepare.
-  typename B::ConstView metric() const { return metric_.view(); }
+  typename B::ConstVectorView metric() const { return metric_.view(); }
   // Of gradient, right-hand side and diagonal.
   const SystemFault& fault() const { return fault_; }
   Index num_frozen() const { return num_frozen_; }
   // DescribeFrozenGradient of this system; before Prepare.
-  std::string DescribeFrozen(typename B::ConstView x, double threshold) {
+  std::string DescribeFrozen(typename B::ConstVectorView x, double threshold) {
     return num_frozen_ == 0
                ? ""
                : DescribeFrozenGradient<B>(backend_, problem_, x, negative_gradient(), diagonal(), threshold);
@@ -36,13 +36,13 @@ class NormalSystem {
 
   // Chooses the metric and makes the solver; before the first Solve. The diagonal is let go of unless the solver reads
   // it later, or `keep_diagonal`. Throws Error where the solver asked for does not fit the problem.
-  void Prepare(const NormalSystemOptions& options, typename B::ConstView x, const ColumnScale<B>& scale,
+  void Prepare(const NormalSystemOptions& options, typename B::ConstVectorView x, const ColumnScale<B>& scale,
                bool keep_diagonal = true);
-  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step);
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step);
   // What solves it; after Prepare.
   const std::string& description() const { return solver_->description(); }
   // v^T H v, at one product a batch.
-  double Curvature(typename B::ConstView v);
+  double Curvature(typename B::ConstVectorView v);
 
  private:
   B& backend_;

@@ -10,13 +10,14 @@
 namespace vesta {
 
 template <Backend B>
-NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstView x, const std::vector<int>& batches)
+NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
+                              const std::vector<int>& batches)
     : backend_(backend), problem_(problem) {
   const Index n = problem.num_tangent();
   for (typename B::Vector* vector : {&negative_gradient_, &diagonal_}) vector->ResizeForOverwrite(n);
   typename B::Vector part;  // of one batch after the first
   // What the problem does not write stays NaN.
-  const auto fill = [&](auto&& give, typename B::View to) {
+  const auto fill = [&](auto&& give, typename B::VectorView to) {
     backend_.Fill(std::numeric_limits<double>::quiet_NaN(), to);
     give(to);
   };
@@ -30,10 +31,10 @@ NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::Const
     batches_.push_back(problem.CheckedLinearize(x, batch));
     pointers_.push_back(batches_.back().get());
     Linearization<B>& linearization = *batches_.back();
-    add([&](typename B::View g) { linearization.Gradient(g); }, negative_gradient_);
+    add([&](typename B::VectorView g) { linearization.Gradient(g); }, negative_gradient_);
     if (batches_.size() == 1 && linearization.has_own_descent()) descent_.ResizeForOverwrite(n);
-    if (!descent_.empty()) add([&](typename B::View d) { linearization.Descent(d); }, descent_);
-    add([&](typename B::View d) { linearization.DiagJTJ(d); }, diagonal_);
+    if (!descent_.empty()) add([&](typename B::VectorView d) { linearization.Descent(d); }, descent_);
+    add([&](typename B::VectorView d) { linearization.DiagJTJ(d); }, diagonal_);
   }
   backend_.Axpby(-1.0, negative_gradient_, 0.0, negative_gradient_);
   fault_ = FindFault<B>(backend_, problem_, negative_gradient(), descent_.view(), diagonal());
@@ -48,8 +49,8 @@ Index NormalSystem<B>::num_residuals() const {
 }
 
 template <Backend B>
-void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::ConstView x, const ColumnScale<B>& scale,
-                              bool keep_diagonal) {
+void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::ConstVectorView x,
+                              const ColumnScale<B>& scale, bool keep_diagonal) {
   metric_.Resize(diagonal_.size());
   if (!problem_.DampingMetric(x, diagonal_.view(), metric_)) {
     DiagonalMetric(options.metric, backend_, diagonal_.view(), scale, pointers_.front()->block_groups(),
@@ -69,13 +70,13 @@ void NormalSystem<B>::Prepare(const NormalSystemOptions& options, typename B::Co
 }
 
 template <Backend B>
-StepSolution NormalSystem<B>::Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) {
+StepSolution NormalSystem<B>::Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) {
   VESTA_CHECK(solver_ != nullptr, "NormalSystem::Prepare comes before Solve");
   return solver_->Solve(lambda, workspace, step);
 }
 
 template <Backend B>
-double NormalSystem<B>::Curvature(typename B::ConstView v) {
+double NormalSystem<B>::Curvature(typename B::ConstVectorView v) {
   double sum = 0;
   for (const auto& batch : batches_) sum += batch->Curvature(v);
   return sum;

@@ -22,7 +22,7 @@ namespace vesta::step_internal {
 // moves, without a further product. r_dot_step: the residual's product with it.
 template <Backend B>
 StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
-                          typename B::View step) {
+                          typename B::VectorView step) {
   const double b_dot_step = system.backend.Dot(system.rhs, step);
   const double descent = system.negative_gradient.data() == system.rhs.data()
                              ? b_dot_step
@@ -35,10 +35,10 @@ StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double la
 template <Backend B>
 class MaskedPreconditioner final : public LinearOperator<B> {
  public:
-  MaskedPreconditioner(B& backend, LinearOperator<B>& inner, typename B::ConstView mask)
+  MaskedPreconditioner(B& backend, LinearOperator<B>& inner, typename B::ConstVectorView mask)
       : backend_(backend), inner_(inner), mask_(mask) {}
   Index size() const override { return inner_.size(); }
-  void Apply(typename B::ConstView x, typename B::View y) override {
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override {
     inner_.Apply(x, y);
     if (!mask_.empty()) backend_.Multiply(mask_, y, y);
   }
@@ -46,7 +46,7 @@ class MaskedPreconditioner final : public LinearOperator<B> {
  private:
   B& backend_;
   LinearOperator<B>& inner_;
-  typename B::ConstView mask_;
+  typename B::ConstVectorView mask_;
 };
 
 // Of the residual, after an iteration with an exact preconditioner.
@@ -69,7 +69,7 @@ class PcgStep final : public StepSolver<B> {
   }
   bool reads_mask() const override { return !system_.mask.empty(); }
   std::string preconditioner() const { return preconditioner_->description(); }
-  PcgSummary Iterate(double lambda, PcgWorkspace<B>& workspace, typename B::View step) {
+  PcgSummary Iterate(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) {
     preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);
     DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
                                     system_.mask);
@@ -77,7 +77,7 @@ class PcgStep final : public StepSolver<B> {
     return SolvePcg<B>(options_.pcg, system_.backend, damped, system_.rhs, masked, workspace, step,
                        system_.scale.square, products_);
   }
-  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) override {
     const PcgSummary pcg = Iterate(lambda, workspace, step);
     return FromResidual(system_, pcg, lambda, products_.Dot(workspace.residual(), step), step);
   }
@@ -97,14 +97,14 @@ class ShardedPcgStep final : public StepSolver<B> {
   ShardedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
                  std::unique_ptr<ShardedSystem<B>> sharded)
       : system_(system), sharded_(std::move(sharded)), batch_(sharded_.get()) {
-    const auto of = [&](typename B::ConstView whole, typename B::Vector& room) {
+    const auto of = [&](typename B::ConstVectorView whole, typename B::Vector& room) {
       return whole.empty() ? whole : sharded_->ShardOf(whole, room);
     };
     if (!system.scale.square.empty()) {
       scale_.square.Resize(sharded_->num_parameters());
       system.backend.Copy(of(system.scale.square.view(), diagonal_), scale_.square);
     }
-    const typename B::ConstView rhs = of(system.rhs, rhs_);
+    const typename B::ConstVectorView rhs = of(system.rhs, rhs_);
     inner_.emplace(options,
                    StepSystem<B>{.backend = system.backend,
                                  .problem = system.problem,
@@ -121,7 +121,7 @@ class ShardedPcgStep final : public StepSolver<B> {
   }
   bool reads_mask() const override { return inner_->reads_mask(); }
   std::string preconditioner() const { return inner_->preconditioner(); }
-  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) override {
     typename B::Vector shard(sharded_->num_parameters());
     const PcgSummary pcg = inner_->Iterate(lambda, workspace, shard);
     const double r_dot_step = sharded_->products().Dot(workspace.residual(), shard.view());
@@ -148,7 +148,7 @@ class SchurJacobi final : public LinearOperator<B> {
     blocks_.Factorize();
   }
   Index size() const override { return blocks_.num_parameters(); }
-  void Apply(typename B::ConstView x, typename B::View y) override { blocks_.Solve(x, y); }
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override { blocks_.Solve(x, y); }
 
  private:
   BlockDiagonal<B> blocks_;
@@ -172,7 +172,7 @@ class ReducedPcgStep final : public StepSolver<B> {
     if (!factorize_ && kind != PreconditionerKind::kIdentity) schur_jacobi_.emplace(*reduced_);
   }
   const std::string& preconditioner() const { return preconditioner_; }
-  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) override {
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) override {
     const Index kept = reduced_->size();
     reduced_->SetDamping(lambda, system_.metric);
     reduced_->ReduceRhs(system_.rhs, reduced_rhs_);

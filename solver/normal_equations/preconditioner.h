@@ -29,8 +29,8 @@ template <Backend B>
 class Preconditioner : public LinearOperator<B> {
  public:
   // H = the sum over the batches, which are borrowed until the next call; diag_h its diagonal.
-  virtual void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) = 0;
-  virtual void SetDamping(double lambda, typename B::ConstView metric) = 0;
+  virtual void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) = 0;
+  virtual void SetDamping(double lambda, typename B::ConstVectorView metric) = 0;
   // Whether a column of zeros in H may get something but zero, or a zero give something to others: then PCG masks it.
   virtual bool couples_frozen() const { return true; }
   // Whether it is the inverse up to rounding: then one iteration is enough.
@@ -48,9 +48,9 @@ class IdentityPreconditioner final : public Preconditioner<B> {
  public:
   explicit IdentityPreconditioner(Index size = 0) : size_(size) {}
   Index size() const override { return size_; }
-  void Apply(typename B::ConstView x, typename B::View y) override;
-  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
-  void SetDamping(double lambda, typename B::ConstView metric) override;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
+  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) override;
+  void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kIdentity); }
 
@@ -62,10 +62,10 @@ template <Backend B>
 class JacobiPreconditioner final : public Preconditioner<B> {
  public:
   Index size() const override { return diagonal_.size(); }
-  void Apply(typename B::ConstView x, typename B::View y) override;
-  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
+  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) override;
   // Entries whose damped diagonal is 0 stay 0.
-  void SetDamping(double lambda, typename B::ConstView metric) override;
+  void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kJacobi); }
 
@@ -79,9 +79,9 @@ class BlockJacobiPreconditioner final : public Preconditioner<B> {
   // why: added to the description.
   explicit BlockJacobiPreconditioner(std::string why = "") : why_(std::move(why)) {}
   Index size() const override;
-  void Apply(typename B::ConstView x, typename B::View y) override;
-  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstView diag_h) override;
-  void SetDamping(double lambda, typename B::ConstView metric) override;
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
+  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) override;
+  void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kBlockJacobi) + why_; }
 

@@ -25,31 +25,32 @@ std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, P
 }
 
 template <Backend B>
-void IdentityPreconditioner<B>::Apply(typename B::ConstView x, typename B::View y) {
+void IdentityPreconditioner<B>::Apply(typename B::ConstVectorView x, typename B::VectorView y) {
   B().Copy(x, y);
 }
 
 template <Backend B>
-void IdentityPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>, typename B::ConstView diag_h) {
+void IdentityPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>,
+                                                 typename B::ConstVectorView diag_h) {
   size_ = diag_h.size();
 }
 
 template <Backend B>
-void IdentityPreconditioner<B>::SetDamping(double, typename B::ConstView) {}
+void IdentityPreconditioner<B>::SetDamping(double, typename B::ConstVectorView) {}
 
 template <Backend B>
-void JacobiPreconditioner<B>::Apply(typename B::ConstView x, typename B::View y) {
+void JacobiPreconditioner<B>::Apply(typename B::ConstVectorView x, typename B::VectorView y) {
   B().Multiply(inverse_, x, y);
 }
 
 template <Backend B>
-void JacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>, typename B::ConstView diag_h) {
+void JacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>, typename B::ConstVectorView diag_h) {
   diagonal_.Resize(diag_h.size());
   B().Copy(diag_h, diagonal_);
 }
 
 template <Backend B>
-void JacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstView metric) {
+void JacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstVectorView metric) {
   B backend;
   if (inverse_.size() != diagonal_.size()) inverse_.Resize(diagonal_.size());
   typename B::Vector one(diagonal_.size());
@@ -65,13 +66,13 @@ Index BlockJacobiPreconditioner<B>::size() const {
 }
 
 template <Backend B>
-void BlockJacobiPreconditioner<B>::Apply(typename B::ConstView x, typename B::View y) {
+void BlockJacobiPreconditioner<B>::Apply(typename B::ConstVectorView x, typename B::VectorView y) {
   factors_->Solve(x, y);
 }
 
 template <Backend B>
 void BlockJacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const> batches,
-                                                    typename B::ConstView diag_h) {
+                                                    typename B::ConstVectorView diag_h) {
   batches_ = batches;
   factors_.reset();
   factors_.emplace(diag_h.size(), batches.front()->block_groups());
@@ -79,7 +80,7 @@ void BlockJacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* 
 }
 
 template <Backend B>
-void BlockJacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstView metric) {
+void BlockJacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstVectorView metric) {
   if (factored_lambda_ == lambda) return;
   // The factors take the blocks' place: another lambda at the same x, which only a refused step brings, asks for the
   // blocks again, and there is one matrix of them instead of two.

@@ -16,8 +16,8 @@ namespace vesta {
 template <Backend B>
 class ReducedSystem : public LinearOperator<B> {
  public:
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
 
   // Number of kept parameters.
   Index size() const override = 0;
@@ -25,12 +25,12 @@ class ReducedSystem : public LinearOperator<B> {
   // until the next call; of a part of a problem (solver/distributed), whose kept parameters are damped where all parts
   // are summed, it is there for the call alone. A block of C
   // that is singular in working precision is treated as BlockDiagonal::Factorize treats it.
-  virtual void SetDamping(double lambda, ConstView metric) = 0;
+  virtual void SetDamping(double lambda, ConstVectorView metric) = 0;
   // reduced = b_kept - E C^-1 b_eliminated. rhs: all tangent parameters; reduced: size() entries.
-  virtual void ReduceRhs(ConstView rhs, View reduced) = 0;
+  virtual void ReduceRhs(ConstVectorView rhs, VectorView reduced) = 0;
   // Completes step (all tangent parameters), whose first size() entries solve the reduced system:
   // step_eliminated = C^-1 (b_eliminated - E^T step_kept).
-  virtual void BackSubstitute(ConstView rhs, View step) = 0;
+  virtual void BackSubstitute(ConstVectorView rhs, VectorView step) = 0;
 
   // Blocks of the kept parameters for the Schur-Jacobi preconditioner; they cover 0..size()-1.
   virtual std::vector<BlockGroup> kept_groups() const = 0;

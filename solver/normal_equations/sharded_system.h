@@ -13,23 +13,23 @@ namespace vesta {
 template <Backend B>
 class ShardedSystem : public Linearization<B> {
  public:
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
 
   // The shard of a vector of all entries: `whole` itself where this process has all of them, else in `room`, for as
   // long as that stays as it is.
-  virtual ConstView ShardOf(ConstView whole, typename B::Vector& room) const = 0;
+  virtual ConstVectorView ShardOf(ConstVectorView whole, typename B::Vector& room) const = 0;
   // whole = the shards of all processes.
-  virtual void Gather(ConstView shard, View whole) = 0;
+  virtual void Gather(ConstVectorView shard, VectorView whole) = 0;
   // Of shards, over all processes.
   virtual const InnerProducts<B>& products() const = 0;
 
   // No process has J: these throw Error, and that it is weighted keeps solvers from asking.
   bool weighted() const override { return true; }
-  ConstView residuals() const override { Fail("a system in shards has H alone"); }
-  void ApplyJ(ConstView, View) override { residuals(); }
-  void ApplyJT(ConstView, View) override { residuals(); }
-  void DiagJTJ(View) override { residuals(); }
+  ConstVectorView residuals() const override { Fail("a system in shards has H alone"); }
+  void ApplyJ(ConstVectorView, VectorView) override { residuals(); }
+  void ApplyJT(ConstVectorView, VectorView) override { residuals(); }
+  void DiagJTJ(VectorView) override { residuals(); }
 };
 
 }  // namespace vesta

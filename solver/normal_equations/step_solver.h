@@ -46,12 +46,12 @@ template <Backend B>
 struct StepSystem {
   B& backend;
   Problem<B>& problem;
-  std::span<Linearization<B>* const> batches;  // H is the sum over them
-  typename B::ConstView diagonal;              // of H
-  typename B::ConstView metric;                // D
-  typename B::ConstView mask;                  // 0 where a column is frozen, else 1; empty: none is
-  typename B::ConstView rhs;                   // d, 0 where frozen
-  typename B::ConstView negative_gradient;     // likewise; the same memory as rhs where d = -g
+  std::span<Linearization<B>* const> batches;     // H is the sum over them
+  typename B::ConstVectorView diagonal;           // of H
+  typename B::ConstVectorView metric;             // D
+  typename B::ConstVectorView mask;               // 0 where a column is frozen, else 1; empty: none is
+  typename B::ConstVectorView rhs;                // d, 0 where frozen
+  typename B::ConstVectorView negative_gradient;  // likewise; the same memory as rhs where d = -g
   const ColumnScale<B>& scale;
 };
 
@@ -67,7 +67,7 @@ template <Backend B>
 class StepSolver {
  public:
   virtual ~StepSolver() = default;
-  virtual StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::View step) = 0;
+  virtual StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) = 0;
   // Whether Solve needs the system's diagonal; else it may go once the solver is made.
   virtual bool reads_diagonal() const { return false; }
   // The same of its mask.

@@ -25,7 +25,7 @@ namespace step_internal {
 // g^T step and step^T H step of a step where W = I and b = -g, in the space of the residuals: no digits are lost to the
 // condition number of H.
 template <Backend B>
-StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::View step) {
+StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::VectorView step) {
   StepSolution solution{.pcg = pcg};
   for (Linearization<B>* batch : system.batches) {
     typename B::Vector Js(batch->num_residuals());
@@ -59,8 +59,8 @@ class StackedJacobian final : public LinearMap<B> {
   }
   Index rows() const override { return residual_rows_ + cols(); }
   Index cols() const override { return root_damping_.size(); }
-  typename B::ConstView scale() const { return scale_.view(); }
-  void Apply(typename B::ConstView x, typename B::View y) override {
+  typename B::ConstVectorView scale() const { return scale_.view(); }
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override {
     system_.backend.Multiply(scale_, x, work_);
     Index row = 0;
     for (Linearization<B>* batch : system_.batches) {
@@ -69,7 +69,7 @@ class StackedJacobian final : public LinearMap<B> {
     }
     system_.backend.Multiply(root_damping_, work_, y.subspan(row, cols()));
   }
-  void ApplyAdjoint(typename B::ConstView y, typename B::View x) override {
+  void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) override {
     system_.backend.Multiply(root_damping_, y.subspan(residual_rows_, cols()), x);
     Index row = 0;
     for (Linearization<B>* batch : system_.batches) {
@@ -91,7 +91,7 @@ class LsmrStep final : public StepSolver<B> {
  public:
   LsmrStep(const LsmrOptions& options, const StepSystem<B>& system) : options_(options), system_(system) {}
   bool reads_diagonal() const override { return true; }
-  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::View step) override {
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::VectorView step) override {
     B& backend = system_.backend;
     StackedJacobian<B> stacked(system_, lambda);
     typename B::Vector b(stacked.rows());
@@ -121,7 +121,7 @@ template <Backend B>
 class DenseQrStep final : public StepSolver<B> {
  public:
   explicit DenseQrStep(const StepSystem<B>& system) : system_(system), qr_(DenseFactors(system)) {}
-  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::View step) override {
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::VectorView step) override {
     const auto n = static_cast<std::size_t>(step.size());
     std::vector<Scalar> host(n);
     system_.backend.ToHost(system_.metric, {host.data(), step.size()});

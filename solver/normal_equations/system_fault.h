@@ -19,14 +19,14 @@ struct SystemFault {
 
 // The first fault there is. descent may be empty. An entry that nobody wrote is NaN.
 template <Backend B>
-SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstView negative_gradient,
-                      typename B::ConstView descent, typename B::ConstView diagonal);
+SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstVectorView negative_gradient,
+                      typename B::ConstVectorView descent, typename B::ConstVectorView diagonal);
 
 // Says which column has a gradient above the threshold though it is frozen, for its entry of the diagonal is not
 // positive; empty where there is none. A gradient that a bound holds does not count.
 template <Backend B>
-std::string DescribeFrozenGradient(B& backend, Problem<B>& problem, typename B::ConstView x,
-                                   typename B::ConstView negative_gradient, typename B::ConstView diagonal,
+std::string DescribeFrozenGradient(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
+                                   typename B::ConstVectorView negative_gradient, typename B::ConstVectorView diagonal,
                                    double threshold);
 
 // The gradient of a column whose entry of the diagonal has merely underflowed is below this, by the inequality of

@@ -15,7 +15,7 @@ namespace vesta {
 namespace fault_internal {
 
 template <Backend B>
-std::vector<typename B::Scalar> OnHost(B& backend, typename B::ConstView x) {
+std::vector<typename B::Scalar> OnHost(B& backend, typename B::ConstVectorView x) {
   std::vector<typename B::Scalar> host(static_cast<std::size_t>(x.size()));
   backend.ToHost(x, {host.data(), x.size()});
   return host;
@@ -39,12 +39,12 @@ std::string DescribeEntry(Problem<B>& problem, const std::vector<typename B::Sca
 }  // namespace fault_internal
 
 template <Backend B>
-SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstView negative_gradient,
-                      typename B::ConstView descent, typename B::ConstView diagonal) {
+SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstVectorView negative_gradient,
+                      typename B::ConstVectorView descent, typename B::ConstVectorView diagonal) {
   using S = typename B::Scalar;
   using Kind = SystemFault::Kind;
   const auto not_finite = [](S value) { return !std::isfinite(value); };
-  const auto describe = [&](typename B::ConstView values, const auto& holds) {
+  const auto describe = [&](typename B::ConstVectorView values, const auto& holds) {
     const std::vector<S> host = fault_internal::OnHost(backend, values);
     return fault_internal::DescribeEntry(problem, host, fault_internal::FirstOf(host, holds));
   };
@@ -70,8 +70,8 @@ SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstView neg
 }
 
 template <Backend B>
-std::string DescribeFrozenGradient(B& backend, Problem<B>& problem, typename B::ConstView x,
-                                   typename B::ConstView negative_gradient, typename B::ConstView diagonal,
+std::string DescribeFrozenGradient(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
+                                   typename B::ConstVectorView negative_gradient, typename B::ConstVectorView diagonal,
                                    double threshold) {
   typename B::Vector frozen(diagonal.size());
   backend.SelectPositive(diagonal, 0, 1, frozen);

@@ -21,13 +21,13 @@ SparseCholeskyPreconditioner::SparseCholeskyPreconditioner(std::shared_ptr<Spars
     : cholesky_(std::move(cholesky)), why_(std::move(why)) {}
 
 void SparseCholeskyPreconditioner::SetLinearization(std::span<Linearization<B>* const> batches,
-                                                    B::ConstView /*diag_h*/) {
+                                                    B::ConstVectorView /*diag_h*/) {
   VESTA_CHECK(batches.size() == 1, "a sparse Cholesky factor is of one batch, not of {}", batches.size());
   source_ = dynamic_cast<NormalMatrixSource*>(batches.front());
   VESTA_CHECK(source_ != nullptr, "this preconditioner is for linearizations of its own problem");
 }
 
-void SparseCholeskyPreconditioner::SetDamping(double lambda, B::ConstView metric) {
+void SparseCholeskyPreconditioner::SetDamping(double lambda, B::ConstVectorView metric) {
   VESTA_CHECK(source_ != nullptr, "SetLinearization comes before SetDamping");
   if (!factor_) factor_ = cholesky_->Factor();
   num_raised_ = factor_->Factorize(source_->NormalMatrix(), lambda, metric);

@@ -119,7 +119,7 @@ class Asked {
     vector.CopyFrom(ViewOf(v));
     return vector;
   }
-  static std::vector<float> Here(typename B::ConstView v) {
+  static std::vector<float> Here(typename B::ConstVectorView v) {
     std::vector<float> here(static_cast<std::size_t>(v.size()));
     B().ToHost(v, {here.data(), v.size()});
     return here;

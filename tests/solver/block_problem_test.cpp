@@ -225,7 +225,7 @@ TEST_F(BlockProblemTest, CallbackSeesEveryEvaluation) {
   int costs = 0, jacobians = 0;
   BlockProblem problem({.eliminate = true,
                         .evaluation_callback =
-                            [&](Cpu::ConstView x, bool jacobian) {
+                            [&](Cpu::ConstVectorView x, bool jacobian) {
                               EXPECT_EQ(x.size(), 3);
                               ++(jacobian ? jacobians : costs);
                             },

@@ -79,7 +79,7 @@ TEST_F(CheckProblemTest, FindsNothingWhereScalesAreFarApart) {
 }
 
 TEST_F(CheckProblemTest, AProductThatIsNotAdjoint) {
-  faulty_.on_transpose = [](Cpu::ConstView, Cpu::View g) { g[1] *= 1.5; };
+  faulty_.on_transpose = [](Cpu::ConstVectorView, Cpu::VectorView g) { g[1] *= 1.5; };
   const ProblemCheck check = CheckProblem<Cpu>(backend_, faulty_, x_);
   ASSERT_FALSE(check.ok());
   EXPECT_NE(check.faults.front().find("ApplyJ and ApplyJT are not adjoint"), std::string::npos) << check.Report();
@@ -87,31 +87,31 @@ TEST_F(CheckProblemTest, AProductThatIsNotAdjoint) {
 }
 
 TEST_F(CheckProblemTest, ADiagonal) {
-  faulty_.on_diagonal = [](Cpu::View d) { d[2] = 0; };
+  faulty_.on_diagonal = [](Cpu::VectorView d) { d[2] = 0; };
   ExpectOne("DiagJTJ gives 0 for entry 2 of the step, where its column of J has the weighted square 10.09");
 }
 
 TEST_F(CheckProblemTest, ABlock) {
-  faulty_.on_blocks = [](Cpu::View values) { values[PackedLower(1, 0)] += 1; };
+  faulty_.on_blocks = [](Cpu::VectorView values) { values[PackedLower(1, 0)] += 1; };
   ExpectOne(
       "BlockGram gives 3 for entry 1 of the step and entry 0 of the step, where their columns of J have the "
       "weighted product 2");
 }
 
 TEST_F(CheckProblemTest, StandInsForTheDiagonalAreAllowedWhereSaid) {
-  faulty_.on_diagonal = [](Cpu::View d) { d[2] = 7; };
+  faulty_.on_diagonal = [](Cpu::VectorView d) { d[2] = 7; };
   CheckProblemOptions options;
   options.exact_blocks = false;
   EXPECT_EQ(Report(faulty_, x_, options), kNone);
 }
 
 TEST_F(CheckProblemTest, AProductWithH) {
-  faulty_.on_product = [](Cpu::ConstView v, Cpu::View Hv) { Hv[0] += 3 * v[0]; };
+  faulty_.on_product = [](Cpu::ConstVectorView v, Cpu::VectorView Hv) { Hv[0] += 3 * v[0]; };
   ExpectOne("ApplyH(v) and ApplyJT(ApplyW(ApplyJ(v))) must be the same");
 }
 
 TEST_F(CheckProblemTest, AGradient) {
-  faulty_.on_gradient = [](Cpu::View g) { g[0] += 1; };
+  faulty_.on_gradient = [](Cpu::VectorView g) { g[0] += 1; };
   const ProblemCheck check = CheckProblem<Cpu>(backend_, faulty_, x_);
   ASSERT_GE(check.faults.size(), 2U) << check.Report();
   EXPECT_NE(check.faults[0].find("Gradient and ApplyJT(residuals())"), std::string::npos) << check.Report();
@@ -134,7 +134,7 @@ TEST_F(CheckProblemTest, ACostThatIsNoFunction) {
 }
 
 TEST_F(CheckProblemTest, APlusThatForgetsAnEntry) {
-  faulty_.on_plus = [](Cpu::ConstView x, Cpu::ConstView, Cpu::View out) { out[2] = x[2]; };
+  faulty_.on_plus = [](Cpu::ConstVectorView x, Cpu::ConstVectorView, Cpu::VectorView out) { out[2] = x[2]; };
   const ProblemCheck check = CheckProblem<Cpu>(backend_, faulty_, x_);
   ASSERT_FALSE(check.ok());
   EXPECT_NE(check.faults[0].find("Plus does not move x along entry 2 of the step"), std::string::npos)
@@ -142,7 +142,7 @@ TEST_F(CheckProblemTest, APlusThatForgetsAnEntry) {
 }
 
 TEST_F(CheckProblemTest, APlusThatMovesAtRest) {
-  faulty_.on_plus = [](Cpu::ConstView, Cpu::ConstView, Cpu::View out) { out[0] += 1e-3; };
+  faulty_.on_plus = [](Cpu::ConstVectorView, Cpu::ConstVectorView, Cpu::VectorView out) { out[0] += 1e-3; };
   const ProblemCheck check = CheckProblem<Cpu>(backend_, faulty_, x_);
   ASSERT_FALSE(check.ok());
   EXPECT_NE(check.faults[0].find("x and Plus(x, 0) must be the same"), std::string::npos) << check.Report();

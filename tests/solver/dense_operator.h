@@ -11,14 +11,14 @@ namespace vesta {
 
 using Cpu = CpuBackend<double>;
 
-inline Eigen::Map<const Eigen::VectorXd> AsEigen(Cpu::ConstView x) { return {x.data(), x.size()}; }
-inline Eigen::Map<Eigen::VectorXd> AsEigen(Cpu::View x) { return {x.data(), x.size()}; }
+inline Eigen::Map<const Eigen::VectorXd> AsEigen(Cpu::ConstVectorView x) { return {x.data(), x.size()}; }
+inline Eigen::Map<Eigen::VectorXd> AsEigen(Cpu::VectorView x) { return {x.data(), x.size()}; }
 
 class DenseOperator final : public LinearOperator<Cpu> {
  public:
   explicit DenseOperator(Eigen::MatrixXd a) : a_(std::move(a)) {}
   Index size() const override { return a_.rows(); }
-  void Apply(Cpu::ConstView x, Cpu::View y) override {
+  void Apply(Cpu::ConstVectorView x, Cpu::VectorView y) override {
     AsEigen(y) = test::Apply(a_, AsEigen(x));
     ++applications;
   }
@@ -33,8 +33,10 @@ class DenseMap final : public LinearMap<Cpu> {
   explicit DenseMap(Eigen::MatrixXd a) : a_(std::move(a)) {}
   Index rows() const override { return a_.rows(); }
   Index cols() const override { return a_.cols(); }
-  void Apply(Cpu::ConstView x, Cpu::View y) override { AsEigen(y) = test::Apply(a_, AsEigen(x)); }
-  void ApplyAdjoint(Cpu::ConstView y, Cpu::View x) override { AsEigen(x) = test::ApplyTransposed(a_, AsEigen(y)); }
+  void Apply(Cpu::ConstVectorView x, Cpu::VectorView y) override { AsEigen(y) = test::Apply(a_, AsEigen(x)); }
+  void ApplyAdjoint(Cpu::ConstVectorView y, Cpu::VectorView x) override {
+    AsEigen(x) = test::ApplyTransposed(a_, AsEigen(y));
+  }
 
  private:
   Eigen::MatrixXd a_;

@@ -32,7 +32,7 @@ class FalseConvergence : public ::testing::TestWithParam<LinearSolverKind> {
 
 TEST_P(FalseConvergence, ADiagonalOfZerosFreezesColumnsThatHaveAGradient) {
   FaultyProblem problem;
-  problem.on_diagonal = [](Cpu::View d) { Cpu().Fill(0, d); };
+  problem.on_diagonal = [](Cpu::VectorView d) { Cpu().Fill(0, d); };
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kFrozenGradient) << summary.BriefReport();
   EXPECT_TRUE(Says(summary, "DiagJTJ")) << summary.message;
@@ -41,7 +41,7 @@ TEST_P(FalseConvergence, ADiagonalOfZerosFreezesColumnsThatHaveAGradient) {
 
 TEST_P(FalseConvergence, OneColumnFrozenThoughItHasAGradient) {
   FaultyProblem problem;
-  problem.on_diagonal = [](Cpu::View d) { d[1] = 0; };
+  problem.on_diagonal = [](Cpu::VectorView d) { d[1] = 0; };
   const double before = problem.Cost(x_);
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kFrozenGradient) << summary.BriefReport();
@@ -51,7 +51,7 @@ TEST_P(FalseConvergence, OneColumnFrozenThoughItHasAGradient) {
 
 TEST_P(FalseConvergence, ANegativeDiagonal) {
   FaultyProblem problem;
-  problem.on_diagonal = [](Cpu::View d) { d[2] = -d[2]; };
+  problem.on_diagonal = [](Cpu::VectorView d) { d[2] = -d[2]; };
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kBadDiagonal) << summary.BriefReport();
   EXPECT_TRUE(Says(summary, "entry 2")) << summary.message;
@@ -59,7 +59,7 @@ TEST_P(FalseConvergence, ANegativeDiagonal) {
 
 TEST_P(FalseConvergence, ADiagonalOfNaN) {
   FaultyProblem problem;
-  problem.on_diagonal = [](Cpu::View d) { d[1] = kNaN; };
+  problem.on_diagonal = [](Cpu::VectorView d) { d[1] = kNaN; };
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kBadDiagonal) << summary.BriefReport();
   EXPECT_TRUE(Says(summary, "entry 1")) << summary.message;
@@ -115,7 +115,7 @@ TEST_P(FalseConvergence, ADirectionOfZerosAtTheStart) {
 
 TEST_P(FalseConvergence, AGradientOfTheWrongSign) {
   FaultyProblem problem;
-  const auto negate = [](Cpu::ConstView, Cpu::View out) { Cpu().Axpby(-1.0, out, 0.0, out); };
+  const auto negate = [](Cpu::ConstVectorView, Cpu::VectorView out) { Cpu().Axpby(-1.0, out, 0.0, out); };
   // What is wrong in the step by each solver: normal equations see J^T, the others J.
   (GetParam() == LinearSolverKind::kDenseQr ? problem.on_jacobian : problem.on_transpose) = negate;
   const LmSummary summary = Solve(problem);
@@ -152,7 +152,7 @@ TEST_P(FalseConvergence, ADerivativeOfTheWrongSign) {
 // LSMR solves with J and J^T, and where these are not adjoint its steps go uphill by the model too.
 TEST(FalseConvergenceOfLsmr, AModelThatPredictsAnIncrease) {
   FaultyProblem problem;
-  problem.on_transpose = [](Cpu::ConstView, Cpu::View g) { Cpu().Axpby(-1.0, g, 0.0, g); };
+  problem.on_transpose = [](Cpu::ConstVectorView, Cpu::VectorView g) { Cpu().Axpby(-1.0, g, 0.0, g); };
   LmOptions options;
   options.normal_system.linear_solver = LinearSolverKind::kLsmr;
   Cpu backend;

@@ -12,13 +12,13 @@ namespace vesta {
 class FaultyProblem final : public Problem<Cpu> {
  public:
   // Each takes the place of the right answer, which is written before it is called.
-  std::function<void(Cpu::View d)> on_diagonal;
-  std::function<void(Cpu::ConstView u, Cpu::View g)> on_transpose;
-  std::function<void(Cpu::ConstView v, Cpu::View u)> on_jacobian;
-  std::function<void(Cpu::View g)> on_gradient;
-  std::function<void(Cpu::ConstView v, Cpu::View Hv)> on_product;
-  std::function<void(Cpu::View values)> on_blocks;
-  std::function<void(Cpu::ConstView x, Cpu::ConstView delta, Cpu::View out)> on_plus;
+  std::function<void(Cpu::VectorView d)> on_diagonal;
+  std::function<void(Cpu::ConstVectorView u, Cpu::VectorView g)> on_transpose;
+  std::function<void(Cpu::ConstVectorView v, Cpu::VectorView u)> on_jacobian;
+  std::function<void(Cpu::VectorView g)> on_gradient;
+  std::function<void(Cpu::ConstVectorView v, Cpu::VectorView Hv)> on_product;
+  std::function<void(Cpu::VectorView values)> on_blocks;
+  std::function<void(Cpu::ConstVectorView x, Cpu::ConstVectorView delta, Cpu::VectorView out)> on_plus;
   std::function<double(double cost)> on_cost;
   // Nothing is written at all by these.
   bool skips_diagonal = false, skips_transpose = false;
@@ -29,14 +29,14 @@ class FaultyProblem final : public Problem<Cpu> {
   const Eigen::Vector4d b{1, -2, 0.5, 4};
 
   Index num_parameters() const override { return 3; }
-  double Cost(Cpu::ConstView x) override {
+  double Cost(Cpu::ConstVectorView x) override {
     const double cost = 0.5 * (a * AsEigen(x) - b).squaredNorm();
     return on_cost ? on_cost(cost) : cost;
   }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override {
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
     return gives_null ? nullptr : std::make_unique<At>(*this, x);
   }
-  void Plus(Cpu& backend, Cpu::ConstView x, Cpu::ConstView delta, Cpu::View out) override {
+  void Plus(Cpu& backend, Cpu::ConstVectorView x, Cpu::ConstVectorView delta, Cpu::VectorView out) override {
     Problem::Plus(backend, x, delta, out);
     if (on_plus) on_plus(x, delta, out);
   }
@@ -44,31 +44,31 @@ class FaultyProblem final : public Problem<Cpu> {
  private:
   class At final : public Linearization<Cpu> {
    public:
-    At(const FaultyProblem& problem, Cpu::ConstView x) : problem_(problem), residuals_(4) {
+    At(const FaultyProblem& problem, Cpu::ConstVectorView x) : problem_(problem), residuals_(4) {
       AsEigen(residuals_.view()) = problem.a * AsEigen(x) - problem.b;
     }
     Index num_residuals() const override { return 4; }
     Index num_parameters() const override { return 3; }
-    Cpu::ConstView residuals() const override { return residuals_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override {
+    Cpu::ConstVectorView residuals() const override { return residuals_.view(); }
+    void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override {
       AsEigen(u) = problem_.a * AsEigen(v);
       if (problem_.on_jacobian) problem_.on_jacobian(v, u);
     }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override {
+    void ApplyJT(Cpu::ConstVectorView u, Cpu::VectorView g) override {
       if (problem_.skips_transpose) return;
       AsEigen(g) = problem_.a.transpose() * AsEigen(u);
       if (problem_.on_transpose) problem_.on_transpose(u, g);
     }
-    void DiagJTJ(Cpu::View d) override {
+    void DiagJTJ(Cpu::VectorView d) override {
       if (problem_.skips_diagonal) return;
       AsEigen(d) = problem_.a.colwise().squaredNorm().transpose();
       if (problem_.on_diagonal) problem_.on_diagonal(d);
     }
-    void Gradient(Cpu::View g) override {
+    void Gradient(Cpu::VectorView g) override {
       Linearization::Gradient(g);
       if (problem_.on_gradient) problem_.on_gradient(g);
     }
-    void ApplyH(Cpu::ConstView v, Cpu::View Hv) override {
+    void ApplyH(Cpu::ConstVectorView v, Cpu::VectorView Hv) override {
       Linearization::ApplyH(v, Hv);
       if (problem_.on_product) problem_.on_product(v, Hv);
     }

@@ -56,9 +56,11 @@ class Circle final : public Problem<Cpu> {
  public:
   Index num_parameters() const override { return 2; }
   Index num_tangent() const override { return 1; }
-  double Cost(Cpu::ConstView x) override { return 0.5 * Square(x[0] - 3) + 0.5 * Square(x[1] - 4); }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override { return std::make_unique<At>(x); }
-  void Plus(Cpu&, Cpu::ConstView x, Cpu::ConstView delta, Cpu::View out) override {
+  double Cost(Cpu::ConstVectorView x) override { return 0.5 * Square(x[0] - 3) + 0.5 * Square(x[1] - 4); }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
+    return std::make_unique<At>(x);
+  }
+  void Plus(Cpu&, Cpu::ConstVectorView x, Cpu::ConstVectorView delta, Cpu::VectorView out) override {
     const double c = std::cos(delta[0]), s = std::sin(delta[0]);
     out[0] = c * x[0] - s * x[1];
     out[1] = s * x[0] + c * x[1];
@@ -68,18 +70,18 @@ class Circle final : public Problem<Cpu> {
   static double Square(double v) { return v * v; }
   class At final : public Linearization<Cpu> {
    public:
-    explicit At(Cpu::ConstView x) : residuals_(2), tangent_{-x[1], x[0]} {
+    explicit At(Cpu::ConstVectorView x) : residuals_(2), tangent_{-x[1], x[0]} {
       residuals_[0] = x[0] - 3;
       residuals_[1] = x[1] - 4;
     }
     Index num_residuals() const override { return 2; }
     Index num_parameters() const override { return 1; }
-    Cpu::ConstView residuals() const override { return residuals_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override {
+    Cpu::ConstVectorView residuals() const override { return residuals_.view(); }
+    void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override {
       for (int i = 0; i < 2; ++i) u[i] = tangent_[i] * v[0];
     }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { g[0] = tangent_[0] * u[0] + tangent_[1] * u[1]; }
-    void DiagJTJ(Cpu::View d) override { d[0] = Square(tangent_[0]) + Square(tangent_[1]); }
+    void ApplyJT(Cpu::ConstVectorView u, Cpu::VectorView g) override { g[0] = tangent_[0] * u[0] + tangent_[1] * u[1]; }
+    void DiagJTJ(Cpu::VectorView d) override { d[0] = Square(tangent_[0]) + Square(tangent_[1]); }
 
    private:
     Cpu::Vector residuals_;

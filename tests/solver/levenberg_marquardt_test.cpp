@@ -28,8 +28,8 @@ class Tampered final : public Problem<Cpu> {
  public:
   explicit Tampered(Problem<Cpu>& inner) : inner_(inner) {}
   Index num_parameters() const override { return inner_.num_parameters(); }
-  double Cost(Cpu::ConstView x) override { return on_cost(x, inner_.Cost(x)); }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int batch) override {
+  double Cost(Cpu::ConstVectorView x) override { return on_cost(x, inner_.Cost(x)); }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int batch) override {
     ++linearizations;
     if (linearizations < poisoned_linearization) return inner_.Linearize(x, batch);
     Cpu().Fill(kNaN, poisoned_.view());
@@ -37,7 +37,7 @@ class Tampered final : public Problem<Cpu> {
   }
   void BeginTurn(int turn) override { turns.push_back(turn); }
   std::vector<int> turns;
-  std::function<double(Cpu::ConstView, double)> on_cost = [](Cpu::ConstView, double cost) { return cost; };
+  std::function<double(Cpu::ConstVectorView, double)> on_cost = [](Cpu::ConstVectorView, double cost) { return cost; };
   int linearizations = 0;
   int poisoned_linearization = std::numeric_limits<int>::max();
 
@@ -242,7 +242,7 @@ TEST_F(LmTest, TrialsThatAreNotFiniteAreRejectedAndSurvived) {
   // Beyond a wall at x0 = -1 the first trials have no cost.
   for (const double wall : {kNaN, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()}) {
     int blocked = 0;
-    tampered_.on_cost = [&](Cpu::ConstView x, double cost) {
+    tampered_.on_cost = [&](Cpu::ConstVectorView x, double cost) {
       if (x[0] <= -1.1 || blocked >= 4) return cost;
       ++blocked;
       return wall;
@@ -255,7 +255,7 @@ TEST_F(LmTest, TrialsThatAreNotFiniteAreRejectedAndSurvived) {
 }
 
 TEST_F(LmTest, WhenNoTrialIsFiniteTheStartComesBack) {
-  tampered_.on_cost = [](Cpu::ConstView x, double cost) { return x[0] == -1.2 && x[1] == 1 ? cost : kNaN; };
+  tampered_.on_cost = [](Cpu::ConstVectorView x, double cost) { return x[0] == -1.2 && x[1] == 1 ? cost : kNaN; };
   LmOptions options = Tight();
   options.max_consecutive_rejects = 10;
   const LmSummary summary = SolveLm(options, backend_, tampered_, x_.view());
@@ -265,7 +265,7 @@ TEST_F(LmTest, WhenNoTrialIsFiniteTheStartComesBack) {
 }
 
 TEST_F(LmTest, ARejectAtTheUpperBoundEndsTheSolve) {
-  tampered_.on_cost = [](Cpu::ConstView x, double cost) { return x[0] == -1.2 && x[1] == 1 ? cost : kNaN; };
+  tampered_.on_cost = [](Cpu::ConstVectorView x, double cost) { return x[0] == -1.2 && x[1] == 1 ? cost : kNaN; };
   LmOptions options = Tight();
   options.step_control.max_lambda = 1e-2;
   const LmSummary summary = SolveLm(options, backend_, tampered_, x_.view());

@@ -20,16 +20,16 @@ class LinearProblem final : public Problem<Cpu> {
 
   Index num_parameters() const override { return batches_.front().a.cols(); }
   int num_batches() const override { return static_cast<int>(batches_.size()); }
-  double Cost(Cpu::ConstView x) override {
+  double Cost(Cpu::ConstVectorView x) override {
     double cost = 0;
     for (const Batch& batch : batches_) cost += 0.5 * (test::Apply(batch.a, AsEigen(x)) - batch.b).squaredNorm();
     return cost;
   }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int batch) override {
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int batch) override {
     ++linearizations;
     return std::make_unique<Rows>(batches_[static_cast<std::size_t>(batch)], x, groups, own_descent);
   }
-  bool DampingMetric(Cpu::ConstView, Cpu::ConstView diag_h, Cpu::View metric) override {
+  bool DampingMetric(Cpu::ConstVectorView, Cpu::ConstVectorView diag_h, Cpu::VectorView metric) override {
     if (own_metric <= 0) return false;
     Cpu().Fill(own_metric, metric);
     last_diag_h = AsEigen(diag_h);
@@ -45,21 +45,23 @@ class LinearProblem final : public Problem<Cpu> {
  private:
   class Rows final : public Linearization<Cpu> {
    public:
-    Rows(const Batch& batch, Cpu::ConstView x, std::vector<BlockGroup> groups, Eigen::VectorXd own_descent)
+    Rows(const Batch& batch, Cpu::ConstVectorView x, std::vector<BlockGroup> groups, Eigen::VectorXd own_descent)
         : a_(batch.a), groups_(std::move(groups)), own_descent_(std::move(own_descent)), residuals_(batch.b.size()) {
       AsEigen(residuals_.view()) = test::Apply(a_, AsEigen(x)) - batch.b;
     }
     Index num_residuals() const override { return a_.rows(); }
     Index num_parameters() const override { return a_.cols(); }
-    Cpu::ConstView residuals() const override { return residuals_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = test::Apply(a_, AsEigen(v)); }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { AsEigen(g) = test::ApplyTransposed(a_, AsEigen(u)); }
+    Cpu::ConstVectorView residuals() const override { return residuals_.view(); }
+    void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override { AsEigen(u) = test::Apply(a_, AsEigen(v)); }
+    void ApplyJT(Cpu::ConstVectorView u, Cpu::VectorView g) override {
+      AsEigen(g) = test::ApplyTransposed(a_, AsEigen(u));
+    }
     bool has_own_descent() const override { return own_descent_.size() > 0; }
-    void Descent(Cpu::View d) override {
+    void Descent(Cpu::VectorView d) override {
       Linearization::Descent(d);
       if (has_own_descent()) AsEigen(d).array() *= own_descent_.array();
     }
-    void DiagJTJ(Cpu::View d) override { AsEigen(d) = a_.colwise().squaredNorm().transpose(); }
+    void DiagJTJ(Cpu::VectorView d) override { AsEigen(d) = a_.colwise().squaredNorm().transpose(); }
     std::vector<BlockGroup> block_groups() const override { return groups_; }
     void BlockGram(BlockDiagonal<Cpu>& blocks) override {
       const Eigen::MatrixXd h = test::Gram(a_);

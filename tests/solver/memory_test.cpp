@@ -31,45 +31,45 @@ class Pairs final : public Problem<Cpu> {
 
   Index num_parameters() const override { return kParameters; }
   int num_batches() const override { return options_.batches; }
-  double Cost(Cpu::ConstView x) override {
+  double Cost(Cpu::ConstVectorView x) override {
     const Cpu::Vector work = Vectors(options_.cost_work);
     if (options_.refuses && ++costs_ == 2) return std::numeric_limits<double>::infinity();
     double sum = 0;
     for (Index k = 0; k < kParameters; ++k) sum += Residual(x, k) * Residual(x, k) / 2;
     return options_.batches * sum;
   }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override {
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
     return std::make_unique<At>(options_, x);
   }
-  bool DampingMetric(Cpu::ConstView, Cpu::ConstView diag_h, Cpu::View metric) override {
+  bool DampingMetric(Cpu::ConstVectorView, Cpu::ConstVectorView diag_h, Cpu::VectorView metric) override {
     if (options_.has_own_metric) Cpu().Axpby(2, diag_h, 0, metric);
     return options_.has_own_metric;
   }
 
  private:
   static Cpu::Vector Vectors(double count) { return Cpu::Vector(static_cast<Index>(count * kParameters)); }
-  static double Product(Cpu::ConstView v, Index k) { return 2 * v[k] + v[k ^ 1] / 2; }
-  static double Residual(Cpu::ConstView x, Index k) { return Product(x, k) - 1; }
+  static double Product(Cpu::ConstVectorView v, Index k) { return 2 * v[k] + v[k ^ 1] / 2; }
+  static double Residual(Cpu::ConstVectorView x, Index k) { return Product(x, k) - 1; }
 
   class At final : public Linearization<Cpu> {
    public:
-    At(const Options& options, Cpu::ConstView x) : options_(options), x_(x), held_(Vectors(options.held)) {}
+    At(const Options& options, Cpu::ConstVectorView x) : options_(options), x_(x), held_(Vectors(options.held)) {}
     Index num_residuals() const override { return kParameters; }
     Index num_parameters() const override { return kParameters; }
     bool weighted() const override { return true; }  // for PCG's sake
-    Cpu::ConstView residuals() const override { return {}; }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override {
+    Cpu::ConstVectorView residuals() const override { return {}; }
+    void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override {
       for (Index k = 0; k < kParameters; ++k) u[k] = Product(v, k);
     }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { ApplyJ(u, g); }
-    void ApplyH(Cpu::ConstView v, Cpu::View Hv) override {
+    void ApplyJT(Cpu::ConstVectorView u, Cpu::VectorView g) override { ApplyJ(u, g); }
+    void ApplyH(Cpu::ConstVectorView v, Cpu::VectorView Hv) override {
       for (Index k = 0; k < kParameters; ++k) Hv[k] = 4.25 * v[k] + 2 * v[k ^ 1];
     }
-    void Gradient(Cpu::View g) override {
+    void Gradient(Cpu::VectorView g) override {
       for (Index k = 0; k < kParameters; ++k) g[k] = 2.5 * Residual(x_, k);
     }
     bool has_own_descent() const override { return options_.has_own_descent; }
-    void DiagJTJ(Cpu::View d) override {
+    void DiagJTJ(Cpu::VectorView d) override {
       Measure();
       Cpu().Fill(4.25, d);
     }
@@ -78,7 +78,7 @@ class Pairs final : public Problem<Cpu> {
     }
     void BlockGram(BlockDiagonal<Cpu>& blocks) override {
       if (gram_.empty()) Vectors(options_.gram_work);
-      const Cpu::View values = blocks.values(0);
+      const Cpu::VectorView values = blocks.values(0);
       for (Index k = 0; k < values.size(); ++k) values[k] = k / (kParameters / 2) == 1 ? 2 : 4.25;
       gram_ = {};
     }
@@ -89,7 +89,7 @@ class Pairs final : public Problem<Cpu> {
       gram_ = Vectors(options_.gram);
     }
     const Options& options_;
-    Cpu::ConstView x_;
+    Cpu::ConstVectorView x_;
     Cpu::Vector held_, gram_;
   };
 

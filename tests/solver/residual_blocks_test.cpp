@@ -107,8 +107,8 @@ TEST(DerivativeCheck, SeesWrongOperators) {
    public:
     Index rows() const override { return 4; }
     Index cols() const override { return 4; }
-    void Apply(Cpu::ConstView x, Cpu::View y) override { Cpu().Copy(x, y); }
-    void ApplyAdjoint(Cpu::ConstView y, Cpu::View x) override {
+    void Apply(Cpu::ConstVectorView x, Cpu::VectorView y) override { Cpu().Copy(x, y); }
+    void ApplyAdjoint(Cpu::ConstVectorView y, Cpu::VectorView x) override {
       Cpu().Copy(y, x);
       x[3] *= 1 + 1e-6;
     }
@@ -120,10 +120,10 @@ TEST(DerivativeCheck, SeesWrongOperators) {
    public:
     Index num_residuals() const override { return 2; }
     Index num_parameters() const override { return 2; }
-    Cpu::ConstView residuals() const override { return zero_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { Cpu().Copy(v, u); }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override { Cpu().Copy(u, g); }
-    void DiagJTJ(Cpu::View d) override {
+    Cpu::ConstVectorView residuals() const override { return zero_.view(); }
+    void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override { Cpu().Copy(v, u); }
+    void ApplyJT(Cpu::ConstVectorView u, Cpu::VectorView g) override { Cpu().Copy(u, g); }
+    void DiagJTJ(Cpu::VectorView d) override {
       d[0] = 1;
       d[1] = 1.1;
     }

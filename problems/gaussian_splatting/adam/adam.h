@@ -29,7 +29,8 @@ class Adam {
 
   // x -= step, for attributes [0, attributes) of a model so laid out, all rates times `factor`; gradient laid out as
   // the model, zero afterwards. Moments are made on first use. On a device it does not wait.
-  void Step(const splat::ModelLayout& layout, typename B::View x, float* gradient, int attributes, double factor) {
+  void Step(const splat::ModelLayout& layout, typename B::VectorView x, float* gradient, int attributes,
+            double factor) {
     const Index count = layout.count;
     if (first_.empty()) Start(count, x.size());
     VESTA_CHECK(units_.empty() || units_.size() == count, "{} units of length for {} Gaussians", units_.size(), count);

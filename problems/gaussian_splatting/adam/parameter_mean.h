@@ -21,7 +21,7 @@ class ParameterMean {
   const typename B::Vector& value() const { return mean_; }
   // x: as many parameters as in the calls before, since the start. Where there is no room for their mean it stays
   // empty.
-  void Add(typename B::ConstView x) {
+  void Add(typename B::ConstVectorView x) {
     if (empty()) mean_.ResizeForOverwrite(x.size());
     ++terms_;
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);

@@ -18,7 +18,7 @@ Channels<S> ChannelsOf(const std::array<double, 3>& values) {
 
 // image, in the memory of B, becomes what the exposure makes of it.
 template <class B>
-void Expose(const AffineColor& color, typename B::View image) {
+void Expose(const AffineColor& color, typename B::VectorView image) {
   using S = typename B::Scalar;
   const Index plane = image.size() / Channels<S>::kCount;
   ForEach<typename B::Space>(
@@ -27,7 +27,7 @@ void Expose(const AffineColor& color, typename B::View image) {
 }
 // image *= factors, channel by channel.
 template <class B>
-void ScaleChannels(const Channels<typename B::Scalar>& factors, typename B::View image) {
+void ScaleChannels(const Channels<typename B::Scalar>& factors, typename B::VectorView image) {
   using S = typename B::Scalar;
   const Index plane = image.size() / Channels<S>::kCount;
   ForEach<typename B::Space>(plane, kExposureGrain, ScalePixel<S>{factors, image.data(), plane});

@@ -22,19 +22,19 @@ class ExposureProblem final : public Problem<DoubleBackend> {
 
   Index num_parameters() const override { return kViewParameters; }
   Index num_tangent() const override { return kFree.num_tangent(); }
-  double Cost(ConstView x) override {
+  double Cost(ConstVectorView x) override {
     image_.CopyFrom(rendered_);
     Unpack(x).color.Apply(image_.view());
     return EvaluateLoss(*loss_, target_, image_.view()).cost;
   }
-  std::unique_ptr<Linearization<DoubleBackend>> Linearize(ConstView x, int batch) override {
+  std::unique_ptr<Linearization<DoubleBackend>> Linearize(ConstVectorView x, int batch) override {
     this->CheckBatch(batch);
     HostBuffer<float> rendered;
     rendered.CopyFrom(rendered_);
     return std::make_unique<ViewLinearization<float>>(kFree, Unpack(x).color, target_, std::move(rendered),
                                                       HostBuffer<float>(), loss_);
   }
-  void Plus(DoubleBackend& /*backend*/, ConstView x, ConstView delta, View out) override {
+  void Plus(DoubleBackend& /*backend*/, ConstVectorView x, ConstVectorView delta, VectorView out) override {
     Pack(gs::Plus(Unpack(x), kFree, delta), out);
   }
 

@@ -30,7 +30,7 @@ template <class B>
 class ImageProducts {
  public:
   using Space = typename B::Space;
-  using ConstView = typename B::ConstView;
+  using ConstVectorView = typename B::ConstVectorView;
 
   // Of so many at most.
   explicit ImageProducts(int most) {
@@ -38,7 +38,7 @@ class ImageProducts {
   }
   // a^T b. On a device both are of its scalars.
   template <class T>
-  void AddDot(ConstView a, Span<const T, Space> b) {
+  void AddDot(ConstVectorView a, Span<const T, Space> b) {
     if constexpr (kIsDevice) {
       B().Dot(a, b, Next());
     } else {
@@ -47,13 +47,13 @@ class ImageProducts {
     }
   }
   // The sum of a's values.
-  void AddSum(ConstView a) {
+  void AddSum(ConstVectorView a) {
     if constexpr (kIsDevice) {
       if (ones_.size() < a.size()) {
         ones_.ResizeForOverwrite(a.size());
         B().Fill(1, ones_);
       }
-      AddDot(a, ConstView(ones_.view()).subspan(0, a.size()));
+      AddDot(a, ConstVectorView(ones_.view()).subspan(0, a.size()));
     } else {
       sums_.push_back(SumOver(a.size(), [&](Index i) { return static_cast<double>(a[i]); }));
     }
@@ -83,9 +83,10 @@ class ImageProducts {
 
 // The gradient of a cost by the three gains, then by the three offsets, of an exposure of the image.
 template <class B>
-void AddExposureProducts(typename B::ConstView image, typename B::ConstView gradient, ImageProducts<B>& products) {
+void AddExposureProducts(typename B::ConstVectorView image, typename B::ConstVectorView gradient,
+                         ImageProducts<B>& products) {
   const Index plane = image.size() / ImageShape::kChannels;
-  const auto channel = [plane](typename B::ConstView of, int c) { return of.subspan(c * plane, plane); };
+  const auto channel = [plane](typename B::ConstVectorView of, int c) { return of.subspan(c * plane, plane); };
   for (int c = 0; c < ImageShape::kChannels; ++c) products.AddDot(channel(image, c), channel(gradient, c));
   for (int c = 0; c < ImageShape::kChannels; ++c) products.AddSum(channel(gradient, c));
 }

@@ -32,30 +32,30 @@ template <Backend B>
 class JointLinearization final : public Linearization<B> {
  public:
   using S = typename B::Scalar;
-  using typename Linearization<B>::ConstView;
-  using typename Linearization<B>::View;
+  using typename Linearization<B>::ConstVectorView;
+  using typename Linearization<B>::VectorView;
 
   // scratch is shared with the problem.
-  JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
+  JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstVectorView x,
                      std::span<const TargetView<B>> views, std::shared_ptr<JointScratch<B>> scratch);
 
   // Residuals are the colour differences e = shown - truth, view after view, each 3 planes; then for each view those of
   // the prior.
   Index num_residuals() const override { return num_values_ + num_priors(); }
   Index num_parameters() const override { return layout_.num_tangent(); }
-  ConstView residuals() const override;
-  void ApplyJ(ConstView v, View u) override;
-  void ApplyJT(ConstView u, View g) override;
+  ConstVectorView residuals() const override;
+  void ApplyJ(ConstVectorView v, VectorView u) override;
+  void ApplyJT(ConstVectorView u, VectorView g) override;
   // The identity on the prior's.
-  void ApplyW(ConstView u, View Wu) override;
+  void ApplyW(ConstVectorView u, VectorView Wu) override;
   bool weighted() const override { return true; }
-  void ApplyH(ConstView v, View Hv) override;
-  void Gradient(View g) override;
+  void ApplyH(ConstVectorView v, VectorView Hv) override;
+  void Gradient(VectorView g) override;
   // The gradient; that of the splats shrunk where the views disagree (lm/view_agreement.h).
   bool has_own_descent() const override { return options_.splats.view_agreement > 0; }
-  void Descent(View d) override;
+  void Descent(VectorView d) override;
   // Exact for views; for splats exact for W's pointwise part, which stands in for W (docs/mathematics.md).
-  void DiagJTJ(View d) override;
+  void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override { return BlockGroupsOf(options_, layout_); }
   void BlockGram(BlockDiagonal<B>& blocks) override;
   // Null unless the options have it.
@@ -68,9 +68,9 @@ class JointLinearization final : public Linearization<B> {
   using ConstHere = HostSpan<const S>;
   using Here = HostSpan<S>;
   // d_image = J of view v by the splats; g += its transpose times u, an image, which is overwritten.
-  void ApplySplatsJ(Index v, ConstView splats, View d_image);
-  void AddSplatsJT(Index v, View u, View g);
-  void ApplyW(const JointUnit<B>& unit, ConstView u, View Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
+  void ApplySplatsJ(Index v, ConstVectorView splats, VectorView d_image);
+  void AddSplatsJT(Index v, VectorView u, VectorView g);
+  void ApplyW(const JointUnit<B>& unit, ConstVectorView u, VectorView Wu) { scratch_->loss.ApplyW(unit.W, u, Wu); }
   // What both hold of the diagonal and the blocks.
   const SplatGrams<B>& Grams();
   const std::vector<double>& CurvatureOf(std::size_t view) { return MakeCurvature(units_[view]); }
@@ -83,10 +83,10 @@ class JointLinearization final : public Linearization<B> {
   // Builds all views, and sums their gradients, of which comes the descent.
   void MakeUnits();
   // x: the rest of it.
-  void Build(Index v, ConstHere x, JointUnit<B>& unit, View image_gradient);
+  void Build(Index v, ConstHere x, JointUnit<B>& unit, VectorView image_gradient);
   // d_image = J v of view v, without the prior's; g += J^T u, u overwritten.
-  void ApplyViewJ(Index v, ConstView splats, ConstHere rest, View d_image);
-  void AddViewJT(Index v, View u, View g, Here g_rest);
+  void ApplyViewJ(Index v, ConstVectorView splats, ConstHere rest, VectorView d_image);
+  void AddViewJT(Index v, VectorView u, VectorView g, Here g_rest);
   // out = J_p v and g += J_p^T u of the prior of view v, which is on the rest alone.
   void ApplyPriorJ(Index v, ConstHere step, S* out) const;
   void AddPriorJT(Index v, const S* u, Here g) const;
@@ -94,7 +94,7 @@ class JointLinearization final : public Linearization<B> {
 
   JointProblemOptions options_;
   JointLayout layout_;
-  ConstView x_;
+  ConstVectorView x_;
   splat::Model<S> model_;
   std::span<const TargetView<B>> views_;
   std::vector<JointUnit<B>> units_;

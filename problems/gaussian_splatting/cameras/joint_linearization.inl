@@ -19,8 +19,8 @@
 namespace vesta::gs {
 
 template <Backend B>
-JointLinearization<B>::JointLinearization(const JointProblemOptions& options, const JointLayout& layout, ConstView x,
-                                          std::span<const TargetView<B>> views,
+JointLinearization<B>::JointLinearization(const JointProblemOptions& options, const JointLayout& layout,
+                                          ConstVectorView x, std::span<const TargetView<B>> views,
                                           std::shared_ptr<JointScratch<B>> scratch)
     : options_(options),
       layout_(layout),
@@ -45,7 +45,7 @@ void JointLinearization<B>::MakeUnits() {
   std::vector<S> prior;
   for (Index v = 0; v < layout_.views; ++v) {
     JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
-    const View image_gradient = scratch_->Image(views_[static_cast<std::size_t>(v)].shape().NumValues());
+    const VectorView image_gradient = scratch_->Image(views_[static_cast<std::size_t>(v)].shape().NumValues());
     Build(v, x.view(), unit, image_gradient);
     AddViewJT(v, image_gradient, steers ? of_view.view() : gradient_.view(), g_rest.view());
     prior.assign(unit.prior.begin(), unit.prior.end());
@@ -62,7 +62,7 @@ void JointLinearization<B>::MakeUnits() {
 }
 
 template <Backend B>
-void JointLinearization<B>::Build(Index v, ConstHere x, JointUnit<B>& unit, View image_gradient) {
+void JointLinearization<B>::Build(Index v, ConstHere x, JointUnit<B>& unit, VectorView image_gradient) {
   const TargetView<B>& target = views_[static_cast<std::size_t>(v)];
   CheckTruth(target);
   unit.target = &target;
@@ -71,7 +71,7 @@ void JointLinearization<B>::Build(Index v, ConstHere x, JointUnit<B>& unit, View
                   scratch_->workspace);
   unit.rendered.ResizeForOverwrite(target.shape().NumValues());
   unit.view.Render(unit.rendered.data());
-  const View shown = scratch_->Weighted(unit.values());
+  const VectorView shown = scratch_->Weighted(unit.values());
   B().Copy(unit.rendered, shown);
   Expose<B>(unit.unknowns.color, shown);
   LinearizeLoss<B>(scratch_->loss, target, shown, image_gradient, unit.W);
@@ -80,13 +80,13 @@ void JointLinearization<B>::Build(Index v, ConstHere x, JointUnit<B>& unit, View
 }
 
 template <Backend B>
-auto JointLinearization<B>::residuals() const -> ConstView {
+auto JointLinearization<B>::residuals() const -> ConstVectorView {
   if (residuals_.empty()) {
     residuals_.ResizeForOverwrite(num_residuals());
     Rest<B> priors(FromZero(), residuals_.view(), num_values_);
     Index at = 0, prior = 0;
     for (const JointUnit<B>& unit : units_) {
-      const View part = residuals_.view().subspan(at, unit.values());
+      const VectorView part = residuals_.view().subspan(at, unit.values());
       B().Copy(unit.rendered, part);
       Expose<B>(unit.unknowns.color, part);
       B().Axpby(-1.0, unit.target->truth, 1.0, part);
@@ -99,7 +99,7 @@ auto JointLinearization<B>::residuals() const -> ConstView {
 }
 
 template <Backend B>
-void JointLinearization<B>::ApplySplatsJ(Index v, ConstView splats, View d_image) {
+void JointLinearization<B>::ApplySplatsJ(Index v, ConstVectorView splats, VectorView d_image) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
   ApplyModelAndPoseJ(unit.view, model_, splats.data(), nullptr, d_image.data(), scratch_->workspace);
   ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), d_image);
@@ -107,7 +107,7 @@ void JointLinearization<B>::ApplySplatsJ(Index v, ConstView splats, View d_image
 }
 
 template <Backend B>
-void JointLinearization<B>::AddSplatsJT(Index v, View u, View g) {
+void JointLinearization<B>::AddSplatsJT(Index v, VectorView u, VectorView g) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
   ClearLeftOut<B>(unit.target->mask, u);
   ScaleChannels<B>(ChannelsOf<S>(unit.unknowns.color.gain), u);
@@ -115,7 +115,7 @@ void JointLinearization<B>::AddSplatsJT(Index v, View u, View g) {
 }
 
 template <Backend B>
-void JointLinearization<B>::ApplyViewJ(Index v, ConstView splats, ConstHere rest, View d_image) {
+void JointLinearization<B>::ApplyViewJ(Index v, ConstVectorView splats, ConstHere rest, VectorView d_image) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
   const ConstHere own = layout_.StepOf(rest, v);
   splat::PoseTangent pose;
@@ -138,7 +138,7 @@ void JointLinearization<B>::ApplyViewJ(Index v, ConstView splats, ConstHere rest
 }
 
 template <Backend B>
-void JointLinearization<B>::AddViewJT(Index v, View u, View g, Here g_rest) {
+void JointLinearization<B>::AddViewJT(Index v, VectorView u, VectorView g, Here g_rest) {
   const JointUnit<B>& unit = units_[static_cast<std::size_t>(v)];
   ClearLeftOut<B>(unit.target->mask, u);
   const Here own = layout_.StepOf(g_rest, v);
@@ -180,7 +180,7 @@ void JointLinearization<B>::AddPriorJT(Index v, const S* u, Here g) const {
 }
 
 template <Backend B>
-void JointLinearization<B>::ApplyJ(ConstView v, View u) {
+void JointLinearization<B>::ApplyJ(ConstVectorView v, VectorView u) {
   const Index n = layout_.free.num_tangent();
   const ConstRest<B> rest(v, layout_.splats);
   Rest<B> priors(FromZero(), u, num_values_);
@@ -195,14 +195,14 @@ void JointLinearization<B>::ApplyJ(ConstView v, View u) {
 }
 
 template <Backend B>
-void JointLinearization<B>::ApplyJT(ConstView u, View g) {
+void JointLinearization<B>::ApplyJT(ConstVectorView u, VectorView g) {
   const Index n = layout_.free.num_tangent();
   B().Fill(0, g);
   const ConstRest<B> priors(u, num_values_);
   Rest<B> rest(FromZero(), g, layout_.splats);
   Index at = 0;
   for (Index i = 0; i < layout_.views; ++i) {
-    const View work = scratch_->Image(units_[static_cast<std::size_t>(i)].values());
+    const VectorView work = scratch_->Image(units_[static_cast<std::size_t>(i)].values());
     B().Copy(u.subspan(at, work.size()), work);
     AddViewJT(i, work, g, rest.view());
     AddPriorJT(i, priors.view().data() + i * n, rest.view());
@@ -212,7 +212,7 @@ void JointLinearization<B>::ApplyJT(ConstView u, View g) {
 }
 
 template <Backend B>
-void JointLinearization<B>::ApplyW(ConstView u, View Wu) {
+void JointLinearization<B>::ApplyW(ConstVectorView u, VectorView Wu) {
   Index at = 0;
   for (const JointUnit<B>& unit : units_) {
     ApplyW(unit, u.subspan(at, unit.values()), Wu.subspan(at, unit.values()));
@@ -222,14 +222,14 @@ void JointLinearization<B>::ApplyW(ConstView u, View Wu) {
 }
 
 template <Backend B>
-void JointLinearization<B>::ApplyH(ConstView v, View Hv) {
+void JointLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
   B().Fill(0, Hv);
   const ConstRest<B> rest(v, layout_.splats);
   Rest<B> to(FromZero(), Hv, layout_.splats);
   HostBuffer<S> prior(layout_.free.num_tangent());
   for (Index i = 0; i < layout_.views; ++i) {
     const JointUnit<B>& unit = units_[static_cast<std::size_t>(i)];
-    const View d_image = scratch_->Image(unit.values()), weighted = scratch_->Weighted(unit.values());
+    const VectorView d_image = scratch_->Image(unit.values()), weighted = scratch_->Weighted(unit.values());
     ApplyViewJ(i, v, rest.view(), d_image);
     ApplyW(unit, d_image, weighted);
     AddViewJT(i, weighted, Hv, to.view());
@@ -240,12 +240,12 @@ void JointLinearization<B>::ApplyH(ConstView v, View Hv) {
 }
 
 template <Backend B>
-void JointLinearization<B>::Gradient(View g) {
+void JointLinearization<B>::Gradient(VectorView g) {
   B().Copy(gradient_, g);
 }
 
 template <Backend B>
-void JointLinearization<B>::Descent(View d) {
+void JointLinearization<B>::Descent(VectorView d) {
   B().Axpby(-1.0, gradient_, 0.0, d);
   if (has_own_descent()) B().Copy(descent_, d.subspan(0, layout_.splats));
 }
@@ -255,7 +255,7 @@ const SplatGrams<B>& JointLinearization<B>::Grams() {
   if (!grams_.empty()) return grams_;
   grams_.Start(model_);
   for (const JointUnit<B>& unit : units_) {
-    const View omega = scratch_->Image(unit.values());
+    const VectorView omega = scratch_->Image(unit.values());
     B().Copy(unit.W.diagonal, omega);
     Channels<S> squared = ChannelsOf<S>(unit.unknowns.color.gain);
     for (S& gain : squared.of) gain *= gain;
@@ -286,7 +286,7 @@ const std::vector<double>& JointLinearization<B>::MakeCurvature(JointUnit<B>& un
 }
 
 template <Backend B>
-void JointLinearization<B>::DiagJTJ(View d) {
+void JointLinearization<B>::DiagJTJ(VectorView d) {
   Grams().CopyDiagonal(d.subspan(0, layout_.splats));
   Rest<B> rest(FromZero(), d, layout_.splats);
   const Index n = layout_.free.num_tangent();

@@ -36,8 +36,8 @@ template <Backend B>
 class JointProblem final : public Problem<B> {
  public:
   using S = typename B::Scalar;
-  using typename Problem<B>::ConstView;
-  using typename Problem<B>::View;
+  using typename Problem<B>::ConstVectorView;
+  using typename Problem<B>::VectorView;
 
   // views must outlive the problem. Throws Error where there are none, where neither pose nor colour of them is free,
   // where lenses are, and for a prior out of range; for a truth that is not of its view's size where it is looked at.
@@ -47,12 +47,12 @@ class JointProblem final : public Problem<B> {
   Index num_parameters() const override { return layout_.num_parameters(); }
   Index num_tangent() const override { return layout_.num_tangent(); }
   Index num_units() const override { return layout_.views; }
-  double Cost(ConstView x) override;
-  double Cost(ConstView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
+  double Cost(ConstVectorView x) override;
+  double Cost(ConstVectorView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
   // That of the splats' (SplatMetricOptions); of views diag(H).
-  bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
-  void Plus(B& backend, ConstView x, ConstView delta, View out) override;
+  bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
+  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
   // Those of the splats, then one block for each view.
   std::vector<BlockGroup> block_groups() const { return BlockGroupsOf(options_, layout_); }

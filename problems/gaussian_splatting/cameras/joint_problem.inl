@@ -34,14 +34,14 @@ JointProblem<B>::JointProblem(const JointProblemOptions& options, std::span<cons
 }
 
 template <Backend B>
-double JointProblem<B>::Cost(ConstView x) {
+double JointProblem<B>::Cost(ConstVectorView x) {
   std::vector<Index> all(views_.size());
   std::iota(all.begin(), all.end(), Index{0});
   return Cost(x, all);
 }
 
 template <Backend B>
-double JointProblem<B>::Cost(ConstView x, std::span<const Index> units) {
+double JointProblem<B>::Cost(ConstVectorView x, std::span<const Index> units) {
   this->CheckSize(x);
   this->CheckUnits(units);
   const splat::Model<S> model{x.data(), options_.splats, options_.splats.sh_degree};
@@ -66,14 +66,14 @@ double JointProblem<B>::Cost(ConstView x, std::span<const Index> units) {
 }
 
 template <Backend B>
-std::unique_ptr<Linearization<B>> JointProblem<B>::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<B>> JointProblem<B>::Linearize(ConstVectorView x, int batch) {
   this->CheckSize(x);
   this->CheckBatch(batch);
   return std::make_unique<JointLinearization<B>>(options_, layout_, x, views_, scratch_);
 }
 
 template <Backend B>
-bool JointProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
+bool JointProblem<B>::DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) {
   const Index n = layout_.splats;
   if (!splats_.DampingMetric(x.subspan(0, n), diag_h.subspan(0, n), D.subspan(0, n))) return false;
   B().Copy(diag_h.subspan(n, diag_h.size() - n), D.subspan(n, D.size() - n));
@@ -81,7 +81,7 @@ bool JointProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
 }
 
 template <Backend B>
-void JointProblem<B>::Plus(B& backend, ConstView x, ConstView delta, View out) {
+void JointProblem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {
   const Index n = layout_.splats;
   backend.Copy(x, out);
   backend.Axpby(1.0, delta.subspan(0, n), 1.0, out.subspan(0, n));

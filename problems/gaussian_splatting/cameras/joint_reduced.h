@@ -14,17 +14,17 @@ namespace vesta::gs {
 template <Backend B>
 class JointReducedSystem final : public ReducedSystem<B> {
  public:
-  using typename ReducedSystem<B>::ConstView;
-  using typename ReducedSystem<B>::View;
+  using typename ReducedSystem<B>::ConstVectorView;
+  using typename ReducedSystem<B>::VectorView;
 
   // Borrows the linearization.
   explicit JointReducedSystem(JointLinearization<B>& linearization);
 
   Index size() const override { return layout_.splats; }
-  void SetDamping(double lambda, ConstView metric) override;
-  void ReduceRhs(ConstView rhs, View reduced) override;
-  void Apply(ConstView x, View y) override;
-  void BackSubstitute(ConstView rhs, View step) override;
+  void SetDamping(double lambda, ConstVectorView metric) override;
+  void ReduceRhs(ConstVectorView rhs, VectorView reduced) override;
+  void Apply(ConstVectorView x, VectorView y) override;
+  void BackSubstitute(ConstVectorView rhs, VectorView step) override;
   // Those of H: upper bounds of the Schur complement's, which would take six adjoint passes a view.
   std::vector<BlockGroup> kept_groups() const override;
   void DiagonalBlocks(BlockDiagonal<B>& diagonal) override;
@@ -40,7 +40,7 @@ class JointReducedSystem final : public ReducedSystem<B> {
   JointLinearization<B>& linearization_;
   const JointLayout& layout_;
   double lambda_ = 0;
-  ConstView metric_;                                       // of the splats
+  ConstVectorView metric_;                                 // of the splats
   std::vector<BlockDiagonal<CpuBackend<double>>> blocks_;  // C of each view, its factor
   HostBuffer<double> views_;                               // of all of them
 };

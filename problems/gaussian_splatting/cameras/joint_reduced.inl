@@ -13,7 +13,7 @@ JointReducedSystem<B>::JointReducedSystem(JointLinearization<B>& linearization)
     : linearization_(linearization), layout_(linearization.layout()), views_(layout_.num_tangent() - layout_.splats) {}
 
 template <Backend B>
-void JointReducedSystem<B>::SetDamping(double lambda, ConstView metric) {
+void JointReducedSystem<B>::SetDamping(double lambda, ConstVectorView metric) {
   lambda_ = lambda;
   metric_ = metric.subspan(0, layout_.splats);
   blocks_.clear();
@@ -29,13 +29,13 @@ void JointReducedSystem<B>::SetDamping(double lambda, ConstView metric) {
 }
 
 template <Backend B>
-void JointReducedSystem<B>::ReduceRhs(ConstView rhs, View reduced) {
+void JointReducedSystem<B>::ReduceRhs(ConstVectorView rhs, VectorView reduced) {
   B().Copy(rhs.subspan(0, layout_.splats), reduced);
   const ConstRest<B> of_views(rhs, layout_.splats);
   std::ranges::copy(of_views.view(), views_.begin());
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<B>& unit = linearization_.units()[v];
-    const View image = linearization_.scratch().Image(unit.values());
+    const VectorView image = linearization_.scratch().Image(unit.values());
     B().Fill(0, image);
     SolveView(v);
     unit.weighted.Add(-1, ViewPart(v).data(), image.data());
@@ -44,13 +44,13 @@ void JointReducedSystem<B>::ReduceRhs(ConstView rhs, View reduced) {
 }
 
 template <Backend B>
-void JointReducedSystem<B>::Apply(ConstView x, View y) {
+void JointReducedSystem<B>::Apply(ConstVectorView x, VectorView y) {
   B().Fill(0, y);
   B().AddScaled(lambda_, metric_, x, y);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<B>& unit = linearization_.units()[v];
-    const View image = linearization_.scratch().Image(unit.values()),
-               weighted = linearization_.scratch().Weighted(unit.values());
+    const VectorView image = linearization_.scratch().Image(unit.values()),
+                     weighted = linearization_.scratch().Weighted(unit.values());
     linearization_.ApplySplatsJ(static_cast<Index>(v), x, image);
     linearization_.ApplyW(unit, image, weighted);
     unit.weighted.Project(image.data(), ViewPart(v).data());
@@ -61,12 +61,12 @@ void JointReducedSystem<B>::Apply(ConstView x, View y) {
 }
 
 template <Backend B>
-void JointReducedSystem<B>::BackSubstitute(ConstView rhs, View step) {
+void JointReducedSystem<B>::BackSubstitute(ConstVectorView rhs, VectorView step) {
   const ConstRest<B> rhs_rest(rhs, layout_.splats);
   Rest<B> step_rest(FromZero(), step, layout_.splats);
   for (std::size_t v = 0; v < linearization_.units().size(); ++v) {
     const JointUnit<B>& unit = linearization_.units()[v];
-    const View image = linearization_.scratch().Image(unit.values());
+    const VectorView image = linearization_.scratch().Image(unit.values());
     const HostSpan<double> part = ViewPart(v);
     linearization_.ApplySplatsJ(static_cast<Index>(v), step, image);
     unit.weighted.Project(image.data(), part.data());

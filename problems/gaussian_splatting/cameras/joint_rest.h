@@ -12,8 +12,8 @@ namespace vesta::gs {
 template <class B>
 class ConstRest {
  public:
-  ConstRest(typename B::ConstView vector, Index begin) {
-    const typename B::ConstView there = vector.subspan(begin, vector.size() - begin);
+  ConstRest(typename B::ConstVectorView vector, Index begin) {
+    const typename B::ConstVectorView there = vector.subspan(begin, vector.size() - begin);
     if constexpr (std::is_same_v<typename B::Space, Host>) {
       here_ = there;
     } else if (there.size() > 0) {
@@ -35,7 +35,7 @@ struct FromZero {};
 template <class B>
 class Rest {
  public:
-  Rest(typename B::View vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
+  Rest(typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {
       here_ = there_;
     } else if (there_.size() > 0) {
@@ -45,7 +45,7 @@ class Rest {
     }
   }
   // Begins with zeros, whatever the vector has.
-  Rest(FromZero, typename B::View vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
+  Rest(FromZero, typename B::VectorView vector, Index begin) : there_(vector.subspan(begin, vector.size() - begin)) {
     if constexpr (kIsHost) {
       here_ = there_;
       std::fill(here_.begin(), here_.end(), typename B::Scalar(0));
@@ -64,7 +64,7 @@ class Rest {
  private:
   static constexpr bool kIsHost = std::is_same_v<typename B::Space, Host>;
 
-  typename B::View there_;
+  typename B::VectorView there_;
   HostBuffer<typename B::Scalar> copy_;
   HostSpan<typename B::Scalar> here_;
 };

@@ -9,18 +9,18 @@ template <class B>
 class JointScratch {
  public:
   using Vector = typename B::Vector;
-  using View = typename B::View;
+  using VectorView = typename B::VectorView;
 
   explicit JointScratch(const PhotometricWeights& weights) : loss(weights) {}
 
   typename SplatBackend<B>::Loss loss;
   typename SplatBackend<B>::Workspace workspace;
   // Images of so many values, each until it is asked for again.
-  View Image(Index values) { return Of(values, image_); }
-  View Weighted(Index values) { return Of(values, weighted_); }
+  VectorView Image(Index values) { return Of(values, image_); }
+  VectorView Weighted(Index values) { return Of(values, weighted_); }
 
  private:
-  static View Of(Index values, Vector& images) {
+  static VectorView Of(Index values, Vector& images) {
     if (images.size() < values) images.ResizeForOverwrite(values);
     return images.view().subspan(0, values);
   }

@@ -19,8 +19,8 @@ struct SeenView {
   const splat::Model<float>& model;
   const TargetView<B>& target;
   const typename SplatBackend<B>::SplatView& splats;
-  const splat::SplatTangent<float>* cotangents;  // of the splats, by rank
-  typename B::ConstView image, image_gradient;   // as rendered, where it takes part; of the cost by it
+  const splat::SplatTangent<float>* cotangents;       // of the splats, by rank
+  typename B::ConstVectorView image, image_gradient;  // as rendered, where it takes part; of the cost by it
 };
 
 // By the view's unknowns, in the order of a step. Its users include what moves a view of B's: pose_jacobian.h and

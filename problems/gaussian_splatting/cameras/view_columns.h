@@ -19,8 +19,8 @@ namespace vesta::gs {
 template <class B>
 class ViewColumns {
  public:
-  using View = typename B::View;
-  using ConstView = typename B::ConstView;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
 
   ViewColumns() = default;
   // To be filled.
@@ -36,8 +36,8 @@ class ViewColumns {
   bool empty() const { return images_.empty(); }
   int num_images() const { return static_cast<int>(NumImages(free_)); }
   // First the pose's, then the gains', then the offsets', then the lens's.
-  View image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
-  ConstView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
+  VectorView image(int k) { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
+  ConstVectorView image(int k) const { return images_.view().subspan(k * shape_.NumValues(), shape_.NumValues()); }
   // Of a step, the number that image k is of in that channel.
   int Place(int k, int channel) const;
 
@@ -58,7 +58,7 @@ class ViewColumns {
 // leaves pixels out. moves: MovesOf the view. Of this and what follows, bodies are in view_columns.inl.
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
-                         typename B::ConstView rendered, typename B::ConstView moves);
+                         typename B::ConstVectorView rendered, typename B::ConstVectorView moves);
 // The derivatives of the image of a view by the numbers of its pose and of its lens that are free, one after the other.
 template <class B>
 typename B::Vector MovesOf(const FreeUnknowns& free, const typename SplatBackend<B>::SplatView& view,

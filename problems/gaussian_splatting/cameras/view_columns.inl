@@ -58,13 +58,13 @@ void ViewColumns<B>::Add(double scale, const double* v, U* u) const {
 
 template <class B>
 ViewColumns<B> ColumnsOf(const FreeUnknowns& free, const AffineColor& color, const TargetView<B>& target,
-                         typename B::ConstView rendered, typename B::ConstView moves) {
+                         typename B::ConstVectorView rendered, typename B::ConstVectorView moves) {
   B backend;
   ViewColumns<B> columns(free, target.shape());
   const Index values = target.shape().NumValues();
   const int pose = free.pose_tangent(), first_of_lens = pose + (free.color ? 2 : 0);
   for (int move = 0; move < free.num_moves(); ++move) {
-    const typename B::View image = columns.image(move < pose ? move : first_of_lens + move - pose);
+    const typename B::VectorView image = columns.image(move < pose ? move : first_of_lens + move - pose);
     backend.Copy(moves.subspan(move * values, values), image);
     ScaleChannels<B>(ChannelsOf<typename B::Scalar>(color.gain), image);
   }
@@ -113,11 +113,12 @@ std::vector<double> WeightedGram(const ViewColumns<B>& J, typename SplatBackend<
   const int images = J.num_images();
   ImageProducts<B> products(ImageShape::kChannels * images * (images + 1) / 2);
   for (int k = 0; k < images; ++k) {
-    const typename B::View WJ = weighted ? weighted->image(k) : one.view();
+    const typename B::VectorView WJ = weighted ? weighted->image(k) : one.view();
     loss.ApplyW(W, J.image(k), WJ);
     for (int l = 0; l <= k; ++l) {
       for (int c = 0; c < ImageShape::kChannels; ++c) {
-        products.AddDot(J.image(l).subspan(c * plane, plane), typename B::ConstView(WJ.subspan(c * plane, plane)));
+        products.AddDot(J.image(l).subspan(c * plane, plane),
+                        typename B::ConstVectorView(WJ.subspan(c * plane, plane)));
       }
     }
   }

@@ -35,18 +35,18 @@ ViewLinearization<S>::ViewLinearization(const FreeUnknowns& free, const AffineCo
 }
 
 template <class S>
-void ViewLinearization<S>::ApplyJ(ConstView v, View u) {
+void ViewLinearization<S>::ApplyJ(ConstVectorView v, VectorView u) {
   std::fill(u.begin(), u.end(), 0.0);
   columns_.Add(1, v.data(), u.data());
 }
 
 template <class S>
-void ViewLinearization<S>::ApplyJT(ConstView u, View g) {
+void ViewLinearization<S>::ApplyJT(ConstVectorView u, VectorView g) {
   columns_.Project(u.data(), g.data());
 }
 
 template <class S>
-void ViewLinearization<S>::ApplyW(ConstView u, View Wu) {
+void ViewLinearization<S>::ApplyW(ConstVectorView u, VectorView Wu) {
   HostBuffer<S> in(u.size()), out(u.size());
   Convert(u, in.view());
   loss_->ApplyW(curvature_, in, out);
@@ -54,7 +54,7 @@ void ViewLinearization<S>::ApplyW(ConstView u, View Wu) {
 }
 
 template <class S>
-void ViewLinearization<S>::ApplyH(ConstView v, View Hv) {
+void ViewLinearization<S>::ApplyH(ConstVectorView v, VectorView Hv) {
   for (int i = 0; i < num_parameters(); ++i) {
     Hv[i] = 0;
     for (int j = 0; j < num_parameters(); ++j) Hv[i] += H(i, j) * v[j];
@@ -62,12 +62,12 @@ void ViewLinearization<S>::ApplyH(ConstView v, View Hv) {
 }
 
 template <class S>
-void ViewLinearization<S>::Gradient(View g) {
+void ViewLinearization<S>::Gradient(VectorView g) {
   std::copy(gradient_.begin(), gradient_.end(), g.begin());
 }
 
 template <class S>
-void ViewLinearization<S>::DiagJTJ(View d) {
+void ViewLinearization<S>::DiagJTJ(VectorView d) {
   for (int i = 0; i < num_parameters(); ++i) d[i] = H(i, i);
 }
 

@@ -20,14 +20,14 @@ class ViewLinearization final : public Linearization<CpuBackend<double>> {
   // Residuals are the colour differences e = shown - truth, 3 planes.
   Index num_residuals() const override { return columns_.shape().NumValues(); }
   Index num_parameters() const override { return columns_.free().num_tangent(); }
-  ConstView residuals() const override { return residuals_.view(); }
-  void ApplyJ(ConstView v, View u) override;
-  void ApplyJT(ConstView u, View g) override;
-  void ApplyW(ConstView u, View Wu) override;
+  ConstVectorView residuals() const override { return residuals_.view(); }
+  void ApplyJ(ConstVectorView v, VectorView u) override;
+  void ApplyJT(ConstVectorView u, VectorView g) override;
+  void ApplyW(ConstVectorView u, VectorView Wu) override;
   bool weighted() const override { return true; }
-  void ApplyH(ConstView v, View Hv) override;
-  void Gradient(View g) override;
-  void DiagJTJ(View d) override;
+  void ApplyH(ConstVectorView v, VectorView Hv) override;
+  void Gradient(VectorView g) override;
+  void DiagJTJ(VectorView d) override;
   // One block, all of H: the engine solves the system at once.
   std::vector<BlockGroup> block_groups() const override {
     return {{.size = columns_.free().num_tangent(), .count = 1}};

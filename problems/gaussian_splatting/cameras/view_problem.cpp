@@ -24,13 +24,13 @@ void ViewProblem<S>::Build(const ViewUnknowns& unknowns) {
 }
 
 template <class S>
-Index ViewProblem<S>::CountSeen(ConstView x) {
+Index ViewProblem<S>::CountSeen(ConstVectorView x) {
   Build(Unpack(x));
   return view_.num_splats();
 }
 
 template <class S>
-double ViewProblem<S>::Cost(ConstView x) {
+double ViewProblem<S>::Cost(ConstVectorView x) {
   const ViewUnknowns unknowns = Unpack(x);
   Build(unknowns);
   view_.Render(image_.data());
@@ -39,7 +39,7 @@ double ViewProblem<S>::Cost(ConstView x) {
 }
 
 template <class S>
-std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(ConstVectorView x, int batch) {
   this->CheckBatch(batch);
   const ViewUnknowns unknowns = Unpack(x);
   Build(unknowns);
@@ -52,7 +52,7 @@ std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(Con
 }
 
 template <class S>
-void ViewProblem<S>::Plus(CpuBackend<double>& /*backend*/, ConstView x, ConstView delta, View out) {
+void ViewProblem<S>::Plus(CpuBackend<double>& /*backend*/, ConstVectorView x, ConstVectorView delta, VectorView out) {
   Pack(gs::Plus(Unpack(x), options_.free, delta), out);
 }
 

@@ -29,12 +29,12 @@ class ViewProblem final : public Problem<CpuBackend<double>> {
 
   Index num_parameters() const override { return kViewParameters; }
   Index num_tangent() const override { return options_.free.num_tangent(); }
-  double Cost(ConstView x) override;
-  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstView x, int batch) override;
-  void Plus(CpuBackend<double>& backend, ConstView x, ConstView delta, View out) override;
+  double Cost(ConstVectorView x) override;
+  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x, int batch) override;
+  void Plus(CpuBackend<double>& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
   // Gaussians that the view has at x.
-  Index CountSeen(ConstView x);
+  Index CountSeen(ConstVectorView x);
 
  private:
   void Build(const ViewUnknowns& unknowns);

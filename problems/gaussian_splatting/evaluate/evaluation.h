@@ -45,9 +45,9 @@ Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background,
       Splats::CopyTruth(ValuesOf(*photograph), truth);
     } else {
       VESTA_CHECK(place < held.size(), "{} targets are fewer than the training views", held.size());
-      Splats::CopyTruth(typename B::ConstView(held[place].truth), truth);
+      Splats::CopyTruth(typename B::ConstVectorView(held[place].truth), truth);
     }
-    ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstView(truth), rendered.view());
+    ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstVectorView(truth), rendered.view());
     // Before the meter, which may write into both images.
     const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
     qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));

@@ -23,7 +23,7 @@ class SplatGrams {
   S* blocks() { return blocks_.data(); }
   S* sh_diagonal() { return sh_diagonal_.data(); }
   // d[layout.Size()] = the diagonal.
-  void CopyDiagonal(typename B::View d) const {
+  void CopyDiagonal(typename B::VectorView d) const {
     for (int a = 0; a < splat::kGeometry; ++a) {
       B().Copy(blocks_.view().subspan(PackedLower(a, a) * count_, count_), d.subspan(a * count_, count_));
     }

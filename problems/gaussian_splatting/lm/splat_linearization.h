@@ -15,8 +15,8 @@ template <Backend B>
 class SplatLinearization final : public Linearization<B> {
  public:
   using Base = Linearization<B>;
-  using typename Base::ConstView;
-  using typename Base::View;
+  using typename Base::ConstVectorView;
+  using typename Base::VectorView;
   using S = typename B::Scalar;
   using Loss = typename SplatBackend<B>::Loss;
   using Workspace = typename SplatBackend<B>::Workspace;
@@ -24,28 +24,28 @@ class SplatLinearization final : public Linearization<B> {
   // Gradient and curvature are `scale` times those of the views. loss and workspace are shared with the
   // problem and its other linearizations, one call at a time; scratch likewise, where JacobianKind::kRebuild leaves
   // nothing in it from call to call; null: its own.
-  SplatLinearization(const SplatProblemOptions& options, ConstView x, std::vector<const TargetView<B>*> views,
+  SplatLinearization(const SplatProblemOptions& options, ConstVectorView x, std::vector<const TargetView<B>*> views,
                      double scale, std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
                      std::shared_ptr<SplatScratch<B>> scratch = nullptr);
 
   // Residuals are the colour differences e = rendered - truth, view after view, each 3 planes.
   Index num_residuals() const override { return num_residuals_; }
   Index num_parameters() const override { return options_.Size(); }
-  ConstView residuals() const override;
-  void ApplyJ(ConstView v, View u) override;
-  void ApplyJT(ConstView u, View g) override;
-  void ApplyW(ConstView u, View Wu) override;
+  ConstVectorView residuals() const override;
+  void ApplyJ(ConstVectorView v, VectorView u) override;
+  void ApplyJT(ConstVectorView u, VectorView g) override;
+  void ApplyW(ConstVectorView u, VectorView Wu) override;
   bool weighted() const override { return true; }
   // View by view: only one image is ever held.
-  void ApplyH(ConstView v, View Hv) override;
-  void Gradient(View g) override;
+  void ApplyH(ConstVectorView v, VectorView Hv) override;
+  void Gradient(VectorView g) override;
   // The gradient, shrunk where the views disagree (lm/view_agreement.h).
   bool has_own_descent() const override { return options_.view_agreement > 0; }
-  void Descent(View d) override;
-  void SquaredGradients(View squares) override;
-  void DescentOf(Index units, ConstView gradient, View squares) const override;
+  void Descent(VectorView d) override;
+  void SquaredGradients(VectorView squares) override;
+  void DescentOf(Index units, ConstVectorView gradient, VectorView squares) const override;
   // Exact for W's pointwise part, which stands in for W (docs/mathematics.md).
-  void DiagJTJ(View d) override;
+  void DiagJTJ(VectorView d) override;
   std::vector<BlockGroup> block_groups() const override;
   void BlockGram(BlockDiagonal<B>& blocks) override;
   bool blocks_give_diagonal() const override { return true; }
@@ -57,21 +57,21 @@ class SplatLinearization final : public Linearization<B> {
   // Jacobian, as the options have it.
   void MakeUnits();
   // Projects, renders and linearises a view of the batch; image_gradient: of the loss.
-  void Build(const TargetView<B>& target, Unit& unit, View image_gradient) const;
+  void Build(const TargetView<B>& target, Unit& unit, VectorView image_gradient) const;
   // The first of these, and the last.
   void Project(const TargetView<B>& target, Unit& unit) const;
-  void LinearizeLoss(Unit& unit, View image_gradient) const;
+  void LinearizeLoss(Unit& unit, VectorView image_gradient) const;
   // body(unit) for each view of the batch in turn: those that are held, or one built anew for each.
   template <class Body>
   void ForEachUnit(const Body& body) const;
   // Hv += J^T W d_image of one view; weighted: to work in.
-  void AddJTW(const Unit& unit, View d_image, View weighted, View Hv);
+  void AddJTW(const Unit& unit, VectorView d_image, VectorView weighted, VectorView Hv);
   // blocks and sh_diagonal += those of all views.
   void AddGram(S* blocks, S* sh_diagonal);
   static constexpr Index kGrain = 16384;
 
   // v *= scale_.
-  void Scale(View v) const;
+  void Scale(VectorView v) const;
 
   SplatProblemOptions options_;
   splat::Model<S> model_;

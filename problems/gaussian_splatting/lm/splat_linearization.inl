@@ -14,7 +14,7 @@
 namespace vesta::gs {
 
 template <Backend B>
-SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, ConstView x,
+SplatLinearization<B>::SplatLinearization(const SplatProblemOptions& options, ConstVectorView x,
                                           std::vector<const TargetView<B>*> views, double scale,
                                           std::shared_ptr<Loss> loss, std::shared_ptr<Workspace> workspace,
                                           std::shared_ptr<SplatScratch<B>> scratch)
@@ -46,7 +46,7 @@ void SplatLinearization<B>::MakeUnits() {
   if (steers) of_view.Resize(num_parameters()), descent_.Resize(num_parameters());
   for (std::size_t i = 0; i < views_.size(); ++i) {
     Unit& unit = scratch_->units[i % scratch_->units.size()];
-    const View image_gradient = scratch_->image_work.view().subspan(0, views_[i]->shape().NumValues());
+    const VectorView image_gradient = scratch_->image_work.view().subspan(0, views_[i]->shape().NumValues());
     Build(*views_[i], unit, image_gradient);
     Scale(image_gradient);
     unit.view.AddJT(model_, unit.image.data(), image_gradient.data(), (steers ? of_view : gradient_).data(),
@@ -63,7 +63,7 @@ void SplatLinearization<B>::MakeUnits() {
 }
 
 template <Backend B>
-void SplatLinearization<B>::Build(const TargetView<B>& target, Unit& unit, View image_gradient) const {
+void SplatLinearization<B>::Build(const TargetView<B>& target, Unit& unit, VectorView image_gradient) const {
   Project(target, unit);
   unit.view.Render(unit.image.data());
   LinearizeLoss(unit, image_gradient);
@@ -78,7 +78,7 @@ void SplatLinearization<B>::Project(const TargetView<B>& target, Unit& unit) con
 }
 
 template <Backend B>
-void SplatLinearization<B>::LinearizeLoss(Unit& unit, View image_gradient) const {
+void SplatLinearization<B>::LinearizeLoss(Unit& unit, VectorView image_gradient) const {
   gs::LinearizeLoss(*loss_, *unit.target, unit.image.view(), image_gradient, unit.loss);
 }
 
@@ -97,17 +97,17 @@ void SplatLinearization<B>::ForEachUnit(const Body& body) const {
 }
 
 template <Backend B>
-void SplatLinearization<B>::Scale(View v) const {
+void SplatLinearization<B>::Scale(VectorView v) const {
   if (scale_ != 1) B().Axpby(scale_, v, 0.0, v);
 }
 
 template <Backend B>
-auto SplatLinearization<B>::residuals() const -> ConstView {
+auto SplatLinearization<B>::residuals() const -> ConstVectorView {
   if (residuals_.empty()) {
     residuals_.ResizeForOverwrite(num_residuals_);
     Index at = 0;
     ForEachUnit([&](const Unit& unit) {
-      const View part = residuals_.view().subspan(at, unit.image.size());
+      const VectorView part = residuals_.view().subspan(at, unit.image.size());
       B().Copy(unit.image, part);
       B().Axpby(-1.0, unit.target->truth, 1.0, part);
       at += unit.image.size();
@@ -117,26 +117,26 @@ auto SplatLinearization<B>::residuals() const -> ConstView {
 }
 
 template <Backend B>
-void SplatLinearization<B>::ApplyJ(ConstView v, View u) {
+void SplatLinearization<B>::ApplyJ(ConstVectorView v, VectorView u) {
   S* out = u.data();
   ForEachUnit([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
     unit.view.ApplyJ(model_, v.data(), out, *workspace_);
-    ClearLeftOut<B>(unit.target->mask, View{out, values});
+    ClearLeftOut<B>(unit.target->mask, VectorView{out, values});
     out += values;
   });
 }
 
 template <Backend B>
-void SplatLinearization<B>::ApplyJT(ConstView u, View g) {
+void SplatLinearization<B>::ApplyJT(ConstVectorView u, VectorView g) {
   B().Fill(0, g);
   const S* in = u.data();
   ForEachUnit([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
     const S* counted = in;
     if (unit.target->mask.size() > 0) {
-      const View copy = scratch_->weighted_work.view().subspan(0, values);
-      B().Copy(ConstView{in, values}, copy);
+      const VectorView copy = scratch_->weighted_work.view().subspan(0, values);
+      B().Copy(ConstVectorView{in, values}, copy);
       ClearLeftOut<B>(unit.target->mask, copy);
       counted = copy.data();
     }
@@ -146,7 +146,7 @@ void SplatLinearization<B>::ApplyJT(ConstView u, View g) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::ApplyW(ConstView u, View Wu) {
+void SplatLinearization<B>::ApplyW(ConstVectorView u, VectorView Wu) {
   Index at = 0;
   ForEachUnit([&](Unit& unit) {
     const Index values = unit.shape.NumValues();
@@ -157,12 +157,12 @@ void SplatLinearization<B>::ApplyW(ConstView u, View Wu) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::ApplyH(ConstView v, View Hv) {
+void SplatLinearization<B>::ApplyH(ConstVectorView v, VectorView Hv) {
   B().Fill(0, Hv);
   const auto work = [](const Unit& unit, Vector& images) { return images.view().subspan(0, unit.shape.NumValues()); };
   if (options_.jacobian != JacobianKind::kRebuild) {
     for (Unit& unit : scratch_->units) {
-      const View d_image = work(unit, scratch_->image_work);
+      const VectorView d_image = work(unit, scratch_->image_work);
       unit.view.ApplyJ(model_, v.data(), d_image.data(), *workspace_);
       AddJTW(unit, d_image, work(unit, scratch_->weighted_work), Hv);
     }
@@ -172,7 +172,7 @@ void SplatLinearization<B>::ApplyH(ConstView v, View Hv) {
   for (const TargetView<B>* view : views_) {
     Unit& unit = scratch_->units.front();
     Project(*view, unit);
-    const View d_image = work(unit, scratch_->image_work), weighted = work(unit, scratch_->weighted_work);
+    const VectorView d_image = work(unit, scratch_->image_work), weighted = work(unit, scratch_->weighted_work);
     unit.view.RenderAndApplyJ(model_, v.data(), unit.image.data(), d_image.data(), *workspace_);
     LinearizeLoss(unit, weighted);
     AddJTW(unit, d_image, weighted, Hv);
@@ -180,7 +180,7 @@ void SplatLinearization<B>::ApplyH(ConstView v, View Hv) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::AddJTW(const Unit& unit, View d_image, View weighted, View Hv) {
+void SplatLinearization<B>::AddJTW(const Unit& unit, VectorView d_image, VectorView weighted, VectorView Hv) {
   ClearLeftOut<B>(unit.target->mask, d_image);
   loss_->ApplyW(unit.loss, d_image, weighted);
   ClearLeftOut<B>(unit.target->mask, weighted);
@@ -189,14 +189,14 @@ void SplatLinearization<B>::AddJTW(const Unit& unit, View d_image, View weighted
 }
 
 template <Backend B>
-void SplatLinearization<B>::Gradient(View g) {
+void SplatLinearization<B>::Gradient(VectorView g) {
   if (gradient_.empty()) MakeUnits();
   B().Copy(gradient_, g);
   gradient_ = {};  // nobody asks again, as a rule
 }
 
 template <Backend B>
-void SplatLinearization<B>::Descent(View d) {
+void SplatLinearization<B>::Descent(VectorView d) {
   if (!has_own_descent()) return Base::Descent(d);
   if (descent_.empty()) MakeUnits();
   B().Copy(descent_, d);
@@ -204,7 +204,7 @@ void SplatLinearization<B>::Descent(View d) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::SquaredGradients(View squares) {
+void SplatLinearization<B>::SquaredGradients(VectorView squares) {
   VESTA_CHECK(options_.is_part, "the squares of a problem that is no part");
   if (descent_.empty()) MakeUnits();
   B().Copy(descent_, squares);
@@ -212,7 +212,7 @@ void SplatLinearization<B>::SquaredGradients(View squares) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::DescentOf(Index units, ConstView gradient, View squares) const {
+void SplatLinearization<B>::DescentOf(Index units, ConstVectorView gradient, VectorView squares) const {
   ForEach<typename B::Space>(num_parameters(), kGrain,
                              AgreedDescent<S>{static_cast<S>(options_.view_agreement), static_cast<S>(units),
                                               gradient.data(), squares.data()});
@@ -221,7 +221,7 @@ void SplatLinearization<B>::DescentOf(Index units, ConstView gradient, View squa
 template <Backend B>
 void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal) {
   ForEachUnit([&](Unit& unit) {
-    const View omega = scratch_->weighted_work.view().subspan(0, unit.shape.NumValues());
+    const VectorView omega = scratch_->weighted_work.view().subspan(0, unit.shape.NumValues());
     B().Axpby(scale_, unit.loss.diagonal, 0.0, omega);
     unit.view.AddGram(model_, unit.image.data(), omega.data(), blocks, sh_diagonal, *workspace_);
   });
@@ -230,7 +230,7 @@ void SplatLinearization<B>::AddGram(S* blocks, S* sh_diagonal) {
 }
 
 template <Backend B>
-void SplatLinearization<B>::DiagJTJ(View d) {
+void SplatLinearization<B>::DiagJTJ(VectorView d) {
   if (grams_.empty()) {
     grams_.Start(model_);
     AddGram(grams_.blocks(), grams_.sh_diagonal());

@@ -42,8 +42,8 @@ template <Backend B>
 class SplatProblem : public Problem<B> {
  public:
   using Base = Problem<B>;
-  using typename Base::ConstView;
-  using typename Base::View;
+  using typename Base::ConstVectorView;
+  using typename Base::VectorView;
 
   // views must outlive the problem. Throws Error for a truth that is not of its view's size, and unless there is a unit
   // of length for each Gaussian or none. The truth may be missing of views that only others' parts ask for.
@@ -52,10 +52,10 @@ class SplatProblem : public Problem<B> {
   Index num_parameters() const override;
   int num_batches() const override { return batches_.num_batches(); }
   Index num_units() const override { return static_cast<Index>(views_.size()); }
-  double Cost(ConstView x) override;
-  double Cost(ConstView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstView x, int batch) override;
-  bool DampingMetric(ConstView x, ConstView diag_h, View D) override;
+  double Cost(ConstVectorView x) override;
+  double Cost(ConstVectorView x, std::span<const Index> units) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
+  bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
   void BeginTurn(int turn) override { batches_.BeginTurn(turn); }
 
   const SplatProblemOptions& options() const { return options_; }

@@ -64,14 +64,14 @@ Index SplatProblem<B>::num_parameters() const {
 }
 
 template <Backend B>
-double SplatProblem<B>::Cost(ConstView x) {
+double SplatProblem<B>::Cost(ConstVectorView x) {
   std::vector<Index> all(views_.size());
   std::iota(all.begin(), all.end(), Index{0});
   return Cost(x, all);
 }
 
 template <Backend B>
-double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
+double SplatProblem<B>::Cost(ConstVectorView x, std::span<const Index> units) {
   this->CheckSize(x);
   const splat::Model<typename B::Scalar> model{x.data(), options_, options_.sh_degree};
   typename SplatBackend<B>::SplatView view;
@@ -88,7 +88,7 @@ double SplatProblem<B>::Cost(ConstView x, std::span<const Index> units) {
 }
 
 template <Backend B>
-std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstView x, int batch) {
+std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstVectorView x, int batch) {
   this->CheckSize(x);
   this->CheckBatch(batch);
   std::vector<const TargetView<B>*> views;
@@ -99,7 +99,7 @@ std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstView x, int ba
 }
 
 template <Backend B>
-bool SplatProblem<B>::DampingMetric(ConstView x, ConstView diag_h, View D) {
+bool SplatProblem<B>::DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) {
   if (options_.damping != LmDamping::kRates) return false;
   using S = typename B::Scalar;
   B backend;

@@ -26,14 +26,14 @@ void CheckTruth(const TargetView<B>& view) {
 
 // mask: a byte a pixel, in the memory of B, or empty. image: its three planes.
 template <class B, class Mask>
-void ShowLeftOut(const Mask& mask, typename B::ConstView truth, typename B::View image) {
+void ShowLeftOut(const Mask& mask, typename B::ConstVectorView truth, typename B::VectorView image) {
   if (mask.size() == 0) return;
   ForEach<typename B::Space>(
       mask.size(), kMaskGrain,
       ShowWhereLeftOut<typename B::Scalar>{mask.data(), truth.data(), image.data(), mask.size()});
 }
 template <class B, class Mask>
-void ClearLeftOut(const Mask& mask, typename B::View image) {
+void ClearLeftOut(const Mask& mask, typename B::VectorView image) {
   if (mask.size() == 0) return;
   ForEach<typename B::Space>(mask.size(), kMaskGrain,
                              ClearWhereLeftOut<typename B::Scalar>{mask.data(), image.data(), mask.size()});
@@ -42,26 +42,26 @@ void ClearLeftOut(const Mask& mask, typename B::View image) {
 // The loss's own functions for a view. rendered: what is left out is changed in it to what the photograph shows.
 template <class B>
 PhotometricValue EvaluateLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target,
-                              typename B::View rendered) {
-  ShowLeftOut<B>(target.mask, typename B::ConstView(target.truth), rendered);
+                              typename B::VectorView rendered) {
+  ShowLeftOut<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
   return loss.Evaluate(rendered, target.truth, target.shape());
 }
 template <class B>
-void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::View rendered,
-                  typename B::View gradient) {
-  ShowLeftOut<B>(target.mask, typename B::ConstView(target.truth), rendered);
+void LossGradient(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
+                  typename B::VectorView gradient) {
+  ShowLeftOut<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
   loss.Gradient(rendered, target.truth, target.shape(), gradient);
   ClearLeftOut<B>(target.mask, gradient);
 }
 // linearization: W without the mask, which products with it are to be given between two ClearLeftOut; its diagonal is
 // that of M W M.
 template <class B>
-void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::View rendered,
-                   typename B::View gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {
-  ShowLeftOut<B>(target.mask, typename B::ConstView(target.truth), rendered);
+void LinearizeLoss(typename SplatBackend<B>::Loss& loss, const TargetView<B>& target, typename B::VectorView rendered,
+                   typename B::VectorView gradient, typename SplatBackend<B>::Loss::Linearization& linearization) {
+  ShowLeftOut<B>(target.mask, typename B::ConstVectorView(target.truth), rendered);
   loss.Linearize(rendered, target.truth, target.shape(), gradient, linearization);
   ClearLeftOut<B>(target.mask, gradient);
-  ClearLeftOut<B>(target.mask, typename B::View(linearization.diagonal));
+  ClearLeftOut<B>(target.mask, typename B::VectorView(linearization.diagonal));
 }
 
 }  // namespace vesta::gs

@@ -23,8 +23,8 @@ class JacobianMap final : public LinearMap<Cpu> {
   explicit JacobianMap(Linearization<Cpu>& linearization) : linearization_(linearization) {}
   Index rows() const override { return linearization_.num_residuals(); }
   Index cols() const override { return linearization_.num_parameters(); }
-  void Apply(Cpu::ConstView x, Cpu::View y) override { linearization_.ApplyJ(x, y); }
-  void ApplyAdjoint(Cpu::ConstView y, Cpu::View x) override { linearization_.ApplyJT(y, x); }
+  void Apply(Cpu::ConstVectorView x, Cpu::VectorView y) override { linearization_.ApplyJ(x, y); }
+  void ApplyAdjoint(Cpu::ConstVectorView y, Cpu::VectorView x) override { linearization_.ApplyJT(y, x); }
 
  private:
   Linearization<Cpu>& linearization_;

@@ -16,10 +16,10 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-Eigen::Map<VectorXd> AsEigen(Cpu::View v) { return {v.data(), v.size()}; }
+Eigen::Map<VectorXd> AsEigen(Cpu::VectorView v) { return {v.data(), v.size()}; }
 
 // H + lambda D of a linearization, from unit vectors.
-MatrixXd DenseDamped(Linearization<Cpu>& linearization, double lambda, Cpu::View metric) {
+MatrixXd DenseDamped(Linearization<Cpu>& linearization, double lambda, Cpu::VectorView metric) {
   const Index n = linearization.num_parameters();
   MatrixXd jacobian(linearization.num_residuals(), n);
   Cpu::Vector unit(n), column(jacobian.rows());

@@ -18,7 +18,7 @@ std::vector<double> Everything(JacobianStorage storage, ReducedForm form) {
   const Cpu::Vector x = Start(data);
   Cpu backend;
   std::vector<double> all(data.x.begin(), data.x.end());
-  const auto add = [&](Cpu::ConstView v) { all.insert(all.end(), v.begin(), v.end()); };
+  const auto add = [&](Cpu::ConstVectorView v) { all.insert(all.end(), v.begin(), v.end()); };
   all.push_back(problem.Cost(x));
   const auto linearization = problem.Linearize(x, 0);
   Cpu::Vector v(problem.num_parameters()), w(v.size()), u(linearization->num_residuals()), metric(v.size());

@@ -36,7 +36,7 @@ Eigen::MatrixXd Spread(int n) {
 class PcgTest : public ::testing::Test {
  protected:
   PcgSummary Solve(const PcgOptions& options, const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
-                   const Eigen::MatrixXd& m_inverse, Cpu::View x) {
+                   const Eigen::MatrixXd& m_inverse, Cpu::VectorView x) {
     DenseOperator op(a), m(m_inverse);
     const PcgSummary summary = SolvePcg<Cpu>(options, backend_, op, {b.data(), b.size()}, m, workspace_, x);
     applications_ = op.applications;
@@ -185,7 +185,7 @@ TEST_F(PcgTest, OverflowEndsFinite) {
    public:
     explicit Tiny(float factor) : factor_(factor) {}
     Index size() const override { return 2; }
-    void Apply(CpuBackend<float>::ConstView x, CpuBackend<float>::View y) override {
+    void Apply(CpuBackend<float>::ConstVectorView x, CpuBackend<float>::VectorView y) override {
       for (int i = 0; i < 2; ++i) y[i] = factor_ * x[i];
     }
 

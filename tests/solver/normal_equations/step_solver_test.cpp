@@ -22,8 +22,8 @@ class Arrow final : public Problem<Cpu> {
     for (int p = 0; p < kPoints; ++p) a_.block(4 * p, kKept + p, 4, 1).setRandom();
   }
   Index num_parameters() const override { return a_.cols(); }
-  double Cost(Cpu::ConstView x) override { return 0.5 * (test::Apply(a_, AsEigen(x)) - b_).squaredNorm(); }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstView x, int) override {
+  double Cost(Cpu::ConstVectorView x) override { return 0.5 * (test::Apply(a_, AsEigen(x)) - b_).squaredNorm(); }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
     return std::make_unique<Rows>(*this, x);
   }
   const Eigen::MatrixXd& a() const { return a_; }
@@ -31,17 +31,19 @@ class Arrow final : public Problem<Cpu> {
  private:
   class Rows final : public Linearization<Cpu> {
    public:
-    Rows(const Arrow& problem, Cpu::ConstView x) : problem_(problem), residuals_(problem.b_.size()) {
+    Rows(const Arrow& problem, Cpu::ConstVectorView x) : problem_(problem), residuals_(problem.b_.size()) {
       AsEigen(residuals_.view()) = test::Apply(problem.a_, AsEigen(x)) - problem.b_;
     }
     Index num_residuals() const override { return residuals_.size(); }
     Index num_parameters() const override { return problem_.a_.cols(); }
-    Cpu::ConstView residuals() const override { return residuals_.view(); }
-    void ApplyJ(Cpu::ConstView v, Cpu::View u) override { AsEigen(u) = test::Apply(problem_.a_, AsEigen(v)); }
-    void ApplyJT(Cpu::ConstView u, Cpu::View g) override {
+    Cpu::ConstVectorView residuals() const override { return residuals_.view(); }
+    void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override {
+      AsEigen(u) = test::Apply(problem_.a_, AsEigen(v));
+    }
+    void ApplyJT(Cpu::ConstVectorView u, Cpu::VectorView g) override {
       AsEigen(g) = test::ApplyTransposed(problem_.a_, AsEigen(u));
     }
-    void DiagJTJ(Cpu::View d) override { AsEigen(d) = problem_.a_.colwise().squaredNorm().transpose(); }
+    void DiagJTJ(Cpu::VectorView d) override { AsEigen(d) = problem_.a_.colwise().squaredNorm().transpose(); }
     std::unique_ptr<ReducedSystem<Cpu>> MakeReducedSystem() override { return std::make_unique<Reduced>(problem_.a_); }
 
    private:
@@ -52,22 +54,22 @@ class Arrow final : public Problem<Cpu> {
    public:
     explicit Reduced(const Eigen::MatrixXd& a) : h_(test::Gram(a)) {}
     Index size() const override { return kKept; }
-    void SetDamping(double lambda, Cpu::ConstView metric) override {
+    void SetDamping(double lambda, Cpu::ConstVectorView metric) override {
       Eigen::MatrixXd damped = h_;
       damped.diagonal() += lambda * AsEigen(metric);
       e_ = damped.topRightCorner(kKept, kPoints);
       c_ = damped.bottomRightCorner(kPoints, kPoints).diagonal();
       s_ = damped.topLeftCorner(kKept, kKept) - test::Multiply(e_ * c_.cwiseInverse().asDiagonal(), e_.transpose());
     }
-    void ReduceRhs(Cpu::ConstView rhs, Cpu::View reduced) override {
+    void ReduceRhs(Cpu::ConstVectorView rhs, Cpu::VectorView reduced) override {
       const auto b = AsEigen(rhs);
       AsEigen(reduced) = b.head(kKept) - e_ * b.tail(kPoints).cwiseQuotient(c_);
     }
-    void BackSubstitute(Cpu::ConstView rhs, Cpu::View step) override {
+    void BackSubstitute(Cpu::ConstVectorView rhs, Cpu::VectorView step) override {
       auto x = AsEigen(step);
       x.tail(kPoints) = (AsEigen(rhs).tail(kPoints) - e_.transpose() * x.head(kKept)).cwiseQuotient(c_);
     }
-    void Apply(Cpu::ConstView x, Cpu::View y) override { AsEigen(y) = test::Apply(s_, AsEigen(x)); }
+    void Apply(Cpu::ConstVectorView x, Cpu::VectorView y) override { AsEigen(y) = test::Apply(s_, AsEigen(x)); }
     std::vector<BlockGroup> kept_groups() const override { return {{kKept, 1, 0, 1, kKept}}; }
     void DiagonalBlocks(BlockDiagonal<Cpu>& blocks) override {
       for (int r = 0; r < kKept; ++r) {

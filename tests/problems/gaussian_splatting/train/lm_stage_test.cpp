@@ -19,14 +19,14 @@ class OwnPreconditioner final : public Preconditioner<B> {
  public:
   explicit OwnPreconditioner(int& applied) : applied_(applied) {}
   Index size() const override { return inner_.size(); }
-  void Apply(B::ConstView x, B::View y) override {
+  void Apply(B::ConstVectorView x, B::VectorView y) override {
     ++applied_;
     inner_.Apply(x, y);
   }
-  void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstView diag_h) override {
+  void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstVectorView diag_h) override {
     inner_.SetLinearization(batches, diag_h);
   }
-  void SetDamping(double lambda, B::ConstView metric) override { inner_.SetDamping(lambda, metric); }
+  void SetDamping(double lambda, B::ConstVectorView metric) override { inner_.SetDamping(lambda, metric); }
   std::string description() const override { return "own"; }
 
  private:
