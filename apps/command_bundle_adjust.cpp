@@ -120,7 +120,7 @@ Adjusted SolveOverRanks(const bundle::BundleProblemOptions& problem_options, con
   const auto rms_error = [&] {
     std::vector<double> mine;
     for (OwnPart<Cpu>& part : problem.own()) {
-      mine.push_back(static_cast<bundle::BundleProblem&>(*part.problem).SquaredError(problem.Localize(x, part)));
+      mine.push_back(static_cast<bundle::BundleProblem&>(*part.owned).SquaredError(problem.Localize(x, part)));
     }
     return RmsError(problem.SumNumbers(mine), data);
   };

@@ -19,7 +19,7 @@ template <Backend B>
 class BatchedSystem {
  public:
   // Linearizes. x must outlive this object. scale: made from the first linearization when it is empty.
-  BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem, typename B::ConstVectorView x,
+  BatchedSystem(const LmOptions& options, B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
                 ColumnScale<B>& scale, LmSummary& summary);
 
   // Of the first system that has one.
@@ -54,7 +54,7 @@ class BatchedSystem {
 
   const LmOptions& options_;
   B& backend_;
-  Problem<B>& problem_;
+  ProblemAdaptor<B> problem_;
   typename B::ConstVectorView x_;
   ColumnScale<B>& scale_;
   LmSummary& summary_;

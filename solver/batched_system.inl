@@ -10,7 +10,7 @@
 namespace vesta {
 
 template <Backend B>
-BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, Problem<B>& problem,
+BatchedSystem<B>::BatchedSystem(const LmOptions& options, B& backend, ProblemAdaptor<B> problem,
                                 typename B::ConstVectorView x, ColumnScale<B>& scale, LmSummary& summary)
     : options_(options), backend_(backend), problem_(problem), x_(x), scale_(scale), summary_(summary) {
   const int batches = problem.num_batches();

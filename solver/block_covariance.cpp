@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "kernels/core/check.h"
+#include "solver/internal/problem_adaptor.h"
 #include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta {
@@ -21,11 +22,11 @@ BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double
     if (rows * cols > 0) pairs_of_column[pairs[k].second].push_back(k);
   }
   if (pairs_of_column.empty()) return covariance;
-  const auto linearization = problem.Linearize(x, 0);
-  Linearization<B>* const batches[] = {linearization.get()};
+  LinearizationAdaptor<B> linearization(problem.Linearize(x));
+  LinearizationAdaptor<B>* const batches[] = {&linearization};
   const Index n = problem.num_tangent();
   B::Vector diagonal(n), no_damping(n), unit(n), column(n);
-  linearization->DiagJTJ(diagonal);
+  linearization.DiagJTJ(diagonal);
   const auto factor = problem.MakeSparseCholesky();
   auto& cholesky = dynamic_cast<SparseCholeskyPreconditioner&>(*factor);
   cholesky.SetLinearization(batches, diagonal);

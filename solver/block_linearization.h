@@ -9,7 +9,11 @@
 
 namespace vesta {
 
-class BlockLinearization final : public Linearization<CpuBackend<double>>, public NormalMatrixSource {
+class BlockLinearization final : public Linearization<CpuBackend<double>>,
+                                 public WithProductH<CpuBackend<double>>,
+                                 public WithBlocks<CpuBackend<double>>,
+                                 public WithReducedSystem<CpuBackend<double>>,
+                                 public NormalMatrixSource {
  public:
   using B = CpuBackend<double>;
   // Evaluates all residuals and Jacobians, manifolds and losses applied. The problem must outlive this object and not

@@ -178,9 +178,8 @@ double BlockProblem::Cost(ConstVectorView x, std::span<const Index> units) {
   return SumCosts(x, static_cast<Index>(units.size()), [&](Index i) { return units[static_cast<std::size_t>(i)]; });
 }
 
-std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVectorView x) {
   CheckSize(x);
-  CheckBatch(batch);
   if (options_.evaluation_callback) options_.evaluation_callback(x, true);
   return std::make_unique<BlockLinearization>(*this, x);
 }

@@ -19,7 +19,7 @@
 #include "solver/manifold.h"
 #include "solver/normal_equations/preconditioner.h"
 #include "solver/normal_equations/step_cost.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 
 namespace vesta {
 
@@ -29,7 +29,15 @@ class SparseCholesky;
 // x holds all parameter blocks one after another in the order of being added, constant ones included; they keep their
 // values. The step covers the free ones, in an order of the problem's own. Costs and Jacobians of residual blocks are
 // evaluated in parallel. Misuse throws Error.
-class BlockProblem final : public Problem<CpuBackend<double>> {
+class BlockProblem final : public Problem<CpuBackend<double>>,
+                           public OnManifold<CpuBackend<double>>,
+                           public InUnits<CpuBackend<double>>,
+                           public WithBounds<CpuBackend<double>>,
+                           public WithPreconditioner<CpuBackend<double>>,
+                           public WithSparseCholesky<CpuBackend<double>>,
+                           public WithStepCounts,
+                           public WithNames,
+                           public Describes<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
   struct Options {
@@ -82,7 +90,7 @@ class BlockProblem final : public Problem<CpuBackend<double>> {
   Index num_units() const override { return static_cast<Index>(residuals_.size()); }
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
   // The caller's own, if there is one. Else the sparse Cholesky factor where it is within max_factor_gib and pays
   // beside iterations (solver/normal_equations/step_cost.h). Else block Jacobi.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;

@@ -16,7 +16,7 @@ std::string BlockProblem::NameTangent(Index k) {
     const char* const of = manifolds_[static_cast<std::size_t>(free.parameter)] ? "tangent entry" : "entry";
     return fmt::format("{} {} of parameter block {}", of, k - free.offset, free.parameter);
   }
-  return Problem::NameTangent(k);
+  return "";
 }
 
 std::string BlockProblem::NameResidual(int, Index row) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/problem.h"
+#include "solver/internal/problem_adaptor.h"
 
 namespace vesta {
 
@@ -30,7 +30,18 @@ inline double ClippedStep(double x, double step, double lower, double upper) {
 
 // The problem `inner` (borrowed) with lower_k <= x_k <= upper_k. Bounds of inner's own are not looked at.
 template <Backend B>
-class BoundedProblem final : public Problem<B> {
+class BoundedProblem final : public Problem<B>,
+                             public OnManifold<B>,
+                             public InUnits<B>,
+                             public InBatches<B>,
+                             public WithBounds<B>,
+                             public WithDampingMetric<B>,
+                             public WithPreconditioner<B>,
+                             public WithSparseCholesky<B>,
+                             public WithStepCounts,
+                             public Collective,
+                             public WithNames,
+                             public Describes<B> {
  public:
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
@@ -39,25 +50,33 @@ class BoundedProblem final : public Problem<B> {
   BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper);
 
   Index num_parameters() const override { return inner_.num_parameters(); }
-  int num_batches() const override { return inner_.num_batches(); }
-  Index num_units() const override { return inner_.num_units(); }
   double Cost(ConstVectorView x) override { return inner_.Cost(x); }
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override { return this->LinearizeOnlyBatch(x); }
+
+  Index num_tangent() const override { return inner_.num_tangent(); }
+  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
+
+  Index num_units() const override { return inner_.num_units(); }
   double Cost(ConstVectorView x, std::span<const Index> units) override { return inner_.Cost(x, units); }
-  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override {
+
+  int num_batches() const override { return inner_.num_batches(); }
+  std::unique_ptr<Linearization<B>> LinearizeBatch(ConstVectorView x, int batch) override {
     return inner_.Linearize(x, batch);
   }
-  void BeginTurn(int turn) override { inner_.BeginTurn(turn); }
+  void OnNewPoint(int turn) override { inner_.OnNewPoint(turn); }
+
+  bool IsFeasible(ConstVectorView x) override { return DescribeInfeasible(x).empty(); }
+  void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override;
+  void ClipStep(ConstVectorView x, VectorView step) override;
+
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override {
     return inner_.DampingMetric(x, diag_h, D);
   }
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;
   const StepCounts* CountSteps(bool) override { return inner_.CountSteps(false); }
-  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
-  bool has_bounds() const override { return true; }
-  bool IsFeasible(ConstVectorView x) override { return DescribeInfeasible(x).empty(); }
-  void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) override;
-  void ClipStep(ConstVectorView x, VectorView step) override;
+  bool OnAnyProcess(bool mine) override { return inner_.OnAnyProcess(mine); }
+
   std::string NameTangent(Index k) override { return inner_.NameTangent(k); }
   std::string NameResidual(int batch, Index row) override { return inner_.NameResidual(batch, row); }
   std::string DescribeNonFinite(ConstVectorView x, bool jacobians) override {
@@ -70,7 +89,7 @@ class BoundedProblem final : public Problem<B> {
   using S = typename B::Scalar;
   std::vector<S> Host(ConstVectorView x) const;
 
-  Problem<B>& inner_;
+  ProblemAdaptor<B> inner_;
   std::vector<double> lower_, upper_;
 };
 

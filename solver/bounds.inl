@@ -13,9 +13,9 @@ namespace vesta {
 template <Backend B>
 BoundedProblem<B>::BoundedProblem(Problem<B>& inner, std::vector<double> lower, std::vector<double> upper)
     : inner_(inner), lower_(std::move(lower)), upper_(std::move(upper)) {
-  const auto n = static_cast<std::size_t>(inner.num_parameters());
-  VESTA_CHECK(inner.num_tangent() == inner.num_parameters(), "bounds on a problem of {} parameters, {} in a step",
-              inner.num_parameters(), inner.num_tangent());
+  const auto n = static_cast<std::size_t>(inner_.num_parameters());
+  VESTA_CHECK(inner_.num_tangent() == inner_.num_parameters(), "bounds on a problem of {} parameters, {} in a step",
+              inner_.num_parameters(), inner_.num_tangent());
   VESTA_CHECK(lower_.size() == n && upper_.size() == n, "{} lower and {} upper bounds for {} parameters", lower_.size(),
               upper_.size(), n);
   for (std::size_t k = 0; k < n; ++k) {

@@ -34,8 +34,8 @@ struct ProblemCheck {
 // ApplyH, Curvature, Gradient, DiagJTJ and BlockGram are those of J and W; J is the derivative of the residuals along
 // Plus (where there are no weights and no loss), and Gradient of Cost. Takes some 100 evaluations of each, and a
 // product with each column that is looked at. At kinks of the residuals nothing can be told of the derivatives. A
-// problem that samples (BeginTurn) has a gradient that is not the cost's, and is told so. Mistakes that a solve throws
-// as Error are faults here too.
+// problem that samples (InBatches::OnNewPoint) has a gradient that is not the cost's, and is told so. Mistakes that a
+// solve throws as Error are faults here too.
 template <Backend B>
 ProblemCheck CheckProblem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
                           const CheckProblemOptions& options = {});

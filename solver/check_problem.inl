@@ -32,7 +32,7 @@ class ProblemChecker {
   using Vector = typename B::Vector;
   static constexpr bool kDouble = sizeof(S) == sizeof(double);
 
-  ProblemChecker(B& backend, Problem<B>& problem, ConstVectorView x, const CheckProblemOptions& options)
+  ProblemChecker(B& backend, ProblemAdaptor<B> problem, ConstVectorView x, const CheckProblemOptions& options)
       : backend_(backend), problem_(problem), x_(x), options_(options), n_(problem.num_tangent()) {
     if (options_.max_columns < 1) Fail("max_columns is {}; choose 1 or more", options_.max_columns);
     stride_ = std::max<Index>(1, (n_ + options_.max_columns - 1) / options_.max_columns);
@@ -42,7 +42,7 @@ class ProblemChecker {
 
   ProblemCheck Run() {
     try {
-      problem_.BeginTurn(0);
+      problem_.OnNewPoint(0);
       if (n_ > 0 && CheckCost() && CheckPlus()) CheckLinearizations();
     } catch (const Error& error) {
       Add("{}", error.what());
@@ -106,9 +106,9 @@ class ProblemChecker {
   bool CheckPlus();
   void CheckLinearizations();
   // Everything that needs no second x. false: what follows would make no sense.
-  bool CheckProducts(int batch, Linearization<B>& linearization);
-  void CheckAdjoint(Linearization<B>& linearization, ConstVectorView u);
-  void CheckBlocks(Linearization<B>& linearization);
+  bool CheckProducts(int batch, LinearizationAdaptor<B>& linearization);
+  void CheckAdjoint(LinearizationAdaptor<B>& linearization, ConstVectorView u);
+  void CheckBlocks(LinearizationAdaptor<B>& linearization);
 
   // The part with derivatives: solver/check_problem_derivatives.inl.
   // Of something with a value at x (+) t v: its derivative along v as the problem gives it, and by differences.
@@ -131,11 +131,11 @@ class ProblemChecker {
   Vector ScaledDirection(ConstVectorView diagonal, std::uint64_t seed) const;
   // 0 where a bound stops a step of +-length v.
   void DropBounded(double length, Vector& v) const;
-  void CheckTangent(int batch, Linearization<B>& linearization);
+  void CheckTangent(int batch, LinearizationAdaptor<B>& linearization);
   void CheckGradient(ConstVectorView gradient, ConstVectorView diagonal);
 
   B& backend_;
-  Problem<B>& problem_;
+  ProblemAdaptor<B> problem_;
   ConstVectorView x_;
   CheckProblemOptions options_;
   Index n_, stride_ = 1;
@@ -227,7 +227,7 @@ void ProblemChecker<B>::CheckLinearizations() {
 }
 
 template <Backend B>
-bool ProblemChecker<B>::CheckProducts(int batch, Linearization<B>& linearization) {
+bool ProblemChecker<B>::CheckProducts(int batch, LinearizationAdaptor<B>& linearization) {
   const Index rows = linearization.num_residuals();
   if (linearization.residuals().size() != rows) {
     Add("residuals() has {} entries, num_residuals() is {}; make them the same", linearization.residuals().size(),
@@ -288,8 +288,8 @@ bool ProblemChecker<B>::CheckProducts(int batch, Linearization<B>& linearization
 }
 
 template <Backend B>
-void ProblemChecker<B>::CheckAdjoint(Linearization<B>& linearization, ConstVectorView u) {
-  JacobianMap<B> jacobian(linearization);
+void ProblemChecker<B>::CheckAdjoint(LinearizationAdaptor<B>& linearization, ConstVectorView u) {
+  JacobianMap<B> jacobian(linearization.get());
   const double error = WorstAdjointError<B>(backend_, jacobian, 4);
   if (error <= options_.rounding) return;
   Vector transposed(n_), column(linearization.num_residuals());
@@ -311,8 +311,8 @@ void ProblemChecker<B>::CheckAdjoint(Linearization<B>& linearization, ConstVecto
 }
 
 template <Backend B>
-void ProblemChecker<B>::CheckBlocks(Linearization<B>& linearization) {
-  const Deviation diagonal = WorstDiagonal(backend_, linearization, Index{0}, stride_);
+void ProblemChecker<B>::CheckBlocks(LinearizationAdaptor<B>& linearization) {
+  const Deviation diagonal = WorstDiagonal(backend_, linearization.get(), Index{0}, stride_);
   if (diagonal.error > options_.rounding) {
     Add("DiagJTJ gives {:.6g} for {}, where its column of J has the weighted square {:.6g}", diagonal.given,
         problem_.NameTangent(diagonal.row), diagonal.exact);
@@ -322,7 +322,7 @@ void ProblemChecker<B>::CheckBlocks(Linearization<B>& linearization) {
   Index blocks = 0;
   for (const BlockGroup& group : groups) blocks = std::max(blocks, group.count);
   const Index stride = std::max<Index>(1, (blocks + options_.max_columns - 1) / options_.max_columns);
-  const Deviation block = WorstBlock(backend_, linearization, stride);
+  const Deviation block = WorstBlock(backend_, linearization.get(), stride);
   if (block.error > options_.rounding) {
     Add("BlockGram gives {:.6g} for {} and {}, where their columns of J have the weighted product {:.6g}", block.given,
         problem_.NameTangent(block.row), problem_.NameTangent(block.col), block.exact);

@@ -87,7 +87,7 @@ void ProblemChecker<B>::CheckDerivative(const Derivative& derivative,
 }
 
 template <Backend B>
-void ProblemChecker<B>::CheckTangent(int batch, Linearization<B>& linearization) {
+void ProblemChecker<B>::CheckTangent(int batch, LinearizationAdaptor<B>& linearization) {
   Vector Jv(linearization.num_residuals()), diagonal(n_);
   linearization.DiagJTJ(diagonal);
   const auto given = [&](ConstVectorView v) {

@@ -5,19 +5,21 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "solver/internal/problem_adaptor.h"
 #include "solver/linear/dense_qr.h"
 #include "solver/normal_equations/dense_jacobian.h"
 
 namespace vesta {
 
-Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstVectorView x,
+Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double>::ConstVectorView x,
                               const CovarianceOptions& options) {
   constexpr Index kMaxEntries = 100'000'000;
   VESTA_CHECK(options.relative_threshold >= 0 && options.relative_threshold < 1, "relative_threshold is {}",
               options.relative_threshold);
+  const ProblemAdaptor<CpuBackend<double>> problem(of);
   CpuBackend<double> backend;
-  std::vector<std::unique_ptr<Linearization<CpuBackend<double>>>> batches;
-  std::vector<Linearization<CpuBackend<double>>*> pointers;
+  std::vector<std::unique_ptr<LinearizationAdaptor<CpuBackend<double>>>> batches;
+  std::vector<LinearizationAdaptor<CpuBackend<double>>*> pointers;
   Index rows = 0;
   for (int b = 0; b < problem.num_batches(); ++b) {
     batches.push_back(problem.CheckedLinearize(x, b));

@@ -8,6 +8,7 @@
 
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
+#include "solver/internal/problem_adaptor.h"
 
 namespace vesta {
 
@@ -30,7 +31,7 @@ inline double RelativeDifference(double a, double b) {
 template <Backend B>
 class Columns {
  public:
-  Columns(B& backend, Linearization<B>& linearization)
+  Columns(B& backend, LinearizationAdaptor<B>& linearization)
       : backend_(backend), linearization_(linearization), unit_(linearization.num_parameters()) {}
   // Jk = J e_k.
   void Column(Index k, typename B::Vector& Jk) {
@@ -50,7 +51,7 @@ class Columns {
 
  private:
   B& backend_;
-  Linearization<B>& linearization_;
+  LinearizationAdaptor<B>& linearization_;
   typename B::Vector unit_, weighted_;
 };
 
@@ -108,7 +109,8 @@ Deviation WorstDiagonal(B& backend, Linearization<B>& linearization, Index first
   linearization.DiagJTJ(diagonal);
   std::vector<S> host(static_cast<std::size_t>(n));
   backend.ToHost(diagonal, {host.data(), n});
-  check_internal::Columns<B> columns(backend, linearization);
+  LinearizationAdaptor<B> adaptor(linearization);
+  check_internal::Columns<B> columns(backend, adaptor);
   Deviation worst;
   for (Index k = first; k < n; k += stride) {
     columns.Column(k, column);
@@ -128,10 +130,11 @@ double BlockError(B& backend, Linearization<B>& linearization, Index block_strid
 template <Backend B>
 Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_stride) {
   using S = typename B::Scalar;
-  const std::vector<BlockGroup> groups = linearization.block_groups();
+  LinearizationAdaptor<B> adaptor(linearization);
+  const std::vector<BlockGroup> groups = adaptor.block_groups();
   BlockDiagonal<B> blocks(linearization.num_parameters(), groups);
-  linearization.BlockGram(blocks);
-  check_internal::Columns<B> columns(backend, linearization);
+  adaptor.BlockGram(blocks);
+  check_internal::Columns<B> columns(backend, adaptor);
   Deviation worst;
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const BlockGroup& group = groups[g];
@@ -168,8 +171,9 @@ Deviation WorstBlock(B& backend, Linearization<B>& linearization, Index block_st
 }
 
 template <Backend B>
-double GradientError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, typename B::ConstVectorView v,
+double GradientError(B& backend, Problem<B>& of, typename B::ConstVectorView x, typename B::ConstVectorView v,
                      double h) {
+  const ProblemAdaptor<B> problem(of);
   double slope = 0;
   typename B::Vector gradient(problem.num_tangent()), step(problem.num_tangent()), moved(problem.num_parameters());
   for (int batch = 0; batch < problem.num_batches(); ++batch) {
@@ -185,8 +189,9 @@ double GradientError(B& backend, Problem<B>& problem, typename B::ConstVectorVie
 }
 
 template <Backend B>
-double TangentError(B& backend, Problem<B>& problem, typename B::ConstVectorView x, int batch,
-                    typename B::ConstVectorView v, double h) {
+double TangentError(B& backend, Problem<B>& of, typename B::ConstVectorView x, int batch, typename B::ConstVectorView v,
+                    double h) {
+  const ProblemAdaptor<B> problem(of);
   const auto linearization = problem.CheckedLinearize(x, batch);
   const Index rows = linearization->num_residuals();
   typename B::Vector tangent(rows), difference(rows), step(problem.num_tangent()), moved(problem.num_parameters());

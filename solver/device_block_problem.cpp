@@ -30,7 +30,7 @@ struct DeviceBlockProblem<S>::Data {
 };
 
 template <class S>
-class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>> {
+class DeviceBlockProblem<S>::Linear final : public Linearization<CudaBackend<S>>, public WithBlocks<CudaBackend<S>> {
  public:
   Linear(const Data& data, ConstVectorView x) : data_(data), residuals_(data.num_residuals()) {
     const DeviceResiduals<S>& residuals = *data.residuals;
@@ -103,9 +103,8 @@ double DeviceBlockProblem<S>::Cost(ConstVectorView x) {
 }
 
 template <class S>
-std::unique_ptr<Linearization<CudaBackend<S>>> DeviceBlockProblem<S>::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<CudaBackend<S>>> DeviceBlockProblem<S>::Linearize(ConstVectorView x) {
   this->CheckSize(x);
-  this->CheckBatch(batch);
   return std::make_unique<Linear>(*data_, x);
 }
 

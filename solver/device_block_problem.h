@@ -6,7 +6,7 @@
 
 #include "kernels/core/cuda_backend.h"
 #include "kernels/core/row_blocks.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 
 namespace vesta {
 
@@ -39,9 +39,8 @@ class DeviceBlockProblem final : public Problem<CudaBackend<S>> {
 
   Index num_parameters() const override;
   double Cost(ConstVectorView x) override;
-  using Problem<B>::Cost;
   // The problem must outlive what it returns.
-  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
 
  private:
   struct Data;

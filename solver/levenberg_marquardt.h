@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <memory>
-#include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "kernels/core/archive.h"
 #include "solver/batched_system.h"
@@ -36,6 +38,8 @@ class LmStepper {
   const LmIteration& Step();
   // Ends the solve from outside; done() afterwards.
   void Stop(LmStatus status, std::string message);
+  // Ends it as kStoppedByCallback where any of the processes that solve the problem together asks for that.
+  void StopWhereAsked(bool asked);
 
   // The best x so far by the full cost (within its rounding: see AcceptByGradient), and that cost.
   typename B::ConstVectorView x() const { return x_.view(); }
@@ -103,7 +107,7 @@ class LmStepper {
 
   LmOptions options_;
   B& backend_;
-  Problem<B>& problem_;
+  ProblemAdaptor<B> problem_;
   std::optional<StepControl> control_;
   std::chrono::steady_clock::time_point start_;
   typename B::Vector x_, trial_x_, step_, scaled_step_;
@@ -123,5 +127,22 @@ class LmStepper {
 template <Backend B>
 LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typename B::VectorView x,
                   const LmCallback& callback = {});
+// The same on a backend of its own. On the host x may also be a std::span or a std::vector.
+template <Backend B>
+LmSummary SolveLm(Problem<B>& problem, typename B::VectorView x, const LmOptions& options = {},
+                  const LmCallback& callback = {}) {
+  B backend;
+  return SolveLm(options, backend, problem, x, callback);
+}
+template <class S>
+LmSummary SolveLm(Problem<CpuBackend<S>>& problem, std::span<S> x, const LmOptions& options = {},
+                  const LmCallback& callback = {}) {
+  return SolveLm(problem, HostSpan<S>(x.data(), static_cast<Index>(x.size())), options, callback);
+}
+template <class S>
+LmSummary SolveLm(Problem<CpuBackend<S>>& problem, std::vector<S>& x, const LmOptions& options = {},
+                  const LmCallback& callback = {}) {
+  return SolveLm(problem, std::span<S>(x), options, callback);
+}
 
 }  // namespace vesta

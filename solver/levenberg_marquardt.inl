@@ -34,7 +34,7 @@ template <Backend B>
 LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem)
     : options_(options), backend_(backend), problem_(problem), start_(std::chrono::steady_clock::now()) {
   options_.Validate();
-  VESTA_CHECK(problem.num_batches() >= 1, "a problem of {} batches", problem.num_batches());
+  VESTA_CHECK(problem_.num_batches() >= 1, "a problem of {} batches", problem_.num_batches());
   control_.emplace(options_.step_control);
 }
 
@@ -59,14 +59,14 @@ template <Backend B>
 LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, typename B::Vector&& x)
     : LmStepper(options, backend, problem) {
   x_ = std::move(x);
-  if (x_.size() != problem.num_parameters()) {
+  if (x_.size() != problem_.num_parameters()) {
     Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x_.size(),
-         problem.num_parameters());
+         problem_.num_parameters());
   }
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));
-  summary_.num_parameters = problem.num_parameters();
-  summary_.num_tangent = problem.num_tangent();
-  summary_.num_batches = problem.num_batches();
+  summary_.num_parameters = problem_.num_parameters();
+  summary_.num_tangent = problem_.num_tangent();
+  summary_.num_batches = problem_.num_batches();
   summary_.configuration =
       fmt::format("{} step rule, {}{}", ToString(options_.step_rule), ToString(options_.batch_mode),
                   options_.line_search.enabled ? ", line search" : "");
@@ -74,15 +74,15 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   cost_ = FullCost(x_);
   summary_.initial_cost = summary_.final_cost = cost_;
   if (!std::isfinite(cost_)) {
-    const std::string where = problem.DescribeNonFinite(x_, false);
+    const std::string where = problem_.DescribeNonFinite(x_, false);
     Stop(LmStatus::kNonFinite, fmt::format("the cost at the start is {}{}{}", cost_, where.empty() ? "" : ": ", where));
-  } else if (problem.has_bounds() && !problem.IsFeasible(x_)) {
-    const std::string where = problem.DescribeInfeasible(x_);
+  } else if (problem_.has_bounds() && !problem_.IsFeasible(x_)) {
+    const std::string where = problem_.DescribeInfeasible(x_);
     Stop(LmStatus::kInfeasible,
          fmt::format("the start violates a bound{}{}; move it inside", where.empty() ? "" : ": ", where));
-  } else if (problem.num_tangent() == 0) {
+  } else if (problem_.num_tangent() == 0) {
     Stop(LmStatus::kGradientTolerance, "the problem has no parameters");
-  } else if (const std::string why = problem.DescribeDegenerate(x_); !why.empty()) {
+  } else if (const std::string why = problem_.DescribeDegenerate(x_); !why.empty()) {
     Stop(LmStatus::kDegenerateStart, why);
   } else if (PassesCheck() && Linearize()) {
     TestLimits();
@@ -104,6 +104,11 @@ void LmStepper<B>::Stop(LmStatus status, std::string message) {
 }
 
 template <Backend B>
+void LmStepper<B>::StopWhereAsked(bool asked) {
+  if (problem_.OnAnyProcess(asked) && !done()) Stop(LmStatus::kStoppedByCallback, "the callback asked to stop");
+}
+
+template <Backend B>
 double LmStepper<B>::DoubtfulGain() const {
   const double rounding = sizeof(typename B::Scalar) == sizeof(double) ? 1e-9 : 1e-4;
   return std::max(std::max(10 * options_.function_tolerance, rounding) * cost_, 1e-20 * summary_.initial_cost);
@@ -119,7 +124,7 @@ void LmStepper<B>::StopConverged(LmStatus status, std::string message, const std
 template <Backend B>
 bool LmStepper<B>::PassesCheck() {
   if (!options_.check_derivatives) return true;
-  const ProblemCheck check = CheckProblem<B>(backend_, problem_, x_);
+  const ProblemCheck check = CheckProblem<B>(backend_, problem_.get(), x_);
   if (check.ok()) return true;
   Stop(LmStatus::kCheckFailed, check.faults.size() == 1 ? check.faults.front()
                                                         : fmt::format("{} (and {} more: CheckProblem has them)",
@@ -149,7 +154,7 @@ template <Backend B>
 bool LmStepper<B>::Linearize() {
   if (system_) return true;
   const lm_internal::Stopwatch watch(summary_.linearize_seconds);
-  problem_.BeginTurn(turn_++);
+  problem_.OnNewPoint(turn_++);
   system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
   frozen_gradient_ = system_->frozen_gradient();
   if (const SystemFault& fault = system_->fault(); fault.kind != SystemFault::Kind::kNone) {
@@ -367,10 +372,7 @@ LmSummary SolveLm(const LmOptions& options, B& backend, Problem<B>& problem, typ
                   const LmCallback& callback) {
   LmStepper<B> stepper(options, backend, problem, x);
   const auto report = [&] {
-    const bool stops = callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop;
-    if (problem.OnAnyProcess(stops) && !stepper.done()) {
-      stepper.Stop(LmStatus::kStoppedByCallback, "the callback asked to stop");
-    }
+    stepper.StopWhereAsked(callback && callback(stepper.summary().iterations.back()) == CallbackResult::kStop);
   };
   report();
   while (!stepper.done()) {

@@ -79,7 +79,7 @@ double LmPeakBytes(const LmOptions& options, const ProblemMemory& problem) {
   // Gram matrices still.
   const double unsolved = merged && preconditioner.takes_blocks ? grams - problem.gram : 0;
   const double solving = ready + steps + pcg + (summed ? vector : 0) + kept_grams + unsolved;
-  // The model along a merged step: one product of H (Linearization::Curvature) at a time.
+  // The model along a merged step: one product of H (WithProductH::Curvature) at a time.
   const double measuring = merged ? step + (held ? ready + kept_grams : prepared) + vector : 0;
   // So much of the step as is tried, and the trial.
   const double trying = step + (held ? ready + kept_grams : 0) + 2 * vector + problem.cost_work;

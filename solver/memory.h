@@ -16,8 +16,8 @@ struct ProblemMemory {
   double blocks = 0;             // the values of a BlockDiagonal of block_groups(); 0: none
   double cost_work = 0;          // while the cost of a trial is evaluated
   double between = 0;            // what the caller works in between iterations
-  bool has_own_descent = false;  // Linearization::has_own_descent
-  bool has_own_metric = false;   // Problem::DampingMetric, which works in nothing worth mentioning
+  bool has_own_descent = false;  // WithOwnDescent
+  bool has_own_metric = false;   // WithDampingMetric, which works in nothing worth mentioning
 };
 
 // Linearizations that are there at once, of so many batches.

@@ -9,7 +9,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "solver/loss.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 #include "solver/residual_block_layout.h"
 
 namespace vesta::residual_blocks_internal {
@@ -17,7 +17,7 @@ namespace vesta::residual_blocks_internal {
 inline constexpr Index kGrain = 256;
 
 template <int kResiduals, int kParameters, Backend B>
-class Rows final : public Linearization<B> {
+class Rows final : public Linearization<B>, public WithBlocks<B> {
  public:
   using S = typename B::Scalar;
   using VectorView = typename B::VectorView;

@@ -15,7 +15,7 @@
 #include "kernels/math/dual.h"
 #include "solver/functor_call.h"
 #include "solver/loss.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 #include "solver/residual_block_layout.h"
 #include "solver/residual_block_rows.h"
 
@@ -43,7 +43,11 @@ struct ResidualBlocksOptions {
 
 template <class F, Backend B>
 requires ResidualFunctor<F, typename B::Scalar> && std::same_as<typename B::Space, Host>
-class ResidualBlocks final : public Problem<B> {
+class ResidualBlocks final : public Problem<B>,
+                             public InUnits<B>,
+                             public InBatches<B>,
+                             public WithNames,
+                             public Describes<B> {
  public:
   using S = typename B::Scalar;
   using VectorView = typename B::VectorView;
@@ -72,7 +76,8 @@ class ResidualBlocks final : public Problem<B> {
     this->CheckUnits(units);
     return SumOfCosts(x, static_cast<Index>(units.size()), units.data());
   }
-  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override {
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override { return this->LinearizeOnlyBatch(x); }
+  std::unique_ptr<Linearization<B>> LinearizeBatch(ConstVectorView x, int batch) override {
     this->CheckSize(x);
     this->CheckBatch(batch);
     auto rows = std::make_unique<Rows>(layout_, batch, options_.block_groups);

@@ -20,6 +20,7 @@
 #include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "solver/internal/problem_adaptor.h"
 
 namespace vesta::bench {
 namespace {
@@ -149,7 +150,8 @@ class Bench {
     const HostSpan<const float> x(workload_.model.data.data(), size);
     HostBuffer<float> v(size), Hv(size);
     v.CopyFrom(x);
-    return Add("linearize, H v", 0, [&] { problem.Linearize(x, 0)->ApplyH(v, Hv); });
+    return Add("linearize, H v", 0,
+               [&] { ProblemAdaptor<CpuBackend<float>>(problem).CheckedLinearize(x, 0)->ApplyH(v, Hv); });
   }
 
  private:

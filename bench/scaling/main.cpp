@@ -56,14 +56,15 @@ template <Backend B>
 Row Measure(Ranks& ranks, Problem<B>& problem, DistributedProblem<B>* distributed, typename B::ConstVectorView x,
             const LmOptions& lm, int repeats) {
   B backend;
-  const Index n = problem.num_tangent();
-  std::unique_ptr<Linearization<B>> linearization;
+  const ProblemAdaptor<B> all(problem);
+  const Index n = all.num_tangent();
+  std::unique_ptr<LinearizationAdaptor<B>> linearization;
   typename B::Vector g(n), v(n), Hv(n), d(n);
   const double linearize = MedianMilliseconds(repeats, [&] {
-    linearization = problem.Linearize(x, 0);
+    linearization = all.CheckedLinearize(x, 0);
     linearization->Gradient(g);
   });
-  linearization = problem.Linearize(x, 0);
+  linearization = all.CheckedLinearize(x, 0);
   linearization->Gradient(g);
   backend.Copy(g, v);
   const double product = MedianMilliseconds(repeats, [&] { linearization->ApplyH(v, Hv); });

@@ -95,9 +95,8 @@ double BundleProblem::Cost(ConstVectorView x) {
          });
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<CpuBackend<double>>> BundleProblem::Linearize(ConstVectorView x) {
   CheckSize(x);
-  CheckBatch(batch);
   if (context_->options.storage == JacobianStorage::kFloat) {
     return internal::MakeLinearization<float>(*context_, x);
   }

@@ -49,9 +49,8 @@ class BundleProblem final : public Problem<CpuBackend<double>> {
 
   Index num_parameters() const override;
   double Cost(ConstVectorView x) override;
-  using Problem::Cost;
   // The problem must outlive what it returns. Residuals are in the order of points, then cameras, two each.
-  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
 
   const Structure& structure() const;
   // Sum of squared reprojection errors over all observations, pixels squared, without the loss.

@@ -26,7 +26,11 @@ void Size(HostBuffer<T>& buffer, Index size) {
 }
 
 template <class S>
-class BundleLinearization final : public Linearization<Cpu> {
+class BundleLinearization final : public Linearization<Cpu>,
+                                  public WithGradient<Cpu>,
+                                  public WithProductH<Cpu>,
+                                  public WithBlocks<Cpu>,
+                                  public WithReducedSystem<Cpu> {
  public:
   BundleLinearization(BundleContext& context, ConstVectorView x)
       : context_(context),

@@ -5,6 +5,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "solver/problem_interfaces.h"
 
 namespace vesta::deconvolution {
 namespace {
@@ -17,7 +18,7 @@ double Transform(double counts) { return 2 * std::sqrt(counts + kAnscombe); }
 }  // namespace
 
 // J at one x. Borrows the problem, its planes included.
-class PhotonImage::AtX final : public Linearization<CpuBackend<double>> {
+class PhotonImage::AtX final : public Linearization<CpuBackend<double>>, public WithProductH<CpuBackend<double>> {
  public:
   AtX(PhotonImage& problem, ConstVectorView x)
       : blur_(problem.blur_),
@@ -126,9 +127,8 @@ double PhotonImage::Cost(ConstVectorView x) {
   return 0.5 * cost;
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> PhotonImage::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<CpuBackend<double>>> PhotonImage::Linearize(ConstVectorView x) {
   CheckSize(x);
-  CheckBatch(batch);
   return std::make_unique<AtX>(*this, x);
 }
 

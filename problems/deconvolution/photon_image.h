@@ -33,8 +33,7 @@ class PhotonImage final : public Problem<CpuBackend<double>> {
 
   Index num_parameters() const override { return blur_.image_size(); }
   double Cost(ConstVectorView x) override;
-  using Problem::Cost;
-  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
 
  private:
   class AtX;

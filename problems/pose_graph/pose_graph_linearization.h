@@ -4,12 +4,15 @@
 #include <vector>
 
 #include "problems/pose_graph/pose_graph_layout.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 #include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta::pose_graph {
 
-class PoseGraphLinearization final : public Linearization<CpuBackend<double>>, public NormalMatrixSource {
+class PoseGraphLinearization final : public Linearization<CpuBackend<double>>,
+                                     public WithProductH<CpuBackend<double>>,
+                                     public WithBlocks<CpuBackend<double>>,
+                                     public NormalMatrixSource {
  public:
   using B = CpuBackend<double>;
 

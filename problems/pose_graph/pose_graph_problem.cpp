@@ -142,9 +142,8 @@ double PoseGraphProblem::Cost(ConstVectorView x, std::span<const Index> units) {
   });
 }
 
-std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<CpuBackend<double>>> PoseGraphProblem::Linearize(ConstVectorView x) {
   CheckSize(x);
-  CheckBatch(batch);
   return std::make_unique<PoseGraphLinearization>(impl_->layout, x);
 }
 

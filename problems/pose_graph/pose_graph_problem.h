@@ -8,7 +8,7 @@
 #include "problems/pose_graph/pose_graph.h"
 #include "solver/lm_options.h"
 #include "solver/loss.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 
 namespace vesta::pose_graph {
 
@@ -30,7 +30,13 @@ struct PoseGraphModel {
 
 // x: PoseSize numbers for each pose, fixed ones included; a step: TangentSize numbers for each pose that moves, in the
 // order of the poses. Residuals: TangentSize for each edge, se2.h and se3.h. A unit is an edge; there is one batch.
-class PoseGraphProblem final : public Problem<CpuBackend<double>> {
+class PoseGraphProblem final : public Problem<CpuBackend<double>>,
+                               public OnManifold<CpuBackend<double>>,
+                               public InUnits<CpuBackend<double>>,
+                               public WithPreconditioner<CpuBackend<double>>,
+                               public WithSparseCholesky<CpuBackend<double>>,
+                               public WithNames,
+                               public Describes<CpuBackend<double>> {
  public:
   using B = CpuBackend<double>;
 
@@ -45,7 +51,7 @@ class PoseGraphProblem final : public Problem<CpuBackend<double>> {
   Index num_units() const override;
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
   // The exact sparse Cholesky factor of the damped H: conjugate gradients then take an iteration or two. Null where it
   // would be larger than the model allows; the engine then goes on with the diagonal blocks.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;

@@ -10,7 +10,13 @@
 namespace vesta {
 
 template <Backend B>
-class DistributedLinearization final : public Linearization<B> {
+class DistributedLinearization final : public Linearization<B>,
+                                       public WithLossWeights<B>,
+                                       public WithProductH<B>,
+                                       public WithBlocks<B>,
+                                       public WithReducedSystem<B>,
+                                       public WithShardedSystem<B>,
+                                       public WithOwnDescent<B> {
  public:
   using Base = Linearization<B>;
   using typename Base::ConstVectorView;
@@ -26,8 +32,8 @@ class DistributedLinearization final : public Linearization<B> {
   ConstVectorView residuals() const override;
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
-  // So that no solver asks for them.
-  bool weighted() const override { return true; }
+  // weighted(), so that no solver asks for them.
+  void ApplyW(ConstVectorView u, VectorView Wu) override;
 
   void Gradient(VectorView g) override;
   bool has_own_descent() const override { return has_own_descent_; }
@@ -44,7 +50,7 @@ class DistributedLinearization final : public Linearization<B> {
   void ShardOfBlocks(BlockDiagonal<B>& blocks);
 
   DistributedProblem<B>& problem() { return problem_; }
-  Linearization<B>& of(Index term) {
+  LinearizationAdaptor<B>& of(Index term) {
     return *linearizations_[static_cast<std::size_t>(term - problem_.own_terms().begin)];
   }
 
@@ -57,7 +63,7 @@ class DistributedLinearization final : public Linearization<B> {
   auto Term(const Give& give);
   // What gives a part's product with v.
   auto ProductWith(ConstVectorView v) {
-    return [this, v](Linearization<B>& linearization, const OwnPart<B>& part, VectorView to) {
+    return [this, v](LinearizationAdaptor<B>& linearization, const OwnPart<B>& part, VectorView to) {
       linearization.ApplyH(part.tangent.template Local<S>(v, local_in_), to);
     };
   }
@@ -67,7 +73,7 @@ class DistributedLinearization final : public Linearization<B> {
 
   DistributedProblem<B>& problem_;
   std::vector<typename B::Vector> x_;  // of parts that do not see all of x
-  std::vector<std::unique_ptr<Linearization<B>>> linearizations_;
+  std::vector<std::unique_ptr<LinearizationAdaptor<B>>> linearizations_;
   Index num_residuals_ = 0;
   bool has_own_descent_ = false;
   typename B::Vector gradient_, squares_;  // until someone asks for them; the second: of the units' gradients

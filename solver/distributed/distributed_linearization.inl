@@ -17,7 +17,7 @@ DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& pro
   for (OwnPart<B>& part : problem.own()) {
     x_.emplace_back();
     const ConstVectorView at = part.parameters.template Local<S>(x, x_.back());
-    linearizations_.push_back(part.problem->CheckedLinearize(at, 0));
+    linearizations_.push_back(part.problem.CheckedLinearize(at, 0));
     residuals += linearizations_.back()->num_residuals();
     has_own_descent_ = linearizations_.back()->has_own_descent();
   }
@@ -36,6 +36,11 @@ void DistributedLinearization<B>::ApplyJ(ConstVectorView, VectorView) {
 
 template <Backend B>
 void DistributedLinearization<B>::ApplyJT(ConstVectorView, VectorView) {
+  residuals();
+}
+
+template <Backend B>
+void DistributedLinearization<B>::ApplyW(ConstVectorView, VectorView) {
   residuals();
 }
 
@@ -64,8 +69,9 @@ void DistributedLinearization<B>::SumGradients() {
   const Index n = num_parameters();
   gradient_.ResizeForOverwrite(n);
   if (!has_own_descent_) {
-    SumParts([](Linearization<B>& linearization, const OwnPart<B>&, VectorView to) { linearization.Gradient(to); },
-             gradient_);
+    SumParts(
+        [](LinearizationAdaptor<B>& linearization, const OwnPart<B>&, VectorView to) { linearization.Gradient(to); },
+        gradient_);
     return;
   }
   std::vector<Support> supports;
@@ -74,8 +80,10 @@ void DistributedLinearization<B>::SumGradients() {
   SumOverRanks<S> sum(problem_.ranks(), problem_.parts().num_parts(), 2 * n, supports);
   typename B::Vector both;
   both.ResizeForOverwrite(2 * n);
-  const auto gradient = [](Linearization<B>& part, const OwnPart<B>&, VectorView to) { part.Gradient(to); };
-  const auto squares = [](Linearization<B>& part, const OwnPart<B>&, VectorView to) { part.SquaredGradients(to); };
+  const auto gradient = [](LinearizationAdaptor<B>& part, const OwnPart<B>&, VectorView to) { part.Gradient(to); };
+  const auto squares = [](LinearizationAdaptor<B>& part, const OwnPart<B>&, VectorView to) {
+    part.SquaredGradients(to);
+  };
   sum.Sum(
       [&](Index term, VectorView to) {
         const Index half = to.size() / 2;
@@ -97,7 +105,7 @@ void DistributedLinearization<B>::Gradient(VectorView g) {
 
 template <Backend B>
 void DistributedLinearization<B>::Descent(VectorView d) {
-  if (!has_own_descent_) return Base::Descent(d);
+  VESTA_CHECK(has_own_descent_, "the descent of parts without one of their own");
   if (gradient_.empty()) SumGradients();
   B().Copy(squares_, d);
   linearizations_.front()->DescentOf(problem_.num_units(), gradient_, d);
@@ -107,7 +115,8 @@ void DistributedLinearization<B>::Descent(VectorView d) {
 template <Backend B>
 void DistributedLinearization<B>::DiagJTJ(VectorView d) {
   if (!linearizations_.front()->blocks_give_diagonal()) {
-    SumParts([](Linearization<B>& linearization, const OwnPart<B>&, VectorView to) { linearization.DiagJTJ(to); }, d);
+    SumParts(
+        [](LinearizationAdaptor<B>& linearization, const OwnPart<B>&, VectorView to) { linearization.DiagJTJ(to); }, d);
     return;
   }
   const Shards& shards = problem_.shards();

@@ -14,7 +14,8 @@
 namespace vesta {
 
 template <Backend B>
-DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts) : ranks_(ranks), parts_(parts) {
+DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts)
+    : ranks_(ranks), parts_(parts), geometry_(parts.geometry()) {
   const int count = parts.num_parts();
   CheckTerms(count, ranks);
   CheckSameProblem();
@@ -22,14 +23,13 @@ DistributedProblem<B>::DistributedProblem(Ranks& ranks, ProblemParts<B>& parts) 
   for (Index term = own_terms().begin; term < own_terms().end; ++term) {
     ProblemPart<B> made = parts.Make(static_cast<int>(term));
     if (!made.problem) Fail("part {} of {} has no problem", term, count);
-    if (made.problem->num_batches() != 1) {
-      Fail("part {} has {} batches; give a part one, and make more parts", term, made.problem->num_batches());
+    OwnPart<B> part(std::move(made.problem));
+    if (part.problem.num_batches() != 1) {
+      Fail("part {} has {} batches; give a part one, and make more parts", term, part.problem.num_batches());
     }
-    OwnPart<B> part;
-    part.parameters = PartMap(made.parameters, made.problem->num_parameters(), parts.num_parameters(), "parameters");
-    part.tangent = PartMap(made.tangent, made.problem->num_tangent(), parts.num_tangent(), "entries of a step");
-    part.problem = std::move(made.problem);
-    units.push_back(part.problem->num_units());
+    part.parameters = PartMap(made.parameters, part.problem.num_parameters(), parts.num_parameters(), "parameters");
+    part.tangent = PartMap(made.tangent, part.problem.num_tangent(), parts.num_tangent(), "entries of a step");
+    units.push_back(part.problem.num_units());
     own_.push_back(std::move(part));
   }
   tangent_sum_ = std::make_unique<SumOverRanks<S>>(ranks, count, parts.num_tangent(), TangentSupports());
@@ -118,7 +118,7 @@ double DistributedProblem<B>::Cost(ConstVectorView x) {
   CheckSameStart(x);
   std::vector<double> costs;
   costs.reserve(own_.size());
-  for (OwnPart<B>& part : own_) costs.push_back(part.problem->Cost(Localize(x, part)));
+  for (OwnPart<B>& part : own_) costs.push_back(part.problem.Cost(Localize(x, part)));
   return SumNumbers(costs);
 }
 
@@ -130,89 +130,37 @@ double DistributedProblem<B>::Cost(ConstVectorView x, std::span<const Index> uni
   costs.reserve(own_.size());
   for (OwnPart<B>& part : own_) {
     const auto from = std::lower_bound(units.begin(), units.end(), part.first_unit);
-    const auto to = std::lower_bound(from, units.end(), part.first_unit + part.problem->num_units());
+    const auto to = std::lower_bound(from, units.end(), part.first_unit + part.problem.num_units());
     std::vector<Index> of_part(from, to);
     for (Index& unit : of_part) unit -= part.first_unit;
-    costs.push_back(of_part.empty() ? 0 : part.problem->Cost(Localize(x, part), of_part));
+    costs.push_back(of_part.empty() ? 0 : part.problem.Cost(Localize(x, part), of_part));
   }
   return SumNumbers(costs);
 }
 
 template <Backend B>
-std::unique_ptr<Linearization<B>> DistributedProblem<B>::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<B>> DistributedProblem<B>::LinearizeBatch(ConstVectorView x, int batch) {
   this->CheckSize(x);
   this->CheckBatch(batch);
   return std::make_unique<DistributedLinearization<B>>(*this, x);
 }
 
 template <Backend B>
-void DistributedProblem<B>::BeginTurn(int turn) {
-  for (OwnPart<B>& part : own_) part.problem->BeginTurn(turn);
-}
-
-template <Backend B>
-bool DistributedProblem<B>::DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) {
-  Problem<B>* const geometry = parts_.geometry();
-  return geometry ? geometry->DampingMetric(x, diag_h, D) : Base::DampingMetric(x, diag_h, D);
-}
-
-template <Backend B>
-void DistributedProblem<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {
-  Problem<B>* const geometry = parts_.geometry();
-  geometry ? geometry->Plus(backend, x, delta, out) : Base::Plus(backend, x, delta, out);
-}
-
-template <Backend B>
-bool DistributedProblem<B>::has_bounds() const {
-  Problem<B>* const geometry = parts_.geometry();
-  return geometry && geometry->has_bounds();
-}
-
-template <Backend B>
-bool DistributedProblem<B>::IsFeasible(ConstVectorView x) {
-  Problem<B>* const geometry = parts_.geometry();
-  return !geometry || geometry->IsFeasible(x);
-}
-
-template <Backend B>
-std::string DistributedProblem<B>::DescribeInfeasible(ConstVectorView x) {
-  Problem<B>* const geometry = parts_.geometry();
-  return geometry ? geometry->DescribeInfeasible(x) : "";
-}
-
-template <Backend B>
-void DistributedProblem<B>::MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) {
-  if (Problem<B>* const geometry = parts_.geometry()) geometry->MaskActiveBounds(x, negative_gradient, mask);
-}
-
-template <Backend B>
-void DistributedProblem<B>::ClipStep(ConstVectorView x, VectorView step) {
-  if (Problem<B>* const geometry = parts_.geometry()) geometry->ClipStep(x, step);
-}
-
-template <Backend B>
-std::string DistributedProblem<B>::NameTangent(Index k) {
-  Problem<B>* const geometry = parts_.geometry();
-  return geometry ? geometry->NameTangent(k) : Base::NameTangent(k);
+void DistributedProblem<B>::OnNewPoint(int turn) {
+  for (OwnPart<B>& part : own_) part.problem.OnNewPoint(turn);
 }
 
 template <Backend B>
 std::string DistributedProblem<B>::DescribeNonFinite(ConstVectorView x, bool jacobians) {
   std::string mine;
   for (Index term = own_terms().begin; term < own_terms().end && mine.empty(); ++term) {
-    mine = part(term).problem->DescribeNonFinite(Localize(x, part(term)), jacobians);
+    mine = part(term).problem.DescribeNonFinite(Localize(x, part(term)), jacobians);
     if (!mine.empty()) mine = fmt::format("part {}: {}", term, mine);
   }
   for (const std::string& words : GatherWords(ranks_, mine)) {
     if (!words.empty()) return words;
   }
   return "";
-}
-
-template <Backend B>
-std::string DistributedProblem<B>::DescribeDegenerate(ConstVectorView x) {
-  Problem<B>* const geometry = parts_.geometry();
-  return geometry ? geometry->DescribeDegenerate(x) : Base::DescribeDegenerate(x);
 }
 
 }  // namespace vesta

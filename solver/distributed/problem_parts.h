@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "kernels/core/block_diagonal.h"
 #include "solver/problem.h"
 
 namespace vesta {
@@ -35,12 +36,13 @@ class ProblemParts {
   virtual Index num_tangent() const { return num_parameters(); }
   // Of the whole; empty: none. A part's blocks are blocks of these.
   virtual std::vector<BlockGroup> block_groups() const { return {}; }
-  // What of the whole is no sum: how steps are made, bounds, the metric, names. Null: as Problem has them. Its costs
-  // and linearizations are not asked for. Must outlive the distributed problem.
+  // What of the whole is no sum: how steps are made, bounds, the metric, names. Null: the defaults of
+  // solver/problem_interfaces.h. Its costs and linearizations are not asked for. The same at every call. Must outlive
+  // the distributed problem.
   virtual Problem<B>* geometry() { return nullptr; }
   // Whether the parts' last parameters are a block-diagonal group that no two parts share, and all before them are the
   // same of all parts, the first of the whole: then the group is eliminated part by part
-  // (Linearization::MakeReducedSystem of the parts).
+  // (WithReducedSystem of the parts).
   virtual bool eliminates() const { return false; }
 };
 

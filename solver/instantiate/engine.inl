@@ -7,6 +7,7 @@
 #include "solver/check_problem.inl"
 #include "solver/compose.inl"
 #include "solver/derivative_check.inl"
+#include "solver/internal/problem_adaptor.inl"
 #include "solver/levenberg_marquardt.inl"
 #include "solver/linear/pcg.inl"
 #include "solver/normal_equations/damped_normal_equations.inl"
@@ -20,8 +21,11 @@
 
 namespace vesta {
 
-template class Linearization<InstantiatedBackend>;
 template class Problem<InstantiatedBackend>;
+template class InUnits<InstantiatedBackend>;
+template class InBatches<InstantiatedBackend>;
+template class LinearizationAdaptor<InstantiatedBackend>;
+template class ProblemAdaptor<InstantiatedBackend>;
 template class PcgWorkspace<InstantiatedBackend>;
 template PcgSummary SolvePcg(const PcgOptions&, InstantiatedBackend&, LinearOperator<InstantiatedBackend>&,
                              InstantiatedBackend::ConstVectorView, LinearOperator<InstantiatedBackend>&,
@@ -31,10 +35,12 @@ template class IdentityPreconditioner<InstantiatedBackend>;
 template class JacobiPreconditioner<InstantiatedBackend>;
 template class BlockJacobiPreconditioner<InstantiatedBackend>;
 template std::unique_ptr<Preconditioner<InstantiatedBackend>> MakePreconditioner(
-    PreconditionerKind, Problem<InstantiatedBackend>&, std::span<Linearization<InstantiatedBackend>* const>);
+    PreconditionerKind, ProblemAdaptor<InstantiatedBackend>,
+    std::span<LinearizationAdaptor<InstantiatedBackend>* const>);
 template LsmrSummary SolveLsmr(const LsmrOptions&, InstantiatedBackend&, LinearMap<InstantiatedBackend>&,
                                InstantiatedBackend::ConstVectorView, InstantiatedBackend::VectorView);
-template DenseJacobian MakeDenseJacobian(InstantiatedBackend&, std::span<Linearization<InstantiatedBackend>* const>,
+template DenseJacobian MakeDenseJacobian(InstantiatedBackend&,
+                                         std::span<LinearizationAdaptor<InstantiatedBackend>* const>,
                                          InstantiatedBackend::ConstVectorView);
 template std::unique_ptr<StepSolver<InstantiatedBackend>> MakeStepSolver(const NormalSystemOptions&,
                                                                          const StepSystem<InstantiatedBackend>&);

@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "solver/internal/problem_adaptor.h"
 #include "solver/linear/linear_operator.h"
-#include "solver/problem.h"
 
 namespace vesta {
 
@@ -13,13 +13,13 @@ template <Backend B>
 class DampedNormalEquations final : public LinearOperator<B> {
  public:
   // metric may be empty when lambda is 0; mask, empty for none.
-  DampedNormalEquations(std::vector<Linearization<B>*> batches, double lambda, typename B::ConstVectorView metric,
-                        typename B::ConstVectorView mask);
+  DampedNormalEquations(std::vector<LinearizationAdaptor<B>*> batches, double lambda,
+                        typename B::ConstVectorView metric, typename B::ConstVectorView mask);
   Index size() const override { return size_; }
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
 
  private:
-  std::vector<Linearization<B>*> batches_;
+  std::vector<LinearizationAdaptor<B>*> batches_;
   double lambda_;
   typename B::ConstVectorView metric_, mask_;
   Index size_;

@@ -9,7 +9,7 @@
 namespace vesta {
 
 template <Backend B>
-DampedNormalEquations<B>::DampedNormalEquations(std::vector<Linearization<B>*> batches, double lambda,
+DampedNormalEquations<B>::DampedNormalEquations(std::vector<LinearizationAdaptor<B>*> batches, double lambda,
                                                 typename B::ConstVectorView metric, typename B::ConstVectorView mask)
     : batches_(std::move(batches)), lambda_(lambda), metric_(metric), mask_(mask) {
   VESTA_CHECK(!batches_.empty(), "normal equations of no batches");

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "solver/problem.h"
+#include "solver/internal/problem_adaptor.h"
 
 namespace vesta {
 
@@ -16,7 +16,7 @@ struct DenseJacobian {
 
 // By cols products with unit vectors. Columns whose mask is 0 are zero; an empty mask masks none.
 template <Backend B>
-DenseJacobian MakeDenseJacobian(B& backend, std::span<Linearization<B>* const> batches,
+DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask = {});
 
 }  // namespace vesta

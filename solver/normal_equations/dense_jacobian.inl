@@ -10,12 +10,12 @@
 namespace vesta {
 
 template <Backend B>
-DenseJacobian MakeDenseJacobian(B& backend, std::span<Linearization<B>* const> batches,
+DenseJacobian MakeDenseJacobian(B& backend, std::span<LinearizationAdaptor<B>* const> batches,
                                 typename B::ConstVectorView mask) {
   using S = typename B::Scalar;
   const Index cols = batches.front()->num_parameters();
   Index rows = 0;
-  for (const Linearization<B>* batch : batches) rows += batch->num_residuals();
+  for (const LinearizationAdaptor<B>* batch : batches) rows += batch->num_residuals();
   VESTA_CHECK(rows <= std::numeric_limits<int>::max() && cols <= std::numeric_limits<int>::max(),
               "a dense Jacobian of {} x {}", rows, cols);
   DenseJacobian dense{.rows = static_cast<int>(rows), .cols = static_cast<int>(cols)};
@@ -33,7 +33,7 @@ DenseJacobian MakeDenseJacobian(B& backend, std::span<Linearization<B>* const> b
   }
   typename B::Vector unit(cols), column;
   Index row = 0;
-  for (Linearization<B>* batch : batches) {
+  for (LinearizationAdaptor<B>* batch : batches) {
     column.Resize(batch->num_residuals());
     fetch(batch->residuals(), dense.residuals.data() + row);
     for (Index k = 0; k < cols; ++k) {

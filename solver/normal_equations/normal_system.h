@@ -14,7 +14,7 @@ namespace vesta {
 template <Backend B>
 class NormalSystem {
  public:
-  NormalSystem(B& backend, Problem<B>& problem, typename B::ConstVectorView x, const std::vector<int>& batches);
+  NormalSystem(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x, const std::vector<int>& batches);
 
   // -g and the right-hand side d; after Prepare 0 where columns are frozen or at a bound.
   typename B::ConstVectorView negative_gradient() const { return negative_gradient_.view(); }
@@ -46,9 +46,9 @@ class NormalSystem {
 
  private:
   B& backend_;
-  Problem<B>& problem_;
-  std::vector<std::unique_ptr<Linearization<B>>> batches_;
-  std::vector<Linearization<B>*> pointers_;
+  ProblemAdaptor<B> problem_;
+  std::vector<std::unique_ptr<LinearizationAdaptor<B>>> batches_;
+  std::vector<LinearizationAdaptor<B>*> pointers_;
   typename B::Vector negative_gradient_, diagonal_, metric_, mask_;
   typename B::Vector descent_;  // d; empty where it is -g
   SystemFault fault_;

@@ -10,7 +10,7 @@
 namespace vesta {
 
 template <Backend B>
-NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
+NormalSystem<B>::NormalSystem(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
                               const std::vector<int>& batches)
     : backend_(backend), problem_(problem) {
   const Index n = problem.num_tangent();
@@ -30,7 +30,7 @@ NormalSystem<B>::NormalSystem(B& backend, Problem<B>& problem, typename B::Const
   for (const int batch : batches) {
     batches_.push_back(problem.CheckedLinearize(x, batch));
     pointers_.push_back(batches_.back().get());
-    Linearization<B>& linearization = *batches_.back();
+    LinearizationAdaptor<B>& linearization = *batches_.back();
     add([&](typename B::VectorView g) { linearization.Gradient(g); }, negative_gradient_);
     if (batches_.size() == 1 && linearization.has_own_descent()) descent_.ResizeForOverwrite(n);
     if (!descent_.empty()) add([&](typename B::VectorView d) { linearization.Descent(d); }, descent_);

@@ -96,7 +96,7 @@ class ShardedPcgStep final : public StepSolver<B> {
  public:
   ShardedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
                  std::unique_ptr<ShardedSystem<B>> sharded)
-      : system_(system), sharded_(std::move(sharded)), batch_(sharded_.get()) {
+      : system_(system), sharded_(std::move(sharded)), adaptor_(*sharded_) {
     const auto of = [&](typename B::ConstVectorView whole, typename B::Vector& room) {
       return whole.empty() ? whole : sharded_->ShardOf(whole, room);
     };
@@ -132,7 +132,8 @@ class ShardedPcgStep final : public StepSolver<B> {
  private:
   StepSystem<B> system_;
   std::unique_ptr<ShardedSystem<B>> sharded_;
-  Linearization<B>* batch_;
+  LinearizationAdaptor<B> adaptor_;
+  LinearizationAdaptor<B>* batch_ = &adaptor_;
   ColumnScale<B> scale_;
   typename B::Vector rhs_, metric_, mask_, diagonal_;
   std::optional<PcgStep<B>> inner_;

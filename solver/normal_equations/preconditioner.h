@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "solver/internal/problem_adaptor.h"
 #include "solver/linear/linear_operator.h"
-#include "solver/problem.h"
 
 namespace vesta {
 
@@ -18,8 +18,8 @@ enum class PreconditionerKind {
   kIdentity,
   kJacobi,       // 1 / (diag(H) + lambda D)
   kBlockJacobi,  // the problem's diagonal blocks of H, damped; kJacobi where the problem has none
-  kProblem,      // the problem's own (Problem::MakePreconditioner); as kAuto where it has none
-  // The exact factor of H + lambda D (Problem::MakeSparseCholesky): an iteration or two solve the system. Error where
+  kProblem,      // the problem's own (WithPreconditioner); as kAuto where it has none
+  // The exact factor of H + lambda D (WithSparseCholesky): an iteration or two solve the system. Error where
   // the problem cannot give one (it has no blocks) or its factor would be over the problem's max_factor_gib.
   kSparseCholesky,
 };
@@ -29,7 +29,8 @@ template <Backend B>
 class Preconditioner : public LinearOperator<B> {
  public:
   // H = the sum over the batches, which are borrowed until the next call; diag_h its diagonal.
-  virtual void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) = 0;
+  virtual void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches,
+                                typename B::ConstVectorView diag_h) = 0;
   virtual void SetDamping(double lambda, typename B::ConstVectorView metric) = 0;
   // Whether a column of zeros in H may get something but zero, or a zero give something to others: then PCG masks it.
   virtual bool couples_frozen() const { return true; }
@@ -40,8 +41,8 @@ class Preconditioner : public LinearOperator<B> {
 };
 
 template <Backend B>
-std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, Problem<B>& problem,
-                                                      std::span<Linearization<B>* const> batches);
+std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, ProblemAdaptor<B> problem,
+                                                      std::span<LinearizationAdaptor<B>* const> batches);
 
 template <Backend B>
 class IdentityPreconditioner final : public Preconditioner<B> {
@@ -49,7 +50,7 @@ class IdentityPreconditioner final : public Preconditioner<B> {
   explicit IdentityPreconditioner(Index size = 0) : size_(size) {}
   Index size() const override { return size_; }
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
-  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) override;
+  void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kIdentity); }
@@ -63,7 +64,7 @@ class JacobiPreconditioner final : public Preconditioner<B> {
  public:
   Index size() const override { return diagonal_.size(); }
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
-  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) override;
+  void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
   // Entries whose damped diagonal is 0 stay 0.
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_frozen() const override { return false; }
@@ -80,14 +81,14 @@ class BlockJacobiPreconditioner final : public Preconditioner<B> {
   explicit BlockJacobiPreconditioner(std::string why = "") : why_(std::move(why)) {}
   Index size() const override;
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override;
-  void SetLinearization(std::span<Linearization<B>* const> batches, typename B::ConstVectorView diag_h) override;
+  void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, typename B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, typename B::ConstVectorView metric) override;
   bool couples_frozen() const override { return false; }
   std::string description() const override { return ToString(PreconditionerKind::kBlockJacobi) + why_; }
 
  private:
   std::string why_;
-  std::span<Linearization<B>* const> batches_;
+  std::span<LinearizationAdaptor<B>* const> batches_;
   std::optional<BlockDiagonal<B>> factors_;
   std::optional<double> factored_lambda_;
 };

@@ -7,8 +7,8 @@
 namespace vesta {
 
 template <Backend B>
-std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, Problem<B>& problem,
-                                                      std::span<Linearization<B>* const> batches) {
+std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, ProblemAdaptor<B> problem,
+                                                      std::span<LinearizationAdaptor<B>* const> batches) {
   if (kind == PreconditionerKind::kSparseCholesky) {
     auto factor = problem.MakeSparseCholesky();
     if (!factor) Fail("preconditioner = {} needs a problem of blocks; choose kAuto", ToString(kind));
@@ -30,7 +30,7 @@ void IdentityPreconditioner<B>::Apply(typename B::ConstVectorView x, typename B:
 }
 
 template <Backend B>
-void IdentityPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>,
+void IdentityPreconditioner<B>::SetLinearization(std::span<LinearizationAdaptor<B>* const>,
                                                  typename B::ConstVectorView diag_h) {
   size_ = diag_h.size();
 }
@@ -44,7 +44,8 @@ void JacobiPreconditioner<B>::Apply(typename B::ConstVectorView x, typename B::V
 }
 
 template <Backend B>
-void JacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const>, typename B::ConstVectorView diag_h) {
+void JacobiPreconditioner<B>::SetLinearization(std::span<LinearizationAdaptor<B>* const>,
+                                               typename B::ConstVectorView diag_h) {
   diagonal_.Resize(diag_h.size());
   B().Copy(diag_h, diagonal_);
 }
@@ -71,7 +72,7 @@ void BlockJacobiPreconditioner<B>::Apply(typename B::ConstVectorView x, typename
 }
 
 template <Backend B>
-void BlockJacobiPreconditioner<B>::SetLinearization(std::span<Linearization<B>* const> batches,
+void BlockJacobiPreconditioner<B>::SetLinearization(std::span<LinearizationAdaptor<B>* const> batches,
                                                     typename B::ConstVectorView diag_h) {
   batches_ = batches;
   factors_.reset();
@@ -87,7 +88,7 @@ void BlockJacobiPreconditioner<B>::SetDamping(double lambda, typename B::ConstVe
   if (factored_lambda_) B().Fill(0, factors_->all_values());
   batches_.front()->BlockGram(*factors_);
   std::optional<BlockDiagonal<B>> part;
-  for (Linearization<B>* batch : batches_.subspan(1)) {
+  for (LinearizationAdaptor<B>* batch : batches_.subspan(1)) {
     part.emplace(factors_->num_parameters(), factors_->groups());
     batch->BlockGram(*part);
     factors_->Add(1.0, *part);

@@ -11,8 +11,8 @@ namespace vesta {
 
 // With the tangent space in two parts, kept (the first size() entries) and eliminated (the rest), and
 //   H + lambda D = [B E; E^T C],  C block diagonal,
-// this is y = S x with S = B - E C^-1 E^T over the kept parameters. A problem that knows such a group offers one by
-// Linearization::MakeReducedSystem(); it borrows the linearization. SetDamping comes before everything else.
+// this is y = S x with S = B - E C^-1 E^T over the kept parameters. A linearization that knows such a group offers
+// one by WithReducedSystem; it borrows the linearization. SetDamping comes before everything else.
 template <Backend B>
 class ReducedSystem : public LinearOperator<B> {
  public:

@@ -2,16 +2,18 @@
 // preconditioner.
 #pragma once
 
+#include <memory>
+
 #include "kernels/core/check.h"
 #include "solver/linear/inner_products.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 
 namespace vesta {
 
 // A linearization over the entries of this process's shard: num_parameters(), the vectors of ApplyH and the blocks are
-// of these. Offered by Linearization::MakeShardedSystem(), which it borrows. All processes call all of it together.
+// of these. Offered by WithShardedSystem, which it borrows. All processes call all of it together.
 template <Backend B>
-class ShardedSystem : public Linearization<B> {
+class ShardedSystem : public Linearization<B>, public WithProductH<B>, public WithBlocks<B> {
  public:
   using VectorView = typename B::VectorView;
   using ConstVectorView = typename B::ConstVectorView;
@@ -24,12 +26,20 @@ class ShardedSystem : public Linearization<B> {
   // Of shards, over all processes.
   virtual const InnerProducts<B>& products() const = 0;
 
-  // No process has J: these throw Error, and that it is weighted keeps solvers from asking.
-  bool weighted() const override { return true; }
+  // No process has J: these throw Error.
   ConstVectorView residuals() const override { Fail("a system in shards has H alone"); }
   void ApplyJ(ConstVectorView, VectorView) override { residuals(); }
   void ApplyJT(ConstVectorView, VectorView) override { residuals(); }
   void DiagJTJ(VectorView) override { residuals(); }
+};
+
+// A linearization whose system is solved in shards.
+template <Backend B>
+class WithShardedSystem {
+ public:
+  virtual ~WithShardedSystem() = default;
+  // Borrows this object. Null where each process has all of it.
+  virtual std::unique_ptr<ShardedSystem<B>> MakeShardedSystem() = 0;
 };
 
 }  // namespace vesta

@@ -27,6 +27,14 @@ struct StepCounts {
   std::optional<Factor> factor = {};
 };
 
+// A problem that can count: for LinearSolverKind::kAuto.
+class WithStepCounts {
+ public:
+  virtual ~WithStepCounts() = default;
+  // The counts, with or without eliminating the group of WithReducedSystem. Null: unknown. Valid until the next call.
+  virtual const StepCounts* CountSteps(bool eliminating) = 0;
+};
+
 // Whether kAuto considers dense QR of a J of this size: below this it is fast, and exact at any conditioning.
 bool DenseQrFits(double residuals, double columns);
 

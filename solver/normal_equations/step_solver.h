@@ -6,11 +6,11 @@
 #include <span>
 #include <string>
 
+#include "solver/internal/problem_adaptor.h"
 #include "solver/linear/lsmr.h"
 #include "solver/linear/pcg.h"
 #include "solver/normal_equations/damping_metric.h"
 #include "solver/normal_equations/preconditioner.h"
-#include "solver/problem.h"
 
 namespace vesta {
 
@@ -18,7 +18,7 @@ enum class LinearSolverKind {
   kAuto,  // chosen by the problem and its size; the summary says what and why
   // Conjugate gradients on the normal equations: products with H only.
   kPcg,
-  // A block-diagonal group of parameters eliminated exactly (Linearization::MakeReducedSystem), conjugate gradients on
+  // A block-diagonal group of parameters eliminated exactly (WithReducedSystem), conjugate gradients on
   // what is left, preconditioned by the diagonal blocks of the Schur complement.
   kReducedPcg,
   // LSMR on J itself: for problems where squaring the condition number costs the answer. Needs W = I.
@@ -45,13 +45,13 @@ struct NormalSystemOptions {
 template <Backend B>
 struct StepSystem {
   B& backend;
-  Problem<B>& problem;
-  std::span<Linearization<B>* const> batches;     // H is the sum over them
-  typename B::ConstVectorView diagonal;           // of H
-  typename B::ConstVectorView metric;             // D
-  typename B::ConstVectorView mask;               // 0 where a column is frozen, else 1; empty: none is
-  typename B::ConstVectorView rhs;                // d, 0 where frozen
-  typename B::ConstVectorView negative_gradient;  // likewise; the same memory as rhs where d = -g
+  ProblemAdaptor<B> problem;
+  std::span<LinearizationAdaptor<B>* const> batches;  // H is the sum over them
+  typename B::ConstVectorView diagonal;               // of H
+  typename B::ConstVectorView metric;                 // D
+  typename B::ConstVectorView mask;                   // 0 where a column is frozen, else 1; empty: none is
+  typename B::ConstVectorView rhs;                    // d, 0 where frozen
+  typename B::ConstVectorView negative_gradient;      // likewise; the same memory as rhs where d = -g
   const ColumnScale<B>& scale;
 };
 

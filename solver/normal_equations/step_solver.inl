@@ -27,7 +27,7 @@ namespace step_internal {
 template <Backend B>
 StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::VectorView step) {
   StepSolution solution{.pcg = pcg};
-  for (Linearization<B>* batch : system.batches) {
+  for (LinearizationAdaptor<B>* batch : system.batches) {
     typename B::Vector Js(batch->num_residuals());
     batch->ApplyJ(step, Js);
     solution.gradient_dot_step += system.backend.Dot(batch->residuals(), Js);
@@ -55,7 +55,7 @@ class StackedJacobian final : public LinearMap<B> {
     backend.Fill(1, one);
     backend.DivideOrZero(one, work_, scale_);
     if (!system.mask.empty()) backend.Multiply(system.mask, scale_, scale_);
-    for (Linearization<B>* batch : system.batches) residual_rows_ += batch->num_residuals();
+    for (LinearizationAdaptor<B>* batch : system.batches) residual_rows_ += batch->num_residuals();
   }
   Index rows() const override { return residual_rows_ + cols(); }
   Index cols() const override { return root_damping_.size(); }
@@ -63,7 +63,7 @@ class StackedJacobian final : public LinearMap<B> {
   void Apply(typename B::ConstVectorView x, typename B::VectorView y) override {
     system_.backend.Multiply(scale_, x, work_);
     Index row = 0;
-    for (Linearization<B>* batch : system_.batches) {
+    for (LinearizationAdaptor<B>* batch : system_.batches) {
       batch->ApplyJ(work_, y.subspan(row, batch->num_residuals()));
       row += batch->num_residuals();
     }
@@ -72,7 +72,7 @@ class StackedJacobian final : public LinearMap<B> {
   void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) override {
     system_.backend.Multiply(root_damping_, y.subspan(residual_rows_, cols()), x);
     Index row = 0;
-    for (Linearization<B>* batch : system_.batches) {
+    for (LinearizationAdaptor<B>* batch : system_.batches) {
       batch->ApplyJT(y.subspan(row, batch->num_residuals()), work_);
       system_.backend.Axpby(1.0, work_, 1.0, x);
       row += batch->num_residuals();
@@ -96,7 +96,7 @@ class LsmrStep final : public StepSolver<B> {
     StackedJacobian<B> stacked(system_, lambda);
     typename B::Vector b(stacked.rows());
     Index row = 0;
-    for (Linearization<B>* batch : system_.batches) {
+    for (LinearizationAdaptor<B>* batch : system_.batches) {
       backend.Axpby(-1.0, batch->residuals(), 0.0, b.view().subspan(row, batch->num_residuals()));
       row += batch->num_residuals();
     }
@@ -177,7 +177,7 @@ Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCou
               std::unique_ptr<ReducedSystem<B>>& reduced) {
   const Index n = system.metric.size();
   Index rows = 0;
-  for (Linearization<B>* batch : system.batches) rows += batch->num_residuals();
+  for (LinearizationAdaptor<B>* batch : system.batches) rows += batch->num_residuals();
   if (CanReduce(system)) {
     // The counts say it without making the reduced system.
     if (counts && counts->reduced && FactorBeatsIterations(*counts)) {

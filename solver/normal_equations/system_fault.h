@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "solver/problem.h"
+#include "solver/internal/problem_adaptor.h"
 
 namespace vesta {
 
@@ -19,13 +19,13 @@ struct SystemFault {
 
 // The first fault there is. descent may be empty. An entry that nobody wrote is NaN.
 template <Backend B>
-SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstVectorView negative_gradient,
+SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView negative_gradient,
                       typename B::ConstVectorView descent, typename B::ConstVectorView diagonal);
 
 // Says which column has a gradient above the threshold though it is frozen, for its entry of the diagonal is not
 // positive; empty where there is none. A gradient that a bound holds does not count.
 template <Backend B>
-std::string DescribeFrozenGradient(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
+std::string DescribeFrozenGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
                                    typename B::ConstVectorView negative_gradient, typename B::ConstVectorView diagonal,
                                    double threshold);
 

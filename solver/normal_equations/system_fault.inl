@@ -30,7 +30,7 @@ Index FirstOf(const std::vector<S>& values, const Holds& holds) {
 
 // "nan for entry 3 of the step (computed so, or not written)".
 template <Backend B>
-std::string DescribeEntry(Problem<B>& problem, const std::vector<typename B::Scalar>& values, Index k) {
+std::string DescribeEntry(ProblemAdaptor<B> problem, const std::vector<typename B::Scalar>& values, Index k) {
   const auto value = static_cast<double>(values[static_cast<std::size_t>(k)]);
   return fmt::format("{:.3g} for {}{}", std::isnan(value) ? std::abs(value) : value, problem.NameTangent(k),
                      std::isnan(value) ? " (computed so, or not written)" : "");
@@ -39,7 +39,7 @@ std::string DescribeEntry(Problem<B>& problem, const std::vector<typename B::Sca
 }  // namespace fault_internal
 
 template <Backend B>
-SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstVectorView negative_gradient,
+SystemFault FindFault(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView negative_gradient,
                       typename B::ConstVectorView descent, typename B::ConstVectorView diagonal) {
   using S = typename B::Scalar;
   using Kind = SystemFault::Kind;
@@ -70,7 +70,7 @@ SystemFault FindFault(B& backend, Problem<B>& problem, typename B::ConstVectorVi
 }
 
 template <Backend B>
-std::string DescribeFrozenGradient(B& backend, Problem<B>& problem, typename B::ConstVectorView x,
+std::string DescribeFrozenGradient(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x,
                                    typename B::ConstVectorView negative_gradient, typename B::ConstVectorView diagonal,
                                    double threshold) {
   typename B::Vector frozen(diagonal.size());

@@ -20,10 +20,10 @@ std::shared_ptr<SparseCholesky> SparseCholesky::Plan(const BlockPattern& pattern
 SparseCholeskyPreconditioner::SparseCholeskyPreconditioner(std::shared_ptr<SparseCholesky> cholesky, std::string why)
     : cholesky_(std::move(cholesky)), why_(std::move(why)) {}
 
-void SparseCholeskyPreconditioner::SetLinearization(std::span<Linearization<B>* const> batches,
+void SparseCholeskyPreconditioner::SetLinearization(std::span<LinearizationAdaptor<B>* const> batches,
                                                     B::ConstVectorView /*diag_h*/) {
   VESTA_CHECK(batches.size() == 1, "a sparse Cholesky factor is of one batch, not of {}", batches.size());
-  source_ = dynamic_cast<NormalMatrixSource*>(batches.front());
+  source_ = dynamic_cast<NormalMatrixSource*>(&batches.front()->get());
   VESTA_CHECK(source_ != nullptr, "this preconditioner is for linearizations of its own problem");
 }
 

@@ -51,7 +51,7 @@ class SparseCholeskyPreconditioner final : public Preconditioner<CpuBackend<doub
   Index size() const override { return cholesky_->plan().num_scalars; }
   // After SetDamping.
   void Apply(B::ConstVectorView x, B::VectorView y) override { factor_->Solve(x, y); }
-  void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstVectorView diag_h) override;
+  void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, B::ConstVectorView diag_h) override;
   void SetDamping(double lambda, B::ConstVectorView metric) override;
   bool exact() const override { return true; }
   // Pivots of the last damping that had cancelled, and were raised (BlockCholesky::Factorize).

@@ -9,6 +9,7 @@
 #include "solver/problem.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/cameras/joint_setup.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/splat_scenes.h"
 
 namespace vesta::test {
@@ -37,7 +38,7 @@ class Asked {
     options.eliminate_views = eliminates;
     options.splats.view_agreement = 0.5;
     problem_ = std::make_unique<gs::JointProblem<B>>(options, views_);
-    at_ = problem_->Linearize(x_, 0);
+    at_ = LinearizeAt(*problem_, x_);
   }
   double Cost() { return problem_->Cost(x_); }
   const gs::JointLayout& layout() const { return problem_->layout(); }
@@ -138,7 +139,7 @@ class Asked {
   std::vector<gs::TargetView<B>> views_;
   Vector x_;
   std::unique_ptr<gs::JointProblem<B>> problem_;
-  std::unique_ptr<Linearization<B>> at_;
+  std::unique_ptr<LinearizationAdaptor<B>> at_;
 };
 
 // Values of two problems that are said to be the same, part by part: the few numbers of cameras and of the prior would

@@ -5,6 +5,7 @@
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/splat_scenes.h"
 
 namespace vesta::test {
@@ -108,10 +109,10 @@ void ExpectOperatorsOfTheHost(const gs::test::RingProblem<float>& ring) {
   x.CopyFrom(ring.x.view());
   const double cost = host.Cost(ring.x);
   EXPECT_NEAR(problem.Cost(x), cost, kTolerance * cost);
-  host.BeginTurn(3);
-  problem.BeginTurn(3);
-  const auto expected = host.Linearize(ring.x, 0);
-  const auto found = problem.Linearize(x, 0);
+  host.OnNewPoint(3);
+  problem.OnNewPoint(3);
+  const auto expected = LinearizeAt(host, ring.x);
+  const auto found = LinearizeAt(problem, x);
   HostBuffer<float> host_vector(ring.x.size()), host_metric(ring.x.size());
   DeviceBuffer<float> device_vector(x.size()), device_metric(x.size());
   expected->Gradient(host_vector);
@@ -178,7 +179,7 @@ TEST_F(CudaSplatProblem, ViewsBuiltAnewGiveTheBitsOfThoseThatAreHeld) {
   for (const gs::JacobianKind kind : {gs::JacobianKind::kRecompute, gs::JacobianKind::kRebuild}) {
     ring.options.jacobian = kind;
     gs::SplatProblem<CudaBackend<float>> problem(ring.options, targets);
-    const auto linearization = problem.Linearize(x, 0);
+    const auto linearization = LinearizeAt(problem, x);
     std::vector<float>& all = results.emplace_back();
     const auto keep = [&](const DeviceBuffer<float>& values) {
       const std::vector<float> on_host = ToHost(values);

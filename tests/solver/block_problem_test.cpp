@@ -11,6 +11,7 @@
 #include "solver/levenberg_marquardt.h"
 #include "solver/normal_equations/reduced_system.h"
 #include "tests/solver/dense_operator.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta {
 namespace {
@@ -81,11 +82,11 @@ class BlockProblemTest : public ::testing::Test {
 
 TEST_F(BlockProblemTest, ProductsAreThoseOfOneJacobian) {
   Scene scene;
-  const auto linearization = scene.problem.Linearize(scene.x, 0);
-  JacobianMap<Cpu> jacobian(*linearization);
+  const auto linearization = LinearizeAt(scene.problem, scene.x);
+  JacobianMap<Cpu> jacobian(linearization->get());
   EXPECT_LE(WorstAdjointError<Cpu>(backend_, jacobian, 1, 4), 1e-12);
-  EXPECT_LE(DiagonalError<Cpu>(backend_, *linearization, 0, 1), 1e-10);
-  EXPECT_LE(BlockError<Cpu>(backend_, *linearization, 1), 1e-10);
+  EXPECT_LE(DiagonalError<Cpu>(backend_, linearization->get(), 0, 1), 1e-10);
+  EXPECT_LE(BlockError<Cpu>(backend_, linearization->get(), 1), 1e-10);
   EXPECT_EQ(scene.problem.num_tangent(), 3 * 3 + 4 * 3 + 30 * 3);
   Cpu::Vector v(scene.problem.num_tangent());
   FillRandom<Cpu>(backend_, 3, v.view());
@@ -128,7 +129,7 @@ TEST_F(BlockProblemTest, EliminationGivesTheSameMinimum) {
 // S and its diagonal blocks, and the completed step, against dense algebra.
 TEST_F(BlockProblemTest, ReducedSystemIsTheSchurComplement) {
   Scene scene;
-  const auto linearization = scene.problem.Linearize(scene.x, 0);
+  const auto linearization = LinearizeAt(scene.problem, scene.x);
   const Index n = scene.problem.num_tangent(), m = linearization->num_residuals();
   Eigen::MatrixXd j(m, n);
   Cpu::Vector unit(n);

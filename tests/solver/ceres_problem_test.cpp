@@ -9,6 +9,7 @@
 #include "kernels/core/check.h"
 #include "solver/bounds.h"
 #include "tests/solver/dense_operator.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta {
 namespace {
@@ -104,7 +105,7 @@ TEST(CeresProblemTest, EvaluatesAsCeresDoes) {
   options.parameter_blocks = blocks;
   ASSERT_TRUE(mixture.problem.Evaluate(options, &cost, &residuals, &gradient, &jacobian));
   EXPECT_NEAR(bridge.problem().Cost(x), cost, 1e-14 * cost);
-  const auto linearization = bridge.problem().Linearize(x, 0);
+  const auto linearization = LinearizeAt(bridge.problem(), x);
   ASSERT_EQ(linearization->num_residuals(), static_cast<Index>(residuals.size()));
   for (std::size_t i = 0; i < residuals.size(); ++i) {
     EXPECT_NEAR(linearization->residuals()[static_cast<Index>(i)], residuals[i], 1e-14);

@@ -4,12 +4,12 @@
 #include <functional>
 #include <memory>
 
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 #include "tests/solver/dense_operator.h"
 
 namespace vesta {
 
-class FaultyProblem final : public Problem<Cpu> {
+class FaultyProblem final : public Problem<Cpu>, public OnManifold<Cpu> {
  public:
   // Each takes the place of the right answer, which is written before it is called.
   std::function<void(Cpu::VectorView d)> on_diagonal;
@@ -33,16 +33,21 @@ class FaultyProblem final : public Problem<Cpu> {
     const double cost = 0.5 * (a * AsEigen(x) - b).squaredNorm();
     return on_cost ? on_cost(cost) : cost;
   }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x) override {
     return gives_null ? nullptr : std::make_unique<At>(*this, x);
   }
+  Index num_tangent() const override { return 3; }
   void Plus(Cpu& backend, Cpu::ConstVectorView x, Cpu::ConstVectorView delta, Cpu::VectorView out) override {
-    Problem::Plus(backend, x, delta, out);
+    backend.Copy(x, out);
+    backend.Axpby(1, delta, 1, out);
     if (on_plus) on_plus(x, delta, out);
   }
 
  private:
-  class At final : public Linearization<Cpu> {
+  class At final : public Linearization<Cpu>,
+                   public WithGradient<Cpu>,
+                   public WithProductH<Cpu>,
+                   public WithBlocks<Cpu> {
    public:
     At(const FaultyProblem& problem, Cpu::ConstVectorView x) : problem_(problem), residuals_(4) {
       AsEigen(residuals_.view()) = problem.a * AsEigen(x) - problem.b;
@@ -65,11 +70,13 @@ class FaultyProblem final : public Problem<Cpu> {
       if (problem_.on_diagonal) problem_.on_diagonal(d);
     }
     void Gradient(Cpu::VectorView g) override {
-      Linearization::Gradient(g);
+      ApplyJT(residuals_, g);
       if (problem_.on_gradient) problem_.on_gradient(g);
     }
     void ApplyH(Cpu::ConstVectorView v, Cpu::VectorView Hv) override {
-      Linearization::ApplyH(v, Hv);
+      Cpu::Vector Jv(4);
+      ApplyJ(v, Jv);
+      ApplyJT(Jv, Hv);
       if (problem_.on_product) problem_.on_product(v, Hv);
     }
     std::vector<BlockGroup> block_groups() const override {

@@ -52,14 +52,12 @@ TEST(LmKinds, ParametersNobodyReadsStay) {
 }
 
 // A point on the unit circle, x of two numbers moved by one angle.
-class Circle final : public Problem<Cpu> {
+class Circle final : public Problem<Cpu>, public OnManifold<Cpu> {
  public:
   Index num_parameters() const override { return 2; }
   Index num_tangent() const override { return 1; }
   double Cost(Cpu::ConstVectorView x) override { return 0.5 * Square(x[0] - 3) + 0.5 * Square(x[1] - 4); }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
-    return std::make_unique<At>(x);
-  }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x) override { return std::make_unique<At>(x); }
   void Plus(Cpu&, Cpu::ConstVectorView x, Cpu::ConstVectorView delta, Cpu::VectorView out) override {
     const double c = std::cos(delta[0]), s = std::sin(delta[0]);
     out[0] = c * x[0] - s * x[1];

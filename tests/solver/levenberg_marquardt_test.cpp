@@ -24,18 +24,20 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Another problem with its costs and residuals passed through functions.
-class Tampered final : public Problem<Cpu> {
+class Tampered final : public Problem<Cpu>, public InBatches<Cpu> {
  public:
   explicit Tampered(Problem<Cpu>& inner) : inner_(inner) {}
   Index num_parameters() const override { return inner_.num_parameters(); }
   double Cost(Cpu::ConstVectorView x) override { return on_cost(x, inner_.Cost(x)); }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int batch) override {
+  int num_batches() const override { return 1; }
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x) override { return LinearizeOnlyBatch(x); }
+  std::unique_ptr<Linearization<Cpu>> LinearizeBatch(Cpu::ConstVectorView x, int) override {
     ++linearizations;
-    if (linearizations < poisoned_linearization) return inner_.Linearize(x, batch);
+    if (linearizations < poisoned_linearization) return inner_.Linearize(x);
     Cpu().Fill(kNaN, poisoned_.view());
-    return inner_.Linearize(poisoned_, batch);
+    return inner_.Linearize(poisoned_);
   }
-  void BeginTurn(int turn) override { turns.push_back(turn); }
+  void OnNewPoint(int turn) override { turns.push_back(turn); }
   std::vector<int> turns;
   std::function<double(Cpu::ConstVectorView, double)> on_cost = [](Cpu::ConstVectorView, double cost) { return cost; };
   int linearizations = 0;

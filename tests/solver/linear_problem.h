@@ -5,12 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "solver/problem.h"
+#include "solver/internal/own_descent.h"
+#include "solver/problem_interfaces.h"
 #include "tests/solver/dense_operator.h"
 
 namespace vesta {
 
-class LinearProblem final : public Problem<Cpu> {
+class LinearProblem final : public Problem<Cpu>, public InBatches<Cpu>, public WithDampingMetric<Cpu> {
  public:
   struct Batch {
     Eigen::MatrixXd a;
@@ -25,7 +26,8 @@ class LinearProblem final : public Problem<Cpu> {
     for (const Batch& batch : batches_) cost += 0.5 * (test::Apply(batch.a, AsEigen(x)) - batch.b).squaredNorm();
     return cost;
   }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int batch) override {
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x) override { return LinearizeOnlyBatch(x); }
+  std::unique_ptr<Linearization<Cpu>> LinearizeBatch(Cpu::ConstVectorView x, int batch) override {
     ++linearizations;
     return std::make_unique<Rows>(batches_[static_cast<std::size_t>(batch)], x, groups, own_descent);
   }
@@ -43,7 +45,7 @@ class LinearProblem final : public Problem<Cpu> {
   int linearizations = 0;
 
  private:
-  class Rows final : public Linearization<Cpu> {
+  class Rows final : public Linearization<Cpu>, public WithBlocks<Cpu>, public WithOwnDescent<Cpu> {
    public:
     Rows(const Batch& batch, Cpu::ConstVectorView x, std::vector<BlockGroup> groups, Eigen::VectorXd own_descent)
         : a_(batch.a), groups_(std::move(groups)), own_descent_(std::move(own_descent)), residuals_(batch.b.size()) {
@@ -58,8 +60,8 @@ class LinearProblem final : public Problem<Cpu> {
     }
     bool has_own_descent() const override { return own_descent_.size() > 0; }
     void Descent(Cpu::VectorView d) override {
-      Linearization::Descent(d);
-      if (has_own_descent()) AsEigen(d).array() *= own_descent_.array();
+      ApplyJT(residuals_, d);
+      AsEigen(d).array() *= -own_descent_.array();
     }
     void DiagJTJ(Cpu::VectorView d) override { AsEigen(d) = a_.colwise().squaredNorm().transpose(); }
     std::vector<BlockGroup> block_groups() const override { return groups_; }

@@ -19,7 +19,7 @@ constexpr double kVector = kParameters * sizeof(double);
 
 // In pairs: residual k of a batch is 2 x_k + x_j / 2 - 1, j the other of the pair, so that J is symmetric. Its Gram
 // matrices, its blocks and what passes through are as large as the case has it.
-class Pairs final : public Problem<Cpu> {
+class Pairs final : public Problem<Cpu>, public InBatches<Cpu>, public WithDampingMetric<Cpu> {
  public:
   struct Options {
     int batches = 1;
@@ -38,7 +38,8 @@ class Pairs final : public Problem<Cpu> {
     for (Index k = 0; k < kParameters; ++k) sum += Residual(x, k) * Residual(x, k) / 2;
     return options_.batches * sum;
   }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x) override { return LinearizeOnlyBatch(x); }
+  std::unique_ptr<Linearization<Cpu>> LinearizeBatch(Cpu::ConstVectorView x, int) override {
     return std::make_unique<At>(options_, x);
   }
   bool DampingMetric(Cpu::ConstVectorView, Cpu::ConstVectorView diag_h, Cpu::VectorView metric) override {
@@ -51,12 +52,17 @@ class Pairs final : public Problem<Cpu> {
   static double Product(Cpu::ConstVectorView v, Index k) { return 2 * v[k] + v[k ^ 1] / 2; }
   static double Residual(Cpu::ConstVectorView x, Index k) { return Product(x, k) - 1; }
 
-  class At final : public Linearization<Cpu> {
+  class At final : public Linearization<Cpu>,
+                   public WithLossWeights<Cpu>,
+                   public WithProductH<Cpu>,
+                   public WithBlocks<Cpu>,
+                   public WithOwnDescent<Cpu> {
    public:
     At(const Options& options, Cpu::ConstVectorView x) : options_(options), x_(x), held_(Vectors(options.held)) {}
     Index num_residuals() const override { return kParameters; }
     Index num_parameters() const override { return kParameters; }
-    bool weighted() const override { return true; }  // for PCG's sake
+    // For PCG's sake.
+    void ApplyW(Cpu::ConstVectorView u, Cpu::VectorView Wu) override { Cpu().Copy(u, Wu); }
     Cpu::ConstVectorView residuals() const override { return {}; }
     void ApplyJ(Cpu::ConstVectorView v, Cpu::VectorView u) override {
       for (Index k = 0; k < kParameters; ++k) u[k] = Product(v, k);
@@ -69,6 +75,10 @@ class Pairs final : public Problem<Cpu> {
       for (Index k = 0; k < kParameters; ++k) g[k] = 2.5 * Residual(x_, k);
     }
     bool has_own_descent() const override { return options_.has_own_descent; }
+    void Descent(Cpu::VectorView d) override {
+      Gradient(d);
+      Cpu().Axpby(-1, d, 0, d);
+    }
     void DiagJTJ(Cpu::VectorView d) override {
       Measure();
       Cpu().Fill(4.25, d);

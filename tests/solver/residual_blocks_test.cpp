@@ -10,6 +10,7 @@
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
 #include "tests/solver/dense_operator.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta {
 namespace {
@@ -49,7 +50,7 @@ struct Fixture {
 
 TEST(ResidualBlocks, DerivativesAreTheJets) {
   Fixture<double> f;
-  const auto linearization = f.problem.Linearize(f.x, 0);
+  const auto linearization = LinearizeAt(f.problem, f.x);
   const auto index = f.Index_();
   const auto functors = f.Functors();
   Cpu::Vector unit(f.kParameters), column(linearization->num_residuals());
@@ -75,11 +76,11 @@ TEST(ResidualBlocks, DerivativesAreTheJets) {
 template <class S>
 void ExpectConsistent(std::shared_ptr<const Loss> loss, double tolerance) {
   Fixture<S> f(loss);
-  const auto linearization = f.problem.Linearize(f.x, 0);
-  JacobianMap<CpuBackend<S>> jacobian(*linearization);
+  const auto linearization = LinearizeAt(f.problem, f.x);
+  JacobianMap<CpuBackend<S>> jacobian(linearization->get());
   EXPECT_LE(WorstAdjointError(f.backend, jacobian, 17), tolerance);
-  EXPECT_LE(DiagonalError(f.backend, *linearization), 10 * tolerance);
-  EXPECT_LE(BlockError(f.backend, *linearization), 10 * tolerance);
+  EXPECT_LE(DiagonalError(f.backend, linearization->get()), 10 * tolerance);
+  EXPECT_LE(BlockError(f.backend, linearization->get()), 10 * tolerance);
 }
 
 TEST(ResidualBlocks, ProductsDiagonalAndBlocksAgree) {
@@ -116,7 +117,7 @@ TEST(DerivativeCheck, SeesWrongOperators) {
   Cpu backend;
   EXPECT_GT(WorstAdjointError<Cpu>(backend, wrong, 1), 1e-8);
 
-  class WrongDiagonal final : public Linearization<Cpu> {
+  class WrongDiagonal final : public Linearization<Cpu>, public WithBlocks<Cpu> {
    public:
     Index num_residuals() const override { return 2; }
     Index num_parameters() const override { return 2; }
@@ -148,10 +149,10 @@ TEST(ResidualBlocks, BatchesAndUnitsAddUp) {
     ResidualBlocks<ExponentialFit, Cpu> whole(2, samples);
     ResidualBlocks<ExponentialFit, Cpu> parts(2, samples, {}, {.num_batches = 4, .split = split});
     Cpu::Vector g(2), sum(2), part(2);
-    whole.Linearize(x, 0)->Gradient(g);
+    LinearizeAt(whole, x)->Gradient(g);
     Index residuals = 0;
     for (int b = 0; b < 4; ++b) {
-      const auto batch = parts.Linearize(x, b);
+      const auto batch = LinearizeAt(parts, x, b);
       residuals += batch->num_residuals();
       batch->Gradient(part);
       backend.Axpby(1, part, 1, sum);

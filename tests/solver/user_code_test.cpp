@@ -13,6 +13,7 @@
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"
 #include "tests/solver/faulty_problem.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta {
 namespace {
@@ -200,16 +201,17 @@ TEST_F(UserCode, SizesOfX) {
     for (const Index size : {0, 1, 3}) {
       const Cpu::Vector x(size);
       EXPECT_THROW(each->Cost(x), Error);
-      EXPECT_THROW(each->Cost(x, units), Error);
-      EXPECT_THROW(each->Linearize(x, 0), Error);
+      EXPECT_THROW(ProblemAdaptor<Cpu>(*each).Cost(x, units), Error);
+      EXPECT_THROW(LinearizeAt(*each, x), Error);
       EXPECT_THROW(EstimateCovariance(*each, x), Error);
     }
     const Cpu::Vector x = Vector({3, 4});
     EXPECT_EQ(each->Cost(x), 8);
-    EXPECT_THROW(each->Cost(x, none), Error);
-    EXPECT_THROW(each->Linearize(x, 1), Error);
-    EXPECT_THROW(each->Linearize(x, -1), Error);
+    EXPECT_THROW(ProblemAdaptor<Cpu>(*each).Cost(x, none), Error);
   }
+  const Cpu::Vector x = Vector({3, 4});
+  EXPECT_THROW(blocks.LinearizeBatch(x, 1), Error);
+  EXPECT_THROW(blocks.LinearizeBatch(x, -1), Error);
 }
 
 TEST_F(UserCode, ALinearizationThatIsNotThere) {

@@ -11,7 +11,7 @@ namespace {
 using DoubleBackend = CpuBackend<double>;
 
 // ViewProblem with a camera that stands still: the image is rendered once.
-class ExposureProblem final : public Problem<DoubleBackend> {
+class ExposureProblem final : public Problem<DoubleBackend>, public OnManifold<DoubleBackend> {
  public:
   ExposureProblem(HostSpan<const float> rendered, HostSpan<const float> truth, const ImageShape& shape,
                   const PhotometricWeights& weights, HostSpan<const std::uint8_t> mask)
@@ -27,8 +27,7 @@ class ExposureProblem final : public Problem<DoubleBackend> {
     Unpack(x).color.Apply(image_.view());
     return EvaluateLoss(*loss_, target_, image_.view()).cost;
   }
-  std::unique_ptr<Linearization<DoubleBackend>> Linearize(ConstVectorView x, int batch) override {
-    this->CheckBatch(batch);
+  std::unique_ptr<Linearization<DoubleBackend>> Linearize(ConstVectorView x) override {
     HostBuffer<float> rendered;
     rendered.CopyFrom(rendered_);
     return std::make_unique<ViewLinearization<float>>(kFree, Unpack(x).color, target_, std::move(rendered),
@@ -54,10 +53,9 @@ AffineColor FitExposure(HostSpan<const float> rendered, HostSpan<const float> tr
   VESTA_CHECK(rendered.size() == shape.NumValues() && truth.size() == shape.NumValues(),
               "rendered {}, truth {} values, want {}", rendered.size(), truth.size(), shape.NumValues());
   ExposureProblem problem(rendered, truth, shape, weights, mask);
-  DoubleBackend backend;
   HostBuffer<double> x(kViewParameters);
   Pack({}, x);
-  SolveLm<DoubleBackend>({}, backend, problem, x);
+  SolveLm(problem, x);
   return Unpack(x).color;
 }
 

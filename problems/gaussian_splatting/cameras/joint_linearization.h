@@ -29,7 +29,12 @@ struct JointUnit {
 };
 
 template <Backend B>
-class JointLinearization final : public Linearization<B> {
+class JointLinearization final : public Linearization<B>,
+                                 public WithLossWeights<B>,
+                                 public WithProductH<B>,
+                                 public WithBlocks<B>,
+                                 public WithReducedSystem<B>,
+                                 public WithOwnDescent<B> {
  public:
   using S = typename B::Scalar;
   using typename Linearization<B>::ConstVectorView;
@@ -48,7 +53,6 @@ class JointLinearization final : public Linearization<B> {
   void ApplyJT(ConstVectorView u, VectorView g) override;
   // The identity on the prior's.
   void ApplyW(ConstVectorView u, VectorView Wu) override;
-  bool weighted() const override { return true; }
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
   // The gradient; that of the splats shrunk where the views disagree (lm/view_agreement.h).

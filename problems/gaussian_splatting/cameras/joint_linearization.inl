@@ -247,7 +247,7 @@ void JointLinearization<B>::Gradient(VectorView g) {
 template <Backend B>
 void JointLinearization<B>::Descent(VectorView d) {
   B().Axpby(-1.0, gradient_, 0.0, d);
-  if (has_own_descent()) B().Copy(descent_, d.subspan(0, layout_.splats));
+  B().Copy(descent_, d.subspan(0, layout_.splats));
 }
 
 template <Backend B>

@@ -22,7 +22,7 @@ struct JointProblemOptions {
   SplatProblemOptions splats;
   FreeUnknowns free = {};
   ViewPrior prior = {};
-  // Whether views' unknowns can be eliminated (Linearization::MakeReducedSystem). Takes the memory of 6 to 8 more
+  // Whether views' unknowns can be eliminated (WithReducedSystem). Takes the memory of 6 to 8 more
   // images a view.
   bool eliminate_views = false;
 };
@@ -33,7 +33,7 @@ std::vector<BlockGroup> BlockGroupsOf(const JointProblemOptions& options, const 
 // double, so that what x has to hold is small. Costs are infinite where a gain is not above 0. The same bits for any
 // number of threads.
 template <Backend B>
-class JointProblem final : public Problem<B> {
+class JointProblem final : public Problem<B>, public OnManifold<B>, public InUnits<B>, public WithDampingMetric<B> {
  public:
   using S = typename B::Scalar;
   using typename Problem<B>::ConstVectorView;
@@ -49,7 +49,7 @@ class JointProblem final : public Problem<B> {
   Index num_units() const override { return layout_.views; }
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
   // That of the splats' (SplatMetricOptions); of views diag(H).
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
   void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;

@@ -66,9 +66,8 @@ double JointProblem<B>::Cost(ConstVectorView x, std::span<const Index> units) {
 }
 
 template <Backend B>
-std::unique_ptr<Linearization<B>> JointProblem<B>::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<B>> JointProblem<B>::Linearize(ConstVectorView x) {
   this->CheckSize(x);
-  this->CheckBatch(batch);
   return std::make_unique<JointLinearization<B>>(options_, layout_, x, views_, scratch_);
 }
 

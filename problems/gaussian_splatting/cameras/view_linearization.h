@@ -10,7 +10,10 @@
 namespace vesta::gs {
 
 template <class S>
-class ViewLinearization final : public Linearization<CpuBackend<double>> {
+class ViewLinearization final : public Linearization<CpuBackend<double>>,
+                                public WithLossWeights<CpuBackend<double>>,
+                                public WithProductH<CpuBackend<double>>,
+                                public WithBlocks<CpuBackend<double>> {
  public:
   // rendered: the image before the exposure `color`. moves: its derivatives, as MovesOf has them.
   // The truth that target points to must outlive this.
@@ -24,7 +27,6 @@ class ViewLinearization final : public Linearization<CpuBackend<double>> {
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
   void ApplyW(ConstVectorView u, VectorView Wu) override;
-  bool weighted() const override { return true; }
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;
   void DiagJTJ(VectorView d) override;

@@ -39,8 +39,7 @@ double ViewProblem<S>::Cost(ConstVectorView x) {
 }
 
 template <class S>
-std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(ConstVectorView x, int batch) {
-  this->CheckBatch(batch);
+std::unique_ptr<Linearization<CpuBackend<double>>> ViewProblem<S>::Linearize(ConstVectorView x) {
   const ViewUnknowns unknowns = Unpack(x);
   Build(unknowns);
   HostBuffer<S> rendered;

@@ -9,7 +9,7 @@
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 
 namespace vesta::gs {
 
@@ -21,7 +21,7 @@ struct ViewProblemOptions {
 
 // S: of the images; x and steps are in double. The same bits for any number of threads.
 template <class S>
-class ViewProblem final : public Problem<CpuBackend<double>> {
+class ViewProblem final : public Problem<CpuBackend<double>>, public OnManifold<CpuBackend<double>> {
  public:
   // What model and target point to must outlive the problem. target.camera: where motions start. Throws Error where
   // nothing is free, or the lens is, or for a truth that is not of the view's size.
@@ -30,7 +30,7 @@ class ViewProblem final : public Problem<CpuBackend<double>> {
   Index num_parameters() const override { return kViewParameters; }
   Index num_tangent() const override { return options_.free.num_tangent(); }
   double Cost(ConstVectorView x) override;
-  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<CpuBackend<double>>> Linearize(ConstVectorView x) override;
   void Plus(CpuBackend<double>& backend, ConstVectorView x, ConstVectorView delta, VectorView out) override;
 
   // Gaussians that the view has at x.

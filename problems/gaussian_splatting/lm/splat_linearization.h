@@ -12,7 +12,11 @@
 namespace vesta::gs {
 
 template <Backend B>
-class SplatLinearization final : public Linearization<B> {
+class SplatLinearization final : public Linearization<B>,
+                                 public WithLossWeights<B>,
+                                 public WithProductH<B>,
+                                 public WithBlocks<B>,
+                                 public WithOwnDescent<B> {
  public:
   using Base = Linearization<B>;
   using typename Base::ConstVectorView;
@@ -35,7 +39,6 @@ class SplatLinearization final : public Linearization<B> {
   void ApplyJ(ConstVectorView v, VectorView u) override;
   void ApplyJT(ConstVectorView u, VectorView g) override;
   void ApplyW(ConstVectorView u, VectorView Wu) override;
-  bool weighted() const override { return true; }
   // View by view: only one image is ever held.
   void ApplyH(ConstVectorView v, VectorView Hv) override;
   void Gradient(VectorView g) override;

@@ -197,7 +197,6 @@ void SplatLinearization<B>::Gradient(VectorView g) {
 
 template <Backend B>
 void SplatLinearization<B>::Descent(VectorView d) {
-  if (!has_own_descent()) return Base::Descent(d);
   if (descent_.empty()) MakeUnits();
   B().Copy(descent_, d);
   descent_ = {};

@@ -19,7 +19,8 @@
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
-#include "solver/problem.h"
+#include "solver/internal/own_descent.h"
+#include "solver/problem_interfaces.h"
 
 namespace vesta::gs {
 
@@ -39,7 +40,7 @@ struct SplatProblemOptions : SplatMetricOptions, splat::ModelLayout {
 
 // For any memory space: SplatBackend<B> says what of it differs.
 template <Backend B>
-class SplatProblem : public Problem<B> {
+class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, public WithDampingMetric<B> {
  public:
   using Base = Problem<B>;
   using typename Base::ConstVectorView;
@@ -54,9 +55,10 @@ class SplatProblem : public Problem<B> {
   Index num_units() const override { return static_cast<Index>(views_.size()); }
   double Cost(ConstVectorView x) override;
   double Cost(ConstVectorView x, std::span<const Index> units) override;
-  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) override;
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override { return this->LinearizeOnlyBatch(x); }
+  std::unique_ptr<Linearization<B>> LinearizeBatch(ConstVectorView x, int batch) override;
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
-  void BeginTurn(int turn) override { batches_.BeginTurn(turn); }
+  void OnNewPoint(int turn) override { batches_.BeginTurn(turn); }
 
   const SplatProblemOptions& options() const { return options_; }
   std::span<const TargetView<B>> views() const { return views_; }

@@ -88,7 +88,7 @@ double SplatProblem<B>::Cost(ConstVectorView x, std::span<const Index> units) {
 }
 
 template <Backend B>
-std::unique_ptr<Linearization<B>> SplatProblem<B>::Linearize(ConstVectorView x, int batch) {
+std::unique_ptr<Linearization<B>> SplatProblem<B>::LinearizeBatch(ConstVectorView x, int batch) {
   this->CheckSize(x);
   this->CheckBatch(batch);
   std::vector<const TargetView<B>*> views;

@@ -10,6 +10,7 @@
 #include "solver/distributed/distributed_problem.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/normal_equations/reduced_system.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/thread_ranks.h"
 
 namespace vesta::bundle {
@@ -65,7 +66,7 @@ TEST(BundleParts, ReduceToTheSystemOfTheWhole) {
     BundleParts parts(data, 7);
     DistributedProblem<Cpu> problem(ranks, parts);
     BundleProblem whole(data, {.reduced_form = ReducedForm::kImplicit});
-    const auto a = whole.Linearize(ViewOf(data.x), 0), b = problem.Linearize(ViewOf(data.x), 0);
+    const auto a = LinearizeAt(whole, ViewOf(data.x)), b = LinearizeAt(problem, ViewOf(data.x));
     const auto reduced = a->MakeReducedSystem(), distributed = b->MakeReducedSystem();
     ASSERT_EQ(reduced->size(), distributed->size());
     const Index n = problem.num_tangent(), kept = reduced->size();

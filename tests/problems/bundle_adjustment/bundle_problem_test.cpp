@@ -11,6 +11,7 @@
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/cpu_isas.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/random.h"
 #include "tests/support/test_files.h"
 
@@ -47,11 +48,11 @@ TEST(BundleProblem, ProductsAreAdjointAndBlocksThoseOfTheColumns) {
   Cpu backend;
   for (const Case& c : Cases()) {
     BundleProblem problem(data, {.loss = c.loss, .storage = c.storage});
-    const auto linearization = problem.Linearize(x, 0);
-    JacobianMap map(*linearization);
+    const auto linearization = LinearizeAt(problem, x);
+    JacobianMap map(linearization->get());
     EXPECT_LE(WorstAdjointError(backend, map, 5), 1e-12);
-    EXPECT_LE(DiagonalError(backend, *linearization), 1e-10);
-    EXPECT_LE(BlockError(backend, *linearization), 1e-10);
+    EXPECT_LE(DiagonalError(backend, linearization->get()), 1e-10);
+    EXPECT_LE(BlockError(backend, linearization->get()), 1e-10);
     // H in one pass against J and its transpose one after the other.
     Cpu::Vector v(problem.num_parameters()), u(linearization->num_residuals()), two(v.size()), one(v.size());
     FillRandom(backend, 9, v.view());
@@ -93,7 +94,7 @@ TEST(BundleProblem, CostAndGradientAreCeress) {
   const auto compare = [&](BundleProblem& problem, const Oracle& oracle) {
     EXPECT_NEAR(problem.Cost(x), oracle.cost, 1e-12 * oracle.cost);
     Cpu::Vector gradient(problem.num_parameters());
-    problem.Linearize(x, 0)->Gradient(gradient);
+    LinearizeAt(problem, x)->Gradient(gradient);
     const double scale = Cpu().MaxAbs(gradient);
     for (Index k = 0; k < gradient.size(); ++k) {
       EXPECT_NEAR(gradient[k], oracle.gradient[static_cast<std::size_t>(k)], 1e-11 * scale) << k;
@@ -119,7 +120,7 @@ TEST(BundleProblem, TangentIsThatOfDifferences) {
   const ProblemCheck check = CheckProblem<Cpu>(backend, problem, x);
   EXPECT_TRUE(check.ok()) << check.Report();
   EXPECT_THROW(problem.Cost(v.view().subspan(0, 5)), Error);
-  EXPECT_THROW(problem.Linearize(v.view().subspan(0, 5), 0), Error);
+  EXPECT_THROW(LinearizeAt(problem, v.view().subspan(0, 5)), Error);
 }
 
 TEST(BundleProblem, InstructionSetsAgree) {
@@ -130,7 +131,7 @@ TEST(BundleProblem, InstructionSetsAgree) {
     std::vector<std::vector<double>> results;
     for (const Isa isa : test::CpuIsas()) {
       BundleProblem problem(data, {.loss = c.loss, .storage = c.storage, .isa = isa});
-      const auto linearization = problem.Linearize(x, 0);
+      const auto linearization = LinearizeAt(problem, x);
       Cpu::Vector v(problem.num_parameters()), hv(v.size()), g(v.size());
       FillRandom(backend, 4, v.view());
       linearization->ApplyH(v, hv);
@@ -161,7 +162,7 @@ TEST(BundleProblem, NothingToSee) {
   const Cpu::Vector x = Start(data);
   BundleProblem problem(data);
   EXPECT_EQ(problem.Cost(x), 0);
-  const auto linearization = problem.Linearize(x, 0);
+  const auto linearization = LinearizeAt(problem, x);
   EXPECT_EQ(linearization->num_residuals(), 0);
   Cpu::Vector g(15);
   Cpu().Fill(7, g);

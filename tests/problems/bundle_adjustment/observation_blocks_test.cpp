@@ -7,6 +7,7 @@
 #include "solver/blocks/row_transpose.h"
 #include "solver/device_functors.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/random.h"
 
 namespace vesta::bundle {
@@ -76,7 +77,7 @@ TEST_P(ObservationBlocksOf, CostGradientDiagonalAndBlocksAreThoseOfTheHost) {
   for (const double r : found.residuals) cost += 0.5 * r * r;
   EXPECT_NEAR(cost, problem.Cost(x), 1e-12 * cost);
 
-  const auto linearization = problem.Linearize(x, 0);
+  const auto linearization = LinearizeAt(problem, x);
   HostBuffer<double> expected(problem.num_parameters());
   linearization->Gradient(expected);
   ExpectNear(found.ApplyJT(found.residuals.data()), expected, 1e-12);

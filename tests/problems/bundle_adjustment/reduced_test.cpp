@@ -9,6 +9,7 @@
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/cpu_isas.h"
 #include "tests/support/dense_reference.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::bundle {
 namespace {
@@ -19,7 +20,7 @@ using Eigen::VectorXd;
 Eigen::Map<VectorXd> AsEigen(Cpu::VectorView v) { return {v.data(), v.size()}; }
 
 // H + lambda D of a linearization, from unit vectors.
-MatrixXd DenseDamped(Linearization<Cpu>& linearization, double lambda, Cpu::VectorView metric) {
+MatrixXd DenseDamped(LinearizationAdaptor<Cpu>& linearization, double lambda, Cpu::VectorView metric) {
   const Index n = linearization.num_parameters();
   MatrixXd jacobian(linearization.num_residuals(), n);
   Cpu::Vector unit(n), column(jacobian.rows());
@@ -63,7 +64,7 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
   BundleReducedSystem()
       : data_(SmallProblem()),
         problem_(data_, {.storage = GetParam().storage, .reduced_form = GetParam().form, .isa = GetParam().isa}),
-        linearization_(problem_.Linearize(Start(data_), 0)),
+        linearization_(LinearizeAt(problem_, Start(data_))),
         reduced_(linearization_->MakeReducedSystem()),
         metric_(problem_.num_parameters()) {
     linearization_->DiagJTJ(metric_);
@@ -124,7 +125,7 @@ class BundleReducedSystem : public testing::TestWithParam<Case> {
 
   BundleData data_;
   BundleProblem problem_;
-  std::unique_ptr<Linearization<Cpu>> linearization_;
+  std::unique_ptr<LinearizationAdaptor<Cpu>> linearization_;
   std::unique_ptr<ReducedSystem<Cpu>> reduced_;
   Cpu::Vector metric_;
 };

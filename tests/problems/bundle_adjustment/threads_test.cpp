@@ -6,6 +6,7 @@
 #include "solver/derivative_check.h"
 #include "solver/normal_equations/reduced_system.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::bundle {
 namespace {
@@ -20,7 +21,7 @@ std::vector<double> Everything(JacobianStorage storage, ReducedForm form) {
   std::vector<double> all(data.x.begin(), data.x.end());
   const auto add = [&](Cpu::ConstVectorView v) { all.insert(all.end(), v.begin(), v.end()); };
   all.push_back(problem.Cost(x));
-  const auto linearization = problem.Linearize(x, 0);
+  const auto linearization = LinearizeAt(problem, x);
   Cpu::Vector v(problem.num_parameters()), w(v.size()), u(linearization->num_residuals()), metric(v.size());
   FillRandom(backend, 8, v.view());
   add(linearization->residuals());

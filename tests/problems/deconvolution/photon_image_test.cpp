@@ -11,6 +11,7 @@
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
 #include "solver/levenberg_marquardt.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::deconvolution {
 namespace {
@@ -110,7 +111,7 @@ TEST(PhotonImage, JacobianIsTheDerivative) {
   const B::Vector x = SomePoint(kSide);
   B::Vector v(x.size()), u(problem.num_residuals());
   FillRandom(backend, 5, v.view());
-  const auto linearization = problem.Linearize(x, 0);
+  const auto linearization = LinearizeAt(problem, x);
   linearization->ApplyJ(v, u);
   const double scale = backend.MaxAbs(u);
   const auto counts = Expose(kSide, apertures, TestScene(kSide));
@@ -138,10 +139,10 @@ TEST(PhotonImage, ProductsAgree) {
   PhotonImage problem = MakeProblem(kSide);
   B backend;
   const B::Vector x = SomePoint(kSide);
-  const auto linearization = problem.Linearize(x, 0);
-  JacobianMap<B> jacobian(*linearization);
+  const auto linearization = LinearizeAt(problem, x);
+  JacobianMap<B> jacobian(linearization->get());
   EXPECT_LE(WorstAdjointError<B>(backend, jacobian, 7), 1e-12);
-  EXPECT_LE(DiagonalError<B>(backend, *linearization, 0, 61), 1e-10);
+  EXPECT_LE(DiagonalError<B>(backend, linearization->get(), 0, 61), 1e-10);
   // The fused product with H is the two products.
   B::Vector v(x.size()), u(problem.num_residuals()), two(x.size()), fused(x.size());
   FillRandom(backend, 9, v.view());
@@ -156,7 +157,7 @@ TEST(PhotonImage, ProductsAgree) {
 TEST(PhotonImage, EntriesOfTheJacobianAreCounted) {
   constexpr Index kSmall = 5;
   PhotonImage problem = MakeProblem(kSmall);
-  const auto linearization = problem.Linearize(SomePoint(kSmall), 0);
+  const auto linearization = LinearizeAt(problem, SomePoint(kSmall));
   Index entries = 0;
   B::Vector unit(kSmall * kSmall), column(problem.num_residuals());
   for (Index k = 0; k < unit.size(); ++k) {
@@ -197,7 +198,7 @@ TEST(PhotonImage, RefusesWrongSizes) {
   PhotonImage problem = MakeProblem(kSide);
   const B::Vector x(5);
   EXPECT_THROW(problem.Cost(x), Error);
-  EXPECT_THROW(problem.Linearize(x, 0), Error);
+  EXPECT_THROW(LinearizeAt(problem, x), Error);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "solver/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/pose_graph/ring_graph.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::pose_graph {
 namespace {
@@ -21,7 +22,7 @@ std::vector<std::vector<double>> Results(const PoseGraph& graph) {
   FillRandom(backend, 1, v.view());
   std::vector<std::vector<double>> results{{problem.Cost(x)}};
   const auto keep = [&](const B::Vector& values) { results.emplace_back(values.begin(), values.end()); };
-  const auto linearization = problem.Linearize(x, 0);
+  const auto linearization = LinearizeAt(problem, x);
   linearization->Gradient(out);
   keep(out);
   linearization->ApplyH(v, out);

@@ -7,6 +7,7 @@
 #include "bench/collections/solve_both.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta {
 namespace {
@@ -42,10 +43,10 @@ TEST(MoreGarbowHillstrom, ProductsAgree) {
     B backend;
     B::Vector x(n);
     for (int k = 0; k < n; ++k) x[k] = NearStart(formula.start, k);
-    const auto linearization = problem->Linearize(x, 0);
-    JacobianMap<B> jacobian(*linearization);
+    const auto linearization = LinearizeAt(*problem, x);
+    JacobianMap<B> jacobian(linearization->get());
     EXPECT_LE(WorstAdjointError<B>(backend, jacobian, 5, n), 1e-12) << formula.name;
-    EXPECT_LE(DiagonalError<B>(backend, *linearization), 1e-10) << formula.name;
+    EXPECT_LE(DiagonalError<B>(backend, linearization->get()), 1e-10) << formula.name;
   }
 }
 

@@ -9,6 +9,7 @@
 #include "problems/toy/nist_models.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta {
 namespace {
@@ -30,7 +31,7 @@ TEST(Nist, CertifiedValuesBelongToTheDataAndTheModels) {
     EXPECT_NEAR(2 * blocks->Cost(x), problem.residual_sum_of_squares, 1e-9 * problem.residual_sum_of_squares)
         << problem.name;
     // Standard deviations are the roots of the diagonal of s^2 (J^T J)^-1.
-    const auto linearization = blocks->Linearize(x, 0);
+    const auto linearization = LinearizeAt(*blocks, x);
     Eigen::MatrixXd jacobian(linearization->num_residuals(), n);
     B::Vector unit(n), column(linearization->num_residuals());
     for (int k = 0; k < n; ++k) {
@@ -79,10 +80,10 @@ TEST(Nist, ProductsAgree) {
     B backend;
     B::Vector x(regression.problem.num_parameters);
     std::copy(problem.start2.begin(), problem.start2.end(), x.begin());
-    const auto linearization = blocks->Linearize(x, 0);
-    JacobianMap<B> jacobian(*linearization);
+    const auto linearization = LinearizeAt(*blocks, x);
+    JacobianMap<B> jacobian(linearization->get());
     EXPECT_LE(WorstAdjointError<B>(backend, jacobian, 5, regression.problem.num_parameters), 1e-12) << problem.name;
-    EXPECT_LE(DiagonalError<B>(backend, *linearization), 1e-10) << problem.name;
+    EXPECT_LE(DiagonalError<B>(backend, linearization->get()), 1e-10) << problem.name;
   }
 }
 

@@ -9,6 +9,7 @@
 #include "solver/distributed/distributed_problem.h"
 #include "solver/levenberg_marquardt.h"
 #include "tests/solver/distributed/chain.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/thread_ranks.h"
 
 namespace vesta {
@@ -72,8 +73,8 @@ TEST(BlockParts, AddUpToTheWhole) {
     BlockParts parts(chain.problem, 11);
     DistributedProblem<Cpu> problem(ranks, parts);
     const Index n = problem.num_tangent();
-    auto whole = chain.problem.Linearize(ViewOf(chain.x), 0);
-    auto distributed = problem.Linearize(ViewOf(chain.x), 0);
+    auto whole = LinearizeAt(chain.problem, ViewOf(chain.x));
+    auto distributed = LinearizeAt(problem, ViewOf(chain.x));
     EXPECT_EQ(distributed->num_residuals(), whole->num_residuals());
     EXPECT_NEAR(problem.Cost(ViewOf(chain.x)), chain.problem.Cost(ViewOf(chain.x)), 1e-12);
     const std::vector<Index> some{0, 3, 4, 30, 61};

@@ -81,7 +81,7 @@ TEST_F(NormalSystemTest, ThePredictionIsExactEvenForAStepFarFromTheSolution) {
       EXPECT_NEAR(solution.curvature, curvature, 1e-11 * curvature);
       EXPECT_NEAR(system.Curvature(step), curvature, 1e-12 * curvature);
       // The problem is linear: the model is the cost.
-      problem.Plus(backend_, x, step, moved);
+      ProblemAdaptor<Cpu>(problem).Plus(backend_, x, step, moved);
       const double decrease = problem.Cost(x) - problem.Cost(moved);
       EXPECT_NEAR(-solution.gradient_dot_step - 0.5 * solution.curvature, decrease, 1e-11 * problem.Cost(x));
     }
@@ -115,7 +115,7 @@ TEST_F(NormalSystemTest, ADescentOfItsOwnIsSolvedForAndThePredictionIsByTheGradi
     EXPECT_NEAR(solution.gradient_dot_step, g.dot(s), 1e-12 * std::abs(g.dot(s)));
     EXPECT_NEAR(solution.curvature, s.dot(test::Apply(h, s)), 1e-11 * s.dot(test::Apply(h, s)));
     // The problem is linear: the model is the cost.
-    problem.Plus(backend_, x, step, moved);
+    ProblemAdaptor<Cpu>(problem).Plus(backend_, x, step, moved);
     const double decrease = problem.Cost(x) - problem.Cost(moved);
     EXPECT_NEAR(-solution.gradient_dot_step - 0.5 * solution.curvature, decrease, 1e-11 * problem.Cost(x));
   }

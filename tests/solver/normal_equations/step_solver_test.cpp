@@ -23,13 +23,13 @@ class Arrow final : public Problem<Cpu> {
   }
   Index num_parameters() const override { return a_.cols(); }
   double Cost(Cpu::ConstVectorView x) override { return 0.5 * (test::Apply(a_, AsEigen(x)) - b_).squaredNorm(); }
-  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x, int) override {
+  std::unique_ptr<Linearization<Cpu>> Linearize(Cpu::ConstVectorView x) override {
     return std::make_unique<Rows>(*this, x);
   }
   const Eigen::MatrixXd& a() const { return a_; }
 
  private:
-  class Rows final : public Linearization<Cpu> {
+  class Rows final : public Linearization<Cpu>, public WithReducedSystem<Cpu> {
    public:
     Rows(const Arrow& problem, Cpu::ConstVectorView x) : problem_(problem), residuals_(problem.b_.size()) {
       AsEigen(residuals_.view()) = test::Apply(problem.a_, AsEigen(x)) - problem.b_;
@@ -100,7 +100,8 @@ struct Solved {
   StepSolution solution;
   std::string description;
 };
-Solved StepOf(Problem<Cpu>& problem, const NormalSystemOptions& options, const Cpu::Vector& x, double lambda) {
+Solved StepOf(const ProblemAdaptor<Cpu>& problem, const NormalSystemOptions& options, const Cpu::Vector& x,
+              double lambda) {
   Cpu backend;
   std::vector<int> batches(static_cast<std::size_t>(problem.num_batches()));
   for (std::size_t b = 0; b < batches.size(); ++b) batches[b] = static_cast<int>(b);

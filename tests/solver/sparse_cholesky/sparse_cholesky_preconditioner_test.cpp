@@ -11,6 +11,7 @@
 #include "solver/residual_blocks.h"
 #include "tests/solver/sparse_cholesky/block_chain.h"
 #include "tests/solver/sparse_cholesky/dense_matrix.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/test_files.h"
 
 namespace vesta {
@@ -20,7 +21,7 @@ using B = CpuBackend<double>;
 using test::BlockChain;
 
 // H of a linearization, column by column.
-Eigen::MatrixXd DenseH(Linearization<B>& linearization) {
+Eigen::MatrixXd DenseH(LinearizationAdaptor<B>& linearization) {
   const Index n = linearization.num_parameters();
   Eigen::MatrixXd h(n, n);
   B::Vector unit(n), column(n);
@@ -75,8 +76,8 @@ TEST_F(SparseCholeskyPreconditionerTest, NormalMatrixIsJTransposedJ) {
   BlockChain chain(12);
   chain.problem.SetConstant(chain.shifts[5]);
   chain.problem.SetManifold(chain.shifts[7], std::make_shared<SubsetManifold>(3, std::vector<int>{1}));
-  const auto linearization = chain.problem.Linearize(chain.x, 0);
-  const BlockMatrix& h = dynamic_cast<NormalMatrixSource&>(*linearization).NormalMatrix();
+  const auto linearization = LinearizeAt(chain.problem, chain.x);
+  const BlockMatrix& h = dynamic_cast<NormalMatrixSource&>(linearization->get()).NormalMatrix();
   const Eigen::MatrixXd expected = DenseH(*linearization);
   EXPECT_EQ(h.size(), 11 * 6 - 3 - 1 + 3);
   EXPECT_LE((test::Dense(h) - expected).norm(), 1e-14 * expected.norm());
@@ -84,8 +85,8 @@ TEST_F(SparseCholeskyPreconditionerTest, NormalMatrixIsJTransposedJ) {
 
 TEST_F(SparseCholeskyPreconditionerTest, InvertsTheDampedSystem) {
   BlockChain chain(12);
-  const auto linearization = chain.problem.Linearize(chain.x, 0);
-  Linearization<B>* const batches[] = {linearization.get()};
+  const auto linearization = LinearizeAt(chain.problem, chain.x);
+  LinearizationAdaptor<B>* const batches[] = {linearization.get()};
   const Index n = linearization->num_parameters();
   B::Vector diagonal(n), metric(n), x(n), y(n);
   linearization->DiagJTJ(diagonal);
@@ -139,8 +140,8 @@ TEST_F(SparseCholeskyPreconditionerTest, KnowsWhenTheProblemHasChanged) {
 
 TEST_F(SparseCholeskyPreconditionerTest, TwoLinearizationsAtOnceDoNotShareAFactor) {
   BlockChain chain(12);
-  const auto solve = [&](double lambda, B::Vector& y, Linearization<B>& linearization, Preconditioner<B>& by) {
-    Linearization<B>* const batches[] = {&linearization};
+  const auto solve = [&](double lambda, B::Vector& y, LinearizationAdaptor<B>& linearization, Preconditioner<B>& by) {
+    LinearizationAdaptor<B>* const batches[] = {&linearization};
     const Index n = linearization.num_parameters();
     B::Vector diagonal(n), x(n);
     linearization.DiagJTJ(diagonal);
@@ -150,12 +151,12 @@ TEST_F(SparseCholeskyPreconditionerTest, TwoLinearizationsAtOnceDoNotShareAFacto
     y.Resize(n);
     by.Apply(x, y);
   };
-  const auto first = chain.problem.Linearize(chain.x, 0);
+  const auto first = LinearizeAt(chain.problem, chain.x);
   const auto by_first = chain.problem.MakeSparseCholesky();
   B::Vector before, other, after(first->num_parameters()), x(first->num_parameters());
   solve(1, before, *first, *by_first);
   for (Index k = 0; k < chain.x.size(); ++k) chain.x[k] += 0.1;
-  const auto second = chain.problem.Linearize(chain.x, 0);
+  const auto second = LinearizeAt(chain.problem, chain.x);
   const auto by_second = chain.problem.MakeSparseCholesky();
   solve(2, other, *second, *by_second);
   backend_.Fill(1, x);

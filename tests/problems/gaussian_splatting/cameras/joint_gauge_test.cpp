@@ -4,6 +4,7 @@
 #include "kernels/math/quaternion.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "tests/problems/gaussian_splatting/cameras/joint_setup.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::gs {
 namespace {
@@ -71,7 +72,7 @@ TEST(JointGauge, ImagesStayAndThePriorHolds) {
   JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
   CpuBackend<double> backend;
-  const auto linearization = problem.Linearize(setup.x, 0);
+  const auto linearization = LinearizeAt(problem, setup.x);
   const Index rows = linearization->num_residuals(), priors = layout.views * 12;
   std::vector<HostBuffer<double>> freedoms;
   for (std::size_t k = 0; k < 7; ++k) {

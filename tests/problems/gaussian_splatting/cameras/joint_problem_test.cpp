@@ -8,6 +8,7 @@
 #include "solver/normal_equations/reduced_system.h"
 #include "tests/problems/gaussian_splatting/cameras/joint_setup.h"
 #include "tests/support/adjoint.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::gs {
 namespace {
@@ -54,14 +55,14 @@ TEST(JointProblem, JIsTheDerivativeOfTheResiduals) {
   const JointSetup<double> setup({true, true}, 2, 10, 2, 7);
   JointProblem<CpuBackend<double>> problem = setup.Make();
   CpuBackend<double> backend;
-  const auto linearization = problem.Linearize(setup.x, 0);
+  const auto linearization = LinearizeAt(problem, setup.x);
   const Index n = linearization->num_residuals();
   HostBuffer<double> Jv(n), moved(problem.num_parameters());
   const auto residuals = [&](const HostBuffer<double>& v, double step) {
     HostBuffer<double> delta(v.size());
     backend.Axpby(step, v, 0.0, delta);
     problem.Plus(backend, setup.x, delta, moved);
-    const auto there = problem.Linearize(moved, 0);
+    const auto there = LinearizeAt(problem, moved);
     return std::vector<double>(there->residuals().begin(), there->residuals().end());
   };
   const auto check = [&](const HostBuffer<double>& v, const std::string& what) {
@@ -90,7 +91,7 @@ void ExpectAdjoint(double tolerance) {
   for (const FreeUnknowns& free : kKinds) {
     const JointSetup<S> setup(free, 3, 40, 2, 8);
     JointProblem<CpuBackend<S>> problem = setup.Make();
-    const auto linearization = problem.Linearize(setup.x, 0);
+    const auto linearization = LinearizeAt(problem, setup.x);
     const HostBuffer<S> v = RandomVector<S>(problem.num_tangent(), 1),
                         u = RandomVector<S>(linearization->num_residuals(), 2);
     HostBuffer<S> Jv(u.size()), JTu(v.size());
@@ -126,7 +127,7 @@ TEST(JointProblem, BlocksOfViewsAreExact) {
   const JointSetup<double> setup({true, true}, 3, 20, 1, 9);
   JointProblem<CpuBackend<double>> problem = setup.Make();
   const JointLayout& layout = problem.layout();
-  const auto linearization = problem.Linearize(setup.x, 0);
+  const auto linearization = LinearizeAt(problem, setup.x);
   const std::vector<BlockGroup> groups = linearization->block_groups();
   BlockDiagonal<CpuBackend<double>> blocks(layout.num_tangent(), groups);
   linearization->BlockGram(blocks);
@@ -162,7 +163,7 @@ TEST(JointProblem, EliminatesViewsExactly) {
     setup.options.eliminate_views = true;
     JointProblem<CpuBackend<double>> problem = setup.Make();
     const JointLayout& layout = problem.layout();
-    const auto linearization = problem.Linearize(setup.x, 0);
+    const auto linearization = LinearizeAt(problem, setup.x);
     const auto reduced = linearization->MakeReducedSystem();
     ASSERT_TRUE(reduced);
     ASSERT_EQ(reduced->size(), layout.splats);
@@ -189,7 +190,7 @@ TEST(JointProblem, EliminatesViewsExactly) {
   }
   const JointSetup<double> plain({}, 3, 12, 1, 10);
   JointProblem<CpuBackend<double>> problem = plain.Make();
-  EXPECT_FALSE(problem.Linearize(plain.x, 0)->MakeReducedSystem());
+  EXPECT_FALSE(LinearizeAt(problem, plain.x)->MakeReducedSystem());
 }
 
 TEST(JointProblem, CostIsTheSumOverViews) {
@@ -208,10 +209,10 @@ TEST(JointProblem, InFloatIsThatInDouble) {
   EXPECT_NEAR(b.Cost(rounded.x), a.Cost(exact.x), 1e-5 * a.Cost(exact.x));
   HostBuffer<double> expected(a.num_tangent()), diagonal(a.num_tangent());
   HostBuffer<float> g(b.num_tangent());
-  const auto linearization = a.Linearize(exact.x, 0);
+  const auto linearization = LinearizeAt(a, exact.x);
   linearization->Gradient(expected);
   linearization->DiagJTJ(diagonal);
-  b.Linearize(rounded.x, 0)->Gradient(g);
+  LinearizeAt(b, rounded.x)->Gradient(g);
   const Index first = a.layout().splats;
   double largest = 0;
   for (Index k = first; k < g.size(); ++k) largest = std::max(largest, std::abs(expected[k]) / std::sqrt(diagonal[k]));
@@ -226,7 +227,7 @@ TEST(JointProblem, AViewThatSeesNothingAndNoGain) {
   const JointLayout& layout = problem.layout();
   // Turned round.
   layout.SetUnknowns({{{0, 0, 1, 0}, {}}, {}}, 1, layout.RestOf(setup.x.view()));
-  const auto linearization = problem.Linearize(setup.x, 0);
+  const auto linearization = LinearizeAt(problem, setup.x);
   HostBuffer<double> g(problem.num_tangent()), d(problem.num_tangent());
   linearization->Gradient(g);
   linearization->DiagJTJ(d);

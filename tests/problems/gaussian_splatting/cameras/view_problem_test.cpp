@@ -7,6 +7,7 @@
 #include "problems/gaussian_splatting/cameras/view_columns.h"
 #include "solver/check_problem.h"
 #include "tests/problems/gaussian_splatting/cameras/perturbed_view.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::gs {
 namespace {
@@ -65,7 +66,7 @@ TEST(ViewProblem, HasNoFaultWherePixelsDoNotCount) {
 TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
   const ViewAndStart<double> setup;
   ViewProblem<double> problem = setup.Make({true, true});
-  const auto linearization = problem.Linearize(setup.at, 0);
+  const auto linearization = LinearizeAt(problem, setup.at);
   const Index n = linearization->num_residuals();
   HostBuffer<double> delta(12), moved(kViewParameters), column(n);
   CpuBackend<double> backend;
@@ -73,7 +74,7 @@ TEST(ViewProblem, ColumnsAreDerivativesOfTheResiduals) {
     delta.Resize(12);
     delta[k] = step;
     problem.Plus(backend, setup.at, delta, moved);
-    const auto there = problem.Linearize(moved, 0);
+    const auto there = LinearizeAt(problem, moved);
     return std::vector<double>(there->residuals().begin(), there->residuals().end());
   };
   for (int k = 0; k < 12; ++k) {
@@ -138,10 +139,10 @@ TEST(ViewProblem, InFloatIsThatInDouble) {
   ViewProblem<float> b = rounded.Make({true, true});
   EXPECT_NEAR(b.Cost(rounded.at), a.Cost(exact.at), 1e-5 * a.Cost(exact.at));
   HostBuffer<double> g(12), expected(12), diagonal(12);
-  const auto linearization = a.Linearize(exact.at, 0);
+  const auto linearization = LinearizeAt(a, exact.at);
   linearization->Gradient(expected);
   linearization->DiagJTJ(diagonal);
-  b.Linearize(rounded.at, 0)->Gradient(g);
+  LinearizeAt(b, rounded.at)->Gradient(g);
   double norm = 0;
   for (int k = 0; k < 12; ++k) norm = std::max(norm, std::abs(expected[k]) / std::sqrt(diagonal[k]));
   for (int k = 0; k < 12; ++k) EXPECT_NEAR(g[k], expected[k], 1e-3 * norm * std::sqrt(diagonal[k])) << k;

@@ -17,6 +17,7 @@
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/adjoint.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::gs::test {
 
@@ -126,7 +127,7 @@ void CheckOperators(const ExtremeProblem& c) {
   x.CopyFrom(HostSpan<const S>(ring.x.view()));
   const double cost = problem.Cost(x);
   EXPECT_TRUE(std::isfinite(cost) && cost >= 0);
-  const auto linearization = problem.Linearize(x, 0);
+  const auto linearization = LinearizeAt(problem, x);
   linearization->Gradient(gradient);
   linearization->DiagJTJ(diagonal);
   const std::vector<S> diagonal_values = OnHost(backend, diagonal);

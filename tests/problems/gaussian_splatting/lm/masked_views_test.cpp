@@ -5,6 +5,7 @@
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "solver/derivative_check.inl"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {
@@ -71,7 +72,7 @@ TEST(MaskedViews, HIsTheProductOfItsPartsAndSymmetric) {
     MaskedRing masked;
     masked.ring.options.jacobian = kind;
     SplatProblem<B> problem = masked.ring.Make();
-    const auto linearization = problem.Linearize(masked.ring.x, 0);
+    const auto linearization = LinearizeAt(problem, masked.ring.x);
     const HostBuffer<double> v = RandomVector(problem.num_parameters(), 21), w = RandomVector(v.size(), 22);
     const Index rows = linearization->num_residuals();
     HostBuffer<double> Jv(rows), WJv(rows), composed(v.size()), Hv(v.size()), Hw(v.size());

@@ -5,6 +5,7 @@
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::gs::test {
 namespace {
@@ -25,7 +26,7 @@ void ExpectThatDegreesMayDiffer() {
   SplatProblem<CpuBackend<S>> problem = ring.Make(), problem_of_zeros = ring_of_zeros.Make();
   EXPECT_EQ(problem.num_parameters(), mixed.Size());
   EXPECT_EQ(problem.Cost(ring.x), problem_of_zeros.Cost(ring_of_zeros.x));
-  const auto linear = problem.Linearize(ring.x, 0), linear_of_zeros = problem_of_zeros.Linearize(ring_of_zeros.x, 0);
+  const auto linear = LinearizeAt(problem, ring.x), linear_of_zeros = LinearizeAt(problem_of_zeros, ring_of_zeros.x);
   HostBuffer<S> found(mixed.Size()), all(zeros.Size()), diagonal(mixed.Size()), metric(mixed.Size()),
       all_metric(zeros.Size());
   const auto expect_same = [&](const HostBuffer<S>& some, const HostBuffer<S>& every) {

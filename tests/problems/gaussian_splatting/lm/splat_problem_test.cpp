@@ -14,6 +14,7 @@
 #include "solver/derivative_check.inl"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/adjoint.h"
+#include "tests/support/linearize_at.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {
@@ -68,7 +69,7 @@ std::vector<S> ToVector(const HostBuffer<S>& v) {
 }
 
 template <class S>
-HostBuffer<S> ApplyH(Linearization<CpuBackend<S>>& linearization, const HostBuffer<S>& v) {
+HostBuffer<S> ApplyH(LinearizationAdaptor<CpuBackend<S>>& linearization, const HostBuffer<S>& v) {
   HostBuffer<S> Hv(v.size());
   linearization.ApplyH(v, Hv);
   return Hv;
@@ -84,9 +85,9 @@ TYPED_TEST(SplatProblemTest, ProductsWithJAreAdjoint) {
   CpuBackend<S> backend;
   const RingProblem<S> ring(kViews, kCount, 3, 10);
   SplatProblem<CpuBackend<S>> problem = ring.Make();
-  const auto linearization = problem.Linearize(ring.x, 0);
+  const auto linearization = LinearizeAt(problem, ring.x);
   EXPECT_EQ(linearization->num_residuals(), 3 * 40 * 30 * kViews);
-  JacobianMap<CpuBackend<S>> J(*linearization);
+  JacobianMap<CpuBackend<S>> J(linearization->get());
   EXPECT_LE(WorstAdjointError(backend, J, 11), kTolerance<S>);
 
   HostBuffer<S> u = RandomVector<S>(J.rows(), 12);
@@ -121,7 +122,7 @@ TYPED_TEST(SplatProblemTest, HIsTheProductOfItsParts) {
   using S = TypeParam;
   const RingProblem<S> ring(kViews, kCount, 1, 20);
   SplatProblem<CpuBackend<S>> problem = ring.Make();
-  const auto linearization = problem.Linearize(ring.x, 0);
+  const auto linearization = LinearizeAt(problem, ring.x);
   const HostBuffer<S> v = RandomVector<S>(problem.num_parameters(), 21);
   HostBuffer<S> Jv(linearization->num_residuals()), WJv(Jv.size()), composed(v.size());
   linearization->ApplyJ(v, Jv);
@@ -143,7 +144,7 @@ TYPED_TEST(SplatProblemTest, HIsSymmetricAndPositiveSemidefinite) {
     RingProblem<S> ring(kViews, kCount, 1, 22);
     ring.options.weights.l1 = l1;
     SplatProblem<CpuBackend<S>> problem = ring.Make();
-    const auto linearization = problem.Linearize(ring.x, 0);
+    const auto linearization = LinearizeAt(problem, ring.x);
     for (std::uint64_t seed = 23; seed < 26; ++seed) {
       const HostBuffer<S> v = RandomVector<S>(problem.num_parameters(), 2 * seed);
       const HostBuffer<S> w = RandomVector<S>(problem.num_parameters(), 2 * seed + 1);
@@ -179,13 +180,13 @@ TEST(SplatProblem, DiagonalAndBlocksAreThoseOfHForL1) {
   RingProblem<double> ring(kViews, kFew, 1, 40);
   ring.options.weights.ssim = 0;
   SplatProblem<CpuBackend<double>> problem = ring.Make();
-  const auto linearization = problem.Linearize(ring.x, 0);
-  EXPECT_LE(DiagonalError<B>(backend, *linearization), 1e-10);
-  EXPECT_LE(BlockError<B>(backend, *linearization), 1e-10);
+  const auto linearization = LinearizeAt(problem, ring.x);
+  EXPECT_LE(DiagonalError<B>(backend, linearization->get()), 1e-10);
+  EXPECT_LE(BlockError<B>(backend, linearization->get()), 1e-10);
 }
 
 // (H e_k)_k for every k.
-std::vector<double> ExactDiagonal(Linearization<CpuBackend<double>>& linearization) {
+std::vector<double> ExactDiagonal(LinearizationAdaptor<CpuBackend<double>>& linearization) {
   HostBuffer<double> unit(linearization.num_parameters());
   std::vector<double> exact;
   for (Index k = 0; k < unit.size(); ++k) {
@@ -206,7 +207,7 @@ TEST(SplatProblem, DiagonalStandsInForThatOfTheWholeLoss) {
     std::copy(start.data.begin(), start.data.end(), ring.x.begin());
     ring.options.background = {0, 0, 0};
     SplatProblem<CpuBackend<double>> problem = ring.Make();
-    const auto linearization = problem.Linearize(ring.x, 0);
+    const auto linearization = LinearizeAt(problem, ring.x);
     HostBuffer<double> diagonal(problem.num_parameters());
     linearization->DiagJTJ(diagonal);
     const std::vector<double> exact = ExactDiagonal(*linearization);
@@ -261,7 +262,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
   constexpr int kAll = 4;
   RingProblem<S> ring(kAll, kCount, 1, 55);
   SplatProblem<CpuBackend<S>> whole = ring.Make();
-  const auto all = whole.Linearize(ring.x, 0);
+  const auto all = LinearizeAt(whole, ring.x);
   const Index n = whole.num_parameters();
   const HostBuffer<S> v = RandomVector<S>(n, 56);
   const HostBuffer<S> Hv = ApplyH(*all, v);
@@ -278,7 +279,7 @@ TYPED_TEST(SplatProblemTest, BatchesSumToTheWhole) {
     HostBuffer<S> sum_gradient(n), sum_diagonal(n), sum_Hv(n), part(n);
     Index residuals = 0;
     for (int b = 0; b < problem.num_batches(); ++b) {
-      const auto linearization = problem.Linearize(ring.x, b);
+      const auto linearization = LinearizeAt(problem, ring.x, b);
       residuals += linearization->num_residuals();
       linearization->Gradient(part);
       backend.Axpby(1, part, 1, sum_gradient);
@@ -306,7 +307,7 @@ TYPED_TEST(SplatProblemTest, DescentIsShrunkWhereViewsDisagreeAndTheGradientIsNo
     ring.options.batches.count = batches;
     SplatProblem<CpuBackend<S>> problem = ring.Make();
     Both both{HostBuffer<S>(ring.x.size()), HostBuffer<S>(ring.x.size())};
-    const auto linearization = problem.Linearize(ring.x, batch);
+    const auto linearization = LinearizeAt(problem, ring.x, batch);
     linearization->Gradient(both.gradient);
     EXPECT_EQ(linearization->has_own_descent(), strength > 0);
     linearization->Descent(both.descent);
@@ -412,7 +413,7 @@ TYPED_TEST(SplatProblemTest, GaussiansThatAreNotFiniteAreLeftOut) {
       x.CopyFrom(ring.x);
       x[a * kCount + kBad] = value;
       EXPECT_EQ(problem.Cost(x), expected);
-      const auto linearization = problem.Linearize(x, 0);
+      const auto linearization = LinearizeAt(problem, x);
       HostBuffer<S> gradient(x.size());
       linearization->Gradient(gradient);
       for (Index k = 0; k < x.size(); ++k) {

@@ -11,6 +11,7 @@
 #include "solver/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::gs {
 namespace {
@@ -48,7 +49,7 @@ HostBuffer<S> RandomVector(Index size, std::uint64_t seed) {
 }
 
 template <class S>
-HostBuffer<S> ApplyH(Linearization<CpuBackend<S>>& linearization, const HostBuffer<S>& v) {
+HostBuffer<S> ApplyH(LinearizationAdaptor<CpuBackend<S>>& linearization, const HostBuffer<S>& v) {
   HostBuffer<S> Hv(v.size());
   linearization.ApplyH(v, Hv);
   return Hv;
@@ -74,8 +75,8 @@ void CheckOperators(const Variant& variant, double tolerance) {
   variant.apply(ring.options);
   SplatProblem<CpuBackend<S>> problem = ring.Make();
   for (int batch = 0; batch < problem.num_batches(); ++batch) {
-    const auto linearization = problem.Linearize(ring.x, batch);
-    JacobianMap<CpuBackend<S>> J(*linearization);
+    const auto linearization = LinearizeAt(problem, ring.x, batch);
+    JacobianMap<CpuBackend<S>> J(linearization->get());
     EXPECT_LE(WorstAdjointError(backend, J, 11), tolerance);
     const HostBuffer<S> v = RandomVector<S>(problem.num_parameters(), 12);
     const HostBuffer<S> w = RandomVector<S>(problem.num_parameters(), 13);
@@ -106,9 +107,9 @@ TEST_P(SplatVariants, DiagonalAndBlocksAreThoseOfH) {
   SplatProblem<CpuBackend<double>> problem = ring.Make();
   const double tolerance = ring.options.jacobian == JacobianKind::kCache16 ? 2e-3 : 1e-10;
   for (int batch = 0; batch < problem.num_batches(); ++batch) {
-    const auto linearization = problem.Linearize(ring.x, batch);
-    EXPECT_LE(DiagonalError<B>(backend, *linearization), tolerance);
-    EXPECT_LE(BlockError<B>(backend, *linearization), tolerance);
+    const auto linearization = LinearizeAt(problem, ring.x, batch);
+    EXPECT_LE(DiagonalError<B>(backend, linearization->get()), tolerance);
+    EXPECT_LE(BlockError<B>(backend, linearization->get()), tolerance);
   }
 }
 
@@ -118,11 +119,11 @@ TEST_P(SplatVariants, SameBitsForAnyNumberOfThreadsAndEveryTurnAlike) {
   const HostBuffer<float> v = RandomVector<float>(ring.x.size(), 81);
   const auto everything = [&](int turns_before) {
     SplatProblem<CpuBackend<float>> problem = ring.Make();
-    for (int turn = 0; turn < turns_before; ++turn) problem.BeginTurn(turn);
-    problem.BeginTurn(5);
+    for (int turn = 0; turn < turns_before; ++turn) problem.OnNewPoint(turn);
+    problem.OnNewPoint(5);
     std::vector<float> all;
     for (int batch = 0; batch < problem.num_batches(); ++batch) {
-      const auto linearization = problem.Linearize(ring.x, batch);
+      const auto linearization = LinearizeAt(problem, ring.x, batch);
       HostBuffer<float> out(v.size());
       linearization->Gradient(out);
       all.insert(all.end(), out.begin(), out.end());
@@ -149,7 +150,7 @@ TEST_P(SplatVariants, GradientAndBlocksAskedForAgainAreTheSame) {
   RingProblem<float> ring(3, kCount, 2, 20);
   GetParam().apply(ring.options);
   SplatProblem<CpuBackend<float>> problem = ring.Make();
-  const auto linearization = problem.Linearize(ring.x, 0);
+  const auto linearization = LinearizeAt(problem, ring.x);
   std::vector<std::vector<float>> results;
   for (int again = 0; again < 2; ++again) {
     HostBuffer<float> gradient(ring.x.size()), diagonal(ring.x.size());
@@ -167,14 +168,14 @@ TEST(SplatCache, GivesTheProductsOfRecomputation) {
   RingProblem<double> ring(3, kCount, 2, 20);
   const HostBuffer<double> v = RandomVector<double>(ring.x.size(), 21);
   SplatProblem<CpuBackend<double>> recompute = ring.Make();
-  const auto reference = recompute.Linearize(ring.x, 0);
+  const auto reference = LinearizeAt(recompute, ring.x);
   const HostBuffer<double> expected = ApplyH(*reference, v);
   HostBuffer<double> gradient(v.size()), cached_gradient(v.size());
   reference->Gradient(gradient);
   for (const auto& [kind, tolerance] : {std::pair(JacobianKind::kCache32, 1e-12), {JacobianKind::kCache16, 1e-3}}) {
     ring.options.jacobian = kind;
     SplatProblem<CpuBackend<double>> problem = ring.Make();
-    const auto linearization = problem.Linearize(ring.x, 0);
+    const auto linearization = LinearizeAt(problem, ring.x);
     const double distance = RelativeDistance(ApplyH(*linearization, v), expected);
     EXPECT_LE(distance, tolerance);
     EXPECT_EQ(distance > 1e-7, kind == JacobianKind::kCache16) << "they are 16 bits";
@@ -191,7 +192,7 @@ TEST(SplatRebuild, GivesTheBitsOfViewsThatAreHeld) {
   for (const JacobianKind kind : {JacobianKind::kRecompute, JacobianKind::kRebuild}) {
     ring.options.jacobian = kind;
     SplatProblem<CpuBackend<float>> problem = ring.Make();
-    const auto linearization = problem.Linearize(ring.x, 0);
+    const auto linearization = LinearizeAt(problem, ring.x);
     std::vector<float>& all = results.emplace_back();
     const auto keep = [&](const HostBuffer<float>& values) { all.insert(all.end(), values.begin(), values.end()); };
     HostBuffer<float> of_x(v.size()), of_residuals(linearization->num_residuals());
@@ -220,7 +221,7 @@ TEST(SplatBatches, OfSomeViewsAreRightInTheMean) {
   const Index n = ring.x.size();
   SplatProblem<CpuBackend<double>> whole = ring.Make();
   HostBuffer<double> expected(n), gradient(n), mean(n), mean_gradient(n), part(n);
-  const auto all = whole.Linearize(ring.x, 0);
+  const auto all = LinearizeAt(whole, ring.x);
   all->DiagJTJ(expected);
   all->Gradient(gradient);
   ring.options.batches = {2, 1, BatchChoice::kRandom, 1};
@@ -228,9 +229,9 @@ TEST(SplatBatches, OfSomeViewsAreRightInTheMean) {
   CpuBackend<double> backend;
   constexpr int kTurns = 300;
   for (int turn = 0; turn < kTurns; ++turn) {
-    some.BeginTurn(turn);
+    some.OnNewPoint(turn);
     for (int batch = 0; batch < 2; ++batch) {
-      const auto linearization = some.Linearize(ring.x, batch);
+      const auto linearization = LinearizeAt(some, ring.x, batch);
       linearization->DiagJTJ(part);
       backend.Axpby(1.0 / kTurns, part, 1, mean);
       linearization->Gradient(part);

@@ -23,7 +23,7 @@ class OwnPreconditioner final : public Preconditioner<B> {
     ++applied_;
     inner_.Apply(x, y);
   }
-  void SetLinearization(std::span<Linearization<B>* const> batches, B::ConstVectorView diag_h) override {
+  void SetLinearization(std::span<LinearizationAdaptor<B>* const> batches, B::ConstVectorView diag_h) override {
     inner_.SetLinearization(batches, diag_h);
   }
   void SetDamping(double lambda, B::ConstVectorView metric) override { inner_.SetDamping(lambda, metric); }
@@ -34,7 +34,7 @@ class OwnPreconditioner final : public Preconditioner<B> {
   JacobiPreconditioner<B> inner_;
 };
 
-class ProblemWithPreconditioner final : public SplatProblem<B> {
+class ProblemWithPreconditioner final : public SplatProblem<B>, public WithPreconditioner<B> {
  public:
   using SplatProblem<B>::SplatProblem;
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override {

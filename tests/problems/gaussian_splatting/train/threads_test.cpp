@@ -10,6 +10,7 @@
 #include "tests/problems/gaussian_splatting/density/density_scene.h"
 #include "tests/problems/gaussian_splatting/train/terms_of_views.h"
 #include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/support/linearize_at.h"
 
 namespace vesta::gs {
 namespace {
@@ -47,7 +48,7 @@ void CheckProblem() {
     std::vector<std::vector<S>> results{{static_cast<S>(problem.Cost(ring.x))}};
     const auto keep = [&](const HostBuffer<S>& x) { results.emplace_back(x.begin(), x.end()); };
     for (int batch = 0; batch < 2; ++batch) {
-      const auto linearization = problem.Linearize(ring.x, batch);
+      const auto linearization = LinearizeAt(problem, ring.x, batch);
       HostBuffer<S> out(n);
       linearization->Gradient(out);
       keep(out);

@@ -1,0 +1,16 @@
+// A problem's linearization with all that the engine may ask of it.
+#pragma once
+
+#include <memory>
+
+#include "solver/internal/problem_adaptor.h"
+
+namespace vesta {
+
+template <Backend B>
+std::unique_ptr<LinearizationAdaptor<B>> LinearizeAt(Problem<B>& problem, typename B::ConstVectorView x,
+                                                     int batch = 0) {
+  return ProblemAdaptor<B>(problem).CheckedLinearize(x, batch);
+}
+
+}  // namespace vesta
