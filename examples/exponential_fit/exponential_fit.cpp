@@ -25,10 +25,9 @@ int main() {
   for (int i = 0; i < 20; ++i) readings.push_back({0.25 * i, 3 * std::exp(-0.7 * 0.25 * i) + 0.01 * (i % 3 - 1)});
 
   using Backend = vesta::CpuBackend<double>;
-  Backend backend;
   vesta::ResidualBlocks<Decay, Backend> problem(2, readings);
   Backend::Vector x(2);  // starts at zeros
-  const vesta::LmSummary summary = vesta::SolveLm({}, backend, problem, x.view());
+  const vesta::LmSummary summary = vesta::SolveLm(problem, x);
   std::puts(summary.BriefReport().c_str());
 
   const vesta::Covariance covariance = vesta::EstimateCovariance(problem, x);

@@ -61,8 +61,7 @@ int main() {
   vesta::LmOptions options;
   options.max_iterations = 100;
   options.function_tolerance = 1e-10;
-  Backend backend;
-  const vesta::LmSummary summary = vesta::SolveLm(options, backend, problem, x.view());
+  const vesta::LmSummary summary = vesta::SolveLm(problem, x, options);
   std::fputs(summary.FullReport().c_str(), stdout);
 
   double error = std::abs(x[problem.offset(scale)] - kScale);

@@ -70,7 +70,7 @@ class DetectorProblem final : public vesta::Problem<Backend> {
     }
     return cost;
   }
-  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x, int) override {
+  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x) override {
     return std::make_unique<DetectorLinearization>(x, readings_);
   }
 

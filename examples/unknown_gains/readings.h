@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "solver/normal_equations/reduced_system.h"
-#include "solver/problem.h"
+#include "solver/problem_interfaces.h"
 
 using Backend = vesta::CpuBackend<double>;
 using VectorView = Backend::VectorView;
@@ -53,7 +53,9 @@ struct Setup {
 };
 
 // J = [J_s J_o]: the columns of the signal, and of the instruments' own unknowns.
-class ReadingsLinearization final : public vesta::Linearization<Backend> {
+class ReadingsLinearization final : public vesta::Linearization<Backend>,
+                                    public vesta::WithBlocks<Backend>,
+                                    public vesta::WithReducedSystem<Backend> {
  public:
   ReadingsLinearization(const Setup& setup, ConstVectorView x, ConstVectorView readings)
       : setup_(setup), x_(x), smoothed_(setup.readings()), residuals_(setup.readings()) {

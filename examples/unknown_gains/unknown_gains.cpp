@@ -25,7 +25,7 @@ class GainProblem final : public vesta::Problem<Backend> {
     const ReadingsLinearization at(setup_, x, readings_);
     return 0.5 * Backend().Dot(at.residuals(), at.residuals());
   }
-  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x, int) override {
+  std::unique_ptr<vesta::Linearization<Backend>> Linearize(ConstVectorView x) override {
     return std::make_unique<ReadingsLinearization>(setup_, x, readings_);
   }
   // What the calibrated instrument reads; gains of 1, offsets of 0.
