@@ -7,13 +7,13 @@
 #include <new>
 #include <string>
 
-#include "apps/command_line.h"
-#include "apps/commands.h"
-#include "apps/help.h"
-#include "apps/print.h"
-#include "apps/process.h"
-#include "apps/ranks.h"
-#include "apps/train_settings.h"
+#include "apps/cli/command_line.h"
+#include "apps/cli/print.h"
+#include "apps/cli/process.h"
+#include "apps/commands/commands.h"
+#include "apps/device/ranks.h"
+#include "apps/settings/train_settings.h"
+#include "apps/usage/help.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
 

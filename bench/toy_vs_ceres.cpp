@@ -6,10 +6,10 @@
 #include <glog/logging.h>
 
 #include "bench/collections/more_garbow_hillstrom.h"
+#include "bench/collections/more_garbow_hillstrom_models.h"
 #include "bench/collections/nist.h"
 #include "bench/collections/solve_both.h"
 #include "bench/report.h"
-#include "problems/toy/more_garbow_hillstrom.h"
 
 namespace vesta::bench {
 namespace {

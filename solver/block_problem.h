@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "solver/blocks/block_structure.h"
 #include "solver/cost_function.h"
+#include "solver/internal/blocks/block_structure.h"
+#include "solver/internal/normal_equations/preconditioner.h"
+#include "solver/internal/normal_equations/step_cost.h"
 #include "solver/loss.h"
 #include "solver/manifold.h"
-#include "solver/normal_equations/preconditioner.h"
-#include "solver/normal_equations/step_cost.h"
 #include "solver/problem_interfaces.h"
 
 namespace vesta {
@@ -92,7 +92,7 @@ class BlockProblem final : public Problem<CpuBackend<double>>,
   double Cost(ConstVectorView x, std::span<const Index> units) override;
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override;
   // The caller's own, if there is one. Else the sparse Cholesky factor where it is within max_factor_gib and pays
-  // beside iterations (solver/normal_equations/step_cost.h). Else block Jacobi.
+  // beside iterations (solver/internal/normal_equations/step_cost.h). Else block Jacobi.
   std::unique_ptr<Preconditioner<B>> MakePreconditioner() override;
   // The sparse Cholesky factor, whatever it costs. Throws Error where it is over max_factor_gib.
   std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() override;

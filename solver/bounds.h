@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/internal/problem_adaptor.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 
 namespace vesta {
 

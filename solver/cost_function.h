@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/math/dual.h"
-#include "solver/functor_call.h"
+#include "solver/internal/functor_call.h"
 
 namespace vesta {
 

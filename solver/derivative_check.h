@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "solver/linear/linear_operator.h"
+#include "solver/internal/linear/linear_operator.h"
 #include "solver/problem.h"
 
 namespace vesta {

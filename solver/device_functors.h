@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/core/span.h"
-#include "solver/functor_call.h"
+#include "solver/internal/functor_call.h"
 
 namespace vesta {
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "kernels/core/archive.h"
-#include "solver/batched_system.h"
+#include "solver/internal/batched_system.h"
+#include "solver/internal/trust_region/step_doubt.h"
 #include "solver/lm_options.h"
 #include "solver/problem.h"
 #include "solver/summary.h"
-#include "solver/trust_region/step_doubt.h"
 
 namespace vesta {
 

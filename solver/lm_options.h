@@ -4,17 +4,17 @@
 #include <functional>
 #include <limits>
 
-#include "solver/normal_equations/normal_system.h"
+#include "solver/internal/normal_equations/normal_system.h"
+#include "solver/internal/trust_region/line_search.h"
+#include "solver/internal/trust_region/step_control.h"
 #include "solver/summary.h"
-#include "solver/trust_region/line_search.h"
-#include "solver/trust_region/step_control.h"
 
 namespace vesta {
 
 enum class BatchMode {
   kExact,  // one PCG over the sum of all batches
   kMerge,  // each batch solved on its own, the steps merged by their diagonals (3DGS-LM, eq. 7): biased, see
-           // solver/batched_system.h
+           // solver/internal/batched_system.h
 };
 const char* ToString(BatchMode mode);
 

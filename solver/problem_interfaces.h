@@ -210,8 +210,8 @@ template <Backend B>
 class WithReducedSystem {
  public:
   virtual ~WithReducedSystem() = default;
-  // The damped system without that group (solver/normal_equations/reduced_system.h); it borrows this object. Null: none
-  // here.
+  // The damped system without that group (solver/internal/normal_equations/reduced_system.h); it borrows this object.
+  // Null: none here.
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() = 0;
 };
 

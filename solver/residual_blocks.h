@@ -13,11 +13,11 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/math/dual.h"
-#include "solver/functor_call.h"
+#include "solver/internal/functor_call.h"
+#include "solver/internal/residual_block_layout.h"
+#include "solver/internal/residual_block_rows.h"
 #include "solver/loss.h"
 #include "solver/problem_interfaces.h"
-#include "solver/residual_block_layout.h"
-#include "solver/residual_block_rows.h"
 
 namespace vesta {
 

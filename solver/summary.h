@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kernels/core/span.h"
-#include "solver/linear/pcg.h"
+#include "solver/internal/linear/pcg.h"
 
 namespace vesta {
 

@@ -167,28 +167,28 @@ def self_test():
     planted = {
         "kernels/math/a.h": '#include "kernels/core/span.h"',
         "kernels/core/b.cpp": '#include "solver/problem.h"',
-        "kernels/image/c.h": '#include "kernels/gaussian_splatting/project.h"',
+        "kernels/image/c.h": '#include "kernels/gaussian_splatting/formulas/project.h"',
         "solver/d.h": '#include "kernels/image/ssim.h"',
         "solver/e.cpp": "#include <ceres/ceres.h>",
         "solver/linear/m.h": '#include "solver/problem.h"',
         "solver/normal_equations/n.h": '#include "solver/lm_options.h"',
-        "problems/toy/f.h": '#include "kernels/gaussian_splatting/project.h"',
+        "problems/toy/f.h": '#include "kernels/gaussian_splatting/formulas/project.h"',
         "problems/toy/g.h": '#include "problems/gaussian_splatting/camera.h"',
-        "problems/gaussian_splatting/io/h.cpp": '  #  include "apps/flags.h"',
+        "problems/gaussian_splatting/io/h.cpp": '  #  include "apps/cli/flags.h"',
         "problems/gaussian_splatting/lm/i.cpp": "#include <thread>",
         "problems/gaussian_splatting/model/j.cpp": '#include "camera.h"',
-        "problems/gaussian_splatting/adam/m.h": '#include "problems/gaussian_splatting/train/options.h"',
+        "problems/gaussian_splatting/adam/m.h": '#include "splatting/train/settings/options.h"',
         "apps/k.cpp": '#include "tests/support/scene.h"',
         "problems/l.cpp": "",
     }
     sound = {
         "kernels/math/ok.h": '#include "kernels/core/hd.h"\n#include <cmath>',
         "solver/problem.h": '#include "kernels/core/span.h"',
-        "solver/normal_equations/ok.h": '#include "solver/linear/pcg.h"\n#include "solver/problem.h"',
+        "solver/normal_equations/ok.h": '#include "solver/internal/linear/pcg.h"\n#include "solver/problem.h"',
         "solver/ok.h": '#include "solver/normal_equations/ok.h"',
         "solver/ceres/ok.cpp": '#include <ceres/ceres.h>\n#include "solver/problem.h"',
         "problems/gaussian_splatting/model/ok.cpp": '#include "kernels/image/ssim.h"\n#include <nanoflann.hpp>',
-        "tests/solver/ok_test.cpp": '#include "apps/flags.h"\n#include <ceres/ceres.h>',
+        "tests/solver/ok_test.cpp": '#include "apps/cli/flags.h"\n#include <ceres/ceres.h>',
     }
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "apps/doctor/view_signs.h"
-#include "problems/gaussian_splatting/model/median.h"
+#include "problems/gaussian_splatting/scene/median.h"
 
 namespace vesta::app {
 namespace {

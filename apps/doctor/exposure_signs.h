@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 

@@ -8,7 +8,7 @@
 
 #include "apps/doctor/exposure_signs.h"
 #include "apps/doctor/view_signs.h"
-#include "problems/gaussian_splatting/model/median.h"
+#include "problems/gaussian_splatting/scene/median.h"
 
 namespace vesta::app {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/image.h"
+#include "problems/gaussian_splatting/scene/image.h"
 
 namespace vesta::app {
 

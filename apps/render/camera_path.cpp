@@ -6,16 +6,16 @@
 #include <optional>
 #include <utility>
 
-#include "apps/outputs.h"
+#include "apps/cli/outputs.h"
 #include "kernels/core/check.h"
 #include "kernels/core/schema.h"
 #include "kernels/core/text_file.h"
-#include "problems/gaussian_splatting/io/nerf.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
-#include "problems/gaussian_splatting/render/orbit.h"
-#include "problems/gaussian_splatting/render/path_through.h"
-#include "problems/gaussian_splatting/render/spiral.h"
-#include "problems/gaussian_splatting/render/tour.h"
+#include "splatting/io/scenes/nerf.h"
+#include "splatting/render/orbit.h"
+#include "splatting/render/path_through.h"
+#include "splatting/render/spiral.h"
+#include "splatting/render/tour.h"
 
 namespace vesta::app {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/flags.h"
-#include "problems/gaussian_splatting/model/scene.h"
+#include "apps/cli/flags.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 

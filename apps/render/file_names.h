@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 

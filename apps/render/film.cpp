@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "apps/outputs.h"
+#include "apps/cli/outputs.h"
 #include "kernels/core/check.h"
 #include "kernels/core/schema.h"
-#include "problems/gaussian_splatting/io/image_codecs.h"
+#include "splatting/io/images/image_codecs.h"
 
 namespace vesta::app {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "kernels/core/atomic_file.h"
-#include "problems/gaussian_splatting/model/image.h"
+#include "problems/gaussian_splatting/scene/image.h"
 
 namespace vesta::app {
 

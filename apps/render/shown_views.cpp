@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <limits>
 
-#include "problems/gaussian_splatting/io/gray_png.h"
-#include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/render/surface_colors.h"
+#include "splatting/io/images/gray_png.h"
+#include "splatting/io/images/image.h"
+#include "splatting/render/surface_colors.h"
 
 namespace vesta::app {
 namespace {

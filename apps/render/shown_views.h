@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/flags.h"
-#include "apps/posed_model.h"
-#include "problems/gaussian_splatting/evaluate/renderer.h"
-#include "problems/gaussian_splatting/render/surface.h"
+#include "apps/cli/flags.h"
+#include "apps/inputs/posed_model.h"
+#include "splatting/evaluate/renderer.h"
+#include "splatting/render/surface.h"
 
 namespace vesta::app {
 

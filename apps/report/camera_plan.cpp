@@ -7,9 +7,9 @@
 #include <cmath>
 #include <vector>
 
-#include "apps/print.h"
+#include "apps/cli/print.h"
 #include "apps/report/html.h"
-#include "problems/gaussian_splatting/model/camera_rig.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::app {
 namespace {

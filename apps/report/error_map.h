@@ -1,7 +1,7 @@
 // Where a render differs from its photograph, as figures and as a picture.
 #pragma once
 
-#include "problems/gaussian_splatting/model/image.h"
+#include "problems/gaussian_splatting/scene/image.h"
 
 namespace vesta::app {
 

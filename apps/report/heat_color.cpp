@@ -1,6 +1,6 @@
 #include "apps/report/heat_color.h"
 
-#include "problems/gaussian_splatting/model/color_scale.h"
+#include "problems/gaussian_splatting/scene/color_scale.h"
 
 namespace vesta::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "apps/print.h"
+#include "apps/cli/print.h"
 #include "apps/report/html.h"
 #include "apps/report/page_assets.h"
 #include "apps/report/settings_table.h"

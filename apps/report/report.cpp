@@ -5,8 +5,8 @@
 
 #include "apps/report/camera_plan.h"
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/model/camera_rig.h"
 #include "problems/gaussian_splatting/model/degrees.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::app {
 namespace {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <map>
 
-#include "apps/config_json.h"
 #include "apps/report/html.h"
-#include "apps/train_settings.h"
+#include "apps/settings/config_json.h"
+#include "apps/settings/train_settings.h"
 
 namespace vesta::app {
 namespace {

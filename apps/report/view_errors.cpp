@@ -4,12 +4,12 @@
 #include <cmath>
 #include <memory>
 
-#include "apps/posed_model.h"
+#include "apps/inputs/posed_model.h"
 #include "apps/report/error_map.h"
 #include "apps/report/html.h"
-#include "problems/gaussian_splatting/io/image.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "splatting/io/images/image.h"
 
 namespace vesta::app {
 namespace {

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "kernels/image/metrics.h"
-#include "problems/gaussian_splatting/evaluate/renderer.h"
-#include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/evaluate/renderer.h"
 
 namespace vesta::app {
 

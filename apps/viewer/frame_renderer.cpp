@@ -4,12 +4,12 @@
 
 #include "apps/report/error_map.h"
 #include "apps/report/heat_color.h"
-#include "kernels/gaussian_splatting/types.h"
-#include "problems/gaussian_splatting/io/image.h"
-#include "problems/gaussian_splatting/model/color_scale.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/render/blend.h"
-#include "problems/gaussian_splatting/render/surface_colors.h"
+#include "problems/gaussian_splatting/scene/color_scale.h"
+#include "splatting/io/images/image.h"
+#include "splatting/render/blend.h"
+#include "splatting/render/surface_colors.h"
 
 namespace vesta::app {
 

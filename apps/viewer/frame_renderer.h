@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/posed_model.h"
+#include "apps/inputs/posed_model.h"
 #include "apps/viewer/frame_request.h"
-#include "kernels/gaussian_splatting/splat_view.h"
-#include "problems/gaussian_splatting/model/scene.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "problems/gaussian_splatting/render/surface.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/render/surface.h"
 
 namespace vesta::app {
 

@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/cameras/moved_view.h"
-#include "problems/gaussian_splatting/model/median.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/parsimony/worth.h"
+#include "problems/gaussian_splatting/scene/median.h"
+#include "splatting/cameras/unknowns/moved_view.h"
+#include "splatting/parsimony/worth.h"
 
 namespace vesta::app {
 

@@ -13,8 +13,8 @@
 
 #include "apps/viewer/shown_model.h"
 #include "kernels/core/background.h"
-#include "problems/gaussian_splatting/model/scene.h"
-#include "problems/gaussian_splatting/parsimony/support.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/parsimony/support.h"
 
 namespace vesta::app {
 

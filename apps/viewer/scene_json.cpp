@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kernels/math/quaternion.h"
-#include "problems/gaussian_splatting/model/camera_rig.h"
-#include "problems/gaussian_splatting/model/median.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/median.h"
 
 namespace vesta::app {
 namespace {

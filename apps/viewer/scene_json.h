@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "problems/gaussian_splatting/cameras/view_unknowns.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::app {
 

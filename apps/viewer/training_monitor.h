@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "apps/time_left.h"
+#include "apps/cli/time_left.h"
 #include "apps/viewer/shown_model.h"
-#include "problems/gaussian_splatting/train/train_callbacks.h"
+#include "splatting/train/session/train_callbacks.h"
 
 namespace vesta::app {
 

@@ -4,7 +4,7 @@
 
 #include "apps/viewer/page.h"
 #include "apps/viewer/scene_json.h"
-#include "problems/gaussian_splatting/cameras/moved_view.h"
+#include "splatting/cameras/unknowns/moved_view.h"
 
 namespace vesta::app {
 namespace {

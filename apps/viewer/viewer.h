@@ -10,7 +10,7 @@
 #include "apps/viewer/http_server.h"
 #include "apps/viewer/shown_model.h"
 #include "apps/viewer/training_monitor.h"
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
 

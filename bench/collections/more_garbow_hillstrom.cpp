@@ -1,6 +1,6 @@
 #include "bench/collections/more_garbow_hillstrom.h"
 
-#include "problems/toy/more_garbow_hillstrom.h"
+#include "bench/collections/more_garbow_hillstrom_models.h"
 
 namespace vesta::mgh {
 

@@ -1,4 +1,4 @@
-// The problems of More, Garbow and Hillstrom (problems/toy/more_garbow_hillstrom.h) as problems.
+// The problems of More, Garbow and Hillstrom (bench/collections/more_garbow_hillstrom_models.h) as problems.
 #pragma once
 
 #include <span>

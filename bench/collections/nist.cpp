@@ -1,6 +1,6 @@
 #include "bench/collections/nist.h"
 
-#include "problems/toy/nist_models.h"
+#include "bench/collections/nist_models.h"
 
 namespace vesta::nist {
 

@@ -1,12 +1,12 @@
-// NIST's regressions (problems/toy/nist.h) as problems.
+// NIST's regressions (bench/collections/nist_data.h) as problems.
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <vector>
 
+#include "bench/collections/nist_data.h"
 #include "bench/collections/small_problem.h"
-#include "problems/toy/nist.h"
 
 namespace vesta::nist {
 
@@ -16,7 +16,7 @@ struct Regression {
   std::function<std::unique_ptr<vesta::Problem<CpuBackend<float>>>()> make_in_float;
 };
 
-// All 27, in the order of ForEachProblem (problems/toy/nist_models.h).
+// All 27, in the order of ForEachProblem (bench/collections/nist_models.h).
 const std::vector<Regression>& Regressions();
 
 }  // namespace vesta::nist

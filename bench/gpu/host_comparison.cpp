@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kernels/core/random.h"
-#include "kernels/gaussian_splatting/device_splat_view.h"
-#include "kernels/gaussian_splatting/splat_view.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 
 namespace vesta::bench {

@@ -24,12 +24,12 @@
 #include "bench/report.h"
 #include "kernels/core/block_diagonal.h"
 #include "kernels/core/device_kernels.h"
-#include "kernels/gaussian_splatting/device_passes.h"
-#include "kernels/gaussian_splatting/device_splat_view.h"
-#include "kernels/gaussian_splatting/splat_view.h"
-#include "problems/gaussian_splatting/adam/device_adam_steps.h"
+#include "kernels/gaussian_splatting/device/device_passes.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "splatting/adam/device_adam_steps.h"
 
 namespace vesta::bench {
 namespace {

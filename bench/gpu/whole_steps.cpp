@@ -4,11 +4,11 @@
 
 #include "kernels/core/device_kernels.h"
 #include "kernels/core/device_sort.h"
-#include "problems/gaussian_splatting/adam/device_adam_steps.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "problems/gaussian_splatting/train/trained_model.h"
 #include "solver/levenberg_marquardt.h"
+#include "splatting/adam/device_adam_steps.h"
+#include "splatting/train/adam_stage/trained_model.h"
 
 namespace vesta::bench {
 namespace {

@@ -13,14 +13,14 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/random.h"
-#include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/splat_view.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
 #include "kernels/image/photometric_loss.h"
-#include "problems/gaussian_splatting/adam/adam.h"
-#include "problems/gaussian_splatting/evaluate/quality.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "solver/internal/problem_adaptor.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
+#include "splatting/adam/adam.h"
+#include "splatting/evaluate/quality.h"
 
 namespace vesta::bench {
 namespace {

@@ -6,10 +6,10 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
-#include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/evaluate/quality.h"
-#include "problems/gaussian_splatting/io/load_scene.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "splatting/evaluate/quality.h"
+#include "splatting/io/scenes/load_scene.h"
 
 namespace vesta::bench {
 

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "kernels/gaussian_splatting/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
 #include "kernels/image/image_shape.h"
-#include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/io/splats/ply.h"
 
 namespace vesta::bench {
 

@@ -23,15 +23,15 @@
 #include "kernels/mpi/mpi_ranks.h"
 #include "problems/bundle_adjustment/bundle_parts.h"
 #include "problems/bundle_adjustment/generate.h"
-#include "problems/gaussian_splatting/distributed/splat_parts.h"
-#include "problems/gaussian_splatting/io/load_scene.h"
-#include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
 #include "solver/distributed/distributed_problem.h"
+#include "solver/internal/normal_equations/reduced_system.h"
 #include "solver/levenberg_marquardt.h"
-#include "solver/normal_equations/reduced_system.h"
+#include "splatting/distributed/splat_parts.h"
+#include "splatting/io/scenes/load_scene.h"
+#include "splatting/io/splats/ply.h"
 
 namespace vesta::bench {
 namespace {

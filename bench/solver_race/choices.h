@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/solver_race/contenders.h"
-#include "solver/normal_equations/normal_system.h"
+#include "solver/internal/normal_equations/normal_system.h"
 
 namespace vesta::bench {
 

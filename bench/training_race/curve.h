@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "splatting/train/trainer.h"
 
 namespace vesta::bench {
 

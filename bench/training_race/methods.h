@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/report.h"
-#include "problems/gaussian_splatting/train/options.h"
+#include "splatting/train/settings/options.h"
 
 namespace vesta::bench {
 

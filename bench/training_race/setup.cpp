@@ -6,12 +6,12 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/command_line.h"
-#include "apps/train_settings.h"
+#include "apps/cli/command_line.h"
+#include "apps/settings/train_settings.h"
 #include "bench/training_race/curve.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/train/fit_to_scene.h"
+#include "splatting/train/settings/fit_to_scene.h"
 
 namespace vesta::bench {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/report.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "splatting/train/trainer.h"
 
 namespace vesta::bench {
 

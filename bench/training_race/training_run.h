@@ -4,7 +4,7 @@
 #include <string>
 
 #include "bench/training_race/curve.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "splatting/train/trainer.h"
 
 namespace vesta::bench {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "solver/normal_equations/reduced_system.h"
+#include "solver/internal/normal_equations/reduced_system.h"
 #include "solver/problem_interfaces.h"
 
 using Backend = vesta::CpuBackend<double>;

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "problems/bundle_adjustment/structure.h"
-#include "solver/linear/linear_operator.h"
-#include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/linear/linear_operator.h"
+#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta::bundle::internal {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "problems/pose_graph/edge_terms.h"
-#include "solver/sparse_cholesky/block_matrix.h"
+#include "solver/internal/sparse_cholesky/block_matrix.h"
 
 namespace vesta::pose_graph {
 

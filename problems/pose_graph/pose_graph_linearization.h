@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "problems/pose_graph/pose_graph_layout.h"
+#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
 #include "solver/problem_interfaces.h"
-#include "solver/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta::pose_graph {
 

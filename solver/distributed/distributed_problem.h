@@ -17,7 +17,7 @@
 #include "solver/distributed/part_map.h"
 #include "solver/distributed/problem_parts.h"
 #include "solver/distributed/shards.h"
-#include "solver/internal/problem_adaptor.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 
 namespace vesta {
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "problems/gaussian_splatting/io/splat_file.h"
+#include "splatting/io/splats/splat_file.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/io/splat_file.h"
+#include "splatting/io/splats/ply.h"
+#include "splatting/io/splats/splat_file.h"
 #include "tests/apps/refusal.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"

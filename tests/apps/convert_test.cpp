@@ -8,9 +8,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/io/splat_file.h"
 #include "problems/gaussian_splatting/model/degrees.h"
+#include "splatting/io/splats/ply.h"
+#include "splatting/io/splats/splat_file.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 

@@ -11,8 +11,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "problems/gaussian_splatting/io/image.h"
-#include "problems/gaussian_splatting/io/ply.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/splats/ply.h"
 #include "tests/apps/refusal.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "problems/gaussian_splatting/io/image.h"
+#include "splatting/io/images/image.h"
 
 namespace vesta::test {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "problems/gaussian_splatting/io/colmap.h"
+#include "splatting/io/scenes/colmap.h"
 
 namespace vesta::test {
 

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "problems/gaussian_splatting/io/colmap.h"
-#include "problems/gaussian_splatting/io/image.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/scenes/colmap.h"
 #include "tests/apps/tiny_training.h"
 
 namespace vesta::test {

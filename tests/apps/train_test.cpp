@@ -10,8 +10,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "problems/gaussian_splatting/io/image.h"
-#include "problems/gaussian_splatting/io/ply.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/splats/ply.h"
 #include "tests/apps/tiny_training.h"
 
 namespace vesta::test {

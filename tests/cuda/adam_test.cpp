@@ -1,12 +1,12 @@
 // Adam on the GPU against Adam on the host.
-#include "problems/gaussian_splatting/adam/adam.h"
+#include "splatting/adam/adam.h"
 
 #include "kernels/core/cuda_backend.h"
-#include "problems/gaussian_splatting/adam/block_adam_formula.h"
-#include "problems/gaussian_splatting/adam/device_adam_steps.h"
+#include "splatting/adam/block_adam_formula.h"
+#include "splatting/adam/device_adam_steps.h"
 #include "tests/cuda/on_device.h"
-#include "tests/problems/gaussian_splatting/adam/model_adam.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/splatting/adam/model_adam.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {

@@ -1,5 +1,5 @@
 // Density control on the GPU against that of the host.
-#include "problems/gaussian_splatting/density/density.h"
+#include "splatting/density/density.h"
 
 #include <optional>
 #include <string>
@@ -7,13 +7,13 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/cuda_backend.h"
 #include "kernels/core/device_sort.h"
-#include "kernels/gaussian_splatting/device_splat_view.h"
-#include "problems/gaussian_splatting/adam/device_adam_steps.h"
-#include "problems/gaussian_splatting/evaluate/quality.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "problems/gaussian_splatting/model/length_units.h"
-#include "problems/gaussian_splatting/train/trained_model.h"
+#include "splatting/adam/device_adam_steps.h"
+#include "splatting/evaluate/quality.h"
+#include "splatting/train/adam_stage/trained_model.h"
 #include "tests/cuda/on_device.h"
-#include "tests/problems/gaussian_splatting/density/density_scene.h"
+#include "tests/splatting/density/density_scene.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {

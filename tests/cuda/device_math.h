@@ -1,8 +1,8 @@
 // The shared formulas, called once each: host and device evaluate this same template, and the test compares them.
 #pragma once
 
-#include "kernels/gaussian_splatting/color.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/color.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/dual.h"
 
 namespace vesta::splat {

@@ -1,7 +1,7 @@
 // A scene in a view on the device, with the members of test::RenderedView: vectors come from the host and go there.
 #pragma once
 
-#include "kernels/gaussian_splatting/device_splat_view.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "tests/cuda/on_device.h"
 #include "tests/support/splat_scenes.h"
 

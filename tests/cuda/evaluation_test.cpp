@@ -1,10 +1,10 @@
 // Evaluation on the GPU against that of the host.
-#include "problems/gaussian_splatting/evaluate/evaluation.h"
+#include "splatting/evaluate/evaluation.h"
 
 #include "kernels/image/device_metrics.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "problems/gaussian_splatting/train/session.h"
+#include "splatting/train/session/session.h"
 #include "tests/cuda/on_device.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/random.h"

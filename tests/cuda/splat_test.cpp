@@ -1,5 +1,5 @@
 // Views, the loss and the splatting problem of the GPU against those of the host.
-#include "kernels/gaussian_splatting/device_splat_view.h"
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"

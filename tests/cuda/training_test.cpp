@@ -1,8 +1,8 @@
 // Training on the GPU against that of the host.
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "problems/gaussian_splatting/train/device_stages.h"
+#include "splatting/train/device_stages.h"
 #include "tests/cuda/on_device.h"
-#include "tests/problems/gaussian_splatting/train/training_scene.h"
+#include "tests/splatting/train/training_scene.h"
 
 namespace vesta {
 namespace {

@@ -1,12 +1,12 @@
 // Terms of a gradient on the GPU against those of the host, to the bit.
-#include "problems/gaussian_splatting/train/view_gradient.h"
+#include "splatting/distributed/view_gradient.h"
 
 #include <vector>
 
 #include "kernels/core/device_buffer.h"
 #include "kernels/core/device_sort.h"
 #include "tests/cuda/on_device.h"
-#include "tests/problems/gaussian_splatting/train/terms_of_views.h"
+#include "tests/splatting/train/terms_of_views.h"
 
 namespace vesta::gs {
 namespace {

@@ -6,17 +6,17 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/checkpointing.h"
-#include "problems/gaussian_splatting/io/compressed_ply.h"
-#include "problems/gaussian_splatting/io/gzip.h"
-#include "problems/gaussian_splatting/io/image.h"
-#include "problems/gaussian_splatting/io/ply.h"
-#include "problems/gaussian_splatting/io/spz.h"
-#include "problems/gaussian_splatting/train/checkpoint.h"
-#include "problems/gaussian_splatting/train/lm_state.h"
+#include "apps/training/checkpointing.h"
+#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/splats/compressed_ply.h"
+#include "splatting/io/splats/ply.h"
+#include "splatting/io/splats/spz.h"
+#include "splatting/train/lm_stage/lm_state.h"
+#include "splatting/train/session/checkpoint.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/seed_model.h"
-#include "tests/problems/gaussian_splatting/io/test_images.h"
+#include "tests/splatting/io/test_images.h"
 
 namespace vesta::fuzz {
 namespace {

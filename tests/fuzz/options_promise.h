@@ -1,8 +1,8 @@
 // What holds of options that were read, from a file or from a command line.
 #pragma once
 
-#include "apps/config_json.h"
-#include "problems/gaussian_splatting/train/options.h"
+#include "apps/settings/config_json.h"
+#include "splatting/train/settings/options.h"
 #include "tests/fuzz/promise.h"
 
 namespace vesta::fuzz {

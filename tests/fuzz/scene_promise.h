@@ -1,7 +1,7 @@
 // What holds of every scene that a reader lets pass.
 #pragma once
 
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::fuzz {
 

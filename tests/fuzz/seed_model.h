@@ -2,7 +2,7 @@
 // seeds.
 #pragma once
 
-#include "problems/gaussian_splatting/io/colmap.h"
+#include "splatting/io/scenes/colmap.h"
 
 namespace vesta::fuzz {
 

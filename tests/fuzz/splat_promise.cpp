@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "problems/gaussian_splatting/io/splat_file.h"
+#include "splatting/io/splats/splat_file.h"
 
 namespace vesta::fuzz {
 

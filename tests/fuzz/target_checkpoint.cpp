@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
-#include "apps/checkpointing.h"
-#include "problems/gaussian_splatting/train/checkpoint.h"
-#include "problems/gaussian_splatting/train/lm_state.h"
+#include "apps/training/checkpointing.h"
+#include "splatting/train/lm_stage/lm_state.h"
+#include "splatting/train/session/checkpoint.h"
 #include "tests/fuzz/options_promise.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scratch_folder.h"

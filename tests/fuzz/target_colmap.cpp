@@ -1,6 +1,6 @@
 #include <array>
 
-#include "problems/gaussian_splatting/io/colmap.h"
+#include "splatting/io/scenes/colmap.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scene_promise.h"
 #include "tests/fuzz/scratch_folder.h"

@@ -1,9 +1,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/checkpointing.h"
-#include "apps/command_line.h"
-#include "apps/print.h"
+#include "apps/cli/command_line.h"
+#include "apps/cli/print.h"
+#include "apps/training/checkpointing.h"
 #include "tests/fuzz/options_promise.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/targets.h"

@@ -1,5 +1,5 @@
-#include "problems/gaussian_splatting/io/compressed_ply.h"
-#include "problems/gaussian_splatting/io/splat_file.h"
+#include "splatting/io/splats/compressed_ply.h"
+#include "splatting/io/splats/splat_file.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/splat_promise.h"
 #include "tests/fuzz/targets.h"

@@ -1,4 +1,4 @@
-#include "apps/config_json.h"
+#include "apps/settings/config_json.h"
 #include "tests/fuzz/options_promise.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scratch_folder.h"

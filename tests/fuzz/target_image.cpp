@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "problems/gaussian_splatting/io/exif.h"
-#include "problems/gaussian_splatting/io/image.h"
+#include "splatting/io/images/exif.h"
+#include "splatting/io/images/image.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/targets.h"

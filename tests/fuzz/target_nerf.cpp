@@ -1,7 +1,7 @@
 #include <filesystem>
 
-#include "problems/gaussian_splatting/io/image.h"
-#include "problems/gaussian_splatting/io/nerf.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/scenes/nerf.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scene_promise.h"
 #include "tests/fuzz/scratch_folder.h"

@@ -1,6 +1,6 @@
 #include <cstring>
 
-#include "problems/gaussian_splatting/io/ply.h"
+#include "splatting/io/splats/ply.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/splat_promise.h"
 #include "tests/fuzz/targets.h"

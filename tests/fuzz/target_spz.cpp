@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "problems/gaussian_splatting/io/gzip.h"
-#include "problems/gaussian_splatting/io/spz.h"
+#include "splatting/io/bytes/gzip.h"
+#include "splatting/io/splats/spz.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/splat_promise.h"
 #include "tests/fuzz/targets.h"

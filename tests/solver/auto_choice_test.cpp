@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "solver/block_problem.h"
-#include "solver/blocks/block_distance.h"
+#include "solver/internal/blocks/block_distance.h"
+#include "solver/internal/normal_equations/step_cost.h"
 #include "solver/levenberg_marquardt.h"
-#include "solver/normal_equations/step_cost.h"
 
 namespace vesta {
 namespace {

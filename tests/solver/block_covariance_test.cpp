@@ -7,7 +7,7 @@
 #include "kernels/core/check.h"
 #include "solver/covariance.h"
 #include "solver/levenberg_marquardt.h"
-#include "tests/solver/sparse_cholesky/block_chain.h"
+#include "tests/solver/internal/sparse_cholesky/block_chain.h"
 
 namespace vesta {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "solver/internal/problem_adaptor.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
 
 namespace vesta {
 

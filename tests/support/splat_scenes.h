@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/posed_camera.h"
-#include "kernels/gaussian_splatting/splat_view.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
 #include "tests/support/random.h"
 
 namespace vesta::test {

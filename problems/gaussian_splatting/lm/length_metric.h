@@ -6,7 +6,7 @@
 
 #include "kernels/core/hd.h"
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 
 namespace vesta::gs {
 

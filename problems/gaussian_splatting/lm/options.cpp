@@ -1,7 +1,7 @@
 #include "problems/gaussian_splatting/lm/options.h"
 
 #include "kernels/core/check.h"
-#include "solver/normal_equations/damping_metric.h"
+#include "solver/internal/normal_equations/damping_metric.h"
 
 namespace vesta::gs {
 namespace {

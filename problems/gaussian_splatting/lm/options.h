@@ -4,15 +4,16 @@
 #include "kernels/core/schema.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
-#include "solver/linear/pcg.h"
-#include "solver/trust_region/step_control.h"
+#include "solver/internal/linear/pcg.h"
+#include "solver/internal/trust_region/step_control.h"
 
 namespace vesta::gs {
 
 // What products with J take their raster part from.
 enum class JacobianKind {
   kRecompute,  // the splats, each time
-  kCache32,    // entries kept as floats (doubles in double) or as 16 bits: kernels/gaussian_splatting/jacobian_cache.h
+  kCache32,    // entries kept as floats (doubles in double) or as 16 bits:
+               // kernels/gaussian_splatting/cache/jacobian_cache.h
   kCache16,
   // As kRecompute, and views are projected, sorted, rendered and linearised anew for each product: the same numbers,
   // and the memory of one view instead of that of all. On a device as kRecompute.

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "kernels/core/block_diagonal.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 
 namespace vesta::gs {

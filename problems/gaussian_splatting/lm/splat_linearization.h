@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/lm/splat_grams.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/lm/splat_scratch.h"

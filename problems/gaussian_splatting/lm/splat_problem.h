@@ -1,6 +1,6 @@
 // 3D Gaussian splatting as a least-squares problem of the engine: x are the Gaussians' parameters
-// (kernels/gaussian_splatting/layout.h), a unit is a training view, the cost the photometric loss summed over views,
-// pixels and channels.
+// (kernels/gaussian_splatting/formulas/layout.h), a unit is a training view, the cost the photometric loss summed over
+// views, pixels and channels.
 //
 // J = J_raster J_project, s and W from the loss (kernels/image/photometric_loss.h). Unless options say otherwise
 // products recompute what they need from x: no Jacobian is stored, only each view's sorted splats, image and loss
@@ -12,14 +12,14 @@
 #include <span>
 #include <vector>
 
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/image/loss_options.h"
 #include "problems/gaussian_splatting/lm/options.h"
 #include "problems/gaussian_splatting/lm/splat_scratch.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
-#include "solver/internal/own_descent.h"
+#include "solver/internal/normal_equations/own_descent.h"
 #include "solver/problem_interfaces.h"
 
 namespace vesta::gs {

@@ -5,7 +5,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/lm/length_metric.h"
 #include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_linearization.h"

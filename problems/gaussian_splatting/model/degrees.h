@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::gs {

@@ -2,7 +2,7 @@
 #include "kernels/core/for_each.cuh"
 #include "problems/gaussian_splatting/model/gather_rows.h"
 #include "problems/gaussian_splatting/model/length_units.h"
-#include "problems/gaussian_splatting/model/mask_pixels.h"
+#include "problems/gaussian_splatting/scene/mask_pixels.h"
 
 namespace vesta {
 

@@ -1,4 +1,4 @@
-// Rows of what is laid out as a model (kernels/gaussian_splatting/layout.h), for when Gaussians change places.
+// Rows of what is laid out as a model (kernels/gaussian_splatting/formulas/layout.h), for when Gaussians change places.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 #include "kernels/core/divisor.h"
 #include "kernels/core/for_each.h"
 #include "kernels/core/hd.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 
 namespace vesta::gs {
 

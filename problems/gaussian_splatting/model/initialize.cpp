@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/model/knn.h"
 

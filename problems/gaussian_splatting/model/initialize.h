@@ -1,8 +1,8 @@
 // The first model: one Gaussian at each point.
 #pragma once
 
-#include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
 

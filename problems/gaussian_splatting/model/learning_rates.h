@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/core/schema.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 
 namespace vesta::gs {
 
@@ -20,7 +20,7 @@ struct LearningRates {
 
 const schema::Table<LearningRates>& LearningRateFields();
 
-// The rate of attribute a (kernels/gaussian_splatting/layout.h); of positions in units of length.
+// The rate of attribute a (kernels/gaussian_splatting/formulas/layout.h); of positions in units of length.
 inline double RateOf(const LearningRates& rates, int attribute) {
   if (attribute < splat::kLogScale) return rates.position;
   if (attribute < splat::kQuaternion) return rates.log_scale;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/posed_camera.h"
-#include "problems/gaussian_splatting/model/depth_in_view.h"
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "problems/gaussian_splatting/scene/depth_in_view.h"
 
 namespace vesta::gs {
 inline namespace VESTA_ISA {

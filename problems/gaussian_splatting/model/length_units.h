@@ -5,11 +5,11 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/core/for_each.h"
-#include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
 #include "problems/gaussian_splatting/model/length_unit_formula.h"
-#include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
 
@@ -19,7 +19,7 @@ std::vector<splat::PosedCamera> UnitViews(const std::vector<const View*>& views,
 // LengthUnit of Gaussian i by its mean; all pointers to one memory space.
 struct MeasureUnit {
   Index count;
-  const float* x;  // of `count` Gaussians (kernels/gaussian_splatting/layout.h)
+  const float* x;  // of `count` Gaussians (kernels/gaussian_splatting/formulas/layout.h)
   const splat::PosedCamera* views;
   Index num_views;
   double otherwise;

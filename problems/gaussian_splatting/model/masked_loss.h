@@ -10,8 +10,8 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/for_each.h"
-#include "problems/gaussian_splatting/model/mask_pixels.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
+#include "problems/gaussian_splatting/scene/mask_pixels.h"
 
 namespace vesta::gs {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 
 namespace vesta::gs {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/core/vector_backend.h"
-#include "kernels/gaussian_splatting/splat_view.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
 #include "kernels/image/image_shape.h"
 #include "kernels/image/metrics.h"
 #include "kernels/image/photometric_loss.h"

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/types.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 
 namespace vesta::gs {
 
-// Gaussians as parameters: data as the layout has them (kernels/gaussian_splatting/layout.h).
+// Gaussians as parameters: data as the layout has them (kernels/gaussian_splatting/formulas/layout.h).
 struct SplatModel : splat::ModelLayout {
   std::vector<float> data;
   std::array<float, 3> background{};  // the colour it was trained over, 0..1

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/model/scene.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
 

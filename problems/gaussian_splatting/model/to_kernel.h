@@ -1,10 +1,10 @@
 // Views and models in the form of the kernels.
 #pragma once
 
-#include "kernels/gaussian_splatting/posed_camera.h"
-#include "kernels/gaussian_splatting/project_kernels.h"
-#include "problems/gaussian_splatting/model/scene.h"
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
 

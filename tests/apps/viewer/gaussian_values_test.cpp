@@ -7,9 +7,9 @@
 #include <optional>
 #include <thread>
 
-#include "problems/gaussian_splatting/cameras/moved_view.h"
 #include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/parsimony/worth.h"
+#include "splatting/cameras/unknowns/moved_view.h"
+#include "splatting/parsimony/worth.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"
 

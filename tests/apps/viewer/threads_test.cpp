@@ -9,7 +9,7 @@
 #include "apps/viewer/gaussian_values.h"
 #include "apps/viewer/training_monitor.h"
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/train/trainer.h"
+#include "splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::app {

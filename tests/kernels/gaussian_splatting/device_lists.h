@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "kernels/gaussian_splatting/wide_splats.h"
+#include "kernels/gaussian_splatting/tiles/wide_splats.h"
 #include "tests/support/emulated_block.h"
 #include "tests/support/splat_scenes.h"
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/project.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/formulas/project.h"
 
 namespace vesta::splat {
 

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/layout.h"
-#include "kernels/gaussian_splatting/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
 #include "tests/support/legendre.h"
 
 namespace vesta::splat::reference {

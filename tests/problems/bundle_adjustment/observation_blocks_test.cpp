@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "problems/bundle_adjustment/bundle_problem.h"
-#include "solver/blocks/row_transpose.h"
 #include "solver/device_functors.h"
+#include "solver/internal/blocks/row_transpose.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/linearize_at.h"
 #include "tests/support/random.h"

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/spherical_harmonics.h"
-#include "problems/gaussian_splatting/evaluate/renderer.h"
+#include "splatting/evaluate/renderer.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs::test {

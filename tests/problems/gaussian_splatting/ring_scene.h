@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "problems/gaussian_splatting/io/ply.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/io/splats/ply.h"
 
 namespace vesta::gs::test {
 

@@ -4,7 +4,7 @@
 
 #include "solver/check_problem.h"
 #include "solver/compose.h"
-#include "solver/derivative_check.inl"
+#include "solver/internal/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/pose_graph/ring_graph.h"
 #include "tests/support/linearize_at.h"

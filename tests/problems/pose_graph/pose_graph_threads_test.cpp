@@ -3,7 +3,7 @@
 
 #include "kernels/core/parallel.h"
 #include "problems/pose_graph/pose_graph_problem.h"
-#include "solver/derivative_check.inl"
+#include "solver/internal/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/pose_graph/ring_graph.h"
 #include "tests/support/linearize_at.h"

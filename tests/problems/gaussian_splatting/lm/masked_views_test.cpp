@@ -3,7 +3,7 @@
 
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
-#include "solver/derivative_check.inl"
+#include "solver/internal/derivative_check.inl"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/linearize_at.h"
 #include "tests/support/random.h"

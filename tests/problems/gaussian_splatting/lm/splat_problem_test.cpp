@@ -8,10 +8,10 @@
 #include <limits>
 
 #include "kernels/core/check.h"
-#include "kernels/gaussian_splatting/layout.h"
-#include "problems/gaussian_splatting/adam/adam.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "solver/compose.h"
-#include "solver/derivative_check.inl"
+#include "solver/internal/derivative_check.inl"
+#include "splatting/adam/adam.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/linearize_at.h"

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "kernels/core/parallel.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "solver/compose.h"
-#include "solver/derivative_check.inl"
+#include "solver/internal/derivative_check.inl"
 #include "solver/levenberg_marquardt.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/linearize_at.h"

@@ -5,8 +5,8 @@
 #include <array>
 #include <optional>
 
-#include "problems/gaussian_splatting/model/distortion.h"
-#include "problems/gaussian_splatting/model/scene.h"
+#include "problems/gaussian_splatting/scene/distortion.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs::test {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 
 namespace vesta::gs {
 namespace {

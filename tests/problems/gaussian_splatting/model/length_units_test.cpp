@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 
 namespace vesta::gs {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "kernels/gaussian_splatting/layout.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
 #include "tests/support/random.h"
 
 namespace vesta::gs {

@@ -1,0 +1,202 @@
+// bundle_adjust: a bundle adjustment problem, solved.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "apps/cli/interrupt.h"
+#include "apps/cli/outputs.h"
+#include "apps/cli/print.h"
+#include "apps/cli/process.h"
+#include "apps/commands/commands.h"
+#include "apps/device/bundle_on_gpu.h"
+#include "apps/device/device.h"
+#include "apps/device/ranks.h"
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
+#include "problems/bundle_adjustment/bal_file.h"
+#include "problems/bundle_adjustment/bundle_parts.h"
+#include "problems/bundle_adjustment/bundle_problem.h"
+#include "solver/distributed/distributed_problem.h"
+#include "solver/levenberg_marquardt.h"
+
+namespace vesta::app {
+namespace {
+
+using Cpu = CpuBackend<double>;
+
+std::shared_ptr<const Loss> LossOf(const Flags& flags) {
+  if (flags.loss == "huber") return std::make_shared<HuberLoss>(flags.loss_scale);
+  if (flags.loss == "soft_l1") return std::make_shared<SoftLOneLoss>(flags.loss_scale);
+  if (flags.loss == "cauchy") return std::make_shared<CauchyLoss>(flags.loss_scale);
+  if (flags.loss == "arctan") return std::make_shared<ArctanLoss>(flags.loss_scale);
+  if (flags.loss == "tukey") return std::make_shared<TukeyLoss>(flags.loss_scale);
+  return nullptr;
+}
+
+void SetOptions(const Flags& flags, LmOptions& options) {
+  if (flags.iterations) options.max_iterations = *flags.iterations;
+  if (flags.pcg_iterations) options.normal_system.pcg.max_iterations = *flags.pcg_iterations;
+  if (flags.time_limit > 0) options.max_seconds = std::max(1e-3, flags.time_limit - SecondsSinceStart());
+}
+
+// A GPU is for plain least squares, and for who asks for it: auto is the CPU here until somebody has timed both.
+bool SolvesOnGpu(const Flags& flags) {
+  CheckDevice(flags.device);
+  if (flags.device != Device::kCuda) return false;
+  if (flags.loss != "none") Fail("--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", flags.loss);
+  return true;
+}
+
+CallbackResult AfterIteration(const LmIteration& row, bool log) {
+  if (log) {
+    PrintText(stderr, fmt::format("{:4} cost {:.6e} lambda {:.1e} pcg {:4}{}\n", row.iteration, row.cost, row.lambda,
+                                  row.pcg_iterations, row.accepted || row.iteration == 0 ? "" : " rejected"));
+  }
+  return Interrupted() ? CallbackResult::kStop : CallbackResult::kContinue;
+}
+
+// Root mean square over the observations of the distance to what was observed, pixels.
+double RmsError(double squared_error, const bundle::BundleData& data) {
+  const auto observations = static_cast<double>(data.observations.size());
+  return data.observations.empty() ? 0.0 : std::sqrt(squared_error / observations);
+}
+
+nlohmann::ordered_json ToJson(const LmIteration& row) {
+  return {{"iteration", row.iteration},           {"seconds", row.seconds},  {"cost", row.cost}, {"lambda", row.lambda},
+          {"pcg_iterations", row.pcg_iterations}, {"accepted", row.accepted}};
+}
+
+std::string ToJson(const LmSummary& summary, const bundle::BundleData& data, double rms_before, double rms_after,
+                   const char* device) {
+  nlohmann::ordered_json json = {{"cameras", data.num_cameras},
+                                 {"points", data.num_points},
+                                 {"observations", data.observations.size()},
+                                 {"status", ToString(summary.status)},
+                                 {"initial_cost", summary.initial_cost},
+                                 {"final_cost", summary.final_cost},
+                                 {"initial_rms_pixels", rms_before},
+                                 {"final_rms_pixels", rms_after},
+                                 {"seconds", summary.total_seconds},
+                                 {"peak_memory_mib", PeakMemoryMib()},
+                                 {"device", device},
+                                 {"threads", NumThreads()},
+                                 {"history", nlohmann::ordered_json::array()}};
+  for (const LmIteration& row : summary.iterations) json["history"].push_back(ToJson(row));
+  return json.dump(1) + "\n";
+}
+
+// What came of a solve; data.x is where it ended.
+struct Adjusted {
+  LmSummary summary;
+  double rms_before = 0, rms_after = 0;
+};
+
+Adjusted SolveAlone(const bundle::BundleProblemOptions& problem_options, const LmOptions& options,
+                    bundle::BundleData& data, const LmCallback& callback) {
+  bundle::BundleProblem problem(data, problem_options);
+  const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
+  const double before = RmsError(problem.SquaredError(x), data);
+  Cpu backend;
+  const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x, callback);
+  return {summary, before, RmsError(problem.SquaredError(x), data)};
+}
+
+// Each process adjusts its share of the points, and all of them the cameras. data.x is the same on all in the end.
+Adjusted SolveOverRanks(const bundle::BundleProblemOptions& problem_options, const LmOptions& options,
+                        bundle::BundleData& data, const LmCallback& callback) {
+  constexpr int kParts = 64;
+  bundle::BundleParts parts(data, kParts, problem_options);
+  DistributedProblem<Cpu> problem(WorldRanks(), parts);
+  const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
+  const auto rms_error = [&] {
+    std::vector<double> mine;
+    for (OwnPart<Cpu>& part : problem.own()) {
+      mine.push_back(static_cast<bundle::BundleProblem&>(*part.owned).SquaredError(problem.Localize(x, part)));
+    }
+    return RmsError(problem.SumNumbers(mine), data);
+  };
+  const double before = rms_error();
+  Cpu backend;
+  const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x, callback);
+  return {summary, before, rms_error()};
+}
+
+// On the GPU the host measures what the reprojection errors are.
+Adjusted SolveOnGpu(const Flags& flags, bundle::BundleData& data, const LmCallback& callback) {
+  bundle::BundleProblem problem(data);
+  const HostSpan<double> x(data.x.data(), static_cast<Index>(data.x.size()));
+  const double before = RmsError(problem.SquaredError(x), data);
+  const LmSummary summary = SolveBundleOnGpu(
+      data, [&](LmOptions& options) { SetOptions(flags, options); }, callback);
+  return {summary, before, RmsError(problem.SquaredError(x), data)};
+}
+
+// Writes what came of it; of several processes the first does.
+void WriteAdjusted(const Flags& flags, const Adjusted& adjusted, const bundle::BundleData& data, AtomicFile& out,
+                   bool on_gpu) {
+  bundle::WriteBal(out, data);
+  out.Commit();
+  if (!flags.json.empty())
+    WriteFileAtomically(
+        flags.json, ToJson(adjusted.summary, data, adjusted.rms_before, adjusted.rms_after, on_gpu ? "cuda" : "cpu"));
+  Print("{} cameras, {} points, {} observations\n{}\n", data.num_cameras, data.num_points, data.observations.size(),
+        adjusted.summary.BriefReport());
+  Print("reprojection error {:.4f} -> {:.4f} pixels (root mean square); wrote {}\n", adjusted.rms_before,
+        adjusted.rms_after, flags.out);
+}
+
+}  // namespace
+
+int RunBundleAdjust(const CommandLine& line) {
+  const Flags& flags = line.flags;
+  const std::string& file = line.arguments[0];
+  if (flags.loss == "none" && flags.loss_scale != Flags().loss_scale) {
+    throw UsageError(
+        fmt::format("--loss_scale={}: does nothing without --loss; say which, as --loss=huber", flags.loss_scale));
+  }
+  const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks() && !on_gpu;
+  if (on_gpu && NumStartedRanks() > 1) Fail("--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
+  bundle::BundleData data = FirstRankFirst([&] {
+    if (IsFirstRank()) {
+      RunFiles files = FilesOf(line);
+      files.Writes(Given("out", flags.out), flags.out);
+      if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+      files.Check();
+      CheckWritable("out", flags.out);
+      if (!flags.json.empty()) CheckWritable("json", flags.json);
+    }
+    return bundle::ReadBal(file);
+  });
+  CatchInterrupts();
+  std::optional<AtomicFile> out;
+  if (IsFirstRank()) {
+    // The result is about as long as what it comes from; its room is kept until it is there.
+    out.emplace(flags.out);
+    out->Reserve(static_cast<std::int64_t>(std::filesystem::file_size(file)));
+  }
+  const bool logs = flags.log_lm && IsFirstRank();
+  const auto after_iteration = [&](const LmIteration& row) { return AfterIteration(row, logs); };
+  LmOptions options = bundle::BundleLmOptions();
+  SetOptions(flags, options);
+  const bundle::BundleProblemOptions problem_options{.loss = LossOf(flags)};
+  const Adjusted adjusted = on_gpu       ? SolveOnGpu(flags, data, after_iteration)
+                            : over_ranks ? SolveOverRanks(problem_options, options, data, after_iteration)
+                                         : SolveAlone(problem_options, options, data, after_iteration);
+  if (logs) PrintText(stderr, fmt::format("{}", adjusted.summary.FullReport()));
+  if (adjusted.summary.status == LmStatus::kNonFinite) {
+    Fail("{}: {}; a point may lie in the plane of a camera that sees it", file, adjusted.summary.message);
+  }
+  if (out) WriteAdjusted(flags, adjusted, data, *out, on_gpu);
+  return Interrupted() ? kInterruptedStatus : 0;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,16 @@
+// config: the options that train would take, as JSON.
+#include "apps/cli/print.h"
+#include "apps/commands/commands.h"
+#include "apps/settings/config_json.h"
+#include "apps/settings/train_settings.h"
+
+namespace vesta::app {
+
+int RunConfig(const CommandLine& line) {
+  const TrainSettings settings = SettingsOf(line);
+  const nlohmann::ordered_json json = {{"preset", settings.preset}, {"options", OptionsJson(settings.options)}};
+  Print("{}\n", json.dump(1));
+  return 0;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,35 @@
+// convert: a splat in another format, all of it or what filters leave.
+#include <filesystem>
+
+#include "apps/cli/outputs.h"
+#include "apps/cli/print.h"
+#include "apps/commands/commands.h"
+#include "apps/inputs/splat_filters.h"
+#include "splatting/io/splats/splat_file.h"
+
+namespace vesta::app {
+namespace {
+
+double MegabytesOf(const std::string& file) { return 1e-6 * static_cast<double>(std::filesystem::file_size(file)); }
+
+}  // namespace
+
+int RunConvert(const CommandLine& line) {
+  const std::string &from = line.arguments[0], &to = line.flags.out;
+  CheckFilterFlags(line.flags);
+  RunFiles files = FilesOf(line);
+  if (!line.flags.scene.empty()) files.ReadsScene(line.flags.scene);
+  files.Writes(Given("out", to), to);
+  files.Check();
+  gs::CheckSplatExtension(to);
+  CheckWritable("out", to);
+  std::string said;
+  const gs::SplatModel model = Filtered(line.flags, gs::ReadSplat(from), &files, &said);
+  gs::WriteSplat(to, model);
+  Print("{}", said);
+  Print("{} Gaussians of SH degree {}: {:.3f} MB, now {:.3f} MB in {}\n", model.count, model.sh_degree,
+        MegabytesOf(from), MegabytesOf(to), to);
+  return 0;
+}
+
+}  // namespace vesta::app

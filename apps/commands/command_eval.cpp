@@ -1,0 +1,73 @@
+// eval: the image quality of a splat.
+#include <optional>
+
+#include "apps/cli/outputs.h"
+#include "apps/cli/print.h"
+#include "apps/commands/commands.h"
+#include "apps/inputs/doubts.h"
+#include "apps/inputs/posed_model.h"
+#include "apps/training/metrics_json.h"
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/parallel.h"
+#include "splatting/cameras/alignment/aligned_evaluation.h"
+#include "splatting/evaluate/renderer.h"
+
+namespace vesta::app {
+namespace {
+
+void PrintQuality(const char* name, const gs::Quality& quality) {
+  Print("{:<8}{:>4}{:>9}{:>9}\n", name, quality.views, Figure(quality.psnr, 3), Figure(quality.ssim, 4));
+}
+
+// The test views once more, as the flag says; none where it says none.
+std::optional<gs::AlignedEvaluation> MeasureAligned(const PosedModel& posed, Align align) {
+  if (align == Align::kNone) return std::nullopt;
+  gs::AlignOptions options;
+  options.free.color = align == Align::kPoseAndColor;
+  options.background = ToDouble(posed.model.background);
+  options.near = gs::NearPlane(posed.scene);
+  return gs::EvaluateAligned(posed.model, posed.scene, options);
+}
+
+void PrintAligned(const gs::AlignedEvaluation& aligned) {
+  PrintQuality("aligned", aligned.whole);
+  if (aligned.right.views > 0) {
+    PrintQuality(" right", aligned.right);
+    PrintQuality(" exposed", aligned.right_exposed);
+  }
+  if (aligned.whole.views == 0) return;
+  Print("aligned: test cameras fitted to the splat, moved by {:.4f} degrees, {:.3f} pixels (medians)", aligned.degrees,
+        aligned.pixels);
+  if (aligned.not_found > 0) Print("; {} could not be fitted and stayed", aligned.not_found);
+  Print("\n");
+  if (aligned.right.views > 0) Print("exposed: right halves with the exposure fitted to the left\n");
+}
+
+}  // namespace
+
+int RunEval(const CommandLine& line) {
+  const Flags& flags = line.flags;
+  RunFiles files = FilesOf(line);
+  if (!flags.json.empty()) files.Writes(Given("json", flags.json), flags.json);
+  files.Check();
+  if (!flags.json.empty()) CheckWritable("json", flags.json);
+  const PosedModel posed = LoadPosedModel(line);
+  files.ReadsScene(line.arguments[1], posed.scene);
+  files.Check();
+  gs::Renderer renderer(ToDouble(posed.model.background), gs::NearPlane(posed.scene));
+  const gs::Evaluation evaluation = renderer.Evaluate(posed.model, posed.scene);
+  Print("{:<8}{:>4}{:>9}{:>9}\n", "views", "", "PSNR", "SSIM");
+  PrintQuality("test", evaluation.test);
+  PrintQuality("train", evaluation.train);
+  const std::optional<gs::AlignedEvaluation> aligned = MeasureAligned(posed, flags.align);
+  if (aligned) PrintAligned(*aligned);
+  Print("cost {:.6f}, {} Gaussians of SH degree {}\n", evaluation.cost, posed.model.count, posed.model.sh_degree);
+  Print("{}", DoubtOfScene(evaluation.train.psnr));
+  if (!flags.json.empty()) {
+    WriteFileAtomically(
+        flags.json, EvaluationJson(evaluation, aligned ? &*aligned : nullptr, posed.model, {.threads = NumThreads()}));
+  }
+  return 0;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,144 @@
+// refine and prune: from a splat and its scene to DIR/point_cloud.ply and DIR/metrics.json.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "apps/cli/print.h"
+#include "apps/cli/process.h"
+#include "apps/commands/commands.h"
+#include "apps/device/device.h"
+#include "apps/device/ranks.h"
+#include "apps/inputs/posed_model.h"
+#include "apps/inputs/scene_folder.h"
+#include "apps/training/train_and_write.h"
+#include "kernels/core/check.h"
+#include "kernels/core/process_memory.h"
+#include "splatting/adam/schedule.h"
+#include "splatting/io/splats/ply.h"
+#include "splatting/parsimony/prune.h"
+#include "splatting/train/trainer.h"
+
+namespace vesta::app {
+namespace {
+
+double ModelMib(const gs::SplatModel& model) {
+  return static_cast<double>(model.data.size() * sizeof(float)) / (1 << 20);
+}
+
+// The part of the Gaussians that a .ply of so many MiB has room for.
+double PartIn(double mib, const gs::SplatModel& model) {
+  constexpr double kHeader = 4096;  // more than it takes, bytes
+  const auto all = static_cast<double>(gs::SplatPlyBytes(model.count, model.sh_degree));
+  const double part = (mib * (1 << 20) - kHeader) / all;
+  if (part * static_cast<double>(model.count) < 1) Fail("--size_mib={}: has no room for one Gaussian", mib);
+  return std::min(part, 1.0);
+}
+
+bool IsGiven(const CommandLine& line, const char* option) {
+  return std::ranges::any_of(line.options, [&](const GivenOption& given) { return given.field->name == option; });
+}
+
+// Exactly one goal; what a file says to keep gives way to one that the command line has.
+void CheckOneGoal(const CommandLine& line, const gs::TrainOptions& options) {
+  const Flags& flags = line.flags;
+  const int own = (flags.max_loss ? 1 : 0) + (flags.size_mib ? 1 : 0);
+  const bool keeps = own == 0 ? options.parsimony.prunes() : IsGiven(line, "parsimony.keep");
+  if (own + (keeps ? 1 : 0) == 0) {
+    throw UsageError("how much is to go? Give --keep=PART, under 1, --max_loss or --size_mib");
+  }
+  if (own + (keeps ? 1 : 0) > 1) throw UsageError("--keep, --max_loss and --size_mib: give only one of them");
+}
+
+std::string GoalText(const Flags& flags, double keep) {
+  if (flags.max_loss) return fmt::format("--max_loss={}", *flags.max_loss);
+  if (flags.size_mib) return fmt::format("--size_mib={}", *flags.size_mib);
+  return fmt::format("--keep={}", keep);
+}
+
+// Takes out at once what the training would take out by and by, where it is too short for that, or what the cost can
+// spare; the options then ask for no more. Returns a line on what went, if any did.
+std::string PruneNow(const CommandLine& line, gs::TrainOptions& options, PosedModel& posed) {
+  constexpr int kFewIterations = 20;
+  const bool is_short = options.adam.iterations && gs::NumIterations(options.adam) < kFewIterations;
+  if (!line.flags.max_loss && !is_short) return "";
+  const Index before = posed.model.count;
+  gs::PruneOptions prune{.goal = {}, .supported = options.parsimony.supported};
+  if (line.flags.max_loss) {
+    prune.goal.max_rise = line.flags.max_loss;
+  } else {
+    const double kept = std::floor(options.parsimony.keep * static_cast<double>(before));
+    prune.goal.count = std::max<Index>(1, static_cast<Index>(kept));
+  }
+  gs::PruneResult result =
+      gs::Prune(std::move(posed.model), gs::TrainingViewsOf(posed.scene, options.background), prune);
+  posed.model = std::move(result.model);
+  options.parsimony.keep = 1;
+  return fmt::format("pruned from {} to {} Gaussians in {} rounds; cost of the training views {:.3f} times what it was",
+                     before, posed.model.count, result.rounds, result.cost_after / result.cost_before);
+}
+
+// Refines what `change` makes of the splat; it returns a line for the user, or none.
+template <class Change>
+int RefineChanged(const CommandLine& line, const Change& change) {
+  const std::string& ply = line.arguments[0];
+  const std::string& path = line.arguments[1];
+  TrainSettings settings = SettingsOf(line);
+  gs::TrainOptions& options = settings.options;
+  CheckSceneFolder(path);
+  std::optional<OutputFolder> out;
+  PosedModel posed = FirstRankFirst([&] {
+    const auto load = [&] { return LoadPosedModel(ply, path, line.flags, SceneOptions(line.flags, options)); };
+    if (!IsFirstRank()) return load();
+    RunFiles files = FilesOf(line);
+    WritesResults(line.flags, line.flags.out, &files);
+    files.Check();
+    out.emplace(line.flags.out);
+    PosedModel loaded = load();
+    files.ReadsScene(path, loaded.scene);
+    files.Check();
+    return loaded;
+  });
+  options.background = ToDouble(posed.model.background), options.low_pass = posed.model.low_pass;
+  PrintScene(posed.scene);
+  const double load_seconds = SecondsSinceStart();
+  const std::string note = change(settings.options, posed);
+  options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
+  const gs::StageRunners stages = StagesOf(line.flags.device);
+  const TrainingJob job{.line = line,
+                        .path = path,
+                        .scene = posed.scene,
+                        .settings = settings,
+                        .stages = stages,
+                        .expected = {posed.model.count, posed.model.count, posed.model.sh_degree},
+                        .load_seconds = load_seconds,
+                        .out = out ? &*out : nullptr};
+  return TrainAndWrite(job, [&](const gs::TrainCallbacks& callbacks) {
+    gs::TrainResult result =
+        gs::Refine(posed.scene, std::move(posed.model), options, SecondsSinceStart(), callbacks, stages);
+    if (!note.empty()) result.notes.push_back(note);
+    return result;
+  });
+}
+
+}  // namespace
+
+int RunRefine(const CommandLine& line) {
+  return RefineChanged(line, [](const gs::TrainOptions&, const PosedModel&) { return std::string(); });
+}
+
+int RunPrune(const CommandLine& line) {
+  CheckOneGoal(line, SettingsOf(line).options);
+  return RefineChanged(line, [&](gs::TrainOptions& options, PosedModel& posed) {
+    if (line.flags.size_mib) options.parsimony.keep = PartIn(*line.flags.size_mib, posed.model);
+    const std::string goal = GoalText(line.flags, options.parsimony.keep);
+    const std::string now = PruneNow(line, options, posed);
+    return now.empty() ? fmt::format("pruned by and by from {} Gaussians, as {} asks", posed.model.count, goal)
+                       : fmt::format("{}, as {} asks", now, goal);
+  });
+}
+
+}  // namespace vesta::app

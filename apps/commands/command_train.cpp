@@ -1,0 +1,99 @@
+// train: from a scene to DIR/point_cloud.ply and DIR/metrics.json.
+#include <algorithm>
+#include <optional>
+
+#include "apps/cli/process.h"
+#include "apps/commands/commands.h"
+#include "apps/device/device.h"
+#include "apps/device/ranks.h"
+#include "apps/inputs/scene_flags.h"
+#include "apps/inputs/scene_folder.h"
+#include "apps/training/checkpointing.h"
+#include "apps/training/train_and_write.h"
+#include "apps/viewer/viewer_flags.h"
+#include "kernels/core/check.h"
+#include "kernels/core/process_memory.h"
+#include "kernels/core/text_file.h"
+#include "splatting/train/trainer.h"
+
+namespace vesta::app {
+namespace {
+
+ExpectedModel ExpectedOf(const gs::Scene& scene, const gs::TrainOptions& options) {
+  const Index least = std::min(scene.points.size(), options.density.max_gaussians);
+  const bool grows = options.density.enabled && options.adam.runs();
+  // Room for the cap, which most scenes are far from, need not be there: few grow by more.
+  constexpr Index kUsualGrowth = 8, kFew = 50000;
+  const Index usual = std::max(kUsualGrowth * least, kFew);
+  constexpr int kHighestDegree = 3;
+  return {grows ? std::min(options.density.max_gaussians, usual) : least, least,
+          options.sh_degree.value_or(kHighestDegree)};
+}
+
+}  // namespace
+
+int RunTrain(const CommandLine& given) {
+  CommandLine line = given;
+  Flags& flags = line.flags;
+  if (!flags.view.empty()) {
+    PlaceOfTrainingsView(flags);  // refused before anything is read
+    if (NumStartedRanks() > 1) Fail("--view: a training by several processes has no page; start one, or leave it out");
+  }
+  std::optional<gs::Checkpoint> checkpoint;
+  std::optional<Origin> origin;
+  CheckIntervals(flags);
+  if (!flags.resume.empty()) {
+    const std::string file = CheckpointFile(flags.resume);
+    if (!FileExists(file)) Fail("{}: no such file; a training saves it where --checkpoint_every is given", file);
+    checkpoint = gs::ReadCheckpoint(file);
+    origin = ReadOrigin(*checkpoint);
+    // Who goes on is saved as before, so that the next interruption loses no more.
+    if (flags.checkpoint_every.empty()) flags.checkpoint_every = origin->checkpoint_every;
+    if (flags.snapshot_every.empty()) flags.snapshot_every = origin->snapshot_every;
+    for (const auto& [name, value] : origin->scene_flags) {
+      if (!RestoreSceneFlag(name, value, &flags)) {
+        Fail("{}: --{}={} of its training is no flag of this program; train anew", checkpoint->path, name, value);
+      }
+    }
+  }
+  const std::string path = line.arguments.empty() ? origin->scene : line.arguments[0];
+  TrainSettings settings = SettingsOf(line, origin ? &origin->settings : nullptr);
+  gs::TrainOptions& options = settings.options;
+  if (checkpoint) CheckResumable(*checkpoint, origin->settings, settings);
+  CheckSceneFolder(path);
+  // A checkpoint is not among what is read: that it makes way for the next one is what it is for.
+  const std::string folder = flags.out.empty() ? flags.resume : flags.out;
+  std::optional<OutputFolder> out;
+  const gs::Scene scene = FirstRankFirst([&] {
+    if (!IsFirstRank()) return gs::LoadScene(path, SceneOptions(flags, options));
+    RunFiles files = FilesOf(line);
+    files.ReadsScene(path);
+    WritesResults(flags, folder, &files);
+    files.Check();
+    out.emplace(folder);
+    gs::Scene loaded = gs::LoadScene(path, SceneOptions(flags, options));
+    files.ReadsScene(path, loaded);
+    files.Check();
+    return loaded;
+  });
+  PrintScene(scene);
+  const double load_seconds = SecondsSinceStart();
+  options.memory.before_mib = MemoryMib();
+  const gs::StageRunners stages = StagesOf(flags.device);
+  const TrainingJob job{.line = line,
+                        .path = path,
+                        .scene = scene,
+                        .settings = settings,
+                        .stages = stages,
+                        .expected = ExpectedOf(scene, options),
+                        .load_seconds = load_seconds,
+                        .out = out ? &*out : nullptr};
+  return TrainAndWrite(job, [&](gs::TrainCallbacks& callbacks) {
+    callbacks.checkpoint.origin =
+        OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
+    callbacks.resume = checkpoint ? &*checkpoint : nullptr;
+    return gs::Train(scene, options, SecondsSinceStart(), callbacks, stages);
+  });
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,12 @@
+// Builds without CUDA.
+#include "apps/device/bundle_on_gpu.h"
+#include "kernels/core/check.h"
+
+namespace vesta::app {
+
+LmSummary SolveBundleOnGpu(bundle::BundleData& /*data*/, const LmOptionsEdit& /*edit*/,
+                           const LmCallback& /*callback*/) {
+  Fail("--device=cuda: this build has no CUDA; use --device=cpu");
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,16 @@
+// Builds without CUDA.
+#include "apps/device/device.h"
+#include "kernels/core/check.h"
+
+namespace vesta::app {
+
+void CheckDevice(Device device) {
+  if (device == Device::kCuda) Fail("--device=cuda: this build has no CUDA; use --device=cpu");
+}
+
+gs::StageRunners StagesOf(Device device) {
+  CheckDevice(device);
+  return gs::HostStages();
+}
+
+}  // namespace vesta::app

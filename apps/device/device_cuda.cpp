@@ -1,0 +1,26 @@
+// Builds with CUDA.
+#include "apps/device/device.h"
+#include "kernels/core/check.h"
+#include "kernels/core/device_memory.h"
+#include "kernels/ranks/ranks.h"
+#include "splatting/train/device_stages.h"
+
+namespace vesta::app {
+
+void CheckDevice(Device device) {
+  if (device == Device::kCuda && !QueryDevice().usable) {
+    Fail("--device=cuda: no GPU to use ({}); use --device=cpu", QueryDevice().name);
+  }
+}
+
+gs::StageRunners StagesOf(Device device) {
+  CheckDevice(device);
+  const bool may_use = device == Device::kCuda || (device == Device::kAuto && NumStartedRanks() == 1);
+  if (may_use && QueryDevice().usable) return gs::DeviceStages();
+  gs::StageRunners stages = gs::HostStages();
+  // Whoever has a GPU expects it to be used.
+  if (device == Device::kAuto && QueryDevice().present) stages.note = "on the CPU: " + QueryDevice().name;
+  return stages;
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,55 @@
+// By MPI.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "apps/cli/print.h"
+#include "apps/device/ranks.h"
+#include "kernels/mpi/mpi_ranks.h"
+
+namespace vesta::app {
+namespace {
+
+std::unique_ptr<Ranks> world;
+
+void Warn(const std::string& line) { PrintText(stderr, "vesta: " + line + "\n"); }
+
+}  // namespace
+
+Ranks& WorldRanks() {
+  if (!world) {
+    if (IsStartedInRanks()) {
+      world = StartMpi({.warn = Warn});
+    } else {
+      world = std::make_unique<SoloRank>();
+    }
+  }
+  return *world;
+}
+
+bool IsKnownToOthers(const std::string& why) {
+  try {
+    return WorldRanks().IsKnown(why);
+  } catch (const Error&) {
+    return false;  // without MPI each says its own
+  }
+}
+
+void EndWithOthers(const std::string& why, int status) {
+  if (!world || world->size() == 1) return;
+  world->Abandon(why);
+  std::fflush(stdout);
+  // MPI_Finalize would wait for calls that nobody answers any more.
+  _exit(status);
+}
+
+void MeetAtEnd() {
+  if (world) OnAnyRank(*world, false);
+}
+
+std::string RankPrefix() {
+  return world && world->size() > 1 ? fmt::format("process {} of {}: ", world->rank(), world->size()) : "";
+}
+
+}  // namespace vesta::app

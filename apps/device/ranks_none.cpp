@@ -1,0 +1,23 @@
+// Without MPI.
+#include "apps/device/ranks.h"
+#include "kernels/core/check.h"
+
+namespace vesta::app {
+
+Ranks& WorldRanks() {
+  static SoloRank alone;
+  if (NumStartedRanks() > 1) {
+    Fail("this vesta was started by mpirun, but built without MPI; build it with -DVESTA_MPI=ON, or start it alone");
+  }
+  return alone;
+}
+
+bool IsKnownToOthers(const std::string&) { return false; }
+
+void EndWithOthers(const std::string&, int) {}
+
+void MeetAtEnd() {}
+
+std::string RankPrefix() { return ""; }
+
+}  // namespace vesta::app

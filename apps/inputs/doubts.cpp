@@ -1,0 +1,66 @@
+#include "apps/inputs/doubts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/cli/print.h"
+
+namespace vesta::app {
+namespace {
+
+// About what pictures of two different things have. NaN is no quality either.
+bool IsHopeless(double psnr) {
+  constexpr double kAnyTwoPhotographs = 14;
+  return !(psnr >= kAnyTwoPhotographs);
+}
+
+bool IsOfOneColor(const gs::Image& image) {
+  for (int channel = 0; channel < 3; ++channel) {
+    const float* plane = image.plane(channel);
+    if (!std::all_of(plane, plane + image.num_pixels(), [&](float value) { return value == plane[0]; })) return false;
+  }
+  return true;
+}
+
+template <class Holds>
+bool HoldsForTrainingViews(const gs::Scene& scene, const Holds& holds) {
+  return std::all_of(scene.views.begin(), scene.views.end(),
+                     [&](const gs::View& view) { return !view.is_trained() || holds(view); });
+}
+
+bool SeesNoPoint(const gs::View& view, const gs::PointCloud& points) {
+  return std::none_of(points.positions.begin(), points.positions.end(),
+                      [&](const auto& point) { return gs::DepthInView(view, point) > 0; });
+}
+
+const char* ReasonOf(const gs::Scene& scene) {
+  const auto& points = scene.points.positions;
+  if (std::all_of(points.begin(), points.end(), [&](const auto& point) { return point == points[0]; })) {
+    return "all points it starts from are one";
+  }
+  if (HoldsForTrainingViews(scene, [&](const gs::View& view) { return SeesNoPoint(view, scene.points); })) {
+    return "no training view sees any of the points it starts from; are poses and points of one model?";
+  }
+  return "are the poses those of these photographs, and the options as meant?";
+}
+
+}  // namespace
+
+std::string DoubtOfScene(double train_psnr) {
+  if (!IsHopeless(train_psnr)) return "";
+  return fmt::format(
+      "The splat meets the photographs at {} dB only: is it of this scene, in the same frame and scale, and over "
+      "--background?\n",
+      Figure(train_psnr, 1));
+}
+
+std::string DoubtOfTraining(const gs::Scene& scene, double train_psnr) {
+  if (HoldsForTrainingViews(scene, [](const gs::View& view) { return IsOfOneColor(*view.Photograph()); })) {
+    return "There is nothing to see in the photographs: each is of one colour\n";
+  }
+  if (!IsHopeless(train_psnr)) return "";
+  return fmt::format("The training meets the photographs at {} dB only: {}\n", Figure(train_psnr, 1), ReasonOf(scene));
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,64 @@
+#include "apps/inputs/scene_flags.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "kernels/core/process_memory.h"
+#include "kernels/ranks/ranks.h"
+
+namespace vesta::app {
+namespace {
+
+constexpr const char* kNames[] = {"images", "allow_missing", "test_every", "test_list"};
+
+// Null where it is no flag of scenes.
+const schema::Field<Flags>* FindSceneFlag(const std::string& name) {
+  if (std::ranges::find(kNames, name) == std::end(kNames)) return nullptr;
+  for (const FlagRow& row : ProgramFlags().after_options) {
+    if (row.field.name == name) return &row.field;
+  }
+  return nullptr;
+}
+
+bool IsGiven(const schema::Field<Flags>& flag, const Flags& flags) { return flag.Text(flags) != flag.Text(Flags()); }
+
+// What decoded photographs may take: where nothing else is said a half of what there is for the program.
+double PhotographsBytes(const Flags& flags, double memory_budget_gib) {
+  constexpr double kMib = 1 << 20, kMibInGib = 1024, kPart = 0.5;
+  if (flags.photographs_mib) return *flags.photographs_mib * kMib;
+  const double available = AvailableMemoryMib() / NumRanksOnThisMachine(), budget = memory_budget_gib * kMibInGib;
+  return kPart * kMib * (budget > 0 ? std::min(available, budget) : available);
+}
+
+}  // namespace
+
+void UseSceneFlags(const Flags& flags, double memory_budget_gib, gs::LoadSceneOptions* options) {
+  if (flags.test_every && !flags.test_list.empty()) {
+    throw UsageError("--test_every and --test_list: give only one of them");
+  }
+  options->image_folder = flags.images;
+  options->allow_missing = flags.allow_missing;
+  options->photographs_bytes = PhotographsBytes(flags, memory_budget_gib);
+  options->test_views = {.every = flags.test_every, .list = flags.test_list};
+}
+
+std::vector<std::pair<std::string, std::string>> SceneFlagTexts(const Flags& flags) {
+  Flags elsewhere = flags;
+  if (!flags.test_list.empty()) elsewhere.test_list = std::filesystem::absolute(flags.test_list).string();
+  std::vector<std::pair<std::string, std::string>> texts;
+  for (const char* name : kNames) {
+    const schema::Field<Flags>* flag = FindSceneFlag(name);
+    if (IsGiven(*flag, elsewhere)) texts.emplace_back(name, flag->Text(elsewhere));
+  }
+  return texts;
+}
+
+bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* flags) {
+  const schema::Field<Flags>* flag = FindSceneFlag(name);
+  if (!flag) return false;
+  Flags scratch;
+  if (!flag->Set(value, scratch)) return false;
+  return IsGiven(*flag, *flags) || flag->Set(value, *flags);
+}
+
+}  // namespace vesta::app

@@ -1,0 +1,21 @@
+// Which photographs of a scene are read, and what for: the flags that all commands with a SCENE take.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/cli/flags.h"
+#include "splatting/io/scenes/load_scene.h"
+
+namespace vesta::app {
+
+// memory_budget_gib: as MemoryOptions has it. Throws UsageError where flags exclude each other.
+void UseSceneFlags(const Flags& flags, double memory_budget_gib, gs::LoadSceneOptions* options);
+
+// As a checkpoint keeps them: names and values of those given. A file's path is absolute.
+std::vector<std::pair<std::string, std::string>> SceneFlagTexts(const Flags& flags);
+// Sets the flag, unless the command line has. False where there is no such flag or value.
+bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* flags);
+
+}  // namespace vesta::app

@@ -1,0 +1,102 @@
+#include "apps/inputs/splat_filters.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "apps/cli/outputs.h"
+#include "apps/inputs/posed_model.h"
+#include "apps/inputs/scene_flags.h"
+#include "kernels/core/check.h"
+#include "kernels/core/schema.h"
+#include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/model/box.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
+#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "splatting/io/scenes/load_scene.h"
+#include "splatting/parsimony/floaters.h"
+
+namespace vesta::app {
+namespace {
+
+std::optional<gs::Box> BoxOf(const Flags& flags) {
+  if (flags.box.empty()) return std::nullopt;
+  const std::vector<std::string> texts = schema::SplitAt(flags.box, ',');
+  std::array<double, 6> ends{};
+  bool is_box = texts.size() == ends.size();
+  for (std::size_t k = 0; is_box && k < ends.size(); ++k) {
+    is_box = ParseNumber(texts[k], &ends[k]) && std::isfinite(ends[k]);
+  }
+  for (std::size_t k = 0; is_box && k < 3; ++k) is_box = ends[k] < ends[3 + k];
+  if (!is_box) {
+    throw UsageError(fmt::format(
+        "--box={}: it must be six numbers X0,Y0,Z0,X1,Y1,Z1, the lower and the upper end of each axis", flags.box));
+  }
+  return gs::Box{{ends[0], ends[1], ends[2]}, {ends[3], ends[4], ends[5]}};
+}
+
+// Where the means are, for who has missed them.
+std::string ExtentText(const gs::SplatModel& model) {
+  std::array<double, 6> ends;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float* means = model.attribute(splat::kMean + static_cast<int>(k));
+    const auto [low, high] = std::minmax_element(means, means + model.count);
+    ends[k] = static_cast<double>(*low) + model.origin[k], ends[3 + k] = static_cast<double>(*high) + model.origin[k];
+  }
+  return fmt::format("{:.6g}", fmt::join(ends, ","));
+}
+
+gs::SplatModel Cropped(const std::string& given, const gs::Box& box, gs::SplatModel model, std::string* said) {
+  const std::vector<Index> within = gs::GaussiansWithin(model, box);
+  if (within.empty()) {
+    Fail("{}: no Gaussian lies within; their centres lie in {}", Given("box", given), ExtentText(model));
+  }
+  *said += fmt::format("box: {} of {} Gaussians lie within\n", within.size(), model.count);
+  return gs::InOrder(std::move(model), within);
+}
+
+gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, RunFiles* files) {
+  if (flags.scene.empty()) return gs::FindFloaters(model, nullptr);
+  gs::LoadSceneOptions options;
+  UseSceneFlags(flags, 0, &options);
+  options.low_pass = model.low_pass;
+  const gs::Scene scene = gs::LoadScene(flags.scene, options);
+  files->ReadsScene(flags.scene, scene);
+  files->Check();
+  gs::SplatModel moved = model;
+  gs::MoveToScene(scene, &moved);
+  const gs::JudgingViews judges = gs::TrainingViewsOf(scene, ToDouble(model.background));
+  return gs::FindFloaters(moved, &judges);
+}
+
+gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
+  const gs::FloaterCount found = FloatersOf(flags, model, files);
+  if (found.kept.empty()) Fail("--clean: all {} Gaussians would go; leave the flag out", model.count);
+  *said += fmt::format("clean: {} of {} Gaussians stay; {} too faint, {} around everything, {} alone",
+                       found.kept.size(), model.count, found.faint, found.huge, found.isolated);
+  *said += flags.scene.empty() ? "\n" : fmt::format(", {} in no photograph\n", found.unsupported);
+  return gs::InOrder(std::move(model), found.kept);
+}
+
+}  // namespace
+
+void CheckFilterFlags(const Flags& flags) {
+  BoxOf(flags);
+  if (!flags.clean && !flags.scene.empty()) throw UsageError("--scene is of --clean; give both");
+  if (flags.scene.empty() && !SceneFlagTexts(flags).empty()) {
+    throw UsageError(fmt::format("--{} is of --scene; give both", SceneFlagTexts(flags).front().first));
+  }
+}
+
+gs::SplatModel Filtered(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
+  if (const auto box = BoxOf(flags)) model = Cropped(flags.box, *box, std::move(model), said);
+  if (flags.clean) model = Cleaned(flags, std::move(model), files, said);
+  return model;
+}
+
+}  // namespace vesta::app

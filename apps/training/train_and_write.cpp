@@ -1,0 +1,186 @@
+#include "apps/training/train_and_write.h"
+
+#include <fmt/format.h>
+#include <glog/logging.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "apps/cli/interrupt.h"
+#include "apps/cli/print.h"
+#include "apps/cli/process.h"
+#include "apps/cli/progress.h"
+#include "apps/commands/commands.h"
+#include "apps/device/ranks.h"
+#include "apps/inputs/doubts.h"
+#include "apps/inputs/posed_model.h"
+#include "apps/inputs/scene_flags.h"
+#include "apps/report/write_report.h"
+#include "apps/training/camera_files.h"
+#include "apps/training/checkpointing.h"
+#include "apps/training/metrics_json.h"
+#include "apps/training/training_callbacks.h"
+#include "apps/training/training_remarks.h"
+#include "apps/training/training_results.h"
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/core/process_memory.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
+
+namespace vesta::app {
+namespace {
+
+// The last row of each stage; where there is LM alone, the row it started from too.
+void PrintTable(const gs::TrainResult& result) {
+  constexpr const char* kRow = "{:<5} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10} {:>10} {:>10}\n";
+  Print(kRow, "stage", "iteration", "seconds", "gaussians", "cost", "train PSNR", "train SSIM", "test PSNR",
+        "test SSIM");
+  for (std::size_t i = 0; i < result.history.size(); ++i) {
+    const gs::HistoryRow& row = result.history[i];
+    const bool is_last_of_stage = i + 1 == result.history.size() || result.history[i + 1].stage != row.stage;
+    const bool is_given_model = i == 0 && row.stage == gs::Stage::kLm;
+    if (!is_given_model && !is_last_of_stage) continue;
+    Print(kRow, gs::StageName(row.stage), row.iteration, Figure(row.seconds, 1), row.gaussians, Figure(row.cost, 6),
+          Figure(row.train.psnr, 3), Figure(row.train.ssim, 4), Figure(row.test.psnr, 3), Figure(row.test.ssim, 4));
+  }
+}
+
+// By how much a given model is better now.
+void PrintGain(const gs::HistoryRow& before, const gs::HistoryRow& after) {
+  Print("refined: cost {} %, train PSNR {} dB, test PSNR {} dB, test SSIM {}\n",
+        Gain(100 * (after.cost / before.cost - 1), 1), Gain(after.train.psnr - before.train.psnr, 3),
+        Gain(after.test.psnr - before.test.psnr, 3), Gain(after.test.ssim - before.test.ssim, 4));
+}
+
+// Null where the program was started alone.
+Ranks* RanksOfTraining() { return IsStartedInRanks() ? &WorldRanks() : nullptr; }
+
+// Trains, and shows and saves what the flags ask for on the way. Adam's result is written before LM begins. view: of
+// the page of --view, or null.
+gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, TrainingView* view, TrainingResults* results) {
+  const Flags& flags = job.line.flags;
+  ProgressLine progress(stdout);
+  gs::TrainCallbacks callbacks = CallbacksShownOn(&progress, job.settings.options.lm.iterations > 0, flags.log_lm);
+  callbacks.ranks = RanksOfTraining();
+  SaveOnTheWay(flags, job.scene, job.settings.options, *job.out, &callbacks);
+  if (view) view->monitor().Follow(&callbacks);
+  callbacks.before_lm = [&](const gs::SplatModel& model) {
+    // Nothing is copied where the frames are one.
+    if (job.scene.origin == std::array<double, 3>{}) return results->SaveModel(model);
+    gs::SplatModel in_world = model;
+    gs::MoveToWorld(job.scene, &in_world);
+    results->SaveModel(in_world);
+  };
+  gs::TrainResult result;
+  try {
+    result = run(callbacks);
+  } catch (const Error& error) {
+    if (!results->has_saved_model()) throw;
+    progress.Finish();
+    Fail("{}; Adam's result is in {}", error.what(), results->model_path());
+  }
+  progress.Finish();
+  if (view) view->monitor().End();
+  if (flags.log_lm && !result.lm_report.empty()) LOG(INFO) << "\n" << result.lm_report;
+  return result;
+}
+
+void SaveResults(const TrainingJob& job, const gs::TrainResult& result, TrainingResults* results) {
+  results->Save(result.model, MetricsJson(result,
+                                          {.command = job.line.command->name,
+                                           .scene = std::filesystem::absolute(job.path).lexically_normal().string(),
+                                           .scene_flags = SceneFlagTexts(job.line.flags),
+                                           .load_seconds = job.load_seconds,
+                                           .total_seconds = SecondsSinceStart(),
+                                           .peak_memory_mib = PeakMemoryMib(),
+                                           .device = job.stages.device.c_str(),
+                                           .threads = NumThreads(),
+                                           .ranks = RanksOfTraining()},
+                                          job.settings));
+}
+
+// What the training has come to, and doubts about it.
+void PrintOutcome(const TrainingJob& job, const gs::TrainResult& result, const std::string& cameras) {
+  PrintTable(result);
+  Print("{}", cameras);
+  if (result.history.front().stage == gs::Stage::kLm) {  // of a given model
+    if (result.history.size() > 1) PrintGain(result.history.front(), result.history.back());
+    Print("{}", DoubtOfScene(result.history.front().train.psnr));
+  } else if (!result.stopped) {
+    Print("{}", DoubtOfTraining(job.scene, result.history.back().train.psnr));
+  }
+}
+
+// Leaves the model in the frame of the scene.
+void WriteOwnReport(const TrainingJob& job, const TrainingResults& results, gs::SplatModel* model) {
+  std::fflush(stdout);
+  gs::MoveToScene(job.scene, model);
+  WriteReport(results.report_path(),
+              {{ReadRun(job.out->path()), SceneToReport(job.path, job.settings.options.downscale)}}, [&](std::size_t) {
+                return PosedSplat{model, &job.scene};
+              });
+  Print("wrote {}\n", results.report_path());
+}
+
+// As a process that writes nothing.
+void TrainWithOthers(const TrainRun& run) {
+  gs::TrainCallbacks callbacks;
+  callbacks.stop = Interrupted;
+  callbacks.ranks = RanksOfTraining();
+  run(callbacks);
+}
+
+void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
+  TrainingResults results(job.out);
+  const ExpectedModel& expected = job.expected;
+  if (!results.Reserve(expected.most, expected.least, expected.sh_degree)) {
+    Print("The disk of {} has no room for {} Gaussians, which there may be in the end\n", job.out->path(),
+          expected.most);
+  }
+  // Until the results are written, so that the page tells of the end.
+  const std::unique_ptr<TrainingView> view = ViewOfTraining(job.line.flags, job.scene, job.settings.options);
+  gs::TrainResult result = TrainShown(job, run, view.get(), &results);
+  gs::MoveToWorld(job.scene, &result.model);
+  for (std::string& remark : RemarksOn(job, result, results.model_path())) result.notes.push_back(std::move(remark));
+  for (const std::string& note : result.notes) Print("{}\n", note);
+  if (!result.lm_left_out.empty()) Print("LM is left out: {}\n", result.lm_left_out);
+  result.notes.insert(result.notes.begin(), job.scene.notes.begin(), job.scene.notes.end());  // told at the start
+  SaveResults(job, result, &results);
+  std::string cameras, no_cameras;
+  try {
+    cameras = SaveCameras(job.scene, result, *job.out);
+  } catch (const Error& error) {
+    no_cameras = error.what();
+  }
+  PrintOutcome(job, result, cameras);
+  Print("{}wrote {} and {}{}\n", result.stopped ? "stopped early; " : "", results.model_path(), results.metrics_path(),
+        result.stopped ? HowToGoOn(job, result) : "");
+  if (job.line.flags.report) WriteOwnReport(job, results, &result.model);
+  if (!no_cameras.empty())
+    Fail("{}; without the cameras that were found, the splat is in {}", no_cameras, results.model_path());
+}
+
+}  // namespace
+
+void WritesResults(const Flags& flags, const std::string& out, RunFiles* files) {
+  const auto file = [&](const char* name) { files->Writes(Given("out", out), out + "/" + name); };
+  file("point_cloud.ply"), file("metrics.json");
+  files->WritesFolder(Given("out", out), out + "/" + kCameraFolder);
+  if (flags.report) file("report.html");
+  if (!flags.checkpoint_every.empty() || !flags.view.empty()) files->Writes(Given("out", out), CheckpointFile(out));
+}
+
+int TrainAndWrite(const TrainingJob& job, const TrainRun& run) {
+  CatchInterrupts();
+  if (job.out) {
+    TrainAsFirst(job, run);
+  } else {
+    TrainWithOthers(run);
+  }
+  return Interrupted() ? kInterruptedStatus : 0;
+}
+
+}  // namespace vesta::app

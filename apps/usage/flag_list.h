@@ -1,0 +1,30 @@
+// The flags and options that a command takes, in the order of its help: what help, the manual and completions are made
+// from.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/cli/command_line.h"
+
+namespace vesta::app {
+
+struct ListedFlag {
+  std::string name;                // without dashes; of an option of --set its key
+  const schema::FieldInfo* field;  // its help is there
+  std::string value;               // what it is without being given, of the default preset; empty: nothing
+  bool only_in_all = false;
+  bool may_be_bare = false;  // it can be written without a value too
+
+  // A switch, which takes no value.
+  bool is_switch() const { return field->kind == schema::Kind::kSwitch; }
+  // As it is written: --noNAME for a switch that is on.
+  std::string Written() const { return (is_switch() && value == "true" ? "--no" : "--") + name; }
+};
+
+// Its own flags, and those of options that have one.
+std::vector<ListedFlag> FlagsOf(const CommandInfo& command);
+// All options, which --set takes by their keys; none where the command has no --set.
+std::vector<ListedFlag> OptionsOf(const CommandInfo& command);
+
+}  // namespace vesta::app

@@ -1,0 +1,24 @@
+// NIST StRD, nonlinear regression, Misra1a (itl.nist.gov/div898/strd; public domain).
+#include "bench/collections/nist_data.h"
+
+namespace vesta::nist {
+namespace {
+
+// y, x of each observation.
+// clang-format off
+constexpr double kRows[] = {
+    10.07, 77.6, 14.73, 114.9, 17.94, 141.1, 23.93, 190.8, 29.61, 239.9, 35.18, 289, 40.02, 332.8, 44.82, 378.4,
+    50.76, 434.8, 55.05, 477.3, 61.01, 536.8, 66.4, 593.1, 75.47, 689.1, 81.78, 760,
+};
+// clang-format on
+constexpr double kStart1[] = {500, 0.0001};
+constexpr double kStart2[] = {250, 0.0005};
+constexpr double kCertified[] = {238.94212918, 0.00055015643181};
+constexpr double kDeviation[] = {2.7070075241, 0.0000072668688436};
+
+}  // namespace
+
+const Problem kMisra1a = {"Misra1a", Difficulty::kLower, 1,          kRows,        kStart1,
+                          kStart2,   kCertified,         kDeviation, 0.12455138894};
+
+}  // namespace vesta::nist

@@ -1,0 +1,73 @@
+// The demo scene: objects on a rug in a round, panelled room. Lengths are metres; y points down, as in a camera, so
+// the floor is y = 0 and heights are negative.
+#pragma once
+
+#include <vector>
+
+#include "demo/scene/texture.h"
+#include "demo/scene/vec3.h"
+
+namespace vesta::demo {
+
+struct Material {
+  Texture texture = Texture::kSpeckle;
+  Vec3 tint{0.5, 0.5, 0.5};
+  double highlight = 0;    // strength of the light's blurred mirror image
+  double shininess = 40;   // its sharpness (Blinn-Phong exponent)
+  double reflectance = 0;  // mirror reflection at normal incidence; grows towards grazing angles (Schlick)
+};
+
+enum class Shape { kSphere, kBox, kTorus, kCylinder };
+
+// A solid given by a signed distance in its own frame.
+//   kSphere    size.x = radius
+//   kBox       size = half extents, rounding included
+//   kTorus     size.x = radius of the ring, size.y = radius of the tube; lies in the x-z plane
+//   kCylinder  size.x = radius, size.y = half height, rounding included; its axis is y
+struct Object {
+  Shape shape = Shape::kSphere;
+  Vec3 centre{};
+  Frame frame{};  // rows: the object's axes in the world
+  Vec3 size{};
+  double rounding = 0;
+  Material material{};
+  double bounding_radius = 0;  // of the sphere round the centre that holds the object; MakeScene sets it
+};
+
+// Signed distance from a world point to the surface, negative inside.
+double Distance(const Object& object, const Vec3& point);
+
+struct Scene {
+  std::vector<Object> objects;
+  double room_radius = 5, room_height = 4.2;
+  double rug_radius = 1.68;
+  Material floor, rug, wall, ceiling;
+  // A square lamp facing down, lit evenly.
+  Vec3 light_centre;
+  double light_half_size = 0;
+  Vec3 light_power;
+};
+
+Scene MakeScene();
+
+struct Hit {
+  double distance = 0;  // along the unit direction
+  Vec3 point, normal;
+  Vec3 local;  // the point in the object's frame, where textures live
+  const Material* material = nullptr;
+};
+
+// First surface along the ray from `origin`, a point in the room, in unit direction `direction`. The room is closed, so
+// there always is one.
+Hit Intersect(const Scene& scene, const Vec3& origin, const Vec3& direction);
+
+// Where rays that leave the surface start: a millimetre off it, so that they do not meet it again.
+inline Vec3 LeavingPoint(const Hit& hit) { return hit.point + 1e-3 * hit.normal; }
+
+// Whether any object (not floor or wall) lies between the two points.
+bool Occluded(const Scene& scene, const Vec3& from, const Vec3& to);
+
+// Distance from a point in the room to the floor or the wall.
+double RoomDistance(const Scene& scene, const Vec3& point);
+
+}  // namespace vesta::demo

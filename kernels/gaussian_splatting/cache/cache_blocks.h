@@ -1,0 +1,283 @@
+// The cached Jacobian of a view for a GPU, as block kernels (kernels/core/block_kernel.h): how entries are found,
+// counted and filled, and products with them. What an entry is: cache_entry.h.
+//
+// Entries lie splat by splat in the order of depth, within a splat tile by tile, within a tile row by row, four numbers
+// each side by side. In place of an index each pair of splat and tile has the mask of its pixels: an entry's position
+// is that of the pair's first, and as many on as the mask has bits before its pixel's. The image's tangent is made tile
+// by tile, one thread a pixel; the adjoint pair by pair in the order of the entries, one thread a row of a tile.
+#pragma once
+
+#include "kernels/gaussian_splatting/cache/cache_entry.h"
+#include "kernels/gaussian_splatting/raster/cotangent_sums.h"
+#include "kernels/gaussian_splatting/tiles/tile_block.h"
+
+namespace vesta::splat {
+
+// A pair of splat and tile in the order of splats.
+struct CachePair {
+  TileMask mask;
+  std::uint8_t above[kTileSize];  // entries in the rows above: at most 240
+  std::uint32_t rank, tile;
+};
+
+// Of all pairs.
+struct CachePairs {
+  const CachePair* pairs;
+  const std::int64_t* first_entry;  // [pairs + 1]
+};
+
+inline namespace VESTA_ISA {
+
+template <class S>
+VESTA_HD inline void Keep(const S& x, S* kept) {
+  *kept = x;
+}
+template <class S>
+VESTA_HD inline void Keep(const S& x, Half* kept) {
+  *kept = ToHalf(static_cast<float>(x));
+}
+template <class S>
+VESTA_HD inline S Kept(const S& x) {
+  return x;
+}
+template <class S>
+VESTA_HD inline S Kept(const Half& x) {
+  return static_cast<S>(FromHalf(x));
+}
+
+// The four numbers of an entry, read and written at once: 8 bytes as 16 bits each.
+template <class E>
+struct alignas(kEntryValues * sizeof(E)) CacheEntry {
+  E weight, contrast[3];
+
+  template <class S>
+  VESTA_HD Entry<S> Read() const {
+    const CacheEntry kept = *this;
+    return {Kept<S>(kept.weight), {Kept<S>(kept.contrast[0]), Kept<S>(kept.contrast[1]), Kept<S>(kept.contrast[2])}};
+  }
+};
+
+// Entries of a row to the left of pixel x.
+VESTA_HD inline int EntriesLeftOf(std::uint32_t row, int x) { return PopCount(row & ((1U << x) - 1)); }
+
+// For place e of a pair in the order of splats, whose mask is there: how many entries it has, and row by row.
+struct CountEntries {
+  CachePair* pairs;
+  std::int64_t* counts;
+
+  VESTA_HD void operator()(std::int64_t e) const {
+    CachePair& pair = pairs[e];
+    int count = 0;
+    for (int y = 0; y < kTileSize; ++y) {
+      pair.above[y] = static_cast<std::uint8_t>(count);
+      count += PopCount(pair.mask.rows[y]);
+    }
+    counts[e] = count;
+  }
+};
+
+// The masks of the pairs of a tile; that of pair k of the lists goes to pairs[places[k]].
+template <class S>
+struct MaskBlock {
+  static constexpr int kThreads = kRasterThreads, kBatch = 16;
+  struct Shared {
+    SplatBatch<S, kBatch> splats;
+    bool part[kBatch][kRasterThreads];  // is the splat part of the pixel
+  };
+  TileLists<S> lists;
+  const std::uint32_t* places;
+  CachePair* pairs;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const int k = block.thread() / kTileSize, y = block.thread() % kTileSize;
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
+    const std::int64_t left = SumOverPixels<bool>(
+        block, lists, pixel, shared.splats, [&](int, const Blend<S>& blend) { return blend.alpha > S(0); },
+        [&](int splat, bool part) { shared.part[splat][pixel.in_tile()] = part; },
+        [&](std::int64_t first, int count) {
+          if (k >= count) return;
+          std::uint32_t bits = 0;
+          for (int x = 0; x < kTileSize; ++x) bits |= (shared.part[k][y * kTileSize + x] ? 1U : 0U) << x;
+          Write(block.id(), first + k, y, bits);
+        });
+    ForEachLeft<kTileSize>(block, lists, left, [&](std::int64_t pair, int row) { Write(block.id(), pair, row, 0); });
+  }
+
+ private:
+  VESTA_HD void Write(std::int64_t tile, std::int64_t pair, int y, std::uint32_t bits) const {
+    CachePair& to = pairs[places[pair]];
+    to.mask.rows[y] = static_cast<std::uint16_t>(bits);
+    if (y == 0) to.rank = lists.ranks[pair], to.tile = static_cast<std::uint32_t>(tile);
+  }
+};
+
+// Where the entries of the pairs of a batch lie, in shared memory.
+template <int kBatch>
+struct StagedMasks {
+  std::int64_t first[kBatch];
+  std::uint16_t rows[kBatch][kTileSize];
+  std::uint8_t above[kBatch][kTileSize];
+
+  // Of the pairs [begin, begin + count) of the lists. A barrier must follow.
+  template <class Block>
+  VESTA_HD void Stage(Block& block, const CachePairs& cache, const std::uint32_t* places, std::int64_t begin,
+                      int count) {
+    for (int i = block.thread(); i < count * kTileSize; i += kRasterThreads) {
+      const int k = i / kTileSize, y = i % kTileSize;
+      const std::int64_t place = places[begin + k];
+      rows[k][y] = cache.pairs[place].mask.rows[y];
+      above[k][y] = cache.pairs[place].above[y];
+      if (y == 0) first[k] = cache.first_entry[place];
+    }
+  }
+  VESTA_HD bool Has(int k, int x, int y) const { return (rows[k][y] >> x & 1U) != 0; }
+  VESTA_HD std::int64_t Position(int k, int x, int y) const {
+    return first[k] + above[k][y] + EntriesLeftOf(rows[k][y], x);
+  }
+};
+
+// The entries of the pairs of a tile. image: of the same lists.
+template <class S, class E>
+struct FillBlock {
+  static constexpr int kThreads = kRasterThreads, kBatch = 128;
+  struct Shared {
+    ListedSplatBatch<S, kBatch> splats;
+    StagedMasks<kBatch> masks;
+  };
+  TileLists<S> lists;
+  const std::uint32_t* places;
+  CachePairs cache;
+  const S* image;
+  CacheEntry<E>* entries;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
+    Passing<S> passing(pixel);
+    S behind[3] = {pixel.Load(image, 0), pixel.Load(image, 1), pixel.Load(image, 2)};
+    ForEachHit(
+        block, lists, pixel, passing, shared.splats,
+        [&](std::int64_t first, int count) { shared.masks.Stage(block, cache, places, first, count); },
+        [&](int k, const S&, const S&, const Blend<S>& blend) {
+          if (!shared.masks.Has(k, pixel.x, pixel.y)) return;  // it closed the pixel
+          const EntryMaker<E, S> entry(blend);
+          CacheEntry<E> kept;
+          Keep(entry.Weight(), &kept.weight);
+          for (int c = 0; c < 3; ++c) {
+            Keep(entry.Contrast(shared.splats[k].color[c], behind[c]), &kept.contrast[c]);
+          }
+          entries[shared.masks.Position(k, pixel.x, pixel.y)] = kept;
+        });
+  }
+};
+
+// CacheKernels::tangent.
+template <class S, class E>
+struct CachedTangentBlock {
+  static constexpr int kThreads = kRasterThreads, kBatch = 128;
+  struct Shared {
+    Splat<S> splats[kBatch];
+    SplatTangent<S> tangents[kBatch];  // in units of the entries
+    StagedMasks<kBatch> masks;
+  };
+  TileLists<S> lists;
+  const std::uint32_t* places;
+  CachePairs cache;
+  const CacheEntry<E>* entries;
+  const SplatTangent<S>* tangents;
+  S* d_image;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
+    S d_color[3] = {S(0), S(0), S(0)};
+    const auto go_on = [&] {
+      block.Sync();
+      return true;
+    };
+    ForEachBatch<kBatch>(block, lists, go_on, [&](std::int64_t first, int count) {
+      const int thread = block.thread();
+      if (thread < count) {
+        const std::uint32_t rank = lists.ranks[first + thread];
+        shared.splats[thread] = InTile(lists.splats[rank], TileOrigin<S>(lists, TileOf(block)));
+        shared.tangents[thread] = tangents[rank];
+        ToEntryUnits<E>(shared.tangents[thread]);
+      }
+      shared.masks.Stage(block, cache, places, first, count);
+      block.Sync();
+      for (int k = 0; k < count; ++k) {
+        if (!shared.masks.Has(k, pixel.x, pixel.y)) continue;
+        const Entry<S> entry = entries[shared.masks.Position(k, pixel.x, pixel.y)].template Read<S>();
+        const Splat<S>& splat = shared.splats[k];
+        const RowSpan<S> row = RowInTile(splat, pixel.y);
+        const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0);
+        const SplatTangent<S>& tangent = shared.tangents[k];
+        const S psi = Psi(tangent, p, row.q);
+        for (int c = 0; c < 3; ++c) {
+          d_color[c] = AddEntry(entry.weight, entry.contrast[c], psi, tangent.w[kColor + c], d_color[c]);
+        }
+      }
+    });
+    for (int c = 0; c < 3; ++c) pixel.Store(d_image, c, d_color[c]);
+  }
+};
+
+// sums[e] = the adjoint's sums of the pair at place e of [0, size) in the order of splats.
+template <class S, class E>
+struct CachedAdjointBlock {
+  static constexpr int kThreads = kRasterThreads, kBatch = 16;
+  struct Shared {
+    Splat<S> splats[kBatch];
+    S rows[kBatch][kTileSize][kCotangentRowSums];
+  };
+  TileLists<S> lists;
+  CachePairs cache;
+  const CacheEntry<E>* entries;
+  std::int64_t size;
+  const S* u;
+  SplatTangent<S>* sums;
+
+  static constexpr std::int64_t NumBlocks(std::int64_t size) { return (size + kBatch - 1) / kBatch; }
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const int thread = block.thread();
+    const std::int64_t first = block.id() * kBatch;
+    const int count = BatchSize(first, size, kBatch);
+    if (thread < count) {
+      const CachePair& pair = cache.pairs[first + thread];
+      shared.splats[thread] = InTile(lists.splats[pair.rank], TileOrigin<S>(lists, static_cast<int>(pair.tile)));
+    }
+    block.Sync();
+    const int pair = thread / kTileSize, y = thread % kTileSize;
+    if (pair < count) AddRow(shared.splats[pair], first + pair, y, shared.rows[pair][y]);
+    block.Sync();
+    if (thread >= count * kSplatTangent) return;
+    const int k = thread / kSplatTangent, i = thread % kSplatTangent;
+    sums[first + k].w[i] = EntryUnit<E, S>(i) * WeighCotangentRows(shared.splats[k], shared.rows[k], i);
+  }
+
+ private:
+  VESTA_HD void AddRow(const Splat<S>& splat, std::int64_t place, int y, S sum[kCotangentRowSums]) const {
+    const CachePair& pair = cache.pairs[place];
+    const CacheEntry<E>* at = entries + cache.first_entry[place] + pair.above[y];
+    const RowSpan<S> row = RowInTile(splat, y);
+    const std::int64_t plane = std::int64_t{lists.width} * lists.height;
+    const int tile = static_cast<int>(pair.tile);
+    const std::int64_t line =
+        std::int64_t{tile / lists.tiles_x * kTileSize + y} * lists.width + tile % lists.tiles_x * kTileSize;
+    CotangentRow<S> total;
+    for (std::uint32_t bits = pair.mask.rows[y]; bits != 0; bits &= bits - 1) {
+      const int x = LowestBit(bits);
+      const Entry<S> entry = (at++)->template Read<S>();
+      const S g = AddColors(
+          entry, [&](int c) { return u[c * plane + line + x]; }, total);
+      total.AddShape(g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
+    }
+    for (int i = 0; i < kCotangentRowSums; ++i) sum[i] = total.sum[i];
+  }
+};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,128 @@
+#include "kernels/gaussian_splatting/device/device_splat_view.h"
+
+#include <algorithm>
+
+#include "kernels/core/check.h"
+#include "kernels/core/device_sort.h"
+#include "kernels/gaussian_splatting/device/device_passes.h"
+#include "kernels/gaussian_splatting/tiles/wide_splats.h"
+
+namespace vesta::splat {
+namespace {
+
+// Room to spare, so that the next view seldom needs more.
+template <class T>
+void EnsureSize(DeviceBuffer<T>& buffer, Index size) {
+  if (buffer.size() < size) buffer.ResizeForOverwrite(size + size / 8);
+}
+
+Index ReadBack(const Index* on_device) {
+  Index value = 0;
+  device::CopyToHost(&value, on_device, sizeof(value));
+  return value;
+}
+
+}  // namespace
+
+void DeviceSplatView::Build(const Model<float>& model, const PosedCamera& view, const double background[3],
+                            DeviceViewWorkspace& workspace) {
+  camera_ = view;
+  for (int c = 0; c < 3; ++c) background_[c] = static_cast<float>(background[c]);
+  const Index count = model.count;
+  for (auto* buffer : {&workspace.keys, &workspace.indices, &workspace.other_keys, &workspace.other_indices}) {
+    EnsureSize(*buffer, count);
+  }
+  EnsureSize(workspace.unsorted, count);
+  device_passes::Project(model, view, workspace.keys.data(), workspace.indices.data(), workspace.unsorted.data());
+  constexpr int kDepthBits = 32;
+  device::SortPairs(workspace.keys, workspace.indices, workspace.other_keys, workspace.other_indices, count, kDepthBits,
+                    workspace.temporary);
+  workspace.seen.Resize(1);
+  device_passes::CountSeenSplats(workspace.keys.data(), count, workspace.seen.data());
+  const Index seen = ReadBack(workspace.seen.data());
+
+  splats_.ResizeForOverwrite(seen);
+  rank_of_.ResizeForOverwrite(count);
+  device_passes::GatherSplats(workspace.keys.data(), workspace.indices.data(), count, workspace.unsorted.data(),
+                              splats_.data(), rank_of_.data());
+  cache_.Clear();
+
+  const TileGrid grid(camera_.width, camera_.height);
+  // One more than there are splats: the last running sum is the number of pairs.
+  workspace.counts.Resize(seen + 1);
+  splat_begin_.ResizeForOverwrite(seen + 1);
+  device_passes::CountSplatTiles(grid, splats_.data(), seen, workspace.counts.data());
+  device::RunningSum(workspace.counts.data(), splat_begin_.data(), seen + 1, workspace.temporary);
+  const Index pairs = ReadBack(splat_begin_.data() + seen);
+  VESTA_CHECK(pairs < Index{0xffffffff}, "{} pairs of splat and tile in one view", pairs);
+
+  for (auto* buffer : {&workspace.tiles, &workspace.entries, &workspace.other_tiles, &workspace.other_entries,
+                       &workspace.rank_of_entry}) {
+    EnsureSize(*buffer, pairs);
+  }
+  wide_.Resize(NumWideSlots(pairs));
+  device_passes::EmitSplatPairs(grid, splats_.data(), seen, splat_begin_.data(),
+                                {workspace.tiles.data(), workspace.rank_of_entry.data(), workspace.entries.data()},
+                                wide_);
+  device::SortPairs(workspace.tiles, workspace.entries, workspace.other_tiles, workspace.other_entries, pairs,
+                    grid.key_bits(), workspace.temporary);
+  ranks_.ResizeForOverwrite(pairs);
+  tile_begin_.Resize(grid.num_tiles() + 1);
+  device_passes::PlaceSplatPairs(workspace.tiles.data(), workspace.entries.data(), workspace.rank_of_entry.data(),
+                                 pairs, grid.num_tiles(), ranks_.data(), tile_begin_.data());
+  entries_.CopyFrom(Span<const std::uint32_t, Device>(workspace.entries.data(), pairs));
+}
+
+TileLists<float> DeviceSplatView::Lists() const {
+  const TileGrid grid(camera_.width, camera_.height);
+  return {splats_.data(), tile_begin_.data(), ranks_.data(), grid.width,
+          grid.height,    grid.tiles_x,       grid.tiles_y,  {background_[0], background_[1], background_[2]}};
+}
+
+void DeviceSplatView::CacheJacobian(const float* image, CacheFormat format, DeviceViewWorkspace& workspace) {
+  cache_.Build(Lists(), entries_.data(), num_pairs(), image, format, workspace.counts, workspace.temporary);
+}
+
+void DeviceSplatView::Render(float* image) const { device_passes::Forward(Lists(), image); }
+
+void DeviceSplatView::ApplyJ(const Model<float>& model, const float* dx, float* d_image,
+                             DeviceViewWorkspace& workspace) const {
+  device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, SplatTangents(workspace.splat_sums));
+  ApplyRasterJ(workspace.splat_sums.data(), d_image);
+}
+
+void DeviceSplatView::ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const {
+  if (!cache_.empty()) return cache_.Tangent(Lists(), entries_.data(), tangents, d_image);
+  device_passes::Tangent(Lists(), tangents, d_image);
+}
+
+SplatTangent<float>* DeviceSplatView::SplatTangents(DeviceBuffer<SplatTangent<float>>& room) const {
+  EnsureSize(room, num_splats());
+  return room.data();
+}
+
+void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const float* u, float* g,
+                            DeviceViewWorkspace& workspace) const {
+  EnsureSize(workspace.pair_sums, num_pairs());
+  EnsureSize(workspace.splat_sums, num_splats());
+  if (cache_.empty()) {
+    device_passes::Adjoint(Lists(), entries_.data(), image, u, workspace.pair_sums.data());
+  } else {
+    cache_.Adjoint(Lists(), u, workspace.pair_sums.data());
+  }
+  device_passes::SumBySplat(splat_begin_.data(), num_splats(), wide_, workspace.pair_sums.data(),
+                            workspace.splat_sums.data());
+  device_passes::ProjectAdjoint(model, camera_, rank_of_.data(), workspace.splat_sums.data(), g);
+}
+
+void DeviceSplatView::AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks,
+                              float* sh_diagonal, DeviceViewWorkspace& workspace) const {
+  EnsureSize(workspace.pair_grams, num_pairs());
+  EnsureSize(workspace.splat_grams, num_splats());
+  device_passes::Gram(Lists(), entries_.data(), image, omega, workspace.pair_grams.data());
+  device_passes::SumBySplat(splat_begin_.data(), num_splats(), wide_, workspace.pair_grams.data(),
+                            workspace.splat_grams.data());
+  device_passes::ProjectGram(model, camera_, rank_of_.data(), workspace.splat_grams.data(), blocks, sh_diagonal);
+}
+
+}  // namespace vesta::splat

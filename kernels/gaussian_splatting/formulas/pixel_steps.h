@@ -1,0 +1,82 @@
+// What every raster pass does with one splat and one pixel, written once for the loops of the host (passes.h) and the
+// kernels of a GPU. With w = alpha T and S = what lies behind a splat, already weighted,
+//   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,
+//   psi = lambda - p (xi + kappa q + rho p) - q (zeta + sigma q)        (types.h, docs/mathematics.md section 3)
+#pragma once
+
+#include "kernels/gaussian_splatting/formulas/blend.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// p of pixel x of a row (row_span.h), log2 of what alpha would be there without cap and floor, and alpha.
+template <class V>
+VESTA_HD inline V OffsetAt(const V& x, const V& r, const V& p0) {
+  return Fma(x, r, p0);
+}
+template <class V>
+VESTA_HD inline V ExponentAt(const V& p, const V& peak) {
+  return Fnma(p, p, peak);
+}
+template <class V>
+VESTA_HD inline V AlphaAt(const V& p, const V& peak) {
+  return EvaluateAlpha(ExponentAt(p, peak));
+}
+
+// psi along a row, a polynomial in p: constant - p (linear + rho p).
+template <class V>
+VESTA_HD inline V PsiLinear(const V& xi, const V& kappa, const V& q) {
+  return Fma(kappa, q, xi);
+}
+template <class V>
+VESTA_HD inline V PsiConstant(const V& zeta, const V& sigma, const V& lambda, const V& q) {
+  return Fnma(q, Fma(sigma, q, zeta), lambda);
+}
+template <class V>
+VESTA_HD inline V Psi(const V& linear, const V& constant, const V& rho, const V& p) {
+  return Fnma(p, Fma(rho, p, linear), constant);
+}
+template <class S>
+VESTA_HD inline S Psi(const SplatTangent<S>& tangent, const S& p, const S& q) {
+  const S* w = tangent.w;
+  return Psi(PsiLinear(w[kXi], w[kKappa], q), PsiConstant(w[kZeta], w[kSigma], w[kLambda], q), w[kRho], p);
+}
+
+// The change of w for that of log alpha, psi. minus_dT: of the transmittance in front, brought behind the splat.
+template <class V>
+VESTA_HD inline V TangentWeight(const Blend<V>& blend, const V& psi, V& minus_dT) {
+  const V d_alpha_T = MovingAlpha(blend.alpha, blend.weight) * psi;
+  const V d_weight = Fnma(blend.alpha, minus_dT, d_alpha_T);
+  // Not minus_dT + d_weight, which behind opaque splats is a small difference of large numbers.
+  minus_dT = Fma(minus_dT, V(1) - blend.alpha, d_alpha_T);
+  return d_weight;
+}
+template <class V>
+VESTA_HD inline V TangentColor(const Blend<V>& blend, const V& d_weight, const V& c, const V& dc, const V& d_color) {
+  return Fma(blend.weight, dc, Fma(d_weight, c, d_color));
+}
+
+// What the splat, of colour c, adds to u . colour of the pixel.
+template <class V>
+VESTA_HD inline V ShareOf(const Blend<V>& blend, const V c[3], const V u[3]) {
+  return blend.weight * Fma(c[0], u[0], Fma(c[1], u[1], c[2] * u[2]));
+}
+// alpha / (1 - alpha).
+template <class V>
+VESTA_HD inline V Odds(const V& alpha) {
+  return alpha * Reciprocal(V(1) - alpha);
+}
+// The derivative by log alpha, as long as that is free to move, of what a pixel gathers: share is what the splat adds
+// to it, behind what follows the splat (S), brought behind this one.
+template <class V>
+VESTA_HD inline V ByLogAlpha(const Blend<V>& blend, const V& odds, const V& share, V& behind) {
+  behind = behind - share;
+  return MovingAlpha(blend.alpha, Fnma(behind, odds, share));
+}
+
+// Exponents of p and q in the derivatives of psi by xi, zeta, rho, kappa, sigma, lambda; all but the last have sign -1.
+VESTA_HD constexpr int PowerP(int i) { return i == kRho ? 2 : i == kXi || i == kKappa ? 1 : 0; }
+VESTA_HD constexpr int PowerQ(int i) { return i == kSigma ? 2 : i == kZeta || i == kKappa ? 1 : 0; }
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

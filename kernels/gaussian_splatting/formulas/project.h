@@ -1,0 +1,188 @@
+// Projection of one Gaussian to one view: value for any scalar (floats, SIMD batches, duals, Jets) and adjoint.
+//
+// First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + h I with
+// M = J W R_q S (2 x 3) and h the camera's low-pass filter; J is the lens's derivative (lens.h).
+#pragma once
+
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
+#include "kernels/math/quaternion.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// A posed camera with constants in the scalar of the templates.
+template <class S, LensModel L = LensIn<S>>
+struct CameraConstants {
+  S R[9], T[3], centre[3];
+  L lens;
+  S near;
+  S low_pass, low_pass_squared;
+  S width, height;           // of the image
+  S u_lo, u_hi, v_lo, v_hi;  // guard band: means beyond are not seen
+};
+
+// How far beyond the image, in images, a mean may lie. The projection is linear about the mean: of a splat at the side
+// of the camera, far along the image plane and near in depth, it makes a veil over the whole image, which no other view
+// confirms (Kerbl et al. 2023, section 6, names the same cure).
+inline constexpr double kGuardBand = 2;
+
+// How deep a Gaussian may be whose mean lies beyond the image (by more than 15 %, where the clamp is): its standard
+// deviation along the optical axis over its depth. One that is deeper reaches to the side of the camera, where the
+// linear projection makes veils and streaks of it that no other view confirms (docs/results/2026-11-22-veils.md).
+inline constexpr double kDepthSpread = 0.5;
+
+// The largest determinant of a screen covariance, pixels^4: beyond it a float cannot hold the determinant's derivative.
+inline constexpr double kLargestDet = 1e34;
+
+// Squared in double: what a constant would be rounded to.
+template <class S, class L>
+inline void SetLowPass(double variance, CameraConstants<S, L>& c) {
+  c.low_pass = static_cast<S>(variance), c.low_pass_squared = static_cast<S>(variance * variance);
+}
+
+template <class S>
+inline CameraConstants<S> ConstantsOf(const PosedCamera& camera) {
+  CameraConstants<S> c;
+  for (int i = 0; i < 9; ++i) c.R[i] = static_cast<S>(camera.R[i]);
+  for (int i = 0; i < 3; ++i) c.T[i] = static_cast<S>(camera.T[i]);
+  for (int i = 0; i < 3; ++i) c.centre[i] = static_cast<S>(camera.centre[i]);
+  c.lens = LensIn<S>(camera.lens, camera.width, camera.height);
+  c.near = static_cast<S>(camera.near);
+  SetLowPass(camera.low_pass, c);
+  c.u_lo = static_cast<S>(-kGuardBand * camera.width), c.u_hi = static_cast<S>((1 + kGuardBand) * camera.width);
+  c.v_lo = static_cast<S>(-kGuardBand * camera.height), c.v_hi = static_cast<S>((1 + kGuardBand) * camera.height);
+  c.width = static_cast<S>(camera.width), c.height = static_cast<S>(camera.height);
+  return c;
+}
+
+// What the adjoint needs of the forward computation.
+template <class L, class T>
+struct ProjectionState {
+  T t[3];                            // camera coordinates
+  typename L::template Point<T> at;  // where the lens's derivative is taken
+  T A[9];                            // W R_q
+  T scale[3];                        // standard deviations
+  T M0[3], M1[3];                    // rows of M
+  T B, C, det;                       // screen covariance: xy, yy, determinant
+};
+
+// The shape of a splat in whitened form: u, v, r, s, beta of types.h.
+template <class T>
+struct SplatShape {
+  T u, v, r, s, beta;
+};
+
+// mean[3], log_scale[3], quaternion[4] -> shape. S is the scalar type of the camera's constants. No division by zero
+// for z > 0; elsewhere the result may be not finite and must be masked by the caller.
+template <class S, class L, class T>
+VESTA_HD inline SplatShape<T> Project(const CameraConstants<S, L>& camera, const T mean[3], const T log_scale[3],
+                                      const T quaternion[4], ProjectionState<L, T>& state) {
+  using std::exp;
+  using std::sqrt;
+  T R[9];
+  RotationFromQuaternion(quaternion, R);
+  for (int i = 0; i < 3; ++i) {
+    const T W0(camera.R[3 * i]), W1(camera.R[3 * i + 1]), W2(camera.R[3 * i + 2]);
+    state.t[i] = Fma(W0, mean[0], Fma(W1, mean[1], Fma(W2, mean[2], T(camera.T[i]))));
+    for (int k = 0; k < 3; ++k) state.A[3 * i + k] = Fma(W0, R[k], Fma(W1, R[3 + k], W2 * R[6 + k]));
+    state.scale[i] = exp(log_scale[i]);
+  }
+  SplatShape<T> shape;
+  camera.lens.Project(state.t, shape.u, shape.v, state.at);
+  const auto J = camera.lens.Jacobian(state.t, state.at);
+  for (int k = 0; k < 3; ++k) {
+    const T axis[3] = {state.A[k], state.A[3 + k], state.A[6 + k]};
+    J.Apply(state.scale[k], axis, state.M0[k], state.M1[k]);
+  }
+  const T *m = state.M0, *n = state.M1;
+  const T c0 = m[1] * n[2] - m[2] * n[1], c1 = m[2] * n[0] - m[0] * n[2], c2 = m[0] * n[1] - m[1] * n[0];
+  const T mm = Fma(m[0], m[0], Fma(m[1], m[1], m[2] * m[2]));
+  const T nn = Fma(n[0], n[0], Fma(n[1], n[1], n[2] * n[2]));
+  const T low_pass(camera.low_pass);
+  state.B = Fma(m[0], n[0], Fma(m[1], n[1], m[2] * n[2]));
+  state.C = nn + low_pass;
+  // |m x n|^2 + h (|m|^2 + |n|^2) + h^2, each term positive: A C - B^2 loses all digits in float on needles.
+  state.det = Fma(c0, c0, Fma(c1, c1, Fma(c2, c2, Fma(low_pass, mm + nn, T(camera.low_pass_squared)))));
+  shape.r = T(kWhitening) * sqrt(state.C / state.det);
+  shape.s = T(kWhitening) / sqrt(state.C);
+  shape.beta = -state.B / state.C;
+  return shape;
+}
+
+// Whether the linear projection can stand for the Gaussian: see kDepthSpread.
+template <class L, class T>
+VESTA_HD inline auto IsShallowOrInFront(const L& lens, const ProjectionState<L, T>& state) {
+  T variance(0);
+  for (int k = 0; k < 3; ++k) {
+    const T along = state.scale[k] * state.A[6 + k];
+    variance = Fma(along, along, variance);
+  }
+  const T most = T(kDepthSpread) * state.t[2];
+  return lens.Shows(state.t, state.at) | (variance <= most * most);
+}
+
+// Tangent in whitened coordinates from a shape and its derivative (the a and v parts of a SplatShape<Dual<T>>).
+template <class T>
+VESTA_HD inline void WhitenTangent(const SplatShape<T>& shape, const SplatShape<T>& d, T w[kLambda]) {
+  const T two_ln2(kTwoLn2);
+  w[kXi] = -two_ln2 * shape.r * Fma(shape.beta, d.v, d.u);
+  w[kZeta] = -two_ln2 * shape.s * d.v;
+  w[kRho] = two_ln2 * d.r / shape.r;
+  w[kKappa] = two_ln2 * shape.r / shape.s * d.beta;
+  w[kSigma] = two_ln2 * d.s / shape.s;
+}
+
+// The cotangent of the screen mean (u, v) within w_bar, the cotangent of a whitened tangent.
+template <class T>
+VESTA_HD inline void ScreenMeanAdjoint(const T& r, const T& s, const T& beta, const T* w_bar, T& u_bar, T& v_bar) {
+  const T two_ln2(kTwoLn2);
+  u_bar = -two_ln2 * r * w_bar[kXi];
+  v_bar = Fma(beta, u_bar, -two_ln2 * s * w_bar[kZeta]);
+}
+
+// Adjoint of Project followed by WhitenTangent: from the cotangent w_bar[0..5) to mean_bar[3], log_scale_bar[3],
+// quaternion_bar[4] (overwritten).
+template <class S, class L, class T>
+VESTA_HD inline void ProjectAdjoint(const CameraConstants<S, L>& camera, const T quaternion[4],
+                                    const ProjectionState<L, T>& state, const SplatShape<T>& shape, const T* w_bar,
+                                    T mean_bar[3], T log_scale_bar[3], T quaternion_bar[4]) {
+  using std::sqrt;
+  const T two_ln2(kTwoLn2), rho_bar = two_ln2 * w_bar[kRho], sigma_bar = two_ln2 * w_bar[kSigma];
+  T u_bar, v_bar;
+  ScreenMeanAdjoint(shape.r, shape.s, shape.beta, w_bar, u_bar, v_bar);
+  // log r = (log C - log det) / 2, log s = -log C / 2, (r / s) d beta = (-dB + (B / C) dC) / sqrt(det)
+  const T kappa = two_ln2 * w_bar[kKappa] / sqrt(state.det);
+  const T B_bar = -kappa;
+  const T C_bar = (T(0.5f) * (rho_bar - sigma_bar) + kappa * state.B) / state.C;
+  const T det_bar = T(-0.5f) * rho_bar / state.det;
+
+  const T *m = state.M0, *n = state.M1;
+  const T c[3] = {m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]};
+  const T two_det = T(2) * det_bar, low_pass(camera.low_pass);
+  typename L::template Adjoint<T> adjoint(camera.lens.Jacobian(state.t, state.at));
+  T A_bar[9];
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const T M0_bar = Fma(two_det, n[i] * c[j] - n[j] * c[i] + low_pass * m[k], B_bar * n[k]);
+    const T M1_bar = Fma(two_det, c[i] * m[j] - c[j] * m[i] + low_pass * n[k], Fma(B_bar, m[k], T(2) * C_bar * n[k]));
+    const T along0 = M0_bar * m[k], along1 = M1_bar * n[k];
+    log_scale_bar[k] = along0 + along1;
+    const T axis[3] = {state.A[k], state.A[3 + k], state.A[6 + k]};
+    T axis_bar[3];
+    adjoint.Apply(state.scale[k], axis, M0_bar, M1_bar, along0, along1, axis_bar);
+    for (int row = 0; row < 3; ++row) A_bar[3 * row + k] = axis_bar[row];
+  }
+  T t_bar[3];
+  adjoint.Finish(camera.lens, state.t, u_bar, v_bar, t_bar);
+  T R_bar[9];
+  for (int i = 0; i < 3; ++i) {
+    const T W0(camera.R[i]), W1(camera.R[3 + i]), W2(camera.R[6 + i]);
+    mean_bar[i] = Fma(W0, t_bar[0], Fma(W1, t_bar[1], W2 * t_bar[2]));
+    for (int k = 0; k < 3; ++k) R_bar[3 * i + k] = Fma(W0, A_bar[k], Fma(W1, A_bar[3 + k], W2 * A_bar[6 + k]));
+  }
+  RotationFromQuaternionAdjoint(quaternion, R_bar, quaternion_bar);
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,69 @@
+// How a splat moves with the lens of its view.
+//
+// The lens moves splats alone: wider by a factor it stretches means and footprints about the principal point, all but
+// the low-pass filter's share, and colours and depths stay. So what is needed is in the splat. Where a projection is
+// taken at the border of what the lens shows (lens.h, Shows), that place is held fast.
+#pragma once
+
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/formulas/project.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
+
+namespace vesta::splat {
+
+// A tangent of a pinhole, or a cotangent: of the logarithms of the focal lengths, then of the principal point in focal
+// lengths. So it is the same for a smaller image.
+inline constexpr int kLensTangent = 4;
+struct LensTangent {
+  double v[kLensTangent] = {};  // log fx, log fy, cx / fx, cy / fy
+
+  LensTangent& operator+=(const LensTangent& other) {
+    for (int k = 0; k < kLensTangent; ++k) v[k] += other.v[k];
+    return *this;
+  }
+};
+
+// What a splat's whitened tangent is made of, as the lens changes: rows of kLambda numbers, the others are zero.
+struct LensRows {
+  double w[kLensTangent][kLambda] = {};
+
+  template <class S>
+  VESTA_HD LensRows(const Splat<S>& splat, const PosedCamera& camera) {
+    const Lens& lens = camera.lens;
+    const SplatShape<double> shape = {double(splat.u), double(splat.v), double(splat.r), double(splat.s),
+                                      double(splat.beta)};
+    // The screen covariance [A B; B C], from the factor of its inverse (types.h).
+    const double C = kWhitening * kWhitening / (shape.s * shape.s), B = -shape.beta * C;
+    const double det_by_C = kWhitening * kWhitening / (shape.r * shape.r), det = det_by_C * C, A = det_by_C + B * B / C;
+    const auto set = [&](int k, double du, double dv, double dA, double dB, double dC) {
+      const double d_det = dA * C + A * dC - 2 * B * dB;
+      const SplatShape<double> d = {du, dv, shape.r * (dC / C - d_det / det) / 2, -shape.s * dC / (2 * C),
+                                    (B * dC / C - dB) / C};
+      WhitenTangent(shape, d, w[k]);
+    };
+    set(0, shape.u - lens.cx, 0, 2 * (A - camera.low_pass), B, 0);
+    set(1, 0, shape.v - lens.cy, 0, B, 2 * (C - camera.low_pass));
+    set(2, lens.fx, 0, 0, 0, 0);
+    set(3, 0, lens.fy, 0, 0, 0);
+  }
+
+  template <class S>
+  VESTA_HD SplatTangent<S> Tangent(const LensTangent& delta) const {
+    SplatTangent<S> tangent = {};
+    for (int i = 0; i < kLambda; ++i) {
+      double sum = 0;
+      for (int k = 0; k < kLensTangent; ++k) sum += w[k][i] * delta.v[k];
+      tangent.w[i] = static_cast<S>(sum);
+    }
+    return tangent;
+  }
+  // sum[kLensTangent] += the adjoint of that.
+  template <class S>
+  VESTA_HD void AddCotangent(const SplatTangent<S>& cotangent, double* sum) const {
+    for (int k = 0; k < kLensTangent; ++k) {
+      for (int i = 0; i < kLambda; ++i) sum[k] += w[k][i] * static_cast<double>(cotangent.w[i]);
+    }
+  }
+};
+
+}  // namespace vesta::splat

@@ -1,0 +1,127 @@
+// The Gram sums of a splat from its pixels. For each colour of a pixel there is its curvature omega in the loss and d,
+// its derivative by log alpha; w, that by the splat's colour, is the same for all. What is summed:
+//   shape x shape   sum_c omega_c d_c^2, times the monomials p^a q^b of degree <= 4,
+//   shape x colour  omega_c w d_c, times those of degree <= 2, and colour x colour  omega_c w^2.
+// Pixel by pixel or row by row, as cotangent_sums.h has it.
+#pragma once
+
+#include "kernels/gaussian_splatting/formulas/pixel_steps.h"
+#include "kernels/gaussian_splatting/tiles/row_span.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// What one colour of a pixel adds.
+template <class V>
+struct GramColor {
+  V omega, d;
+
+  VESTA_HD V AddToShape(const V& m) const { return Fma(omega * d, d, m); }
+  VESTA_HD V Cross(const V& w) const { return omega * w * d; }
+  VESTA_HD V AddToColor(const V& w, const V& color) const { return Fma(omega * w, w, color); }
+};
+
+// sums[a] += m p^a for a <= kDegree.
+template <int kDegree, class V>
+VESTA_HD inline void AddPowers(V m, const V& p, V* sums) {
+  for (int a = 0; a <= kDegree; ++a) {
+    sums[a] = sums[a] + m;
+    if (a < kDegree) m = m * p;
+  }
+}
+
+// Pixel by pixel; V: a vector of them in one row.
+template <class V>
+struct GramSums {
+  V shape[kMoments4], cross[3][kMoments2], color[3];
+
+  GramSums() {
+    for (V& moment : shape) moment = V(0);
+    for (int c = 0; c < 3; ++c) {
+      color[c] = V(0);
+      for (V& moment : cross[c]) moment = V(0);
+    }
+  }
+  // color_of(c) gives the GramColor of colour c, when its turn comes: registers are few.
+  template <class S, class ColorOf>
+  [[gnu::always_inline]] void Add(const V& w, const V& p, const S& q, const ColorOf& color_of) {
+    const S q2 = q * q;
+    const V q_power[5] = {V(1), V(q), V(q2), V(q2 * q), V(q2 * q2)};
+    V m(0);
+    for (int c = 0; c < 3; ++c) {
+      const GramColor<V> of = color_of(c);
+      m = of.AddToShape(m);
+      color[c] = of.AddToColor(w, color[c]);
+      AddMonomials<2>(of.Cross(w), p, q_power, cross[c]);
+    }
+    AddMonomials<4>(m, p, q_power, shape);
+  }
+
+ private:
+  // sums[MonomialIndex(a, b)] += m p^a q^b for a + b <= kDegree. q_power[b] = q^b.
+  template <int kDegree>
+  static void AddMonomials(V m, const V& p, const V* q_power, V* sums) {
+    for (int a = 0; a <= kDegree; ++a) {
+      sums[MonomialIndex(a, 0)] = sums[MonomialIndex(a, 0)] + m;
+      for (int b = 1; a + b <= kDegree; ++b) sums[MonomialIndex(a, b)] = Fma(m, q_power[b], sums[MonomialIndex(a, b)]);
+      if (a < kDegree) m = m * p;
+    }
+  }
+};
+
+// Part of a row: m p^a for a <= 4, then for each colour the cross terms for a <= 2, then the colours.
+template <class S>
+struct GramRow {
+  static constexpr int kCross = 5, kColors = kCross + 9, kSums = kColors + 3;
+  S sum[kSums];
+
+  VESTA_HD GramRow() {
+    for (S& part : sum) part = S(0);
+  }
+  template <class ColorOf>
+  VESTA_HD void Add(const S& w, const S& p, const ColorOf& color_of) {
+    S m(0);
+    for (int c = 0; c < 3; ++c) {
+      const GramColor<S> of = color_of(c);
+      m = of.AddToShape(m);
+      sum[kColors + c] = of.AddToColor(w, sum[kColors + c]);
+      AddPowers<2>(of.Cross(w), p, sum + kCross + 3 * c);
+    }
+    AddPowers<4>(m, p, sum);
+  }
+};
+// q^b of a row for b <= 4.
+inline constexpr int kRowPowers = 5;
+template <class S>
+VESTA_HD inline void PowersOfRow(const S& q, S power[kRowPowers]) {
+  power[0] = S(1);
+  for (int b = 1; b < kRowPowers; ++b) power[b] = power[b - 1] * q;
+}
+
+// Sum i of SplatGram from the rows of a tile, each in as many parts as follow each other. powers: PowersOfRow of the
+// rows of the splat.
+template <int kParts, class S>
+VESTA_HD inline S WeighGramRows(const S (&powers)[kTileSize][kRowPowers], const S (&parts)[kParts][GramRow<S>::kSums],
+                                int i) {
+  constexpr int kCross = GramRow<S>::kCross, kColors = GramRow<S>::kColors, kPartsOfRow = kParts / kTileSize;
+  // The monomial p^a q^b that it belongs to, and where the sums of its p^0 lie.
+  int monomial = i, base = 0;
+  if (i >= kMoments4 + 3 * kMoments2) {
+    monomial = 0, base = kColors + i - kMoments4 - 3 * kMoments2;
+  } else if (i >= kMoments4) {
+    monomial = (i - kMoments4) % kMoments2, base = kCross + 3 * ((i - kMoments4) / kMoments2);
+  }
+  int degree = 0;
+  while (MonomialIndex(degree + 1, 0) <= monomial) ++degree;
+  const int b = monomial - MonomialIndex(degree, 0), a = degree - b;
+  S sum(0);
+  for (int y = 0; y < kTileSize; ++y) {
+    for (int part = 0; part < kPartsOfRow; ++part) {
+      sum = Fma(powers[y][b], parts[y * kPartsOfRow + part][base + a], sum);
+    }
+  }
+  return sum;
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,12 @@
+// The kernel of median values for one instruction set; compiled once for each.
+#include "kernels/gaussian_splatting/raster/median_kernels.h"
+#include "kernels/gaussian_splatting/raster/median_pass.h"
+#include "kernels/math/lanes.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+MedianKernel<float> CompiledMedianKernel() { return &MedianTile<FloatLanes, float>; }
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,232 @@
+// The raster passes for a GPU as block kernels (kernels/core/block_kernel.h): one block a tile, one thread a pixel. The
+// formulas are those of the host's passes (passes.h), the walk is tile_block.h's. S is float on a device; tests run
+// double on the host.
+//
+// Forward and tangent keep all they need in registers. Adjoint and Gram need sums over the pixels for each splat, and
+// get them in the tile without atomics, and without shuffles in the inner loop: for a few splats at a time the threads
+// write, as pixels, what each splat means to their pixel into shared memory, and add it up, as splats and rows.
+#pragma once
+
+#include "kernels/gaussian_splatting/raster/cotangent_sums.h"
+#include "kernels/gaussian_splatting/raster/gram_sums.h"
+#include "kernels/gaussian_splatting/tiles/tile_block.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// RasterKernels::forward.
+template <class S>
+struct ForwardBlock {
+  static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
+  struct Shared {
+    ListedSplatBatch<S, kBatch> splats;
+  };
+  TileLists<S> lists;
+  S* image;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
+    Passing<S> passing(pixel);
+    S color[3] = {S(0), S(0), S(0)};
+    ForEachHit(
+        block, lists, pixel, passing, shared.splats, [](std::int64_t, int) {},
+        [&](int k, const S&, const S&, const Blend<S>& blend) {
+          for (int c = 0; c < 3; ++c) color[c] = Fma(blend.weight, shared.splats[k].color[c], color[c]);
+        });
+    for (int c = 0; c < 3; ++c) {
+      pixel.Store(image, c, Fma(passing.transmittance, lists.background[c], color[c]));
+    }
+  }
+};
+
+// RasterKernels::tangent.
+template <class S>
+struct TangentBlock {
+  static constexpr int kThreads = kRasterThreads, kBatch = kRasterThreads;
+  struct Shared {
+    ListedSplatBatch<S, kBatch> splats;
+    SplatTangent<S> tangents[kBatch];
+  };
+  TileLists<S> lists;
+  const SplatTangent<S>* tangents;
+  S* d_image;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const BlockPixel pixel(lists, TileOf(block), block.thread());
+    Passing<S> passing(pixel);
+    S d_color[3] = {S(0), S(0), S(0)}, minus_dT(0);
+    ForEachHit(
+        block, lists, pixel, passing, shared.splats,
+        [&](std::int64_t first, int count) {
+          const int k = block.thread();
+          if (k < count) shared.tangents[k] = tangents[lists.ranks[first + k]];
+        },
+        [&](int k, const S& p, const S& q, const Blend<S>& blend) {
+          const SplatTangent<S>& tangent = shared.tangents[k];
+          const S* color = shared.splats[k].color;
+          const S d_weight = TangentWeight(blend, Psi(tangent, p, q), minus_dT);
+          for (int c = 0; c < 3; ++c) {
+            d_color[c] = TangentColor(blend, d_weight, color[c], tangent.w[kColor + c], d_color[c]);
+          }
+        });
+    for (int c = 0; c < 3; ++c) pixel.Store(d_image, c, Fnma(minus_dT, lists.background[c], d_color[c]));
+  }
+};
+
+// RasterKernels::adjoint, with the sums of pair k of the lists at sums[entries[k]].
+template <class S>
+struct AdjointBlock {
+  static constexpr int kThreads = kRasterThreads, kBatch = 16;
+  struct Share {
+    S g, w;  // derivative of the pixel's part of u . image by log alpha, and by u . colour
+  };
+  struct Shared {
+    SplatBatch<S, kBatch> splats;
+    S u[3][kRasterThreads];
+    Share shares[kBatch][kRasterThreads];
+    S rows[kBatch][kTileSize][kCotangentRowSums];
+  };
+  TileLists<S> lists;
+  const std::uint32_t* entries;
+  const S *image, *u;
+  SplatTangent<S>* sums;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const int thread = block.thread();
+    const BlockPixel pixel(lists, TileOf(block), thread);
+    S behind(0), my_u[3];
+    for (int c = 0; c < 3; ++c) {
+      my_u[c] = pixel.Load(u, c);
+      behind += my_u[c] * pixel.Load(image, c);
+      shared.u[c][PlaceOfU(pixel.x, pixel.y)] = my_u[c];
+    }
+    const std::int64_t left = SumOverPixels<Share>(
+        block, lists, pixel, shared.splats,
+        [&](int k, const Blend<S>& blend) {
+          const S share = ShareOf(blend, shared.splats[k].color, my_u);
+          return Share{ByLogAlpha(blend, Odds(blend.alpha), share, behind), blend.weight};
+        },
+        [&](int k, const Share& share) { shared.shares[k][PlaceOfShare(pixel.x, pixel.y)] = share; },
+        [&](std::int64_t first, int count) {
+          if (thread / kTileSize < count) AddRow(shared, thread / kTileSize, thread % kTileSize);
+          block.Sync();
+          if (thread < count * kSplatTangent) {
+            const int k = thread / kSplatTangent, i = thread % kSplatTangent;
+            sums[entries[first + k]].w[i] = WeighCotangentRows(shared.splats[k], shared.rows[k], i);
+          }
+        });
+    ForEachLeft<kSplatTangent>(block, lists, left, [&](std::int64_t pair, int i) { sums[entries[pair]].w[i] = S(0); });
+  }
+
+ private:
+  // Places of a pixel in shares and in u: rows turned so that neither the pixels of half a warp, two rows of eight, nor
+  // those of one column fall on the same bank.
+  VESTA_HD static int PlaceOfShare(int x, int y) { return y * kTileSize + (x + y % 2 * 8 + y / 2) % kTileSize; }
+  VESTA_HD static int PlaceOfU(int x, int y) { return y * kTileSize + (x + y) % kTileSize; }
+
+  VESTA_HD void AddRow(Shared& shared, int k, int y) const {
+    const Splat<S>& splat = shared.splats[k];
+    const RowSpan<S> row = RowInTile(splat, y);
+    const PixelRange reached = row.PixelsIn(0, kTileSize - 1);
+    CotangentRow<S> total;
+    for (int x = reached.begin; x < reached.end; ++x) {
+      const Share& share = shared.shares[k][PlaceOfShare(x, y)];
+      for (int c = 0; c < 3; ++c) total.AddColor(c, share.w, shared.u[c][PlaceOfU(x, y)]);
+      total.AddShape(share.g, OffsetAt(static_cast<S>(x), splat.r, row.p0));
+    }
+    for (int i = 0; i < kCotangentRowSums; ++i) shared.rows[k][y][i] = total.sum[i];
+  }
+};
+
+// RasterKernels::gram, with the sums of pair k at sums[entries[k]].
+template <class S>
+struct GramBlock {
+  // Two threads a row.
+  static constexpr int kThreads = kRasterThreads, kBatch = 8, kParts = 2 * kTileSize, kHalf = kTileSize / 2;
+  struct alignas(16) Share {
+    S w, d[3];  // derivatives of the pixel's colours by the splat's colour, and by log alpha
+  };
+  struct Shared {
+    SplatBatch<S, kBatch> splats;
+    S omega[3][kRasterThreads];
+    S powers[kBatch][kTileSize][kRowPowers];
+    union {
+      Share shares[kBatch][kRasterThreads];
+      S parts[kBatch][kParts][GramRow<S>::kSums];
+    };
+  };
+  TileLists<S> lists;
+  const std::uint32_t* entries;
+  const S *image, *omega;
+  SplatGram<S>* sums;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const int thread = block.thread();
+    const BlockPixel pixel(lists, TileOf(block), thread);
+    S behind[3];
+    for (int c = 0; c < 3; ++c) {
+      behind[c] = pixel.Load(image, c);
+      shared.omega[c][Place(pixel.x, pixel.y)] = pixel.Load(omega, c);
+    }
+    const std::int64_t left = SumOverPixels<Share>(
+        block, lists, pixel, shared.splats,
+        [&](int k, const Blend<S>& blend) {
+          const S odds = Odds(blend.alpha), *color = shared.splats[k].color;
+          Share share;
+          share.w = blend.weight;
+          for (int c = 0; c < 3; ++c) share.d[c] = ByLogAlpha(blend, odds, blend.weight * color[c], behind[c]);
+          return share;
+        },
+        [&](int k, const Share& share) { shared.shares[k][Place(pixel.x, pixel.y)] = share; },
+        [&](std::int64_t first, int count) {
+          GramRow<S> part;
+          const int k = thread / kParts;
+          if (k < count) {
+            AddHalfRow(shared, k, thread % kParts, part);
+            if (const int y = thread % kParts; y < kTileSize) {
+              PowersOfRow(RowInTile(shared.splats[k], y).q, shared.powers[k][y]);
+            }
+          }
+          block.Sync();  // the parts take the place of the shares
+          if (k < count) {
+            for (int i = 0; i < GramRow<S>::kSums; ++i) shared.parts[k][thread % kParts][i] = part.sum[i];
+          }
+          block.Sync();
+          for (int i = thread; i < count * kGramSums; i += kThreads) {
+            const int of = i / kGramSums;
+            sums[entries[first + of]].m[i % kGramSums] =
+                WeighGramRows(shared.powers[of], shared.parts[of], i % kGramSums);
+          }
+        });
+    ForEachLeft<kGramSums>(block, lists, left, [&](std::int64_t pair, int i) { sums[entries[pair]].m[i] = S(0); });
+  }
+
+ private:
+  // Place of a pixel in shares and omega: half rows turned so that eight neighbouring threads, each at the same pixel
+  // of a half row of its own, have banks of their own.
+  VESTA_HD static int Place(int x, int y) {
+    const int half = x / kHalf;
+    return y * kTileSize + half * kHalf + (x + 2 * y + half) % kHalf;
+  }
+
+  VESTA_HD void AddHalfRow(const Shared& shared, int k, int index, GramRow<S>& part) const {
+    const Splat<S>& splat = shared.splats[k];
+    const int y = index / 2, first = index % 2 * kHalf;
+    const RowSpan<S> row = RowInTile(splat, y);
+    const PixelRange reached = row.PixelsIn(first, first + kHalf - 1);
+    for (int x = reached.begin; x < reached.end; ++x) {
+      const int at = Place(x, y);
+      const Share& share = shared.shares[k][at];
+      part.Add(share.w, OffsetAt(static_cast<S>(x), splat.r, row.p0), [&](int c) {
+        return GramColor<S>{shared.omega[c][at], share.d[c]};
+      });
+    }
+  }
+};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,109 @@
+// The passes bound to images: what RasterKernels points to.
+#pragma once
+
+#include "kernels/gaussian_splatting/raster/passes.h"
+#include "kernels/gaussian_splatting/raster/raster_kernels.h"
+#include "kernels/gaussian_splatting/raster/recolor_pass.h"
+#include "kernels/gaussian_splatting/raster/removal_pass.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+template <class S>
+void PrefetchImage(const TileLists<S>& lists, const TileWindow& window, const S* image) {
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  for (int k = 0; k < 3; ++k) PrefetchPlane(lists, window, image + k * plane);
+}
+
+// What the pass has added up, over the background.
+template <class V, class S, class Pass>
+void StoreImage(const TileLists<S>& lists, const TileWindow& window, Pass& pass, S* image) {
+  using L = Lanes<V>;
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  for (int k = 0; k < 3; ++k) {
+    alignas(64) S pixels[kTilePixels];
+    for (int i = 0; i < kTilePixels; i += L::kWidth) L::Store(pixels + i, pass.Over(V(lists.background[k]), k, i));
+    StorePlane<V>(lists, window, pixels, image + k * plane);
+  }
+}
+
+template <class V, class S>
+void ForwardTile(const TileLists<S>& lists, int tile, S* image) {
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(lists, tile);
+  ForwardPass<V, S> pass;
+  PrefetchImage(lists, window, image);
+  TraverseRows<V>(lists, tile, pixels, pass);
+  StoreImage<V, S>(lists, window, pass, image);
+}
+
+template <class V, class S>
+void TangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* d_image) {
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(lists, tile);
+  TangentPass<V, S> pass(tangents);
+  PrefetchImage(lists, window, d_image);
+  TraverseRows<V>(lists, tile, pixels, pass);
+  StoreImage<V, S>(lists, window, pass, d_image);
+}
+
+template <class V, class S>
+void ForwardTangentTile(const TileLists<S>& lists, int tile, const SplatTangent<S>* tangents, S* image, S* d_image) {
+  const TileWindow window = WindowOf(lists, tile);
+  TilePixels<V, S> pixels(lists, tile);
+  BothPasses<ForwardPass<V, S>, TangentPass<V, S>> pass{{}, TangentPass<V, S>(tangents)};
+  PrefetchImage(lists, window, image);
+  PrefetchImage(lists, window, d_image);
+  TraverseRows<V>(lists, tile, pixels, pass);
+  StoreImage<V, S>(lists, window, pass.first, image);
+  StoreImage<V, S>(lists, window, pass.second, d_image);
+}
+
+template <class V, class S>
+void AdjointTile(const TileLists<S>& lists, int tile, const S* image, const S* u, SplatTangent<S>* pair_sums) {
+  using L = Lanes<V>;
+  alignas(64) S color[kTilePixels];
+  AdjointPass<V, S> pass;
+  pass.sums = pair_sums;
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  const TileWindow window = WindowOf(lists, tile);
+  SetZero<V>(pass.behind);
+  for (int k = 0; k < 3; ++k) {
+    LoadPlane<V>(lists, window, u + k * plane, pass.u[k]);
+    LoadPlane<V>(lists, window, image + k * plane, color);
+    for (int i = 0; i < kTilePixels; i += L::kWidth) {
+      L::Store(pass.behind + i, Fma(L::Load(pass.u[k] + i), L::Load(color + i), L::Load(pass.behind + i)));
+    }
+  }
+  TraverseSplats<V>(lists, tile, pass);
+}
+
+template <class V, class S>
+void GramTile(const TileLists<S>& lists, int tile, const S* image, const S* omega, SplatGram<S>* pair_sums) {
+  GramPass<V, S> pass;
+  pass.sums = pair_sums;
+  const std::int64_t plane = static_cast<std::int64_t>(lists.width) * lists.height;
+  const TileWindow window = WindowOf(lists, tile);
+  for (int k = 0; k < 3; ++k) {
+    LoadPlane<V>(lists, window, omega + k * plane, pass.omega[k]);
+    LoadPlane<V>(lists, window, image + k * plane, pass.behind[k]);
+  }
+  TraverseSplats<V>(lists, tile, pass);
+}
+
+template <class V, class S>
+VisitCounts CountTile(const TileLists<S>& lists, int tile) {
+  TilePixels<V, S> pixels(lists, tile);
+  CountPass<V, S> pass;
+  TraverseRows<V>(lists, tile, pixels, pass);
+  return pass.counts;
+}
+
+template <class V, class S>
+RasterKernels<S> MakeRasterKernels() {
+  return {&ForwardTile<V, S>, &TangentTile<V, S>,        &ForwardTangentTile<V, S>, &AdjointTile<V, S>, &GramTile<V, S>,
+          &RemovalTile<V, S>, &ColorCurvatureTile<V, S>, &RecolorTile<V, S>,        &CountTile<V, S>};
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,132 @@
+// The loop of the passes that add up over splats (image, tangent): row by row of a tile, so that what belongs to the
+// pixels of a row stays in registers while the splats go by, front to back.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "kernels/gaussian_splatting/formulas/pixel_steps.h"
+#include "kernels/gaussian_splatting/tiles/row_span.h"
+#include "kernels/gaussian_splatting/tiles/tile_pixels.h"
+#include "kernels/math/lanes.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// Consecutive splats of a tile, member by member. Enough of them that a row's loop is long, few enough
+// for the first-level cache.
+template <class V, class S>
+class RowBatch {
+ public:
+  using L = Lanes<V>;
+  static constexpr int kSplats = 128;
+  static constexpr int kPlaces = kSplats + 16;  // those after the last hold no splat
+  static constexpr int kVectors = kTileSize / L::kWidth;
+
+  int size = 0;
+
+  // A splat of InTile.
+  void Add(const Splat<S>& splat) {
+    u_[size] = splat.u, v_[size] = splat.v;
+    r_[size] = splat.r, s_[size] = splat.s, beta_[size] = splat.beta;
+    log2_opacity_[size] = splat.log2_opacity, support_[size] = splat.support, inv_r_[size] = splat.inv_r;
+    ++size;
+  }
+  // Splats that reach nothing, up to a whole number of vectors.
+  void Pad() {
+    for (int i = size; i % L::kWidth != 0; ++i) {
+      u_[i] = v_[i] = r_[i] = s_[i] = beta_[i] = log2_opacity_[i] = inv_r_[i] = S(0), support_[i] = S(-1);
+    }
+  }
+
+  // For row y of the tile; row_done(first splat, q) is called for each vector of splats.
+  template <class RowDone>
+  void SetRow(int y, const RowDone& row_done) {
+    for (int& count : met_) count = 0;
+    for (int i = 0; i < size; i += L::kWidth) {
+      const RowSplat<V> splats{L::Load(u_ + i),       L::Load(v_ + i),    L::Load(r_ + i),
+                               L::Load(s_ + i),       L::Load(beta_ + i), L::Load(log2_opacity_ + i),
+                               L::Load(support_ + i), L::Load(inv_r_ + i)};
+      const RowSpan<V> span(splats, V(static_cast<S>(y)));
+      L::Store(peak_ + i, span.peak);
+      L::Store(p0_ + i, span.p0);
+      for (int k = 0; k < kVectors; ++k) {
+        met_[k] += AppendSetBits(span.Meets(k), static_cast<std::uint32_t>(i), meets_[k] + met_[k]);
+      }
+      row_done(i, span.q);
+    }
+    for (int k = 0; k < kVectors; ++k) meets_[k][met_[k]] = meets_[k][met_[k] + 1] = kSplats;
+  }
+  // Of the row set: how many splats meet vector k, and which, with two more that are none.
+  int met(int k) const { return met_[k]; }
+  const std::uint32_t* meets(int k) const { return meets_[k]; }
+  V P(std::uint32_t splat, const V& columns) const { return OffsetAt(columns, V(r_[splat]), V(p0_[splat])); }
+  V Exponent(std::uint32_t splat, const V& p) const { return ExponentAt(p, V(peak_[splat])); }
+
+ private:
+  alignas(64) S u_[kSplats], v_[kSplats], r_[kSplats + 1] = {}, s_[kSplats], beta_[kSplats],
+                                                       log2_opacity_[kSplats], support_[kSplats], inv_r_[kSplats];
+  alignas(64) S peak_[kPlaces] = {}, p0_[kPlaces] = {};  // of the row
+  int met_[kVectors];
+  std::uint32_t meets_[kVectors][kPlaces];
+};
+
+// Pass has
+//   Prepare(place, splat, rank)               what it looks up for the splat at this place of the batch
+//   PrepareRow(first place, q)                one vector of splats in one row
+//   State Load(offset), Store(state, offset)  what it keeps for a vector of pixels; offset into the tile
+//   Pixels(state, place, p, blend)
+template <class V, class S, class Pass>
+[[gnu::always_inline]] inline void TraverseRows(const TileLists<S>& lists, int tile, TilePixels<V, S>& pixels,
+                                                Pass& pass) {
+  using L = Lanes<V>;
+  const V iota = L::Iota();
+  const TileOrigin<S> origin(lists, tile);
+  std::int64_t pair = lists.tile_begin[tile];
+  const std::int64_t end = lists.tile_begin[tile + 1];
+  RowBatch<V, S> batch;
+  while (pair < end && pixels.open_rows() != 0) {
+    for (batch.size = 0; pair < end && batch.size < batch.kSplats; ++pair) {
+      const std::uint32_t rank = lists.ranks[pair];
+      __builtin_prefetch(&lists.splats[lists.ranks[pair + 8 < end ? pair + 8 : pair]]);
+      pass.Prepare(batch.size, lists.splats[rank], rank);
+      batch.Add(InTile(lists.splats[rank], origin));
+    }
+    batch.Pad();
+    for (std::uint32_t rows = pixels.open_rows(); rows != 0; rows &= rows - 1) {
+      const int y = std::countr_zero(rows);
+      batch.SetRow(y, [&](int first, const V& q) { pass.PrepareRow(first, q); });
+      for (int k = 0; k < batch.kVectors; ++k) {
+        const int met = batch.met(k);
+        if (met == 0 || (pixels.open[k] >> y & 1U) == 0) continue;
+        const std::uint32_t* places = batch.meets(k);
+        const int offset = y * kTileSize + k * L::kWidth;
+        const V columns = iota + V(static_cast<S>(k * L::kWidth));
+        V transmittance = L::Load(pixels.transmittance + offset);
+        typename Pass::State state = pass.Load(offset);
+        // The exponent two splats ahead of its use and alpha one: their latency would otherwise fill the processor's
+        // queue of instructions.
+        V p = batch.P(places[0], columns), alpha = EvaluateAlpha(batch.Exponent(places[0], p));
+        V next_p = batch.P(places[1], columns), exponent = batch.Exponent(places[1], next_p);
+        for (int i = 0; i < met; ++i) {
+          const V after_p = batch.P(places[i + 2], columns), after_exponent = batch.Exponent(places[i + 2], after_p);
+          const V next_alpha = EvaluateAlpha(exponent);
+          const Blend<V> blend = BlendSplat(transmittance, alpha);
+          transmittance = blend.transmittance;
+          pass.Pixels(state, places[i], p, blend);
+          if (!L::Any(blend.open)) [[unlikely]] {
+            pixels.CloseRow(y, k);
+            break;
+          }
+          p = next_p, alpha = next_alpha, next_p = after_p, exponent = after_exponent;
+        }
+        const auto open = transmittance >= V(static_cast<S>(kTransmittanceStop));
+        L::Store(pixels.transmittance + offset, Select(open, transmittance, V(0)));
+        pass.Store(state, offset);
+      }
+    }
+  }
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,92 @@
+// The loop of the passes that sum over the pixels of each splat (adjoint, Gram): the splats of a tile front to back,
+// and of each the vectors of pixels that it may touch, so that its sums stay in registers.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "kernels/gaussian_splatting/formulas/pixel_steps.h"
+#include "kernels/gaussian_splatting/tiles/row_span.h"
+#include "kernels/gaussian_splatting/tiles/tile_pixels.h"
+#include "kernels/math/lanes.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// Where one splat may reach in a tile: row by row its place, and the rows it meets in each column of vectors.
+template <class V, class S>
+struct SplatRows {
+  using L = Lanes<V>;
+  static constexpr int kVectors = kTileSize / L::kWidth;
+  alignas(64) S q[kTileSize];
+  alignas(64) S peak[kTileSize + 1] = {};  // and one more, of no row
+  alignas(64) S p0[kTileSize + 1] = {};    // likewise
+  std::uint32_t meets[kVectors];           // bit y of meets[k]: row y, pixels k * width and on
+
+  // splat: of InTile.
+  void Set(const Splat<S>& splat) {
+    const RowSplat<V> all = InAllLanes<V>(splat);
+    for (std::uint32_t& rows : meets) rows = 0;
+    for (int row = 0; row < kTileSize; row += L::kWidth) {
+      const RowSpan<V> span(all, L::Iota() + V(static_cast<S>(row)));
+      L::Store(q + row, span.q);
+      L::Store(peak + row, span.peak);
+      L::Store(p0 + row, span.p0);
+      for (int k = 0; k < kVectors; ++k) meets[k] |= span.Meets(k) << row;
+    }
+  }
+};
+
+// Pass has
+//   State Begin(splat)                      what it keeps for one splat, a local object so that it lives in registers
+//   Pixels(state, q, offset, p, blend)      one vector of pixels; offset into the tile
+//   End(state, pair), Skip(pair)            pair: position in lists.ranks; Skip where all pixels are closed
+template <class V, class S, class Pass>
+[[gnu::always_inline]] inline void TraverseSplats(const TileLists<S>& lists, int tile, Pass& pass) {
+  using L = Lanes<V>;
+  TilePixels<V, S> pixels(lists, tile);
+  const V iota = L::Iota();
+  const TileOrigin<S> origin(lists, tile);
+  std::int64_t pair = lists.tile_begin[tile];
+  const std::int64_t end = lists.tile_begin[tile + 1];
+  // One splat ahead, so that the rows to visit are known when the loop over them begins.
+  SplatRows<V, S> prepared[2];
+  const auto prepare = [&](std::int64_t next) {
+    prepared[next & 1].Set(InTile(lists.splats[lists.ranks[next]], origin));
+  };
+  if (pair < end) prepare(pair);
+  for (; pair < end && pixels.open_rows() != 0; ++pair) {
+    if (pair + 1 < end) prepare(pair + 1);
+    const SplatRows<V, S>& rows = prepared[pair & 1];
+    const Splat<S>& splat = lists.splats[lists.ranks[pair]];
+    typename Pass::State state = pass.Begin(splat);
+    const V r(splat.r);
+    for (int k = 0; k < pixels.kVectors; ++k) {
+      const V columns = iota + V(static_cast<S>(k * L::kWidth));
+      std::uint32_t todo = rows.meets[k] & pixels.open[k];
+      if (todo == 0) continue;
+      // alpha one row ahead of what uses it: its latency would otherwise fill the processor's queue of instructions.
+      int row = std::countr_zero(todo);
+      V p = OffsetAt(columns, r, V(rows.p0[row])), alpha = AlphaAt(p, V(rows.peak[row]));
+      do {
+        todo &= todo - 1;
+        const int next = std::countr_zero(todo | 1U << kTileSize);
+        const V next_p = OffsetAt(columns, r, V(rows.p0[next])), next_alpha = AlphaAt(next_p, V(rows.peak[next]));
+
+        const int offset = row * kTileSize + k * L::kWidth;
+        S* transmittance = pixels.transmittance + offset;
+        const Blend<V> blend = BlendSplat(L::Load(transmittance), alpha);
+        L::Store(transmittance, Select(blend.open, blend.transmittance, V(0)));
+        if (!L::Any(blend.open)) [[unlikely]]
+          pixels.CloseRow(row, k);
+        pass.Pixels(state, rows.q[row], offset, p, blend);
+        row = next, p = next_p, alpha = next_alpha;
+      } while (todo != 0);
+    }
+    pass.End(state, pair);
+  }
+  for (; pair < end; ++pair) pass.Skip(pair);
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

@@ -1,0 +1,210 @@
+// What the block kernels over a tile have in common (kernels/core/block_kernel.h): one block a tile, one thread a
+// pixel, and the walk through the tile's splats in batches that lie in shared memory. The counterpart of the host's
+// traverse_rows.h and traverse_splats.h.
+#pragma once
+
+#include "kernels/core/block_kernel.h"
+#include "kernels/gaussian_splatting/formulas/pixel_steps.h"
+#include "kernels/gaussian_splatting/tiles/row_span.h"
+#include "kernels/gaussian_splatting/tiles/tile_coverage.h"
+#include "kernels/math/device_scalar.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+inline constexpr int kRasterThreads = kTileSize * kTileSize, kRasterWarps = kRasterThreads / 32;
+// A warp takes 8 x 4 pixels: the more compact, the fewer warps does a splat concern.
+inline constexpr int kWarpColumns = 8, kWarpRows = 4;
+
+// The tile of a block that takes one. Its number divides faster as an int.
+template <class Block>
+VESTA_HD inline int TileOf(const Block& block) {
+  return static_cast<int>(block.id());
+}
+
+// The pixel of a thread.
+struct BlockPixel {
+  int x, y;            // in the tile
+  bool inside;         // the image
+  std::int64_t place;  // in a plane of the image
+  std::int64_t plane;  // pixels in a plane
+
+  template <class S>
+  VESTA_HD BlockPixel(const TileLists<S>& lists, int tile, int thread) {
+    const int warp = thread / 32, lane = thread % 32;
+    x = warp % 2 * kWarpColumns + lane % kWarpColumns;
+    y = warp / 2 * kWarpRows + lane / kWarpColumns;
+    const int column = tile % lists.tiles_x * kTileSize + x, row = tile / lists.tiles_x * kTileSize + y;
+    inside = column < lists.width && row < lists.height;
+    place = std::int64_t{row} * lists.width + column;
+    plane = std::int64_t{lists.width} * lists.height;
+  }
+  VESTA_HD int in_tile() const { return y * kTileSize + x; }
+  // Channel c of an image, 0 outside it; a pixel outside is not written.
+  template <class S>
+  VESTA_HD S Load(const S* image, int c) const {
+    return inside ? image[c * plane + place] : S(0);
+  }
+  template <class S>
+  VESTA_HD void Store(S* image, int c, const S& value) const {
+    if (inside) image[c * plane + place] = value;
+  }
+};
+
+// What passes to a pixel.
+template <class S>
+struct Passing {
+  S transmittance = S(1);  // behind the last splat that is part of the pixel
+  bool open;
+
+  VESTA_HD explicit Passing(const BlockPixel& pixel) : open(pixel.inside) {}
+  // The next splat, of InTile: hit(p, q, blend) if it reaches the pixel.
+  template <class Hit>
+  VESTA_HD void Meet(const BlockPixel& pixel, const Splat<S>& splat, const Hit& hit) {
+    const RowSpan<S> row = RowInTile(splat, pixel.y);
+    const S p = OffsetAt(static_cast<S>(pixel.x), splat.r, row.p0), alpha = AlphaAt(p, row.peak);
+    if (!(alpha > S(0))) return;
+    const Blend<S> blend = BlendSplat(transmittance, alpha);
+    open = blend.open;
+    if (open) transmittance = blend.transmittance;
+    hit(p, row.q, blend);
+  }
+};
+
+// Bit w: the support of the splat, of InTile, meets the pixels of warp w. Where a bit is clear
+// alpha is 0 for each of the warp's pixels.
+template <class S>
+VESTA_HD inline std::uint32_t WarpsInReach(const Splat<S>& splat) {
+  const SupportReach<S> reach(splat);
+  std::uint32_t warps = 0;
+  for (int row = 0; row < kTileSize; row += kWarpRows) {
+    const S y0 = Max(static_cast<S>(row), splat.v - reach.y);
+    const S y1 = Min(static_cast<S>(row + kWarpRows - 1), splat.v + reach.y);
+    if (!(y0 <= y1)) continue;
+    const S left = ExtremeX(splat, reach, y0, y1, S(-1)), right = ExtremeX(splat, reach, y0, y1, S(1));
+    for (int half = 0; half < 2; ++half) {
+      const int begin = half * kWarpColumns, end = begin + kWarpColumns - 1;
+      if (right >= static_cast<S>(begin) && left <= static_cast<S>(end)) warps |= 1U << (row / kWarpRows * 2 + half);
+    }
+  }
+  return warps;
+}
+
+// Splats of a tile in shared memory, and which warps they concern.
+template <class S, int kBatch>
+struct SplatBatch {
+  Splat<S> splats[kBatch];
+  std::uint8_t warps[kBatch];
+
+  VESTA_HD const Splat<S>& operator[](int k) const { return splats[k]; }
+  VESTA_HD bool Concerns(int k, int warp) const { return (warps[k] >> warp & 1U) != 0; }
+
+  // Brings in the splats of the pairs [first, first + count). Barriers must lie on both sides.
+  template <class Block>
+  VESTA_HD void Stage(Block& block, const TileLists<S>& lists, std::int64_t first, int count) {
+    const int k = block.thread();
+    if (k >= count) return;
+    splats[k] = InTile(lists.splats[lists.ranks[first + k]], TileOrigin<S>(lists, TileOf(block)));
+    warps[k] = static_cast<std::uint8_t>(WarpsInReach(splats[k]));
+  }
+};
+
+// The same with a list for each warp of the splats that concern it: others cost the warp nothing.
+template <class S, int kBatch>
+struct ListedSplatBatch : SplatBatch<S, kBatch> {
+  static constexpr int kWords = (kBatch + 31) / 32;
+  std::uint32_t lists[kRasterWarps][kWords];  // bit k % 32 of word k / 32: splat k
+
+  // After Stage and a barrier. A barrier must follow.
+  template <class Block>
+  VESTA_HD void List(Block& block, int count) {
+    if (block.thread() >= kRasterWarps * kWords) return;
+    const int warp = block.thread() % kRasterWarps, word = block.thread() / kRasterWarps;
+    std::uint32_t bits = 0;
+    for (int k = 32 * word; k < count && k < 32 * (word + 1); ++k) {
+      bits |= (this->Concerns(k, warp) ? 1U : 0U) << k % 32;
+    }
+    lists[warp][word] = bits;
+  }
+};
+
+// Pairs left to do, at most `most`.
+VESTA_HD inline int BatchSize(std::int64_t first, std::int64_t end, int most) {
+  return end - first < most ? static_cast<int>(end - first) : most;
+}
+
+// visit(first, count) for the pairs of the block's tile, at most kBatch at a time, while go_on(), which has a barrier,
+// so that shared memory is free again. Returns the first pair not visited.
+template <int kBatch, class S, class Block, class GoOn, class Visit>
+VESTA_HD inline std::int64_t ForEachBatch(Block& block, const TileLists<S>& lists, const GoOn& go_on,
+                                          const Visit& visit) {
+  const std::int64_t end = lists.tile_begin[block.id() + 1];
+  std::int64_t first = lists.tile_begin[block.id()];
+  for (; first < end; first += kBatch) {
+    if (!go_on()) break;
+    visit(first, BatchSize(first, end, kBatch));
+  }
+  return first;
+}
+
+// For passes that add up over splats: hit(k, p, q, blend) for each splat that reaches the thread's pixel, splats[k] of
+// its batch, front to back until the pixel is closed. stage(first, count) brings more of a batch into shared memory.
+template <int kBatch, class S, class Block, class Stage, class Hit>
+VESTA_HD inline void ForEachHit(Block& block, const TileLists<S>& lists, const BlockPixel& pixel, Passing<S>& passing,
+                                ListedSplatBatch<S, kBatch>& splats, const Stage& stage, const Hit& hit) {
+  ForEachBatch<kBatch>(
+      block, lists, [&] { return block.Count(passing.open) != 0; },
+      [&](std::int64_t first, int count) {
+        stage(first, count);
+        splats.Stage(block, lists, first, count);
+        block.Sync();
+        splats.List(block, count);
+        block.Sync();
+        const std::uint32_t* mine = splats.lists[block.thread() / 32];
+        for (int word = 0; 32 * word < count; ++word) {
+          for (std::uint32_t bits = mine[word]; bits != 0 && passing.open; bits &= bits - 1) {
+            const int k = 32 * word + LowestBit(bits);
+            passing.Meet(pixel, splats[k], [&](const S& p, const S& q, const Blend<S>& blend) { hit(k, p, q, blend); });
+          }
+        }
+      });
+}
+
+// For passes that sum over the pixels of each splat. As pixels the threads give put(k, share) what each splat means to
+// theirs: Share{} where it does not reach it, else share_of(k, blend). Then sum(first, count), as splats and parts of
+// the tile. Returns the first pair not summed, all pixels being closed.
+template <class Share, int kBatch, class S, class Block, class ShareOf, class Put, class Sum>
+VESTA_HD inline std::int64_t SumOverPixels(Block& block, const TileLists<S>& lists, const BlockPixel& pixel,
+                                           SplatBatch<S, kBatch>& splats, const ShareOf& share_of, const Put& put,
+                                           const Sum& sum) {
+  Passing<S> passing(pixel);
+  const int warp = block.thread() / 32;
+  return ForEachBatch<kBatch>(
+      block, lists, [&] { return block.Count(passing.open) != 0; },
+      [&](std::int64_t first, int count) {
+        splats.Stage(block, lists, first, count);
+        block.Sync();
+        for (int k = 0; k < count; ++k) {
+          Share share{};
+          if (passing.open && splats.Concerns(k, warp)) {
+            passing.Meet(pixel, splats[k],
+                         [&](const S&, const S&, const Blend<S>& blend) { share = share_of(k, blend); });
+          }
+          put(k, share);
+        }
+        block.Sync();
+        sum(first, count);
+      });
+}
+
+// visit(pair, i) for i < kN and the pairs from `first` to the last of the block's tile, by all threads.
+template <int kN, class S, class Block, class Visit>
+VESTA_HD inline void ForEachLeft(Block& block, const TileLists<S>& lists, std::int64_t first, const Visit& visit) {
+  const std::int64_t end = lists.tile_begin[block.id() + 1];
+  for (std::int64_t i = first * kN + block.thread(); i < end * kN; i += kRasterThreads) {
+    visit(i / kN, static_cast<int>(i % kN));
+  }
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

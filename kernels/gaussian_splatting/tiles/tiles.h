@@ -1,0 +1,46 @@
+// Which splats touch which tile.
+#pragma once
+
+#include "kernels/core/buffer.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
+#include "kernels/gaussian_splatting/formulas/view_counts.h"
+
+namespace vesta::splat {
+
+// Tile-major lists of the splats of one view, and the way back from a splat to its entries.
+class TileBins {
+ public:
+  // splats: in order of depth. A splat is listed in a tile exactly where the ellipse of its support meets the rectangle
+  // spanned by the tile's pixel centres (with the support's own small margin). Parallel; the same lists for any number
+  // of threads.
+  template <class S>
+  void Build(HostSpan<const Splat<S>> splats, int width, int height);
+
+  int tiles_x() const { return tiles_x_; }
+  int tiles_y() const { return tiles_y_; }
+  int num_tiles() const { return tiles_x_ * tiles_y_; }
+  Index num_splats() const { return splat_begin_.size() - 1; }
+  // Number of (splat, tile) pairs.
+  Index num_pairs() const { return ranks_.size(); }
+  // [num_tiles + 1] first pair of each tile.
+  const std::int64_t* tile_begin() const { return tile_begin_.data(); }
+  // [num_pairs] rank of the splat, ascending within a tile.
+  const std::uint32_t* ranks() const { return ranks_.data(); }
+  // [splats + 1] first entry of each splat in pairs_of_splat; [num_pairs] its pairs, by ascending tile.
+  const std::int64_t* splat_begin() const { return splat_begin_.data(); }
+  const std::uint32_t* pairs_of_splat() const { return pairs_of_splat_.data(); }
+  // [num_pairs] the tile of each of those.
+  const std::uint32_t* tiles_of_splat() const { return tiles_of_splat_.data(); }
+
+  // Of the lists of such a view.
+  static double Bytes(const ViewCounts& view) {
+    return sizeof(std::int64_t) * (view.tiles + view.splats) + 3 * sizeof(std::uint32_t) * view.pairs;
+  }
+
+ private:
+  int tiles_x_ = 0, tiles_y_ = 0;
+  HostBuffer<std::int64_t> tile_begin_, splat_begin_;
+  HostBuffer<std::uint32_t> ranks_, pairs_of_splat_, tiles_of_splat_;
+};
+
+}  // namespace vesta::splat

@@ -1,0 +1,131 @@
+// Splats that lie in many tiles, as block kernels (kernels/core/block_kernel.h): a block of threads lists the tiles of
+// one and adds up its records, where a single thread would keep all others waiting.
+#pragma once
+
+#include "kernels/core/block_kernel.h"
+#include "kernels/gaussian_splatting/tiles/tile_pairs.h"
+
+namespace vesta::splat {
+inline namespace VESTA_ISA {
+
+// Where wide splats are noted: each has more entries than kFewTiles, so that there is a multiple of it among the first
+// of them, and among no other's. Slots hold 1 + rank, or 0.
+constexpr Index NumWideSlots(Index pairs) { return pairs / kFewTiles + 1; }
+
+// For rank r, slots being 0 before.
+struct NoteWide {
+  const Index* splat_begin;
+  std::uint32_t* slots;
+
+  VESTA_HD void operator()(Index r) const {
+    if (IsWide(splat_begin, r)) slots[(splat_begin[r] + kFewTiles - 1) / kFewTiles] = static_cast<std::uint32_t>(r + 1);
+  }
+};
+
+inline constexpr int kWideThreads = 256;
+
+// The slots that a block looks at, in shared memory.
+struct WideSlots {
+  const std::uint32_t* slots;
+  Index count;
+
+  static constexpr Index NumBlocks(Index count) { return (count + kWideThreads - 1) / kWideThreads; }
+
+  // visit(rank) for each splat noted in the block's slots, by all its threads. A barrier lies before each call.
+  template <class Block, class Visit>
+  VESTA_HD void ForEach(Block& block, std::uint32_t (&mine)[kWideThreads], const Visit& visit) const {
+    const Index at = block.id() * kWideThreads + block.thread();
+    mine[block.thread()] = at < count ? slots[at] : 0;
+    block.Sync();
+    for (int i = 0; i < kWideThreads; ++i) {
+      if (mine[i] == 0) continue;
+      visit(Index{mine[i]} - 1);
+      block.Sync();
+    }
+  }
+};
+
+// As EmitPairs, of wide splats: a thread a row of tiles.
+template <class S>
+struct EmitWideBlock {
+  static constexpr int kThreads = kWideThreads;
+  struct Shared {
+    std::uint32_t slots[kThreads];
+    Index begin[kThreads + 1];  // of a row's entries
+  };
+  WideSlots wide;
+  TileGrid grid;
+  const Splat<S>* splats;
+  const Index* splat_begin;
+  PairArrays pairs;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const int thread = block.thread();
+    wide.ForEach(block, shared.slots, [&](Index r) {
+      const TileRows<S> rows(splats[r], grid.tiles_x, grid.tiles_y, grid.width, grid.height);
+      Index begin = splat_begin[r];
+      for (int first_row = rows.begin; first_row < rows.end; first_row += kThreads) {
+        const int row = first_row + thread;
+        shared.begin[thread + 1] = row < rows.end ? rows.CountIn(row) : 0;
+        block.Sync();
+        if (thread == 0) {
+          shared.begin[0] = begin;
+          for (int i = 0; i < kThreads; ++i) shared.begin[i + 1] += shared.begin[i];
+        }
+        block.Sync();
+        Emit(rows, row, r, shared.begin[thread]);
+        begin = shared.begin[kThreads];
+        block.Sync();
+      }
+    });
+  }
+
+ private:
+  VESTA_HD void Emit(const TileRows<S>& rows, int row, Index r, Index e) const {
+    int first = 0, last = 0;
+    if (row >= rows.end || !rows.Row(row, &first, &last)) return;
+    for (int column = first; column <= last; ++column) pairs.Write(e++, row * grid.tiles_x + column, r);
+  }
+};
+
+// As SumEntries, of wide splats: each lane adds up every so-manieth entry in the order of tiles, and the lanes are
+// added in their order. The same bits every time.
+template <class S, int kN>
+struct SumWideBlock {
+  static constexpr int kThreads = kWideThreads, kLanes = kThreads / kN;
+  struct Shared {
+    std::uint32_t slots[kThreads];
+    S lanes[kLanes][kN];
+  };
+  WideSlots wide;
+  const Index* splat_begin;
+  const S* records;
+  S* sums;
+
+  template <class Block>
+  VESTA_HD void operator()(Block& block, Shared& shared) const {
+    const int lane = block.thread() / kN, component = block.thread() % kN;
+    wide.ForEach(block, shared.slots, [&](Index r) {
+      if (lane < kLanes) {
+        S sum(0);
+        const Index end = splat_begin[r + 1];
+        for (Index begin = splat_begin[r] + lane; begin < end; begin += Index{kTermsOfAPart} * kLanes) {
+          const Index part_end = Min(begin + Index{kTermsOfAPart} * kLanes, end);
+          S part(0);
+          for (Index e = begin; e < part_end; e += kLanes) part += records[kN * e + component];
+          sum += part;
+        }
+        shared.lanes[lane][component] = sum;
+      }
+      block.Sync();
+      if (lane > 0) return;
+      S total(0);
+      for (const S(&of_lane)[kN] : shared.lanes) total += of_lane[component];
+      sums[kN * r + component] = total;
+    });
+  }
+};
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::splat

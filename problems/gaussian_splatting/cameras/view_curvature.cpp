@@ -1,8 +1,0 @@
-#include "problems/gaussian_splatting/cameras/view_curvature.inl"
-
-namespace vesta::gs {
-
-template std::vector<double> ViewCurvature(const FreeUnknowns&, const std::array<double, 3>&,
-                                           const splat::Model<float>&, const TargetView<CpuBackend<float>>&);
-
-}  // namespace vesta::gs

@@ -1,0 +1,24 @@
+// How far in front of a camera a point lies: host and device call the same function.
+#pragma once
+
+#include "kernels/core/hd.h"
+#include "kernels/gaussian_splatting/formulas/lens.h"
+#include "kernels/math/isa.h"
+
+namespace vesta::gs {
+inline namespace VESTA_ISA {
+
+// The depth of a point of the world where it is in front of the camera and within its image; 0 elsewhere. R, T: world
+// to camera, R row-major. Camera: its lens, width and height, as of Camera and splat::PosedCamera.
+template <class Camera>
+VESTA_HD inline double DepthInView(const double* R, const double* T, const Camera& camera, const float* point) {
+  double p[3];
+  for (int i = 0; i < 3; ++i) p[i] = R[3 * i] * point[0] + R[3 * i + 1] * point[1] + R[3 * i + 2] * point[2] + T[i];
+  if (!(p[2] > 0)) return 0;
+  double u, v;
+  splat::PixelOf(camera.lens, p, u, v);
+  return u >= 0 && u <= camera.width && v >= 0 && v <= camera.height ? p[2] : 0;
+}
+
+}  // namespace VESTA_ISA
+}  // namespace vesta::gs

@@ -1,0 +1,110 @@
+#include "problems/gaussian_splatting/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
+#include "problems/gaussian_splatting/scene/depth_in_view.h"
+#include "problems/gaussian_splatting/scene/median.h"
+
+namespace vesta::gs {
+
+Camera ResizeCamera(const Camera& camera, int width, int height) {
+  const double across = static_cast<double>(width) / camera.width;
+  const double down = static_cast<double>(height) / camera.height;
+  return {width, height, camera.lens.Scaled(across, down), camera.low_pass};
+}
+
+std::shared_ptr<const Image> View::Photograph() const {
+  if (stored) return stored->Get();
+  return {std::shared_ptr<const Image>(), &image};
+}
+
+View HoldingPhotograph(const View& view) {
+  View holding = view;
+  holding.stored = nullptr;
+  if (view.stored) holding.image = *view.Photograph();
+  return holding;
+}
+
+std::array<double, 3> CameraCenter(const View& view) {
+  const auto& r = view.rotation;
+  const auto& t = view.translation;
+  std::array<double, 3> center;
+  for (std::size_t i = 0; i < 3; ++i) center[i] = -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2]);
+  return center;
+}
+
+std::vector<const View*> TrainingViews(const std::vector<View>& views) {
+  std::vector<const View*> trained;
+  for (const View& view : views) {
+    if (view.is_trained()) trained.push_back(&view);
+  }
+  return trained;
+}
+
+Index NumTrainingViews(const std::vector<View>& views) { return std::ranges::count_if(views, &View::is_trained); }
+
+void SortAndSplit(std::vector<View>* views) {
+  std::sort(views->begin(), views->end(), [](const View& a, const View& b) { return a.name < b.name; });
+  SplitByCount(8, views);
+}
+
+void SplitByCount(int every, std::vector<View>* views) {
+  VESTA_CHECK(every >= 0, "every {}th view cannot be a test view", every);
+  for (std::size_t i = 0; i < views->size(); ++i) {
+    const bool is_test = every > 0 && i % static_cast<std::size_t>(every) == 0;
+    (*views)[i].role = is_test ? ViewRole::kTest : ViewRole::kTraining;
+  }
+}
+
+void HoldOut(std::vector<View>* views) {
+  std::vector<View*> trained;
+  for (View& view : *views) {
+    if (view.is_trained()) trained.push_back(&view);
+  }
+  if (trained.size() < 2) Fail("of {} training views none can be held out to judge by; add images", trained.size());
+  // The middle of each eight, and of fewer.
+  for (std::size_t i = std::min<std::size_t>(3, trained.size() / 2); i < trained.size(); i += 8) {
+    trained[i]->role = ViewRole::kHeldOut;
+  }
+}
+
+namespace {
+
+// 1.1 times the largest distance of a training camera's centre from their mean; 1 where all coincide.
+double CameraRadius(const std::vector<View>& views) {
+  const double radius = SpreadOf(TrainingViews(views)).radius;
+  return radius > 0 ? 1.1 * radius : 1.0;
+}
+
+}  // namespace
+
+std::array<double, 3> InCamera(const View& view, const std::array<double, 3>& point) {
+  std::array<double, 3> t = view.translation;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) t[i] += view.rotation[3 * i + j] * point[j];
+  }
+  return t;
+}
+
+double DepthInView(const View& view, const std::array<float, 3>& point) {
+  return DepthInView(view.rotation.data(), view.translation.data(), view.camera, point.data());
+}
+
+double SceneExtent(const std::vector<View>& views, const PointCloud& points) {
+  std::vector<double> depths;
+  for (const View& view : views) {
+    if (!view.is_trained()) continue;
+    for (const auto& point : points.positions) {
+      const double depth = DepthInView(view, point);
+      if (depth > 0) depths.push_back(depth);
+    }
+  }
+  if (depths.empty()) return CameraRadius(views);
+  return 0.5 * Median(std::move(depths));
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,174 @@
+#include "problems/gaussian_splatting/scene/undistort.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/scene/sample_cubic.h"
+
+namespace vesta::gs {
+namespace {
+
+using Point = std::array<double, 2>;
+
+double Determinant(const std::array<double, 4>& j) { return j[0] * j[3] - j[1] * j[2]; }
+
+// The largest distance from the axis, on a pinhole of focal length 1, to which the lens is one to one in all
+// directions; at most that of kWidest.
+double OneToOneRadius(const Distortion& lens) {
+  constexpr int kSteps = 512, kDirections = 32;
+  constexpr double kWidest = 1.5;  // radians from the axis; a pinhole image cannot reach 90 degrees
+  double radius = 0;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double next = std::tan(kWidest * i / kSteps);
+    for (int d = 0; d < kDirections; ++d) {
+      const double direction = 2 * std::numbers::pi * d / kDirections;
+      const std::array<double, 4> j = DistortionJacobian(lens, next * std::cos(direction), next * std::sin(direction));
+      // Both: of a lens that folds twice the determinant is positive again, but the trace is not.
+      if (!(Determinant(j) > 0 && j[0] + j[3] > 0)) return radius;
+    }
+    radius = next;
+  }
+  return radius;
+}
+
+// Part of the plane of a pinhole of focal length 1, about the axis: how far it goes to the left, right, up and down.
+using Sides = std::array<double, 4>;
+
+// What of that plane a photograph shows.
+class SeenPlane {
+ public:
+  SeenPlane(const Camera& camera, const Distortion& lens)
+      : camera_(camera), lens_(lens), radius_(OneToOneRadius(lens)) {}
+
+  // slack: how far beyond the centres of the outermost pixels, in pixels, counts as seen.
+  bool Sees(double x, double y, double slack) const {
+    if (!(std::hypot(x, y) <= radius_)) return false;
+    const Point at = Distort(lens_, x, y);
+    const double u = camera_.lens.fx * at[0] + camera_.lens.cx, v = camera_.lens.fy * at[1] + camera_.lens.cy;
+    // Between the centres of pixels, where interpolation has neighbours.
+    const double margin = 0.5 - slack;
+    return u >= margin && u <= camera_.width - margin && v >= margin && v <= camera_.height - margin;
+  }
+  // The border suffices: what is seen has no holes.
+  bool Sees(const Sides& s, double slack) const {
+    constexpr int kSamples = 256;  // a side
+    for (int i = 0; i <= kSamples; ++i) {
+      const double part = static_cast<double>(i) / kSamples;
+      const double x = -s[0] + part * (s[0] + s[1]), y = -s[2] + part * (s[2] + s[3]);
+      if (!Sees(x, -s[2], slack) || !Sees(x, s[3], slack) || !Sees(-s[0], y, slack) || !Sees(s[1], y, slack)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  const Camera& camera_;
+  const Distortion& lens_;
+  double radius_;
+};
+
+// The largest part in 0..1 for which holds(part), given that it then holds for all smaller ones; 0 where for none.
+template <class Holds>
+double LargestPart(const Holds& holds) {
+  if (holds(1.0)) return 1;
+  double low = 0, high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (holds(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+// First as large as it may be in the shape of the photograph, then side by side what else there is.
+Sides LargestSeen(const SeenPlane& plane, const Sides& widest) {
+  const auto scaled = [&](double part) {
+    Sides sides = widest;
+    for (double& side : sides) side *= part;
+    return sides;
+  };
+  Sides sides = scaled(LargestPart([&](double part) { return plane.Sees(scaled(part), 0); }));
+  // Where a side touches the border between two samples, other samples find it a little beyond.
+  constexpr double kSlack = 0.02;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const double least = sides[i];
+    const auto grown = [&](double part) {
+      Sides wider = sides;
+      wider[i] = least + part * (widest[i] - least);
+      return wider;
+    };
+    sides = grown(LargestPart([&](double part) { return plane.Sees(grown(part), kSlack); }));
+  }
+  return sides;
+}
+
+}  // namespace
+
+std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens) {
+  if (lens.is_none()) return camera;
+  if (!lens.is_finite()) return std::nullopt;
+  constexpr double kMost = 2, kLeast = 0.2;  // of the photograph's width and height
+  const splat::Lens& f = camera.lens;
+  Sides widest{f.cx / f.fx, (camera.width - f.cx) / f.fx, f.cy / f.fy, (camera.height - f.cy) / f.fy};
+  for (double& side : widest) {
+    if (!(side > 0)) return std::nullopt;  // what lies about the axis is not in the photograph
+    side *= kMost;
+  }
+  const Sides sides = LargestSeen(SeenPlane(camera, lens), widest);
+  // What is seen reaches to the centres of the outermost pixels, within the rounding of the search.
+  constexpr double kRounding = 1e-6;
+  const double width = std::floor((sides[0] + sides[1]) * f.fx + 1 + kRounding);
+  const double height = std::floor((sides[2] + sides[3]) * f.fy + 1 + kRounding);
+  if (!(width >= std::max(1.0, kLeast * camera.width) && height >= std::max(1.0, kLeast * camera.height))) {
+    return std::nullopt;
+  }
+  return Camera{static_cast<int>(width),
+                static_cast<int>(height),
+                {.fx = f.fx, .fy = f.fy, .cx = sides[0] * f.fx + 0.5, .cy = sides[2] * f.fy + 0.5}};
+}
+
+Image UndistortImage(const Image& image, const Camera& camera, const Distortion& lens, const Camera& pinhole) {
+  VESTA_CHECK(image.width == camera.width && image.height == camera.height,
+              "an image of {} x {} for a camera of {} x {}", image.width, image.height, camera.width, camera.height);
+  constexpr int kMostSamples = 8;  // a pixel, across and down
+  Image result(pinhole.width, pinhole.height);
+  if (!image.mask.empty()) result.mask.assign(result.num_pixels(), 1);
+  const splat::Lens &from = camera.lens, &to = pinhole.lens;
+  ParallelFor(pinhole.height, 8, [&](Index row) {
+    for (int column = 0; column < pinhole.width; ++column) {
+      const double x = (column + 0.5 - to.cx) / to.fx, y = (static_cast<double>(row) + 0.5 - to.cy) / to.fy;
+      const std::array<double, 4> j = DistortionJacobian(lens, x, y);
+      // By how many of the photograph's pixels one of the result is wide or high.
+      const double reach = std::max(std::hypot(j[0] * from.fx / to.fx, j[2] * from.fy / to.fx),
+                                    std::hypot(j[1] * from.fx / to.fy, j[3] * from.fy / to.fy));
+      // A lens that hardly shrinks is left sharp.
+      constexpr double kHardly = 1.25;
+      const int samples = reach <= kHardly ? 1 : static_cast<int>(std::ceil(std::min<double>(reach, kMostSamples)));
+      std::array<float, 3> sum{};
+      bool counts = true;
+      for (int b = 0; b < samples; ++b) {
+        for (int a = 0; a < samples; ++a) {
+          const double across = (a + 0.5) / samples - 0.5, down = (b + 0.5) / samples - 0.5;
+          const Point at = Distort(lens, x + across / to.fx, y + down / to.fy);
+          const double u = from.fx * at[0] + from.cx, v = from.fy * at[1] + from.cy;
+          const std::array<float, 3> color = SampleCubic(image, u, v);
+          counts = counts && CountsAbout(image, u, v);
+          for (std::size_t c = 0; c < 3; ++c) sum[c] += color[c];
+        }
+      }
+      const std::size_t pixel =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(pinhole.width) + static_cast<std::size_t>(column);
+      if (!counts && !result.mask.empty()) result.mask[pixel] = 0;
+      const float share = 1.0f / static_cast<float>(samples * samples);
+      for (int c = 0; c < 3; ++c) {
+        result.plane(c)[pixel] = std::clamp(share * sum[static_cast<std::size_t>(c)], 0.0f, 1.0f);
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,24 @@
+// Photographs of distorting lenses made into those of pinholes.
+#pragma once
+
+#include <optional>
+
+#include "problems/gaussian_splatting/scene/distortion.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+
+namespace vesta::gs {
+
+// The pinhole camera that stands for this one: the same focal lengths, so that the middle keeps its resolution, and as
+// large an image about the optical axis as has all its pixels within the distorted one (as `colmap image_undistorter`
+// with blank_pixels = 0), to twice as wide and high. It keeps to where the lens is one to one. None where less than a
+// fifth of the width or height would remain (of such a calibration nothing is meant), or the coefficients are not
+// finite. Of a lens without distortion: the camera itself.
+std::optional<Camera> PinholeOf(const Camera& camera, const Distortion& lens);
+
+// The image of `camera` with that lens, as `pinhole` sees it from the same place. Cubic interpolation (Catmull-Rom,
+// clamped to 0..1); where the image shrinks, the mean of samples at most one of its pixels apart. A
+// pixel takes part where the four about each of its samples do. The image has the
+// camera's size.
+Image UndistortImage(const Image& image, const Camera& camera, const Distortion& lens, const Camera& pinhole);
+
+}  // namespace vesta::gs

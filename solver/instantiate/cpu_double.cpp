@@ -1,8 +1,0 @@
-// The engine for host memory, in double.
-#include "kernels/core/vector_backend.h"
-
-namespace vesta {
-using InstantiatedBackend = CpuBackend<double>;
-}  // namespace vesta
-
-#include "solver/instantiate/engine.inl"

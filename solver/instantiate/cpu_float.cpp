@@ -1,8 +1,0 @@
-// The engine for host memory, in float.
-#include "kernels/core/vector_backend.h"
-
-namespace vesta {
-using InstantiatedBackend = CpuBackend<float>;
-}  // namespace vesta
-
-#include "solver/instantiate/engine.inl"

@@ -1,8 +1,0 @@
-// The engine for the memory of a GPU, in float.
-#include "kernels/core/cuda_backend.h"
-
-namespace vesta {
-using InstantiatedBackend = CudaBackend<float>;
-}  // namespace vesta
-
-#include "solver/instantiate/engine.inl"

@@ -1,0 +1,48 @@
+// BlockProblem at one x.
+#pragma once
+
+#include <utility>
+
+#include "solver/block_problem.h"
+#include "solver/internal/blocks/block_jacobian.h"
+#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+
+namespace vesta {
+
+class BlockLinearization final : public Linearization<CpuBackend<double>>,
+                                 public WithProductH<CpuBackend<double>>,
+                                 public WithBlocks<CpuBackend<double>>,
+                                 public WithReducedSystem<CpuBackend<double>>,
+                                 public NormalMatrixSource {
+ public:
+  using B = CpuBackend<double>;
+  // Evaluates all residuals and Jacobians, manifolds and losses applied. The problem must outlive this object and not
+  // change in its life.
+  BlockLinearization(const BlockProblem& problem, ConstVectorView x);
+  ~BlockLinearization() override { memory_ = {jacobian_.TakeStorage(), std::move(residuals_), std::move(product_)}; }
+
+  Index num_residuals() const override { return residuals_.size(); }
+  Index num_parameters() const override { return jacobian_.structure().num_tangent(); }
+  ConstVectorView residuals() const override { return residuals_.view(); }
+  void ApplyJ(ConstVectorView v, VectorView u) override { jacobian_.Apply(v, u); }
+  void ApplyJT(ConstVectorView u, VectorView g) override { jacobian_.ApplyTranspose(u, g); }
+  void ApplyH(ConstVectorView v, VectorView Hv) override;
+  void DiagJTJ(VectorView d) override { jacobian_.SquaredColumns(d); }
+  std::vector<BlockGroup> block_groups() const override { return jacobian_.structure().groups(); }
+  void BlockGram(BlockDiagonal<B>& diagonal) override { jacobian_.Gram(BlockJacobian::Part::kAll, diagonal); }
+  std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() override;
+  const BlockMatrix& NormalMatrix() override;
+
+ private:
+  using Scratch = BlockProblem::Scratch;
+  void EvaluateRow(const BlockProblem& problem, ConstVectorView x, Index row, Scratch& scratch);
+
+  const BlockProblem& problem_;
+  BlockProblem::LinearizationMemory& memory_;  // the problem's
+  BlockJacobian jacobian_;
+  B::Vector residuals_;                               // corrected for the losses, as the Jacobian is
+  B::Vector product_;                                 // J v, of ApplyH
+  std::shared_ptr<const BlockMatrix> normal_matrix_;  // once asked for
+};
+
+}  // namespace vesta

@@ -1,0 +1,325 @@
+#include "solver/block_problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "solver/bounds.h"
+#include "solver/internal/block_linearization.h"
+#include "solver/internal/blocks/block_distance.h"
+#include "solver/internal/sparse_cholesky/block_normal_matrix.h"
+#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/internal/unwritten.h"
+
+namespace vesta {
+
+namespace {
+constexpr Index kGrain = 64;
+}
+
+const ParameterBlock& BlockProblem::Parameter(int block) const {
+  VESTA_CHECK(block >= 0 && block < num_parameter_blocks(), "parameter block {} of {}", block, num_parameter_blocks());
+  return parameters_[static_cast<std::size_t>(block)];
+}
+
+int BlockProblem::AddParameterBlock(int size, std::shared_ptr<const Manifold> manifold) {
+  VESTA_CHECK(size > 0, "a parameter block of {} numbers", size);
+  Changed();
+  parameters_.push_back({num_parameters_, size, size});
+  manifolds_.emplace_back();
+  constant_.push_back(false);
+  num_parameters_ += size;
+  if (has_bounds()) {
+    lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
+    upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
+  }
+  if (manifold) SetManifold(num_parameter_blocks() - 1, std::move(manifold));
+  return num_parameter_blocks() - 1;
+}
+
+void BlockProblem::SetManifold(int block, std::shared_ptr<const Manifold> manifold) {
+  const int size = Parameter(block).ambient_size;
+  VESTA_CHECK(!manifold || manifold->ambient_size() == size, "a manifold of {} numbers for block {} of {}",
+              manifold->ambient_size(), block, size);
+  Changed();
+  const auto k = static_cast<std::size_t>(block);
+  manifolds_[k] = std::move(manifold);
+  parameters_[k].tangent_size = constant_[k] ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
+}
+
+void BlockProblem::SetConstant(int block, bool constant) {
+  const int size = Parameter(block).ambient_size;
+  Changed();
+  const auto k = static_cast<std::size_t>(block);
+  constant_[k] = constant;
+  parameters_[k].tangent_size = constant ? 0 : manifolds_[k] ? manifolds_[k]->tangent_size() : size;
+}
+
+void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
+  VESTA_CHECK(entry >= 0 && entry < Parameter(block).ambient_size, "entry {} of block {}", entry, block);
+  if (!(lower < upper)) {
+    Fail("block {}, entry {}: the lower bound {} is not below the upper bound {}", block, entry, lower, upper);
+  }
+  lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
+  upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
+  const auto k = static_cast<std::size_t>(Parameter(block).ambient_offset + entry);
+  lower_[k] = lower;
+  upper_[k] = upper;
+}
+
+void BlockProblem::AddResidualBlock(std::shared_ptr<const CostFunction> cost, std::shared_ptr<const Loss> loss,
+                                    std::span<const int> blocks) {
+  VESTA_CHECK(cost != nullptr && cost->num_residuals() > 0, "a residual block without residuals");
+  const std::span<const int> sizes = cost->block_sizes();
+  VESTA_CHECK(sizes.size() == blocks.size(), "a cost function of {} blocks given {}", sizes.size(), blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    VESTA_CHECK(Parameter(blocks[i]).ambient_size == sizes[i],
+                "argument {} of a cost function has {} numbers, block {} has {}", i, sizes[i], blocks[i],
+                Parameter(blocks[i]).ambient_size);
+    VESTA_CHECK(std::find(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(i), blocks[i]) ==
+                    blocks.begin() + static_cast<std::ptrdiff_t>(i),
+                "block {} is used twice in one residual block", blocks[i]);
+  }
+  Changed();
+  residuals_.Add({cost->num_residuals(), blocks});
+  terms_.push_back({std::move(cost), std::move(loss)});
+}
+
+void BlockProblem::ReserveResidualBlocks(std::size_t count) {
+  residuals_.Reserve(count);
+  terms_.reserve(count);
+}
+
+void BlockProblem::Changed() {
+  structure_.reset();
+  normal_matrix_.reset();
+  cholesky_.reset();
+  counts_.reset();
+}
+
+const BlockStructure& BlockProblem::Structure() const {
+  if (!structure_) structure_.emplace(parameters_, residuals_, options_.eliminate);
+  return *structure_;
+}
+
+Index BlockProblem::tangent_offset(int block) {
+  for (const FreeBlock& free : Structure().free_blocks()) {
+    if (free.parameter == block) return free.offset;
+  }
+  return -1;
+}
+
+int BlockProblem::tangent_size(int block) { return Parameter(block).tangent_size; }
+
+inline void BlockProblem::Prepare(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
+  const ResidualBlock block = residuals_[term];
+  const std::size_t count = block.parameters.size();
+  scratch.arguments.resize(count);
+  const double** arguments = scratch.arguments.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    arguments[i] = x.data() + parameters_[static_cast<std::size_t>(block.parameters[i])].ambient_offset;
+  }
+  for (int i = 0; i < block.num_residuals; ++i) residuals[i] = Unwritten<double>();
+}
+
+bool BlockProblem::EvaluateTerm(ConstVectorView x, std::size_t term, double* residuals, Scratch& scratch) const {
+  Prepare(x, term, residuals, scratch);
+  const ResidualBlock block = residuals_[term];
+  const auto entries = [&](int p) {
+    const ParameterBlock& parameter = parameters_[static_cast<std::size_t>(p)];
+    return parameter.tangent_size > 0 ? block.num_residuals * parameter.ambient_size : 0;
+  };
+  int all = 0;
+  for (const int p : block.parameters) all += entries(p);
+  scratch.ambient.assign(static_cast<std::size_t>(all), Unwritten<double>());
+  scratch.jacobians.clear();
+  double* next = scratch.ambient.data();
+  for (const int p : block.parameters) {
+    scratch.jacobians.push_back(entries(p) > 0 ? next : nullptr);
+    next += entries(p);
+  }
+  return terms_[term].cost->Evaluate(scratch.arguments.data(), residuals, scratch.jacobians.data());
+}
+
+double BlockProblem::TermCost(ConstVectorView x, std::size_t term, Scratch& scratch) const {
+  scratch.residuals.resize(static_cast<std::size_t>(residuals_[term].num_residuals));
+  Prepare(x, term, scratch.residuals.data(), scratch);
+  if (!terms_[term].cost->Evaluate(scratch.arguments.data(), scratch.residuals.data(), nullptr)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  double s = 0;
+  for (const double r : scratch.residuals) s += r * r;
+  return 0.5 * (terms_[term].loss ? terms_[term].loss->Evaluate(s).rho : s);
+}
+
+template <class UnitOf>
+double BlockProblem::SumCosts(ConstVectorView x, Index count, const UnitOf& unit_of) const {
+  if (options_.evaluation_callback) options_.evaluation_callback(x, false);
+  return ParallelSum<double>(count, kGrain, [&](Index begin, Index end) {
+    Scratch scratch;
+    double sum = 0;
+    for (Index i = begin; i < end; ++i) sum += TermCost(x, static_cast<std::size_t>(unit_of(i)), scratch);
+    return sum;
+  });
+}
+
+double BlockProblem::Cost(ConstVectorView x) {
+  CheckSize(x);
+  return SumCosts(x, num_units(), [](Index i) { return i; });
+}
+
+double BlockProblem::Cost(ConstVectorView x, std::span<const Index> units) {
+  CheckSize(x);
+  CheckUnits(units);
+  return SumCosts(x, static_cast<Index>(units.size()), [&](Index i) { return units[static_cast<std::size_t>(i)]; });
+}
+
+std::unique_ptr<Linearization<BlockProblem::B>> BlockProblem::Linearize(ConstVectorView x) {
+  CheckSize(x);
+  if (options_.evaluation_callback) options_.evaluation_callback(x, true);
+  return std::make_unique<BlockLinearization>(*this, x);
+}
+
+std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakePreconditioner() {
+  if (options_.make_preconditioner) return options_.make_preconditioner();
+  const StepCounts& counts = *CountSteps(false);
+  const std::string iterations = IterationsInWords(counts);
+  if (!counts.factor) {
+    return std::make_unique<BlockJacobiPreconditioner<B>>(fmt::format(
+        " (a sparse Cholesky factor would take over {} GiB, or longer than {})", options_.max_factor_gib, iterations));
+  }
+  const std::string why = fmt::format(" ({})", FactorBeside(counts, iterations, IterationsCost(counts)));
+  if (FactorBeatsIterations(counts)) return std::make_unique<SparseCholeskyPreconditioner>(cholesky_, why);
+  return std::make_unique<BlockJacobiPreconditioner<B>>(" (a sparse Cholesky factor" + why + ")");
+}
+
+StepCounts::Factor BlockProblem::LeastFactor() const {
+  const BlockStructure& structure = Structure();
+  StepCounts::Factor least{.sums = BlockNormalMatrix::Multiplications(structure)};
+  // Each eliminated block is a front, which hands on a matrix of the kept blocks that it shares residuals with.
+  std::vector<int> last_user(structure.free_blocks().size(), -1);
+  for (int e = structure.num_kept_blocks(); e < static_cast<int>(structure.free_blocks().size()); ++e) {
+    double below = 0;
+    for (const BlockUse& use : structure.uses(e)) {
+      for (const BlockCell& cell : structure.cells(structure.rows()[static_cast<std::size_t>(use.row)])) {
+        if (std::exchange(last_user[static_cast<std::size_t>(cell.free)], e) != e)
+          below += cell.free == e ? 0 : cell.size;
+      }
+    }
+    least.updates += below * below;
+    least.fronts += 1;
+  }
+  return least;
+}
+
+const StepCounts* BlockProblem::CountSteps(bool eliminating) {
+  if (options_.make_preconditioner) return nullptr;
+  const BlockStructure& structure = Structure();
+  const bool reduced = eliminating && structure.num_kept() < structure.num_tangent();
+  if (counts_ && counts_->reduced == reduced) return &*counts_;
+  counts_.emplace(
+      StepCounts{.residuals = static_cast<double>(structure.num_residuals()),
+                 .columns = static_cast<double>(structure.num_tangent()),
+                 .entries = static_cast<double>(structure.num_values()),
+                 .reduced = reduced,
+                 .system_columns = static_cast<double>(reduced ? structure.num_kept() : structure.num_tangent()),
+                 .hops = static_cast<double>(LongestDistance(structure))});
+  const StepCounts::Factor least = LeastFactor();
+  const double allowed = MaxFactorMultiplications(*counts_, least);
+  if (!cholesky_ && allowed > 0) cholesky_ = PlanCholesky(allowed);
+  if (cholesky_) {
+    const EliminationPlan& plan = cholesky_->plan();
+    counts_->factor = {.sums = least.sums,
+                       .multiplications = plan.multiplications,
+                       .values = plan.factor_values,
+                       .updates = plan.update_values,
+                       .fronts = static_cast<double>(plan.fronts.size())};
+  }
+  return &*counts_;
+}
+
+std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakeSparseCholesky() {
+  if (!cholesky_) cholesky_ = PlanCholesky(std::numeric_limits<double>::infinity());
+  if (!cholesky_) {
+    Fail("preconditioner = {}: the factor would take more than max_factor_gib = {}; raise that or choose kBlockJacobi",
+         ToString(PreconditionerKind::kSparseCholesky), options_.max_factor_gib);
+  }
+  return std::make_unique<SparseCholeskyPreconditioner>(cholesky_);
+}
+
+BlockNormalMatrix& BlockProblem::NormalMatrix() const {
+  if (!normal_matrix_) normal_matrix_ = std::make_shared<BlockNormalMatrix>(Structure());
+  return *normal_matrix_;
+}
+
+std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplications) const {
+  const double max_bytes = options_.max_factor_gib * 0x1p30;
+  if (!(max_bytes > 0)) Fail("max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
+  if (BlockNormalMatrix::Bytes(Structure()) > max_bytes) return nullptr;
+  return SparseCholesky::Plan(NormalMatrix().pattern(), max_bytes, max_multiplications);
+}
+
+void BlockProblem::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) {
+  backend.Copy(x, out);
+  const std::vector<FreeBlock>& free = Structure().free_blocks();
+  ParallelFor(static_cast<Index>(free.size()), 4 * kGrain, [&](Index k) {
+    const FreeBlock& block = free[static_cast<std::size_t>(k)];
+    const auto p = static_cast<std::size_t>(block.parameter);
+    double* to = out.data() + parameters_[p].ambient_offset;
+    const double* step = delta.data() + block.offset;
+    if (manifolds_[p]) {
+      manifolds_[p]->Plus(to, step, to);
+    } else {
+      for (int c = 0; c < block.size; ++c) to[c] += step[c];
+    }
+    if (!has_bounds()) return;
+    for (int c = 0; c < parameters_[p].ambient_size; ++c) {
+      const auto i = static_cast<std::size_t>(parameters_[p].ambient_offset + c);
+      to[c] = std::min(std::max(to[c], lower_[i]), upper_[i]);
+    }
+  });
+}
+
+std::string BlockProblem::DescribeInfeasible(ConstVectorView x) {
+  if (!has_bounds()) return "";
+  for (std::size_t p = 0; p < parameters_.size(); ++p) {
+    if (constant_[p]) continue;
+    for (int c = 0; c < parameters_[p].ambient_size; ++c) {
+      const Index i = parameters_[p].ambient_offset + c;
+      const auto k = static_cast<std::size_t>(i);
+      if (bounds_internal::Inside(x[i], lower_[k], upper_[k])) continue;
+      return fmt::format("block {}, entry {}: {}", p, c, bounds_internal::Outside(x[i], lower_[k], upper_[k]));
+    }
+  }
+  return "";
+}
+
+template <class Visit>
+void BlockProblem::VisitEuclidean(const Visit& visit) const {
+  if (!has_bounds()) return;
+  for (const FreeBlock& block : Structure().free_blocks()) {
+    const auto p = static_cast<std::size_t>(block.parameter);
+    if (manifolds_[p]) continue;
+    for (int c = 0; c < block.size; ++c) visit(parameters_[p].ambient_offset + c, block.offset + c);
+  }
+}
+
+void BlockProblem::MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) {
+  VisitEuclidean([&](Index i, Index k) {
+    const auto b = static_cast<std::size_t>(i);
+    if (bounds_internal::PushedOut(x[i], negative_gradient[k], lower_[b], upper_[b])) mask[k] = 0;
+  });
+}
+
+void BlockProblem::ClipStep(ConstVectorView x, VectorView step) {
+  VisitEuclidean([&](Index i, Index k) {
+    const auto b = static_cast<std::size_t>(i);
+    step[k] = bounds_internal::ClippedStep(x[i], step[k], lower_[b], upper_[b]);
+  });
+}
+
+}  // namespace vesta

@@ -1,0 +1,140 @@
+#include "solver/internal/blocks/block_structure.h"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace vesta {
+
+namespace {
+
+// An independent set worth eliminating has this share of the step: below it the Schur complement is not much smaller
+// than what it came from.
+constexpr double kWorthEliminating = 0.6;
+
+std::vector<bool> FindEliminated(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals) {
+  std::vector<std::vector<std::size_t>> rows_of(parameters.size());
+  for (std::size_t r = 0; r < residuals.size(); ++r) {
+    for (const int p : residuals[r].parameters) {
+      if (parameters[static_cast<std::size_t>(p)].tangent_size > 0) rows_of[static_cast<std::size_t>(p)].push_back(r);
+    }
+  }
+  std::vector<std::size_t> order;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    if (!rows_of[p].empty()) order.push_back(p);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return rows_of[a].size() < rows_of[b].size(); });
+  std::vector<bool> eliminated(parameters.size(), false), taken(residuals.size(), false);
+  Index total = 0, found = 0;
+  for (const std::size_t p : order) {
+    total += parameters[p].tangent_size;
+    const bool independent =
+        std::none_of(rows_of[p].begin(), rows_of[p].end(), [&](std::size_t r) { return taken[r]; });
+    if (!independent) continue;
+    eliminated[p] = true;
+    found += parameters[p].tangent_size;
+    for (const std::size_t r : rows_of[p]) taken[r] = true;
+  }
+  const bool worth = found < total && static_cast<double>(found) >= kWorthEliminating * static_cast<double>(total);
+  if (!worth) eliminated.assign(parameters.size(), false);
+  return eliminated;
+}
+
+}  // namespace
+
+BlockStructure::BlockStructure(std::span<const ParameterBlock> parameters, const ResidualBlockList& residuals,
+                               bool eliminate) {
+  const std::vector<bool> eliminated =
+      eliminate ? FindEliminated(parameters, residuals) : std::vector<bool>(parameters.size(), false);
+  std::vector<int> free_of;
+  NumberFreeBlocks(parameters, eliminated, free_of);
+  LayRows(residuals, eliminated, free_of);
+  ListUses();
+}
+
+void BlockStructure::NumberFreeBlocks(std::span<const ParameterBlock> parameters, const std::vector<bool>& eliminated,
+                                      std::vector<int>& free_of) {
+  std::vector<int> order;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    if (parameters[p].tangent_size > 0) order.push_back(static_cast<int>(p));
+  }
+  const auto key = [&](int p) {
+    const auto k = static_cast<std::size_t>(p);
+    return std::tuple(static_cast<bool>(eliminated[k]), parameters[k].tangent_size);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  free_of.assign(parameters.size(), -1);
+  for (const int p : order) {
+    const bool last_part = eliminated[static_cast<std::size_t>(p)];
+    const int size = parameters[static_cast<std::size_t>(p)].tangent_size;
+    std::vector<BlockGroup>& part = last_part ? eliminated_groups_ : kept_groups_;
+    if (!last_part) {
+      num_kept_ = num_tangent_ + size;
+      ++num_kept_blocks_;
+    }
+    if (part.empty() || part.back().size != size) {
+      const Index start = last_part ? num_kept_ : 0;
+      part.push_back({size, 0, num_tangent_ - start, 1, size});
+      groups_.push_back({size, 0, num_tangent_, 1, size});
+    }
+    free_of[static_cast<std::size_t>(p)] = static_cast<int>(free_.size());
+    free_.push_back({p, size, num_tangent_, static_cast<int>(groups_.size()) - 1, groups_.back().count});
+    ++part.back().count;
+    ++groups_.back().count;
+    num_tangent_ += size;
+  }
+}
+
+void BlockStructure::LayRows(const ResidualBlockList& residuals, const std::vector<bool>& eliminated,
+                             const std::vector<int>& free_of) {
+  rows_.reserve(residuals.size());
+  cells_.reserve(residuals.num_arguments());
+  for (std::size_t r = 0; r < residuals.size(); ++r) {
+    const ResidualBlock residual = residuals[r];
+    BlockRow row{.residual_offset = num_residuals_,
+                 .value_offset = 0,
+                 .num_residuals = residual.num_residuals,
+                 .first_cell = static_cast<Index>(cells_.size())};
+    for (std::size_t argument = 0; argument < residual.parameters.size(); ++argument) {
+      const auto p = static_cast<std::size_t>(residual.parameters[argument]);
+      if (free_of[p] < 0) continue;
+      if (eliminated[p]) row.eliminated_cell = row.num_cells;
+      const FreeBlock& block = free_[static_cast<std::size_t>(free_of[p])];
+      cells_.push_back({free_of[p], static_cast<int>(argument), row.width, block.size, block.offset});
+      row.width += block.size;
+      ++row.num_cells;
+    }
+    num_residuals_ += row.num_residuals;
+    rows_.push_back(row);
+  }
+  // Values lie in the order in which they are mostly read: an eliminated block's rows one after another.
+  std::vector<std::pair<int, std::size_t>> order;
+  order.reserve(rows_.size());
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const BlockRow& row = rows_[r];
+    order.emplace_back(
+        row.eliminated_cell < 0 ? -1 : cells_[static_cast<std::size_t>(row.first_cell + row.eliminated_cell)].free, r);
+  }
+  std::sort(order.begin(), order.end());
+  for (const auto& [eliminated_block, r] : order) {
+    rows_[r].value_offset = num_values_;
+    num_values_ += static_cast<Index>(rows_[r].num_residuals) * rows_[r].width;
+  }
+}
+
+void BlockStructure::ListUses() {
+  first_use_.assign(free_.size() + 1, 0);
+  for (const BlockCell& cell : cells_) ++first_use_[static_cast<std::size_t>(cell.free) + 1];
+  std::partial_sum(first_use_.begin(), first_use_.end(), first_use_.begin());
+  uses_.resize(cells_.size());
+  std::vector<std::size_t> next(first_use_.begin(), first_use_.end() - 1);
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    for (const BlockCell& cell : cells(rows_[r])) {
+      uses_[next[static_cast<std::size_t>(cell.free)]++] = {static_cast<Index>(r), cell.local};
+    }
+  }
+}
+
+}  // namespace vesta

@@ -1,0 +1,27 @@
+#include "solver/internal/evaluation_words.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vesta {
+
+std::string ValueInWords(double value) {
+  if (IsUnwritten(value)) return "was not written";
+  return std::isnan(value) ? "is nan" : fmt::format("is {:.6g}", value);
+}
+
+std::string LossInWords(Index block, double square, double rho) {
+  return fmt::format("the loss of residual block {} {} for a square of {:.6g}", block, ValueInWords(rho), square);
+}
+
+std::string NumbersInWords(std::span<const double> values) {
+  constexpr std::size_t kShown = 12;
+  const auto shown = values.first(std::min(values.size(), kShown));
+  return fmt::format("[{:.6g}{}]", fmt::join(shown, ", "),
+                     values.size() > kShown ? fmt::format(", ... of {}", values.size()) : "");
+}
+
+}  // namespace vesta

@@ -1,0 +1,8 @@
+// The engine for host memory, in double.
+#include "kernels/core/vector_backend.h"
+
+namespace vesta {
+using InstantiatedBackend = CpuBackend<double>;
+}  // namespace vesta
+
+#include "solver/internal/instantiate/engine.inl"

@@ -1,0 +1,8 @@
+// The engine for the memory of a GPU, in double.
+#include "kernels/core/cuda_backend.h"
+
+namespace vesta {
+using InstantiatedBackend = CudaBackend<double>;
+}  // namespace vesta
+
+#include "solver/internal/instantiate/engine.inl"

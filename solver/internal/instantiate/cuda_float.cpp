@@ -1,0 +1,8 @@
+// The engine for the memory of a GPU, in float.
+#include "kernels/core/cuda_backend.h"
+
+namespace vesta {
+using InstantiatedBackend = CudaBackend<float>;
+}  // namespace vesta
+
+#include "solver/internal/instantiate/engine.inl"

@@ -1,0 +1,14 @@
+#include "solver/internal/normal_equations/damping_metric.h"
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+
+void DampingMetricOptions::Validate() const {
+  if (!(min_diagonal > 0 && min_diagonal <= max_diagonal)) {
+    Fail("metric: D is clamped to [{}, {}]; need 0 < min_diagonal <= max_diagonal", min_diagonal, max_diagonal);
+  }
+  if (!(group_median_floor >= 0)) Fail("metric.group_median_floor is {}; choose 0 or more", group_median_floor);
+}
+
+}  // namespace vesta

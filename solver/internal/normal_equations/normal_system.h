@@ -1,0 +1,59 @@
+// The damped normal equations (H + lambda D) step = d, d = -g as a rule, of a set of batches at one x.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solver/internal/normal_equations/step_solver.h"
+#include "solver/internal/normal_equations/system_fault.h"
+
+namespace vesta {
+
+// Owns the linearizations of its batches. Columns that are zero in all of them are frozen: their steps are 0.
+template <Backend B>
+class NormalSystem {
+ public:
+  NormalSystem(B& backend, ProblemAdaptor<B> problem, typename B::ConstVectorView x, const std::vector<int>& batches);
+
+  // -g and the right-hand side d; after Prepare 0 where columns are frozen or at a bound.
+  typename B::ConstVectorView negative_gradient() const { return negative_gradient_.view(); }
+  typename B::ConstVectorView rhs() const { return descent_.empty() ? negative_gradient() : descent_.view(); }
+  // Of H; empty after Prepare unless it was to be kept.
+  typename B::ConstVectorView diagonal() const { return diagonal_.view(); }
+  // D, after Prepare.
+  typename B::ConstVectorView metric() const { return metric_.view(); }
+  // Of gradient, right-hand side and diagonal.
+  const SystemFault& fault() const { return fault_; }
+  Index num_frozen() const { return num_frozen_; }
+  // DescribeFrozenGradient of this system; before Prepare.
+  std::string DescribeFrozen(typename B::ConstVectorView x, double threshold) {
+    return num_frozen_ == 0
+               ? ""
+               : DescribeFrozenGradient<B>(backend_, problem_, x, negative_gradient(), diagonal(), threshold);
+  }
+  Index num_residuals() const;
+
+  // Chooses the metric and makes the solver; before the first Solve. The diagonal is let go of unless the solver reads
+  // it later, or `keep_diagonal`. Throws Error where the solver asked for does not fit the problem.
+  void Prepare(const NormalSystemOptions& options, typename B::ConstVectorView x, const ColumnScale<B>& scale,
+               bool keep_diagonal = true);
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step);
+  // What solves it; after Prepare.
+  const std::string& description() const { return solver_->description(); }
+  // v^T H v, at one product a batch.
+  double Curvature(typename B::ConstVectorView v);
+
+ private:
+  B& backend_;
+  ProblemAdaptor<B> problem_;
+  std::vector<std::unique_ptr<LinearizationAdaptor<B>>> batches_;
+  std::vector<LinearizationAdaptor<B>*> pointers_;
+  typename B::Vector negative_gradient_, diagonal_, metric_, mask_;
+  typename B::Vector descent_;  // d; empty where it is -g
+  SystemFault fault_;
+  Index num_frozen_ = 0;
+  std::unique_ptr<StepSolver<B>> solver_;
+};
+
+}  // namespace vesta

@@ -1,0 +1,208 @@
+// Solvers of a damped step by conjugate gradients: on all parameters, in shards on several processes, and with a group
+// of parameters eliminated.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "solver/internal/normal_equations/damped_normal_equations.h"
+#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/internal/normal_equations/sharded_system.h"
+#include "solver/internal/normal_equations/step_solver.h"
+
+namespace vesta::step_internal {
+
+// g^T step and step^T H step of a step of (H + lambda D) step = b - r, b the right-hand side on every column that
+// moves, without a further product. r_dot_step: the residual's product with it.
+template <Backend B>
+StepSolution FromResidual(const StepSystem<B>& system, PcgSummary pcg, double lambda, double r_dot_step,
+                          typename B::VectorView step) {
+  const double b_dot_step = system.backend.Dot(system.rhs, step);
+  const double descent = system.negative_gradient.data() == system.rhs.data()
+                             ? b_dot_step
+                             : system.backend.Dot(system.negative_gradient, step);
+  const double damping = lambda * system.backend.WeightedDot(system.metric, step, step);
+  return {pcg, -descent, std::max(0.0, b_dot_step - r_dot_step - damping)};
+}
+
+// y = M^-1 x, then 0 where columns are frozen: M may couple them with others, the system does not.
+template <Backend B>
+class MaskedPreconditioner final : public LinearOperator<B> {
+ public:
+  MaskedPreconditioner(B& backend, LinearOperator<B>& inner, typename B::ConstVectorView mask)
+      : backend_(backend), inner_(inner), mask_(mask) {}
+  Index size() const override { return inner_.size(); }
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override {
+    inner_.Apply(x, y);
+    if (!mask_.empty()) backend_.Multiply(mask_, y, y);
+  }
+
+ private:
+  B& backend_;
+  LinearOperator<B>& inner_;
+  typename B::ConstVectorView mask_;
+};
+
+// Of the residual, after an iteration with an exact preconditioner.
+constexpr double kExactTolerance = 1e-10;
+
+template <Backend B>
+class PcgStep final : public StepSolver<B> {
+ public:
+  PcgStep(const NormalSystemOptions& options, const StepSystem<B>& system, const InnerProducts<B>* products = nullptr)
+      : options_(options),
+        system_(system),
+        products_(products ? *products : whole_products_),
+        preconditioner_(MakePreconditioner<B>(options.preconditioner, system.problem, system.batches)) {
+    // Without a test of the residual it would take a second iteration to see that nothing is left to gain.
+    double& tolerance = options_.pcg.relative_tolerance;
+    if (preconditioner_->exact() && tolerance == 0) tolerance = kExactTolerance;
+    preconditioner_->SetLinearization(system.batches, system.diagonal);
+    // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
+    if (!system.problem.has_bounds() && !preconditioner_->couples_frozen()) system_.mask = {};
+  }
+  bool reads_mask() const override { return !system_.mask.empty(); }
+  std::string preconditioner() const { return preconditioner_->description(); }
+  PcgSummary Iterate(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) {
+    preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);
+    DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
+                                    system_.mask);
+    MaskedPreconditioner<B> masked(system_.backend, *preconditioner_, system_.mask);
+    return SolvePcg<B>(options_.pcg, system_.backend, damped, system_.rhs, masked, workspace, step,
+                       system_.scale.square, products_);
+  }
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) override {
+    const PcgSummary pcg = Iterate(lambda, workspace, step);
+    return FromResidual(system_, pcg, lambda, products_.Dot(workspace.residual(), step), step);
+  }
+
+ private:
+  NormalSystemOptions options_;
+  StepSystem<B> system_;
+  InnerProducts<B> whole_products_;
+  const InnerProducts<B>& products_;
+  std::unique_ptr<Preconditioner<B>> preconditioner_;
+};
+
+// The same with the vectors of the iteration, and the preconditioner, in shards.
+template <Backend B>
+class ShardedPcgStep final : public StepSolver<B> {
+ public:
+  ShardedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
+                 std::unique_ptr<ShardedSystem<B>> sharded)
+      : system_(system), sharded_(std::move(sharded)), adaptor_(*sharded_) {
+    const auto of = [&](typename B::ConstVectorView whole, typename B::Vector& room) {
+      return whole.empty() ? whole : sharded_->ShardOf(whole, room);
+    };
+    if (!system.scale.square.empty()) {
+      scale_.square.Resize(sharded_->num_parameters());
+      system.backend.Copy(of(system.scale.square.view(), diagonal_), scale_.square);
+    }
+    const typename B::ConstVectorView rhs = of(system.rhs, rhs_);
+    inner_.emplace(options,
+                   StepSystem<B>{.backend = system.backend,
+                                 .problem = system.problem,
+                                 .batches = {&batch_, 1},
+                                 .diagonal = of(system.diagonal, diagonal_),
+                                 .metric = of(system.metric, metric_),
+                                 .mask = of(system.mask, mask_),
+                                 .rhs = rhs,
+                                 .negative_gradient = rhs,
+                                 .scale = scale_},
+                   &sharded_->products());
+    diagonal_ = {};  // what preconditions has taken what it wants of it
+    if (!inner_->reads_mask()) mask_ = {};
+  }
+  bool reads_mask() const override { return inner_->reads_mask(); }
+  std::string preconditioner() const { return inner_->preconditioner(); }
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) override {
+    typename B::Vector shard(sharded_->num_parameters());
+    const PcgSummary pcg = inner_->Iterate(lambda, workspace, shard);
+    const double r_dot_step = sharded_->products().Dot(workspace.residual(), shard.view());
+    sharded_->Gather(shard, step);
+    return FromResidual(system_, pcg, lambda, r_dot_step, step);
+  }
+
+ private:
+  StepSystem<B> system_;
+  std::unique_ptr<ShardedSystem<B>> sharded_;
+  LinearizationAdaptor<B> adaptor_;
+  LinearizationAdaptor<B>* batch_ = &adaptor_;
+  ColumnScale<B> scale_;
+  typename B::Vector rhs_, metric_, mask_, diagonal_;
+  std::optional<PcgStep<B>> inner_;
+};
+
+// y = M^-1 x, M the diagonal blocks of the Schur complement.
+template <Backend B>
+class SchurJacobi final : public LinearOperator<B> {
+ public:
+  explicit SchurJacobi(ReducedSystem<B>& reduced) : blocks_(reduced.size(), reduced.kept_groups()) {}
+  void Update(ReducedSystem<B>& reduced) {
+    reduced.DiagonalBlocks(blocks_);
+    blocks_.Factorize();
+  }
+  Index size() const override { return blocks_.num_parameters(); }
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override { blocks_.Solve(x, y); }
+
+ private:
+  BlockDiagonal<B> blocks_;
+};
+
+template <Backend B>
+class ReducedPcgStep final : public StepSolver<B> {
+ public:
+  ReducedPcgStep(const NormalSystemOptions& options, const StepSystem<B>& system,
+                 std::unique_ptr<ReducedSystem<B>> reduced)
+      : options_(options), system_(system), reduced_(std::move(reduced)), reduced_rhs_(reduced_->size()) {
+    const PreconditionerKind kind = options.preconditioner;
+    const bool wants_factor = kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem ||
+                              kind == PreconditionerKind::kSparseCholesky;
+    const std::string factor = wants_factor ? reduced_->factor_description() : "";
+    if (kind == PreconditionerKind::kSparseCholesky && factor.empty()) {
+      Fail("preconditioner = {}: this problem gives no factor of its reduced system; choose automatic", ToString(kind));
+    }
+    factorize_ = !factor.empty();
+    preconditioner_ = kind == PreconditionerKind::kIdentity ? ToString(kind) : factorize_ ? factor : "Schur-Jacobi";
+    if (!factorize_ && kind != PreconditionerKind::kIdentity) schur_jacobi_.emplace(*reduced_);
+  }
+  const std::string& preconditioner() const { return preconditioner_; }
+  StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) override {
+    const Index kept = reduced_->size();
+    reduced_->SetDamping(lambda, system_.metric);
+    reduced_->ReduceRhs(system_.rhs, reduced_rhs_);
+    IdentityPreconditioner<B> identity(kept);
+    LinearOperator<B>* preconditioner = &identity;
+    if (factorize_) {
+      preconditioner = reduced_->Factorize();
+    } else if (schur_jacobi_) {
+      schur_jacobi_->Update(*reduced_);
+      preconditioner = &*schur_jacobi_;
+    }
+    const auto kept_step = step.subspan(0, kept);
+    const auto& weights = system_.scale.square;
+    const PcgSummary pcg =
+        SolvePcg<B>(options_.pcg, system_.backend, *reduced_, reduced_rhs_, *preconditioner, workspace, kept_step,
+                    weights.empty() ? weights.view() : weights.view().subspan(0, kept));
+    reduced_->BackSubstitute(system_.rhs, step);
+    // The eliminated rows hold exactly, so that the residual of the whole system is that of the reduced one.
+    return FromResidual(system_, pcg, lambda, system_.backend.Dot(workspace.residual(), kept_step), step);
+  }
+
+ private:
+  NormalSystemOptions options_;
+  StepSystem<B> system_;
+  std::unique_ptr<ReducedSystem<B>> reduced_;
+  bool factorize_ = false;
+  std::string preconditioner_;
+  std::optional<SchurJacobi<B>> schur_jacobi_;
+  typename B::Vector reduced_rhs_;
+};
+
+}  // namespace vesta::step_internal

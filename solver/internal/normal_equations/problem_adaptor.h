@@ -1,0 +1,145 @@
+// A problem, and a linearization, with all that the engine may ask of them: each adaptor looks once for the optional
+// interfaces of what it is made of (solver/problem_interfaces.h), and gives the defaults where there are none.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solver/internal/normal_equations/own_descent.h"
+#include "solver/internal/normal_equations/sharded_system.h"
+#include "solver/internal/normal_equations/step_cost.h"
+#include "solver/problem_interfaces.h"
+
+namespace vesta {
+
+template <Backend B>
+class LinearizationAdaptor {
+ public:
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
+
+  // Borrows.
+  explicit LinearizationAdaptor(Linearization<B>& linearization);
+  // Owns.
+  explicit LinearizationAdaptor(std::unique_ptr<Linearization<B>> linearization);
+
+  Linearization<B>& get() const { return linearization_; }
+
+  Index num_residuals() const { return linearization_.num_residuals(); }
+  Index num_parameters() const { return linearization_.num_parameters(); }
+  ConstVectorView residuals() const { return linearization_.residuals(); }
+  void ApplyJ(ConstVectorView v, VectorView u) { linearization_.ApplyJ(v, u); }
+  void ApplyJT(ConstVectorView u, VectorView g) { linearization_.ApplyJT(u, g); }
+  void DiagJTJ(VectorView d) { linearization_.DiagJTJ(d); }
+
+  void Gradient(VectorView g) { gradient_ ? gradient_->Gradient(g) : ApplyJT(residuals(), g); }
+  void ApplyW(ConstVectorView u, VectorView Wu) { weights_ ? weights_->ApplyW(u, Wu) : B().Copy(u, Wu); }
+  bool weighted() const { return weights_ && weights_->weighted(); }
+  void ApplyH(ConstVectorView v, VectorView Hv) { product_ ? product_->ApplyH(v, Hv) : ApplyThreeProducts(v, Hv); }
+  double Curvature(ConstVectorView v);
+
+  std::vector<BlockGroup> block_groups() const { return blocks_ ? blocks_->block_groups() : std::vector<BlockGroup>(); }
+  // Only where block_groups() is not empty.
+  void BlockGram(BlockDiagonal<B>& blocks) { blocks_->BlockGram(blocks); }
+  bool blocks_give_diagonal() const { return blocks_ && blocks_->blocks_give_diagonal(); }
+
+  std::unique_ptr<ReducedSystem<B>> MakeReducedSystem();
+  std::unique_ptr<ShardedSystem<B>> MakeShardedSystem();
+
+  bool has_own_descent() const { return descent_ && descent_->has_own_descent(); }
+  void Descent(VectorView d);
+  // Only where has_own_descent().
+  void SquaredGradients(VectorView squares) { descent_->SquaredGradients(squares); }
+  void DescentOf(Index units, ConstVectorView gradient, VectorView squares) const {
+    descent_->DescentOf(units, gradient, squares);
+  }
+
+ private:
+  void ApplyThreeProducts(ConstVectorView v, VectorView Hv);
+
+  std::unique_ptr<Linearization<B>> owned_;
+  Linearization<B>& linearization_;
+  WithGradient<B>* gradient_ = nullptr;
+  WithLossWeights<B>* weights_ = nullptr;
+  WithProductH<B>* product_ = nullptr;
+  WithBlocks<B>* blocks_ = nullptr;
+  WithReducedSystem<B>* reduced_ = nullptr;
+  WithShardedSystem<B>* sharded_ = nullptr;
+  WithOwnDescent<B>* descent_ = nullptr;
+  typename B::Vector work_u_, work_Wu_;  // of ApplyThreeProducts
+};
+
+// Borrows the problem; copies are cheap and look for nothing.
+template <Backend B>
+class ProblemAdaptor {
+ public:
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
+
+  ProblemAdaptor(Problem<B>& problem) : ProblemAdaptor(&problem) {}  // NOLINT: every problem is also one with defaults
+  // Null: the defaults alone, without sizes, costs and linearizations.
+  explicit ProblemAdaptor(Problem<B>* problem);
+
+  Problem<B>& get() const { return *problem_; }
+
+  Index num_parameters() const { return problem_->num_parameters(); }
+  double Cost(ConstVectorView x) const { return problem_->Cost(x); }
+
+  Index num_tangent() const { return manifold_ ? manifold_->num_tangent() : num_parameters(); }
+  void Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) const;
+
+  Index num_units() const { return units_ ? units_->num_units() : 1; }
+  double Cost(ConstVectorView x, std::span<const Index> units) const;
+
+  int num_batches() const { return batches_ ? batches_->num_batches() : 1; }
+  void OnNewPoint(int turn) const {
+    if (batches_) batches_->OnNewPoint(turn);
+  }
+  std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x, int batch) const {
+    return batches_ ? batches_->LinearizeBatch(x, batch) : problem_->Linearize(x);
+  }
+  // Throws Error where x, or what the problem gives, is of another size than it says, and where it gives null.
+  std::unique_ptr<LinearizationAdaptor<B>> CheckedLinearize(ConstVectorView x, int batch) const;
+
+  bool has_bounds() const { return bounds_ && bounds_->has_bounds(); }
+  bool IsFeasible(ConstVectorView x) const { return !bounds_ || bounds_->IsFeasible(x); }
+  void MaskActiveBounds(ConstVectorView x, ConstVectorView negative_gradient, VectorView mask) const {
+    if (bounds_) bounds_->MaskActiveBounds(x, negative_gradient, mask);
+  }
+  void ClipStep(ConstVectorView x, VectorView step) const {
+    if (bounds_) bounds_->ClipStep(x, step);
+  }
+
+  bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) const {
+    return metric_ && metric_->DampingMetric(x, diag_h, D);
+  }
+  std::unique_ptr<Preconditioner<B>> MakePreconditioner() const;
+  std::unique_ptr<Preconditioner<B>> MakeSparseCholesky() const;
+  const StepCounts* CountSteps(bool eliminating) const { return counts_ ? counts_->CountSteps(eliminating) : nullptr; }
+
+  bool OnAnyProcess(bool mine) const { return collective_ ? collective_->OnAnyProcess(mine) : mine; }
+
+  std::string NameTangent(Index k) const;
+  std::string NameResidual(int batch, Index row) const;
+  std::string DescribeNonFinite(ConstVectorView x, bool jacobians) const;
+  std::string DescribeInfeasible(ConstVectorView x) const;
+  std::string DescribeDegenerate(ConstVectorView x) const;
+
+ private:
+  Problem<B>* problem_;
+  OnManifold<B>* manifold_ = nullptr;
+  InUnits<B>* units_ = nullptr;
+  InBatches<B>* batches_ = nullptr;
+  WithBounds<B>* bounds_ = nullptr;
+  WithDampingMetric<B>* metric_ = nullptr;
+  WithPreconditioner<B>* preconditioner_ = nullptr;
+  WithSparseCholesky<B>* cholesky_ = nullptr;
+  WithStepCounts* counts_ = nullptr;
+  Collective* collective_ = nullptr;
+  WithNames* names_ = nullptr;
+  Describes<B>* describes_ = nullptr;
+};
+
+}  // namespace vesta

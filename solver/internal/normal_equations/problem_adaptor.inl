@@ -1,0 +1,176 @@
+// Bodies of solver/internal/normal_equations/problem_adaptor.h.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <tuple>
+#include <typeinfo>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "solver/internal/normal_equations/preconditioner.h"
+#include "solver/internal/normal_equations/problem_adaptor.h"
+#include "solver/internal/normal_equations/reduced_system.h"
+
+namespace vesta {
+
+namespace adaptor_internal {
+
+inline constexpr std::ptrdiff_t kNone = std::numeric_limits<std::ptrdiff_t>::min();
+
+template <class Interface, class Base>
+std::ptrdiff_t OffsetOf(Base& object, const char* whole) {
+  auto* const found = dynamic_cast<Interface*>(&object);
+  return found ? reinterpret_cast<const char*>(found) - whole : kNone;
+}
+
+// Pointers to the interfaces of an object, null where it has none. All objects of a class have them at the same places,
+// so a thread looks again only where the class differs from that of the object before: a dozen dynamic_casts would take
+// a tenth of the time of a linearization of two parameters.
+template <class... Interfaces, class Base>
+std::tuple<Interfaces*...> FindInterfaces(Base& object) {
+  thread_local const std::type_info* last = nullptr;
+  thread_local std::array<std::ptrdiff_t, sizeof...(Interfaces)> offsets{};
+  char* const whole = static_cast<char*>(dynamic_cast<void*>(&object));
+  if (const std::type_info* const type = &typeid(object); type != last) {
+    offsets = {OffsetOf<Interfaces>(object, whole)...};
+    last = type;
+  }
+  auto offset = offsets.begin();
+  const auto next = [&] {
+    const std::ptrdiff_t at = *offset++;
+    return at == kNone ? nullptr : whole + at;
+  };
+  return std::tuple<Interfaces*...>{reinterpret_cast<Interfaces*>(next())...};
+}
+
+}  // namespace adaptor_internal
+
+template <Backend B>
+LinearizationAdaptor<B>::LinearizationAdaptor(Linearization<B>& linearization) : linearization_(linearization) {
+  std::tie(gradient_, weights_, product_, blocks_, reduced_, sharded_, descent_) =
+      adaptor_internal::FindInterfaces<WithGradient<B>, WithLossWeights<B>, WithProductH<B>, WithBlocks<B>,
+                                       WithReducedSystem<B>, WithShardedSystem<B>, WithOwnDescent<B>>(linearization);
+}
+
+template <Backend B>
+LinearizationAdaptor<B>::LinearizationAdaptor(std::unique_ptr<Linearization<B>> linearization)
+    : LinearizationAdaptor(*linearization) {
+  owned_ = std::move(linearization);
+}
+
+template <Backend B>
+void LinearizationAdaptor<B>::ApplyThreeProducts(ConstVectorView v, VectorView Hv) {
+  if (work_u_.size() != num_residuals()) {
+    work_u_.Resize(num_residuals());
+    work_Wu_.Resize(num_residuals());
+  }
+  ApplyJ(v, work_u_);
+  ApplyW(work_u_, work_Wu_);
+  ApplyJT(work_Wu_, Hv);
+}
+
+template <Backend B>
+double LinearizationAdaptor<B>::Curvature(ConstVectorView v) {
+  if (product_) return product_->Curvature(v);
+  typename B::Vector Hv(num_parameters());
+  ApplyThreeProducts(v, Hv);
+  return B().Dot(v, Hv);
+}
+
+template <Backend B>
+std::unique_ptr<ReducedSystem<B>> LinearizationAdaptor<B>::MakeReducedSystem() {
+  return reduced_ ? reduced_->MakeReducedSystem() : nullptr;
+}
+
+template <Backend B>
+std::unique_ptr<ShardedSystem<B>> LinearizationAdaptor<B>::MakeShardedSystem() {
+  return sharded_ ? sharded_->MakeShardedSystem() : nullptr;
+}
+
+template <Backend B>
+void LinearizationAdaptor<B>::Descent(VectorView d) {
+  if (has_own_descent()) return descent_->Descent(d);
+  Gradient(d);
+  B().Axpby(-1.0, d, 0.0, d);
+}
+
+template <Backend B>
+ProblemAdaptor<B>::ProblemAdaptor(Problem<B>* problem) : problem_(problem) {
+  if (!problem) return;
+  std::tie(manifold_, units_, batches_, bounds_, metric_, preconditioner_, cholesky_, counts_, collective_, names_,
+           describes_) =
+      adaptor_internal::FindInterfaces<OnManifold<B>, InUnits<B>, InBatches<B>, WithBounds<B>, WithDampingMetric<B>,
+                                       WithPreconditioner<B>, WithSparseCholesky<B>, WithStepCounts, Collective,
+                                       WithNames, Describes<B>>(*problem);
+}
+
+template <Backend B>
+void ProblemAdaptor<B>::Plus(B& backend, ConstVectorView x, ConstVectorView delta, VectorView out) const {
+  if (manifold_) return manifold_->Plus(backend, x, delta, out);
+  backend.Copy(x, out);
+  backend.Axpby(1.0, delta, 1.0, out);
+}
+
+template <Backend B>
+double ProblemAdaptor<B>::Cost(ConstVectorView x, std::span<const Index> units) const {
+  if (units_) return units_->Cost(x, units);
+  VESTA_CHECK(units.size() == 1, "cost over {} of 1 units: the problem must be InUnits", units.size());
+  return Cost(x);
+}
+
+template <Backend B>
+std::unique_ptr<LinearizationAdaptor<B>> ProblemAdaptor<B>::CheckedLinearize(ConstVectorView x, int batch) const {
+  if (x.size() != num_parameters()) {
+    Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(), num_parameters());
+  }
+  auto linearization = Linearize(x, batch);
+  if (!linearization) Fail("Linearize of batch {} gave null; it must give a linearization at every x", batch);
+  if (linearization->num_parameters() != num_tangent()) {
+    Fail("the linearization of batch {} has {} columns, a step of the problem {} entries; make them the same", batch,
+         linearization->num_parameters(), num_tangent());
+  }
+  return std::make_unique<LinearizationAdaptor<B>>(std::move(linearization));
+}
+
+template <Backend B>
+std::unique_ptr<Preconditioner<B>> ProblemAdaptor<B>::MakePreconditioner() const {
+  return preconditioner_ ? preconditioner_->MakePreconditioner() : nullptr;
+}
+
+template <Backend B>
+std::unique_ptr<Preconditioner<B>> ProblemAdaptor<B>::MakeSparseCholesky() const {
+  return cholesky_ ? cholesky_->MakeSparseCholesky() : nullptr;
+}
+
+template <Backend B>
+std::string ProblemAdaptor<B>::NameTangent(Index k) const {
+  std::string name = names_ ? names_->NameTangent(k) : "";
+  return name.empty() ? fmt::format("entry {} of the step", k) : name;
+}
+
+template <Backend B>
+std::string ProblemAdaptor<B>::NameResidual(int batch, Index row) const {
+  if (std::string name = names_ ? names_->NameResidual(batch, row) : ""; !name.empty()) return name;
+  return num_batches() == 1 ? fmt::format("residual {}", row) : fmt::format("residual {} of batch {}", row, batch);
+}
+
+template <Backend B>
+std::string ProblemAdaptor<B>::DescribeNonFinite(ConstVectorView x, bool jacobians) const {
+  return describes_ ? describes_->DescribeNonFinite(x, jacobians) : "";
+}
+
+template <Backend B>
+std::string ProblemAdaptor<B>::DescribeInfeasible(ConstVectorView x) const {
+  return describes_ ? describes_->DescribeInfeasible(x) : "";
+}
+
+template <Backend B>
+std::string ProblemAdaptor<B>::DescribeDegenerate(ConstVectorView x) const {
+  return describes_ ? describes_->DescribeDegenerate(x) : "";
+}
+
+}  // namespace vesta

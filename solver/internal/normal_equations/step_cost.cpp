@@ -1,0 +1,81 @@
+#include "solver/internal/normal_equations/step_cost.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace vesta {
+namespace {
+
+// Nanoseconds.
+constexpr double kQrMultiplication = 0.5;
+constexpr double kFrontMultiplication = 0.04;
+constexpr double kSumMultiplication = 0.5;
+constexpr double kUpdateValue = 1.2;
+constexpr double kFront = 3000;
+constexpr double kSolveValue = 0.8;
+constexpr double kProductEntry = 1.5;         // of J v and J^T u together
+constexpr double kReducedProductEntry = 3.3;  // of a product with the Schur complement
+
+constexpr double kIterationsPerHop = 8;
+constexpr double kLeastIterations = 100;  // with block Jacobi: blocks that depend on each other need them at any hops
+constexpr double kMostIterations = 500;   // PcgOptions' default
+constexpr double kMargin = 2;
+
+std::string Duration(double nanoseconds) {
+  const double ms = 1e-6 * nanoseconds;
+  return ms < 10 ? fmt::format("{:.2f} ms", ms) : fmt::format("{:.0f} ms", ms);
+}
+
+}  // namespace
+
+bool DenseQrFits(double residuals, double columns) { return columns <= 100 && residuals * columns <= 1e6; }
+
+double DenseQrCost(const StepCounts& counts) {
+  // J by columns; its QR, n^2 (m - n / 3); and that of R over the damping, 5 / 3 n^3.
+  const double n = counts.columns;
+  return n * (kProductEntry * counts.entries + kQrMultiplication * n * (std::max(counts.residuals, n) + 4 * n / 3));
+}
+
+double FactorCost(const StepCounts::Factor& factor, const StepCounts& counts) {
+  return kSumMultiplication * factor.sums + kFrontMultiplication * factor.multiplications +
+         kUpdateValue * factor.updates + kFront * factor.fronts + kSolveValue * factor.values +
+         kProductEntry * counts.entries;
+}
+
+double NumIterations(const StepCounts& counts) {
+  const double least = counts.reduced ? kIterationsPerHop : kLeastIterations;
+  return std::min(counts.system_columns, std::clamp(kIterationsPerHop * counts.hops, least, kMostIterations));
+}
+
+double IterationsCost(const StepCounts& counts) {
+  return NumIterations(counts) * counts.entries * (counts.reduced ? kReducedProductEntry : kProductEntry);
+}
+
+double MaxFactorMultiplications(const StepCounts& counts, const StepCounts::Factor& least) {
+  double others = IterationsCost(counts);
+  if (!counts.reduced && DenseQrFits(counts.residuals, counts.columns)) others = std::max(others, DenseQrCost(counts));
+  return (others / kMargin - FactorCost(least, counts)) / kFrontMultiplication;
+}
+
+bool FactorBeatsIterations(const StepCounts& counts) {
+  return counts.factor && kMargin * FactorCost(*counts.factor, counts) <= IterationsCost(counts);
+}
+
+bool FactorBeatsDenseQr(const StepCounts& counts) {
+  if (!counts.factor) return false;
+  const double n = counts.columns, full = n * n * (counts.residuals / 2 + n / 6);
+  return 3 * (counts.factor->sums + counts.factor->multiplications) <= full &&
+         kMargin * FactorCost(*counts.factor, counts) <= DenseQrCost(counts);
+}
+
+std::string FactorBeside(const StepCounts& counts, const std::string& other, double cost) {
+  return fmt::format("by count {} a step, {} {}", Duration(FactorCost(*counts.factor, counts)), other, Duration(cost));
+}
+
+std::string IterationsInWords(const StepCounts& counts) {
+  return fmt::format("{:.0f} iterations {}", NumIterations(counts),
+                     counts.reduced ? "on the Schur complement" : "with block Jacobi");
+}
+
+}  // namespace vesta

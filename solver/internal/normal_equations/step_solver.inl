@@ -1,0 +1,261 @@
+// Bodies of solver/internal/normal_equations/step_solver.h: solvers of a damped step by J itself, and the choice
+// between these and conjugate gradients.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "solver/internal/linear/dense_qr.h"
+#include "solver/internal/linear/lsmr.inl"
+#include "solver/internal/normal_equations/dense_jacobian.h"
+#include "solver/internal/normal_equations/pcg_steps.h"
+#include "solver/internal/normal_equations/step_cost.h"
+#include "solver/internal/normal_equations/step_solver.h"
+
+namespace vesta {
+
+namespace step_internal {
+
+// g^T step and step^T H step of a step where W = I and b = -g, in the space of the residuals: no digits are lost to the
+// condition number of H.
+template <Backend B>
+StepSolution FromResiduals(const StepSystem<B>& system, PcgSummary pcg, typename B::VectorView step) {
+  StepSolution solution{.pcg = pcg};
+  for (LinearizationAdaptor<B>* batch : system.batches) {
+    typename B::Vector Js(batch->num_residuals());
+    batch->ApplyJ(step, Js);
+    solution.gradient_dot_step += system.backend.Dot(batch->residuals(), Js);
+    solution.curvature += system.backend.Dot(Js.view(), Js.view());
+  }
+  return solution;
+}
+
+// [J_1; J_2; ...; sqrt(lambda D)] P, P = diag(H + lambda D)^-1/2 with zeros where columns are frozen: the damped least
+// squares problem, its columns of unit length.
+template <Backend B>
+class StackedJacobian final : public LinearMap<B> {
+ public:
+  StackedJacobian(const StepSystem<B>& system, double lambda)
+      : system_(system),
+        root_damping_(system.metric.size()),
+        scale_(system.metric.size()),
+        work_(system.metric.size()) {
+    B& backend = system.backend;
+    backend.Axpby(lambda, system.metric, 0.0, work_);
+    backend.Sqrt(work_, root_damping_);
+    backend.Axpby(1.0, system.diagonal, 1.0, work_);
+    backend.Sqrt(work_, work_);
+    typename B::Vector one(system.metric.size());
+    backend.Fill(1, one);
+    backend.DivideOrZero(one, work_, scale_);
+    if (!system.mask.empty()) backend.Multiply(system.mask, scale_, scale_);
+    for (LinearizationAdaptor<B>* batch : system.batches) residual_rows_ += batch->num_residuals();
+  }
+  Index rows() const override { return residual_rows_ + cols(); }
+  Index cols() const override { return root_damping_.size(); }
+  typename B::ConstVectorView scale() const { return scale_.view(); }
+  void Apply(typename B::ConstVectorView x, typename B::VectorView y) override {
+    system_.backend.Multiply(scale_, x, work_);
+    Index row = 0;
+    for (LinearizationAdaptor<B>* batch : system_.batches) {
+      batch->ApplyJ(work_, y.subspan(row, batch->num_residuals()));
+      row += batch->num_residuals();
+    }
+    system_.backend.Multiply(root_damping_, work_, y.subspan(row, cols()));
+  }
+  void ApplyAdjoint(typename B::ConstVectorView y, typename B::VectorView x) override {
+    system_.backend.Multiply(root_damping_, y.subspan(residual_rows_, cols()), x);
+    Index row = 0;
+    for (LinearizationAdaptor<B>* batch : system_.batches) {
+      batch->ApplyJT(y.subspan(row, batch->num_residuals()), work_);
+      system_.backend.Axpby(1.0, work_, 1.0, x);
+      row += batch->num_residuals();
+    }
+    system_.backend.Multiply(scale_, x, x);
+  }
+
+ private:
+  StepSystem<B> system_;
+  Index residual_rows_ = 0;
+  typename B::Vector root_damping_, scale_, work_;
+};
+
+template <Backend B>
+class LsmrStep final : public StepSolver<B> {
+ public:
+  LsmrStep(const LsmrOptions& options, const StepSystem<B>& system) : options_(options), system_(system) {}
+  bool reads_diagonal() const override { return true; }
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::VectorView step) override {
+    B& backend = system_.backend;
+    StackedJacobian<B> stacked(system_, lambda);
+    typename B::Vector b(stacked.rows());
+    Index row = 0;
+    for (LinearizationAdaptor<B>* batch : system_.batches) {
+      backend.Axpby(-1.0, batch->residuals(), 0.0, b.view().subspan(row, batch->num_residuals()));
+      row += batch->num_residuals();
+    }
+    const LsmrSummary lsmr = SolveLsmr<B>(options_, backend, stacked, b, step);
+    backend.Multiply(stacked.scale(), step, step);
+    PcgSummary pcg{.iterations = lsmr.iterations,
+                   .products = lsmr.iterations,
+                   .rhs_norm = std::sqrt(backend.Dot(b.view(), b.view())),
+                   .residual_norm = lsmr.normal_residual_norm};
+    pcg.status = !lsmr.finite     ? PcgStatus::kNonFinite
+                 : lsmr.converged ? PcgStatus::kConverged
+                                  : PcgStatus::kMaxIterations;
+    return FromResiduals(system_, pcg, step);
+  }
+
+ private:
+  LsmrOptions options_;
+  StepSystem<B> system_;
+};
+
+template <Backend B>
+class DenseQrStep final : public StepSolver<B> {
+ public:
+  explicit DenseQrStep(const StepSystem<B>& system) : system_(system), qr_(DenseFactors(system)) {}
+  StepSolution Solve(double lambda, PcgWorkspace<B>&, typename B::VectorView step) override {
+    const auto n = static_cast<std::size_t>(step.size());
+    std::vector<Scalar> host(n);
+    system_.backend.ToHost(system_.metric, {host.data(), step.size()});
+    std::vector<double> damping(n);
+    for (std::size_t k = 0; k < n; ++k) damping[k] = lambda * static_cast<double>(host[k]);
+    const std::vector<double> solution = qr_.Solve(damping);
+    std::transform(solution.begin(), solution.end(), host.begin(), [](double x) { return static_cast<Scalar>(x); });
+    system_.backend.FromHost({host.data(), step.size()}, step);
+    PcgSummary pcg{.status = PcgStatus::kConverged};
+    if (!system_.backend.AllFinite(step)) {
+      pcg.status = PcgStatus::kNonFinite;
+      system_.backend.Fill(0, step);
+    } else if (!system_.mask.empty()) {
+      system_.backend.Multiply(system_.mask, step, step);
+    }
+    return FromResiduals(system_, pcg, step);
+  }
+
+ private:
+  using Scalar = typename B::Scalar;
+  static DenseQr DenseFactors(const StepSystem<B>& system) {
+    const DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
+    return {dense.rows, dense.cols, dense.jacobian, dense.residuals};
+  }
+  StepSystem<B> system_;
+  DenseQr qr_;
+};
+
+// Why only the normal equations say what the step is, not J and the residuals; null where these do.
+template <Backend B>
+const char* WhyNormal(const StepSystem<B>& system) {
+  const auto any = [&](auto&& has) { return std::any_of(system.batches.begin(), system.batches.end(), has); };
+  if (any([](auto* batch) { return batch->weighted(); })) return "the problem has weights W";
+  if (any([](auto* batch) { return batch->has_own_descent(); })) return "the problem has a descent of its own";
+  return nullptr;
+}
+
+template <Backend B>
+bool CanReduce(const StepSystem<B>& system) {
+  return system.batches.size() == 1 && !system.problem.has_bounds();
+}
+
+// What kAuto takes, and why.
+struct Choice {
+  LinearSolverKind kind;
+  bool factor = false;  // kPcg, preconditioned by the problem's sparse Cholesky factor
+  std::string why;
+};
+
+// counts: of a problem that may give its factor, else null. reduced: made where that is the choice.
+template <Backend B>
+Choice Choose(const StepSystem<B>& system, const char* why_normal, const StepCounts* counts,
+              std::unique_ptr<ReducedSystem<B>>& reduced) {
+  const Index n = system.metric.size();
+  Index rows = 0;
+  for (LinearizationAdaptor<B>* batch : system.batches) rows += batch->num_residuals();
+  if (CanReduce(system)) {
+    // The counts say it without making the reduced system.
+    if (counts && counts->reduced && FactorBeatsIterations(*counts)) {
+      return {LinearSolverKind::kPcg, true, FactorBeside(*counts, IterationsInWords(*counts), IterationsCost(*counts))};
+    }
+    reduced = system.batches.front()->MakeReducedSystem();
+    if (reduced) return {LinearSolverKind::kReducedPcg, false, "the problem has a block-diagonal group to eliminate"};
+  }
+  std::string shape = fmt::format("a Jacobian of {} x {}", rows, n);
+  if (why_normal == nullptr && DenseQrFits(static_cast<double>(rows), static_cast<double>(n))) {
+    if (counts && FactorBeatsDenseQr(*counts)) {
+      return {LinearSolverKind::kPcg, true, FactorBeside(*counts, "dense QR", DenseQrCost(*counts))};
+    }
+    return {LinearSolverKind::kDenseQr, false, shape};
+  }
+  return {LinearSolverKind::kPcg, false, why_normal != nullptr ? why_normal : shape};
+}
+
+}  // namespace step_internal
+
+template <Backend B>
+std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options, const StepSystem<B>& system) {
+  const char* const why_normal = step_internal::WhyNormal(system);
+  std::unique_ptr<ReducedSystem<B>> reduced;
+  const bool asked_reduced = options.linear_solver == LinearSolverKind::kReducedPcg;
+  if (asked_reduced && step_internal::CanReduce(system)) reduced = system.batches.front()->MakeReducedSystem();
+  LinearSolverKind kind = options.linear_solver;
+  PreconditionerKind preconditioner = options.preconditioner;
+  std::string why;
+  if (kind == LinearSolverKind::kAuto) {
+    const bool may_factorize =
+        preconditioner == PreconditionerKind::kAuto || preconditioner == PreconditionerKind::kProblem;
+    const StepCounts* const counts =
+        may_factorize ? system.problem.CountSteps(step_internal::CanReduce(system)) : nullptr;
+    const step_internal::Choice choice = step_internal::Choose(system, why_normal, counts, reduced);
+    kind = choice.kind;
+    if (choice.factor) preconditioner = PreconditionerKind::kSparseCholesky;
+    why = fmt::format(" (auto: {})", choice.why);
+  }
+  if (why_normal != nullptr && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
+    Fail("linear_solver = {} does not fit, for {}; choose PCG", ToString(kind), why_normal);
+  }
+  if (asked_reduced && !reduced) {
+    Fail("linear_solver = {} needs a problem of one batch, without bounds, that can eliminate a group; choose PCG",
+         ToString(kind));
+  }
+  std::unique_ptr<StepSolver<B>> solver;
+  std::string name = ToString(kind);
+  switch (kind) {
+    case LinearSolverKind::kReducedPcg: {
+      auto pcg = std::make_unique<step_internal::ReducedPcgStep<B>>(options, system, std::move(reduced));
+      name += fmt::format(", {}", pcg->preconditioner());
+      solver = std::move(pcg);
+      break;
+    }
+    case LinearSolverKind::kLsmr:
+      solver = std::make_unique<step_internal::LsmrStep<B>>(options.lsmr, system);
+      break;
+    case LinearSolverKind::kDenseQr:
+      solver = std::make_unique<step_internal::DenseQrStep<B>>(system);
+      break;
+    default: {
+      NormalSystemOptions chosen = options;
+      chosen.preconditioner = preconditioner;
+      const auto take = [&](auto pcg) {
+        name += fmt::format(", {}", pcg->preconditioner());
+        solver = std::move(pcg);
+      };
+      auto sharded = system.batches.size() == 1 ? system.batches.front()->MakeShardedSystem() : nullptr;
+      if (sharded) {
+        take(std::make_unique<step_internal::ShardedPcgStep<B>>(chosen, system, std::move(sharded)));
+      } else {
+        take(std::make_unique<step_internal::PcgStep<B>>(chosen, system));
+      }
+    }
+  }
+  solver->set_description(name + why);
+  return solver;
+}
+
+}  // namespace vesta

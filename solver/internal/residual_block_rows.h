@@ -1,0 +1,137 @@
+// The rows of a batch of residual blocks at one x: small dense Jacobian blocks, all of one size, kept for as long as
+// the linearization lives. Of the functors it knows nothing: it is compiled once for each size.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "solver/internal/residual_block_layout.h"
+#include "solver/loss.h"
+#include "solver/problem_interfaces.h"
+
+namespace vesta::residual_blocks_internal {
+
+inline constexpr Index kGrain = 256;
+
+template <int kResiduals, int kParameters, Backend B>
+class Rows final : public Linearization<B>, public WithBlocks<B> {
+ public:
+  using S = typename B::Scalar;
+  using VectorView = typename B::VectorView;
+  using ConstVectorView = typename B::ConstVectorView;
+
+  // The layout and the groups outlive it.
+  Rows(const Layout& layout, int batch, const std::vector<BlockGroup>& groups)
+      : layout_(layout),
+        groups_(groups),
+        blocks_(layout.blocks(batch)),
+        transpose_(layout.transpose(batch)),
+        residuals_(static_cast<Index>(blocks_.size()) * kResiduals),
+        jacobian_(residuals_.size() * kParameters) {}
+
+  Index num_blocks() const { return static_cast<Index>(blocks_.size()); }
+  // The b-th residual block: its number in the problem, its residuals, and column c of its Jacobian, kResiduals values;
+  // a column follows the one before.
+  Index block(Index b) const { return blocks_[static_cast<std::size_t>(b)]; }
+  S* residual(Index b) { return residuals_.data() + b * kResiduals; }
+  S* column(Index b, int c) { return jacobian_.data() + (b * kParameters + c) * kResiduals; }
+
+  // Of a functor that has no value here.
+  void SetUndefined(Index b) {
+    std::fill_n(residual(b), kResiduals, std::numeric_limits<S>::quiet_NaN());
+    std::fill_n(column(b, 0), kResiduals * kParameters, std::numeric_limits<S>::quiet_NaN());
+  }
+  // Residuals and Jacobian by those of the robust loss (null: as they are).
+  void Correct(Index b, const Loss* loss) {
+    if (loss == nullptr) return;
+    const double s = SquaredNorm(residual(b), kResiduals);
+    LossCorrection(loss->Evaluate(s), s).Apply(kResiduals, kParameters, residual(b), column(b, 0), 1, kResiduals);
+  }
+
+  Index num_residuals() const override { return residuals_.size(); }
+  Index num_parameters() const override { return layout_.num_parameters(); }
+  ConstVectorView residuals() const override { return residuals_.view(); }
+  void ApplyJ(ConstVectorView v, VectorView u) override {
+    ParallelFor(num_blocks(), kGrain, [&](Index b) {
+      const Index* index = Parameters(b);
+      for (int i = 0; i < kResiduals; ++i) {
+        S sum = 0;
+        for (int c = 0; c < kParameters; ++c) sum += column(b, c)[i] * v[index[c]];
+        u[b * kResiduals + i] = sum;
+      }
+    });
+  }
+  void ApplyJT(ConstVectorView u, VectorView g) override {
+    Gather(g, [&](Index b, const S* column) {
+      double sum = 0;
+      for (int i = 0; i < kResiduals; ++i) sum += static_cast<double>(column[i]) * u[b * kResiduals + i];
+      return sum;
+    });
+  }
+  void DiagJTJ(VectorView d) override {
+    Gather(d, [](Index, const S* column) {
+      double sum = 0;
+      for (int i = 0; i < kResiduals; ++i) sum += static_cast<double>(column[i]) * column[i];
+      return sum;
+    });
+  }
+  std::vector<BlockGroup> block_groups() const override { return groups_; }
+  void BlockGram(BlockDiagonal<B>& out) override;
+
+ private:
+  const Index* Parameters(Index b) const { return layout_.parameters(block(b)); }
+  // out_k = sum of term(block, column) over parameter k's entries, in double, in the order of the blocks.
+  template <class Term>
+  void Gather(VectorView out, const Term& term) {
+    ParallelFor(out.size(), kGrain, [&](Index k) {
+      double sum = 0;
+      for (const auto& entry : transpose_.of(k)) sum += term(entry.block, column(entry.block, entry.column));
+      out[k] = static_cast<S>(sum);
+    });
+  }
+
+  const Layout& layout_;
+  const std::vector<BlockGroup>& groups_;
+  const std::vector<Index>& blocks_;
+  const Transpose& transpose_;
+  typename B::Vector residuals_;  // corrected for the loss, as jacobian_ is
+  typename B::Vector jacobian_;   // one residual block after another, column after column
+};
+
+template <int kResiduals, int kParameters, Backend B>
+void Rows<kResiduals, kParameters, B>::BlockGram(BlockDiagonal<B>& out) {
+  // Where each parameter lies in the diagonal blocks of H.
+  struct Place {
+    int group = 0, component = 0;
+    Index diagonal_block = 0;
+  };
+  const std::vector<BlockGroup>& groups = out.groups();
+  std::vector<Place> places(static_cast<std::size_t>(num_parameters()));
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    for (Index i = 0; i < groups[g].count; ++i) {
+      for (int c = 0; c < groups[g].size; ++c) {
+        places[static_cast<std::size_t>(groups[g].Parameter(i, c))] = {static_cast<int>(g), c, i};
+      }
+    }
+  }
+  for (Index b = 0; b < num_blocks(); ++b) {
+    for (int c1 = 0; c1 < kParameters; ++c1) {
+      const Place& row = places[static_cast<std::size_t>(Parameters(b)[c1])];
+      for (int c2 = 0; c2 < kParameters; ++c2) {
+        const Place& col = places[static_cast<std::size_t>(Parameters(b)[c2])];
+        if (row.group != col.group || row.diagonal_block != col.diagonal_block || row.component < col.component)
+          continue;
+        S sum = 0;
+        for (int i = 0; i < kResiduals; ++i) sum += column(b, c1)[i] * column(b, c2)[i];
+        out.values(
+            row.group)[PackedLower(row.component, col.component) * groups[static_cast<std::size_t>(row.group)].count +
+                       row.diagonal_block] += sum;
+      }
+    }
+  }
+}
+
+}  // namespace vesta::residual_blocks_internal

@@ -1,0 +1,135 @@
+#include "solver/internal/sparse_cholesky/block_matrix.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "solver/internal/linear/small_dense.h"
+
+namespace vesta {
+
+namespace {
+constexpr Index kGrain = 128;
+}
+
+BlockPattern::BlockPattern(std::span<const int> sizes, std::span<const Pair> pairs)
+    : sizes_(sizes.begin(), sizes.end()), first_(sizes.size() + 1, 0), block_of_pair_(pairs.size()) {
+  offsets_.push_back(0);
+  diagonal_values_.push_back(0);
+  for (const int size : sizes_) {
+    VESTA_CHECK(size >= 1, "a row of blocks of size {}", size);
+    offsets_.push_back(offsets_.back() + size);
+    diagonal_values_.push_back(diagonal_values_.back() + Index{size} * size);
+  }
+  if (!sizes_.empty() && std::all_of(sizes_.begin(), sizes_.end(), [&](int size) { return size == sizes_.front(); })) {
+    uniform_size_ = sizes_.front();
+  }
+
+  // Pairs by their larger row, then within each by the smaller one: blocks are numbered in that order.
+  const auto row_of = [&](std::size_t k) { return std::max(pairs[k].a, pairs[k].b); };
+  const auto col_of = [&](std::size_t k) { return std::min(pairs[k].a, pairs[k].b); };
+  std::vector<std::size_t> begin(sizes_.size() + 1, 0), order(pairs.size());
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    VESTA_CHECK(col_of(k) >= 0 && row_of(k) < num_rows() && col_of(k) < row_of(k), "block ({}, {}) of {} rows",
+                row_of(k), col_of(k), num_rows());
+    ++begin[At(row_of(k)) + 1];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+  for (std::size_t k = 0; k < pairs.size(); ++k) order[next[At(row_of(k))]++] = k;
+  std::vector<std::pair<Index, Index>> blocks;
+  for (std::size_t row = 0; row < sizes_.size(); ++row) {
+    std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin[row]),
+              order.begin() + static_cast<std::ptrdiff_t>(begin[row + 1]),
+              [&](std::size_t i, std::size_t k) { return col_of(i) < col_of(k); });
+    for (std::size_t i = begin[row]; i < begin[row + 1]; ++i) {
+      const std::pair<Index, Index> key(static_cast<Index>(row), col_of(order[i]));
+      if (blocks.empty() || blocks.back() != key) blocks.push_back(key);
+      block_of_pair_[order[i]] = static_cast<Index>(blocks.size()) - 1;
+    }
+  }
+
+  block_values_.push_back(0);
+  for (const auto& [row, col] : blocks) {
+    block_values_.push_back(block_values_.back() + Index{size(row)} * size(col));
+    ++first_[At(row) + 1];
+    ++first_[At(col) + 1];
+  }
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  neighbors_.resize(first_.back());
+  // Blocks are sorted by row, then column: first each row's smaller neighbours, ascending, then its larger ones.
+  next.assign(first_.begin(), first_.end() - 1);
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    neighbors_[next[At(blocks[k].first)]++] = {blocks[k].second, static_cast<Index>(k)};
+  }
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    neighbors_[next[At(blocks[k].second)]++] = {blocks[k].first, static_cast<Index>(k)};
+  }
+}
+
+BlockMatrix::BlockMatrix(std::shared_ptr<const BlockPattern> pattern)
+    : pattern_(std::move(pattern)),
+      diagonal_(pattern_->diagonal_value(pattern_->num_rows())),
+      blocks_(pattern_->block_value(pattern_->num_blocks())) {}
+
+void BlockMatrix::Apply(HostSpan<const double> x, HostSpan<double> y) const {
+  switch (pattern_->uniform_size()) {
+    case 3:
+      return ApplyUniform<3>(x.data(), y.data());
+    case 6:
+      return ApplyUniform<6>(x.data(), y.data());
+    default:
+      return ApplyMixed(x.data(), y.data());
+  }
+}
+
+template <int D>
+void BlockMatrix::ApplyUniform(const double* x, double* y) const {
+  const auto add = [](const double* block, const double* v, double* sum) {
+    for (int i = 0; i < D; ++i) {
+      for (int k = 0; k < D; ++k) sum[i] += block[D * i + k] * v[k];
+    }
+  };
+  const auto add_transposed = [](const double* block, const double* v, double* sum) {
+    for (int k = 0; k < D; ++k) {
+      for (int i = 0; i < D; ++i) sum[i] += block[D * k + i] * v[k];
+    }
+  };
+  ParallelFor(pattern_->num_rows(), kGrain, [&](Index row) {
+    const std::span<const BlockPattern::Neighbor> neighbors = pattern_->neighbors(row);
+    const double* blocks = blocks_.data();
+    double sum[D] = {};
+    std::size_t k = 0;
+    for (; k < neighbors.size() && neighbors[k].row < row; ++k)
+      add(blocks + D * D * neighbors[k].block, x + D * neighbors[k].row, sum);
+    add(diagonal_.data() + D * D * row, x + D * row, sum);
+    for (; k < neighbors.size(); ++k) {
+      add_transposed(blocks + D * D * neighbors[k].block, x + D * neighbors[k].row, sum);
+    }
+    std::copy(sum, sum + D, y + D * row);
+  });
+}
+
+void BlockMatrix::ApplyMixed(const double* x, double* y) const {
+  const BlockPattern& pattern = *pattern_;
+  ParallelFor(pattern.num_rows(), kGrain, [&](Index row) {
+    const std::span<const BlockPattern::Neighbor> neighbors = pattern.neighbors(row);
+    const int size = pattern.size(row);
+    double* sum = y + pattern.offset(row);
+    std::fill_n(sum, size, 0.0);
+    std::size_t k = 0;
+    for (; k < neighbors.size() && neighbors[k].row < row; ++k) {
+      const auto [col, number] = neighbors[k];
+      small_dense::AddProduct(block(number), pattern.size(col), size, pattern.size(col), x + pattern.offset(col), sum);
+    }
+    small_dense::AddProduct(diagonal(row), size, size, size, x + pattern.offset(row), sum);
+    for (; k < neighbors.size(); ++k) {
+      const auto [col, number] = neighbors[k];
+      small_dense::AddTransposeProduct(block(number), size, pattern.size(col), size, x + pattern.offset(col), sum);
+    }
+  });
+}
+
+}  // namespace vesta

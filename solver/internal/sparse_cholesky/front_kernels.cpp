@@ -1,0 +1,11 @@
+#include "solver/internal/sparse_cholesky/front_kernels.h"
+
+#include "kernels/core/isa_table.h"
+
+namespace vesta {
+
+VESTA_DECLARE_PER_ISA(const FrontKernels& CompiledFrontKernels();)
+
+const FrontKernels& FrontKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledFrontKernels)(); }
+
+}  // namespace vesta

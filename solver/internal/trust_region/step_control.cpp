@@ -1,0 +1,73 @@
+#include "solver/internal/trust_region/step_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+namespace {
+
+// Nielsen's factor after an accepted step.
+double CubicFactor(double rho) { return std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * rho - 1.0, 3)); }
+
+}  // namespace
+
+const char* ToString(StepRule rule) {
+  switch (rule) {
+    case StepRule::kCeres:
+      return "ceres";
+    case StepRule::k3dgsLmCode:
+      return "3dgs-lm code";
+    case StepRule::k3dgsLmV2:
+      return "3dgs-lm v2";
+  }
+  return "unknown";
+}
+
+void StepControlOptions::Validate() const {
+  if (!(min_lambda > 0 && min_lambda <= initial_lambda && initial_lambda <= max_lambda && std::isfinite(max_lambda))) {
+    Fail("step_control: lambda starts at {} within [{}, {}]; need 0 < min_lambda <= initial_lambda <= max_lambda",
+         initial_lambda, min_lambda, max_lambda);
+  }
+  if (!(min_relative_decrease >= 0 && min_relative_decrease < 1)) {
+    Fail("step_control.min_relative_decrease is {}; choose it within [0, 1)", min_relative_decrease);
+  }
+  if (!(lambda_after_first_reject >= 0 && lambda_after_first_reject <= max_lambda)) {
+    Fail("step_control.lambda_after_first_reject is {}; choose it within [0, max_lambda]", lambda_after_first_reject);
+  }
+}
+
+StepControlOptions DefaultStepControl(StepRule rule) {
+  switch (rule) {
+    case StepRule::kCeres:
+      return {};
+    case StepRule::k3dgsLmCode:
+      return {.rule = rule, .initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 0};
+    case StepRule::k3dgsLmV2:
+      return {.rule = rule, .initial_lambda = 1, .min_lambda = 1e-4, .max_lambda = 1e4, .min_relative_decrease = 1e-5};
+  }
+  return {};
+}
+
+StepControl::StepControl(const StepControlOptions& options) : options_(options), lambda_(options.initial_lambda) {
+  options.Validate();
+}
+
+void StepControl::OnAccept(double rho) {
+  growth_ = 2;
+  Set(lambda_ * CubicFactor(rho));
+}
+
+void StepControl::OnReject() {
+  if (lambda_ == options_.initial_lambda && options_.lambda_after_first_reject > lambda_) {
+    Set(options_.lambda_after_first_reject);
+    return;
+  }
+  Set(lambda_ * growth_);
+  if (options_.rule != StepRule::k3dgsLmV2) growth_ *= 2;
+}
+
+void StepControl::Set(double lambda) { lambda_ = std::clamp(lambda, options_.min_lambda, options_.max_lambda); }
+
+}  // namespace vesta

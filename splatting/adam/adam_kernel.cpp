@@ -1,0 +1,11 @@
+#include "splatting/adam/adam_kernel.h"
+
+#include "kernels/core/isa_table.h"
+
+namespace vesta::gs {
+
+VESTA_DECLARE_PER_ISA(const AdamKernels& CompiledAdamKernels();)
+
+const AdamKernels& AdamKernelsFor(Isa isa) { return VESTA_OF_ISA(isa, CompiledAdamKernels)(); }
+
+}  // namespace vesta::gs

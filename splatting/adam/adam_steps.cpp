@@ -1,0 +1,41 @@
+#include "splatting/adam/adam_steps.h"
+
+#include <algorithm>
+
+#include "kernels/core/parallel.h"
+#include "splatting/adam/adam_kernel.h"
+
+namespace vesta::gs {
+
+void AdamSteps<Host>::Run(const AdamStepArrays& arrays, BlockBases<Host>& bases) {
+  const BlockAdamArrays& all = arrays.blocks;
+  const Index count = arrays.layout.count;
+  const AdamKernels kernels = AdamKernelsFor(ActiveIsa());
+  ParallelFor((count + kTurnChunk - 1) / kTurnChunk, 1, [&](Index chunk) {
+    const Index begin = chunk * kTurnChunk, end = std::min(begin + kTurnChunk, count);
+    if (arrays.first_diagonal > 0) {
+      BlockAdamArrays piece = all;
+      piece.bases = bases.piece(chunk);
+      piece.bases_begin = begin;
+      kernels.step_blocks(piece, begin, end);
+      if (IsTurned(chunk, arrays.seen, arrays.views)) kernels.turn_bases(piece, begin, end);
+    }
+    Index first = arrays.layout.Offset(arrays.first_diagonal);  // number of the attribute
+    for (int a = arrays.first_diagonal; a < arrays.attributes; ++a) {
+      const Index rows = arrays.layout.Rows(a), offset = first + begin;
+      if (rows <= begin) break;  // nor have they what follows
+      first += rows;
+      kernels.step({.size = std::min(end, rows) - begin,
+                    .gradient = all.gradient + offset,
+                    .parameters = all.parameters + offset,
+                    .first = all.first + offset,
+                    .second = all.second + offset,
+                    .units = a < splat::kLogScale && all.units ? all.units + begin : nullptr,
+                    .rate = arrays.rate[a],
+                    .beta2 = all.beta2,
+                    .root_correction2 = all.root_correction2});
+    }
+  });
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,81 @@
+#include "splatting/adam/block_bases.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/core/parallel.h"
+
+namespace vesta::gs {
+namespace {
+
+std::size_t NumPieces(Index count) { return static_cast<std::size_t>((count + kTurnChunk - 1) / kTurnChunk); }
+
+}  // namespace
+
+static_assert(kTurnChunk % kBlockLanes == 0);
+
+std::vector<float> BlockBases<Host>::NewPiece(Index begin, Index count) {
+  return std::vector<float>(static_cast<std::size_t>(BlockArraySize(std::min(kTurnChunk, count - begin))));
+}
+
+BlockBases<Host>::BlockBases(Index count) {
+  for (Index begin = 0; begin < count; begin += kTurnChunk) {
+    std::vector<float>& piece = pieces_.emplace_back(NewPiece(begin, count));
+    for (Index i = 0; i < std::min(kTurnChunk, count - begin); ++i) {
+      for (int k = 0; k < kBlockSize; ++k) piece[static_cast<std::size_t>(BlockEntry((kBlockSize + 1) * k, i))] = 1;
+    }
+  }
+}
+
+BlockBases<Host>::BlockBases(Index count, HostSpan<const float> flat) {
+  const float* next = flat.data();
+  for (Index begin = 0; begin < count; begin += kTurnChunk) {
+    const float* const end = next + BlockArraySize(std::min(kTurnChunk, count - begin));
+    pieces_.emplace_back(next, end);
+    next = end;
+  }
+}
+
+HostBuffer<float> BlockBases<Host>::Flat() const {
+  Index size = 0;
+  for (const std::vector<float>& piece : pieces_) size += static_cast<Index>(piece.size());
+  HostBuffer<float> flat;
+  flat.ResizeForOverwrite(size);
+  float* next = flat.data();
+  for (const std::vector<float>& piece : pieces_) next = std::copy(piece.begin(), piece.end(), next);
+  return flat;
+}
+
+void BlockBases<Host>::Rearrange(HostSpan<const std::uint32_t> source, HostSpan<const std::uint8_t> kept) {
+  constexpr Index kPiecesAtOnce = 16;
+  std::vector<std::vector<float>> old = std::exchange(pieces_, {});
+  const Index count = source.size();
+  const auto old_piece = [&](Index i) { return static_cast<std::size_t>(source[i] / kTurnChunk); };
+  // The last new Gaussian that comes from each old piece.
+  std::vector<Index> last(old.size(), -1);
+  for (Index i = 0; i < count; ++i) last[old_piece(i)] = i;
+  pieces_.resize(NumPieces(count));
+  for (Index begin = 0; begin < count; begin += kPiecesAtOnce * kTurnChunk) {
+    const Index end = std::min(count, begin + kPiecesAtOnce * kTurnChunk);
+    ParallelFor(static_cast<Index>(NumPieces(end - begin)), 1, [&](Index k) {
+      const Index first = begin + k * kTurnChunk;
+      std::vector<float> piece = NewPiece(first, count);
+      for (Index i = first; i < std::min(first + kTurnChunk, count); ++i) {
+        const std::vector<float>& from = old[old_piece(i)];
+        const Index from_i = source[i] % kTurnChunk;
+        // New Gaussians keep the directions of those that they come from.
+        const int numbers = kept[i] != 0 ? kBlockNumbers : kBasisSize;
+        for (int number = 0; number < numbers; ++number) {
+          piece[static_cast<std::size_t>(BlockEntry(number, i - first))] =
+              from[static_cast<std::size_t>(BlockEntry(number, from_i))];
+        }
+      }
+      pieces_[static_cast<std::size_t>(first / kTurnChunk)] = std::move(piece);
+    });
+    for (std::size_t p = 0; p < old.size(); ++p) {
+      if (last[p] < end) old[p] = std::vector<float>();
+    }
+  }
+}
+
+}  // namespace vesta::gs

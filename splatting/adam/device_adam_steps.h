@@ -1,0 +1,38 @@
+// One step of Adam, and its bases, in the memory of a GPU.
+#pragma once
+
+#include "kernels/core/device_buffer.h"
+#include "splatting/adam/adam_steps.h"
+
+namespace vesta::gs {
+
+// One array for all: what a GPU cannot hold twice while Gaussians are rearranged, the stage goes on without.
+template <>
+class BlockBases<Device> {
+ public:
+  BlockBases() = default;
+  explicit BlockBases(Index count) { numbers_.CopyFrom(BlockBases<Host>(count).Flat()); }
+
+  bool empty() const { return numbers_.empty(); }
+  Index size() const { return numbers_.size(); }
+  float* data() { return numbers_.data(); }
+  // As that of the host. Throws OutOfDeviceMemory.
+  void Rearrange(Span<const std::uint32_t, Device> source, Span<const std::uint8_t, Device> kept);
+  BlockBases<Host> OnHost(Index count) const;
+
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(numbers_);
+  }
+
+ private:
+  DeviceBuffer<float> numbers_;
+};
+
+template <>
+struct AdamSteps<Device> {
+  // Does not wait.
+  static void Run(const AdamStepArrays& arrays, BlockBases<Device>& bases);
+};
+
+}  // namespace vesta::gs

@@ -1,0 +1,120 @@
+#include "splatting/cameras/alignment/align_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "solver/levenberg_marquardt.h"
+#include "splatting/cameras/derivatives/view_problem.h"
+#include "splatting/cameras/unknowns/moved_view.h"
+
+namespace vesta::gs {
+namespace {
+
+using DoubleBackend = CpuBackend<double>;
+
+constexpr int kLeastSide = 32;  // pixels: three windows of SSIM
+
+bool AllFinite(const View& view) {
+  const auto finite = [](const auto& values) {
+    return std::all_of(values.begin(), values.end(), [](auto value) { return std::isfinite(value); });
+  };
+  return finite(view.image.rgb) && finite(view.rotation) && finite(view.translation);
+}
+
+// Whether no channel varies by more than the rounding of 8 bits.
+bool IsFlat(const Image& image) {
+  for (int c = 0; c < ImageShape::kChannels; ++c) {
+    const float* plane = image.plane(c);
+    const auto [low, high] = std::minmax_element(plane, plane + image.num_pixels());
+    if (*high - *low > 1.5f / 255) return false;
+  }
+  return true;
+}
+
+// The view at the size of that level, 0: its own. Its image is `image`, or `shrunk` where it is smaller.
+TargetView<CpuBackend<float>> TargetAt(const View& view, int level, double near, Image& shrunk) {
+  const ImageSize size = DownscaledSize({view.camera.width, view.camera.height}, 1 << level);
+  View small = MovedView(view, {});
+  small.camera = ResizeCamera(view.camera, size.width, size.height);
+  if (level > 0) shrunk = ResizeArea(view.image, size.width, size.height);
+  const std::vector<float>& rgb = level > 0 ? shrunk.rgb : view.image.rgb;
+  const std::vector<std::uint8_t>& mask = level > 0 ? shrunk.mask : view.image.mask;
+  return {ToPosedCamera(small, near),
+          {rgb.data(), static_cast<Index>(rgb.size())},
+          {mask.data(), static_cast<Index>(mask.size())}};
+}
+
+LmOptions EngineOptions(const AlignOptions& options, int level) {
+  LmOptions engine;
+  engine.max_iterations = options.max_iterations;
+  // Changes under 1e-7 of the cost are noise: with the camera alphas cross their floor, and Gaussians change places.
+  // Smaller images only give a start.
+  engine.function_tolerance = level == 0 ? 1e-7 : 1e-5;
+  return engine;
+}
+
+}  // namespace
+
+const char* ToString(AlignStatus status) {
+  switch (status) {
+    case AlignStatus::kConverged:
+      return "converged";
+    case AlignStatus::kStopped:
+      return "stopped";
+    case AlignStatus::kSeesNothing:
+      return "sees nothing";
+    case AlignStatus::kFlatImage:
+      return "flat image";
+    case AlignStatus::kNotFinite:
+      return "not finite";
+    case AlignStatus::kNoGain:
+      return "no gain";
+  }
+  return "?";
+}
+
+Alignment AlignView(const SplatModel& model, const View& view, const AlignOptions& options) {
+  VESTA_CHECK(options.levels >= 1 && options.levels <= 16, "{} sizes to align at; choose 1 to 16", options.levels);
+  VESTA_CHECK(view.image.width == view.camera.width && view.image.height == view.camera.height,
+              "a view of {} x {} with an image of {} x {}", view.camera.width, view.camera.height, view.image.width,
+              view.image.height);
+  Alignment alignment;
+  const auto end_with = [&](AlignStatus status) {
+    alignment.status = status;
+    return alignment;
+  };
+  if (!AllFinite(view)) return end_with(AlignStatus::kNotFinite);
+  if (IsFlat(view.image)) return end_with(AlignStatus::kFlatImage);
+  const ViewProblemOptions problem_options{options.free, options.background, options.weights};
+  const splat::Model<float> kernel_model = ToKernelModel(model);
+  DoubleBackend backend;
+  HostBuffer<double> start(kViewParameters), x(kViewParameters);
+  Pack({}, start);
+  x.CopyFrom(start);
+  for (int level = options.levels - 1; level >= 0; --level) {
+    if (level > 0 && std::min(view.camera.width, view.camera.height) >> level < kLeastSide) continue;
+    Image shrunk;
+    ViewProblem<float> problem(problem_options, kernel_model, TargetAt(view, level, options.near, shrunk));
+    const double values = static_cast<double>(view.image.rgb.size());
+    if (level == 0) {
+      if (problem.CountSeen(start) == 0) return end_with(AlignStatus::kSeesNothing);
+      const double before = problem.Cost(start);
+      alignment.cost_before = before / values;
+      // What was found on smaller images may be a wrong turn.
+      if (!(problem.Cost(x) < before)) x.CopyFrom(start);
+    }
+    const LmSummary summary = SolveLm<DoubleBackend>(EngineOptions(options, level), backend, problem, x);
+    alignment.iterations += static_cast<int>(summary.iterations.size()) - 1;
+    if (level > 0) continue;
+    alignment.cost_after = summary.final_cost / values;
+    if (IsFailure(summary.status)) return end_with(AlignStatus::kNotFinite);
+    if (!(alignment.cost_after < alignment.cost_before)) return end_with(AlignStatus::kNoGain);
+    alignment.found = Unpack(x);
+    alignment.status = IsConverged(summary.status) ? AlignStatus::kConverged : AlignStatus::kStopped;
+  }
+  return alignment;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,49 @@
+// Fits a view's camera, and its exposure, to a splat that stays as it is.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "kernels/image/loss_options.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
+
+namespace vesta::gs {
+
+struct AlignOptions {
+  FreeUnknowns free = {};
+  std::array<double, 3> background{0, 0, 0};  // 0..1
+  double near = 0;                            // distance of the near plane, world units
+  PhotometricWeights weights = {};
+  // Coarse to fine: the first of so many sizes is 2^(levels - 1) times smaller than the photograph; sizes with a side
+  // of fewer than 32 pixels are left out. 1 to 16.
+  int levels = 3;
+  int max_iterations = 50;  // of Levenberg-Marquardt at each size
+};
+
+enum class AlignStatus {
+  kConverged,
+  kStopped,      // as far as it got: max_iterations, or no step gained any more
+  kSeesNothing,  // of the model, from where the view stands
+  kFlatImage,    // the photograph is one colour: nothing to align by
+  kNotFinite,    // the photograph or the pose holds NaN or infinity
+  kNoGain,       // nothing found is better than the start
+};
+const char* ToString(AlignStatus status);
+
+struct Alignment {
+  AlignStatus status = AlignStatus::kNoGain;
+  ViewUnknowns found;  // as it was, but where is_found()
+  // Mean loss over pixels and channels of the full-size image; 0 where it was not evaluated.
+  double cost_before = 0, cost_after = 0;
+  int iterations = 0;  // at all sizes
+
+  bool is_found() const { return status == AlignStatus::kConverged || status == AlignStatus::kStopped; }
+};
+
+// By Levenberg-Marquardt on ViewProblem, at each size from the coarsest on. The view must have its image. What is found
+// has a lower cost than the start. The same bits for any number of threads.
+Alignment AlignView(const SplatModel& model, const View& view, const AlignOptions& options);
+
+}  // namespace vesta::gs

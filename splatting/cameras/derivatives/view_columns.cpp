@@ -1,0 +1,32 @@
+#include "splatting/cameras/derivatives/view_columns.h"
+
+#include "kernels/gaussian_splatting/view/lens_jacobian.h"
+#include "kernels/gaussian_splatting/view/pose_jacobian.h"
+#include "splatting/cameras/derivatives/view_columns.inl"
+
+namespace vesta::gs {
+
+using Float = CpuBackend<float>;
+using Double = CpuBackend<double>;
+template class ViewColumns<Float>;
+template class ViewColumns<Double>;
+template void ViewColumns<Float>::Project(const float*, double*) const;
+template void ViewColumns<Float>::Project(const double*, double*) const;
+template void ViewColumns<Double>::Project(const double*, double*) const;
+template void ViewColumns<Float>::Add(double, const double*, float*) const;
+template void ViewColumns<Float>::Add(double, const double*, double*) const;
+template void ViewColumns<Double>::Add(double, const double*, double*) const;
+template ViewColumns<Float> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<Float>&,
+                                      HostSpan<const float>, HostSpan<const float>);
+template ViewColumns<Double> ColumnsOf(const FreeUnknowns&, const AffineColor&, const TargetView<Double>&,
+                                       HostSpan<const double>, HostSpan<const double>);
+template HostBuffer<float> MovesOf<Float>(const FreeUnknowns&, const splat::SplatView<float>&,
+                                          const splat::Model<float>&, splat::ViewWorkspace<float>&);
+template HostBuffer<double> MovesOf<Double>(const FreeUnknowns&, const splat::SplatView<double>&,
+                                            const splat::Model<double>&, splat::ViewWorkspace<double>&);
+template std::vector<double> WeightedGram(const ViewColumns<Float>&, PhotometricLoss<float>&,
+                                          const PhotometricLoss<float>::Linearization&, ViewColumns<Float>*);
+template std::vector<double> WeightedGram(const ViewColumns<Double>&, PhotometricLoss<double>&,
+                                          const PhotometricLoss<double>::Linearization&, ViewColumns<Double>*);
+
+}  // namespace vesta::gs

@@ -1,0 +1,35 @@
+// A view whose camera is not as it was given.
+#pragma once
+
+#include <vector>
+
+#include "kernels/gaussian_splatting/projection/camera_motion.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
+
+namespace vesta::gs {
+
+// The view with its camera moved, without its image.
+View MovedView(const View& view, const splat::CameraMotion& motion);
+
+// The same, and its lens as it was found.
+View AsFound(const View& view, const ViewUnknowns& found);
+splat::PosedCamera AsFound(const splat::PosedCamera& given, const ViewUnknowns& found);
+
+// The motion that brings one view's camera to another's pose.
+splat::CameraMotion MotionBetween(const View& from, const View& to);
+
+// What was found of the lens of each view of a scene: of those that are trained on, in their order, and of the others
+// by their camera. Nothing where `found` is empty; else as many as there are training views.
+std::vector<LensChange> LensesOf(const Scene& scene, const std::vector<ViewUnknowns>& found);
+
+// The views of a scene, without images: those that are trained on as found, the others with the lens that was found of
+// their camera (LensesOf).
+std::vector<View> MovedViews(const Scene& scene, const std::vector<ViewUnknowns>& found);
+
+// How far apart the images of two views are: the median distance in pixels between what they make of the means of the
+// Gaussians that the first one sees. 0 where it sees none. near: distance of the near plane.
+double MedianShift(const SplatModel& model, const View& from, const View& to, double near);
+
+}  // namespace vesta::gs

@@ -1,0 +1,79 @@
+// The splatting problem of the LM stage cut into runs of views, to be spread over processes.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <type_traits>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/lm/splat_blocks.h"
+#include "problems/gaussian_splatting/lm/splat_problem.h"
+#include "solver/distributed/distributed_problem.h"
+#include "solver/distributed/problem_parts.h"
+#include "splatting/distributed/process_group.h"
+
+namespace vesta::gs {
+
+// As many parts for every number of processes, since the order of sums depends on them; no more than views.
+inline int NumSplatParts(Index views) {
+  constexpr Index kMost = 64;
+  return static_cast<int>(std::clamp<Index>(views, 1, kMost));
+}
+
+// Throws Error where views are in several batches, or in some that change from turn to turn.
+inline void CheckOneBatch(const ViewBatchOptions& batches) {
+  if (batches.count > 1 || batches.size > 0) {
+    Fail("LM over several processes takes all views as one batch; leave lm.batches=1 and lm.batch_size=0");
+  }
+}
+
+// Each part has all Gaussians and a run of the views.
+class SplatParts final : public ProblemParts<CpuBackend<float>> {
+ public:
+  using B = CpuBackend<float>;
+
+  // whole must outlive this object. Throws Error as CheckOneBatch does.
+  explicit SplatParts(SplatProblem<B>& whole) : whole_(whole) { CheckOneBatch(whole.options().batches); }
+
+  int num_parts() const override { return NumSplatParts(num_views()); }
+  ProblemPart<B> Make(int part) override {
+    const Share run = ShareOf(num_views(), num_parts(), part);
+    const auto views =
+        whole_.views().subspan(static_cast<std::size_t>(run.begin), static_cast<std::size_t>(run.size()));
+    return {whole_.MakePart(views), {}, {}};
+  }
+  Index num_parameters() const override { return whole_.num_parameters(); }
+  std::vector<BlockGroup> block_groups() const override { return SplatBlockGroups(whole_.options()); }
+  Problem<B>* geometry() override { return &whole_; }
+
+ private:
+  Index num_views() const { return static_cast<Index>(whole_.views().size()); }
+
+  SplatProblem<B>& whole_;
+};
+
+// The problem as the engine is to see it: spread over processes where mpirun or alike has started this one, even alone,
+// so that the order of sums is the same for every number of processes. On a GPU always the problem itself.
+template <Backend B>
+class ProblemToSolve {
+ public:
+  // whole must outlive this object.
+  ProblemToSolve(const ProcessGroup& processes, SplatProblem<B>& whole) : solved_(&whole) {
+    if constexpr (std::is_same_v<B, Cpu>) {
+      if (!processes.ranks()) return;
+      parts_ = std::make_unique<SplatParts>(whole);
+      distributed_ = std::make_unique<DistributedProblem<Cpu>>(*processes.ranks(), *parts_);
+      solved_ = distributed_.get();
+    }
+  }
+  Problem<B>& operator*() { return *solved_; }
+
+ private:
+  using Cpu = CpuBackend<float>;
+
+  Problem<B>* solved_;
+  std::unique_ptr<SplatParts> parts_;
+  std::unique_ptr<DistributedProblem<Cpu>> distributed_;
+};
+
+}  // namespace vesta::gs

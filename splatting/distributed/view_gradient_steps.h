@@ -1,0 +1,206 @@
+// The loops over terms of a gradient (view_gradient.h). All pointers of one of these are to one memory space.
+#pragma once
+
+#include <cstdint>
+
+#include "kernels/core/divisor.h"
+#include "kernels/core/for_each.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "splatting/density/density_steps.h"
+
+namespace vesta::gs::term {
+
+// Gaussians that lie together in memory are seen together or not at all, mostly: a term has whole blocks of them.
+inline constexpr Index kLanes = 16;
+// Of each block: for each Gaussian the sum of its pulls in the views that see it (density/screen_pull.h), the number of
+// these views, and the gradient by its attributes. A row is kLanes numbers.
+inline constexpr int kPulls = 0, kViews = 1, kFirstAttribute = 2;
+
+// What all terms of an iteration are laid out by.
+struct Layout {
+  splat::ModelLayout model;
+  int attributes;  // in use
+
+  VESTA_HD Index Blocks() const { return (model.count + kLanes - 1) / kLanes; }
+  // Gaussians of a block have at most the attributes of its first one.
+  VESTA_HD Index RowsOf(Index block) const {
+    int degree = model.sh_degree;
+    while (block * kLanes >= model.WithBand(degree)) --degree;
+    const int own = splat::NumAttributes(degree);
+    return kFirstAttribute + (own < attributes ? own : attributes);
+  }
+  VESTA_HD Index MostRows() const { return kFirstAttribute + attributes; }
+};
+
+// A term: which blocks it has, ascending, the row that each begins with, and the rows.
+struct Arrays {
+  const std::uint32_t *block, *begin;
+  const float* rows;
+};
+
+// A block that is there, with its rows, in one number, so that one running sum counts both.
+inline constexpr int kRowBits = 40;
+VESTA_HD constexpr Index Counted(Index rows) { return (Index{1} << kRowBits) + rows; }
+VESTA_HD constexpr Index BlocksOf(Index sum) { return sum >> kRowBits; }
+VESTA_HD constexpr Index RowsOf(Index sum) { return sum & ((Index{1} << kRowBits) - 1); }
+
+// Of each block, and of the one after the last: Counted where a Gaussian of it is seen, else 0.
+struct CountSeen {
+  Layout layout;
+  const std::int32_t* rank_of;
+  Index* counts;
+
+  VESTA_HD void operator()(Index block) const {
+    counts[block] = 0;
+    for (Index i = block * kLanes; i < (block + 1) * kLanes && i < layout.model.count; ++i) {
+      if (rank_of[i] >= 0) counts[block] = Counted(layout.RowsOf(block));
+    }
+  }
+};
+
+// places[block[k]] = k + 1.
+struct PlaceBlocks {
+  const std::uint32_t* block;
+  std::uint32_t* places;
+  VESTA_HD void operator()(Index k) const { places[block[k]] = static_cast<std::uint32_t>(k + 1); }
+};
+
+// Counted where either of two terms has the block.
+struct CountEither {
+  Layout layout;
+  const std::uint32_t *left, *right;  // by block, PlaceBlocks, 0 where there is none
+  Index* counts;
+
+  VESTA_HD void operator()(Index block) const {
+    const bool is_there = block < layout.Blocks() && (left[block] > 0 || right[block] > 0);
+    counts[block] = is_there ? Counted(layout.RowsOf(block)) : 0;
+  }
+};
+
+// The list of blocks from their counts and the running sums of these.
+struct ListBlocks {
+  const Index *counts, *sums;
+  std::uint32_t *block, *begin;
+
+  VESTA_HD void operator()(Index b) const {
+    if (counts[b] == 0) return;
+    const Index k = BlocksOf(sums[b]);
+    block[k] = static_cast<std::uint32_t>(b);
+    begin[k] = static_cast<std::uint32_t>(RowsOf(sums[b]));
+  }
+};
+
+// Row r of block k of a term is index k * layout.MostRows() + r, of which some are none.
+struct RowOfBlock {
+  Layout layout;
+  const std::uint32_t* block;
+  Divisor by_rows{layout.MostRows()};
+
+  // body(k, number of the block, row in it) for a row that there is.
+  template <class Body>
+  VESTA_HD void Visit(Index index, const Body& body) const {
+    const auto [k, row] = by_rows.Divide(index);
+    const Index number = block[k];
+    if (row < layout.RowsOf(number)) body(k, number, row);
+  }
+  // The same of rows of attributes alone: body(k, row in the block, the first of its numbers in an array laid out as
+  // the model, how many it has there).
+  template <class Body>
+  VESTA_HD void VisitAttribute(Index index, const Body& body) const {
+    Visit(index, [&](Index k, Index number, Index row) {
+      if (row < kFirstAttribute) return;
+      const int attribute = static_cast<int>(row) - kFirstAttribute;
+      const Index first = number * kLanes, left = layout.model.Rows(attribute) - first;
+      body(k, row, layout.model.Offset(attribute) + first, left < kLanes ? left : kLanes);
+    });
+  }
+};
+
+// The rows of gradients, out of an array laid out as the model, which is zero afterwards.
+struct TakeRow {
+  RowOfBlock of;
+  const std::uint32_t* begin;
+  float *gradient, *rows;
+
+  VESTA_HD void operator()(Index index) const {
+    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
+      float *from = gradient + first, *to = rows + (begin[k] + row) * kLanes;
+      for (Index lane = 0; lane < kLanes; ++lane) {
+        to[lane] = lane < there ? from[lane] : 0.0f;
+        if (lane < there) from[lane] = 0;
+      }
+    });
+  }
+};
+
+// The other rows of block k: by the view whose splats `pulls` is of. Pulls that are not asked for are 0.
+struct ObserveBlock {
+  density::ScreenPulls pulls;
+  bool is_asked_for;
+  Index count;  // of Gaussians
+  const std::uint32_t *block, *begin;
+  float* rows;
+
+  VESTA_HD void operator()(Index k) const {
+    float *pull = rows + (begin[k] + kPulls) * kLanes, *views = rows + (begin[k] + kViews) * kLanes;
+    for (Index lane = 0; lane < kLanes; ++lane) {
+      const Index i = block[k] * kLanes + lane;
+      const bool is_seen = i < count && pulls.rank_of[i] >= 0;
+      pull[lane] = is_seen && is_asked_for ? pulls.Of(i) : 0.0f;
+      views[lane] = is_seen ? 1.0f : 0.0f;
+    }
+  }
+};
+
+// sum = left + right, of the blocks that either has.
+struct AddRow {
+  RowOfBlock of;
+  const std::uint32_t *begin, *left_places, *right_places;
+  Arrays left, right;
+  float* sum;
+
+  VESTA_HD void operator()(Index index) const {
+    of.Visit(index, [&](Index k, Index number, Index row) {
+      const std::uint32_t l = left_places[number], r = right_places[number];
+      const float* a = l > 0 ? left.rows + (left.begin[l - 1] + row) * kLanes : nullptr;
+      const float* b = r > 0 ? right.rows + (right.begin[r - 1] + row) * kLanes : nullptr;
+      float* to = sum + (begin[k] + row) * kLanes;
+      for (Index lane = 0; lane < kLanes; ++lane) {
+        to[lane] = !b ? a[lane] : !a ? b[lane] : a[lane] + b[lane];
+      }
+    });
+  }
+};
+
+// The rows of attributes, into an array laid out as the model.
+struct GiveRow {
+  RowOfBlock of;
+  Arrays term;
+  float* values;
+
+  VESTA_HD void operator()(Index index) const {
+    of.VisitAttribute(index, [&](Index k, Index row, Index first, Index there) {
+      const float* from = term.rows + (term.begin[k] + row) * kLanes;
+      for (Index lane = 0; lane < there; ++lane) values[first + lane] = from[lane];
+    });
+  }
+};
+
+// What was observed of the Gaussians of block k.
+struct GivePulls {
+  Arrays term;
+  Index count;  // of Gaussians
+  float* pull;
+  int* seen;
+
+  VESTA_HD void operator()(Index k) const {
+    const float *pulls = term.rows + (term.begin[k] + kPulls) * kLanes,
+                *views = term.rows + (term.begin[k] + kViews) * kLanes;
+    for (Index lane = 0, i = term.block[k] * kLanes; lane < kLanes && i < count; ++lane, ++i) {
+      pull[i] += pulls[lane];
+      seen[i] += static_cast<int>(views[lane]);
+    }
+  }
+};
+
+}  // namespace vesta::gs::term

@@ -1,0 +1,58 @@
+// Image quality of a model over the views of a scene, in any memory space.
+#pragma once
+
+#include <array>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/masked_loss.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/evaluate/measured_views.h"
+#include "splatting/evaluate/quality.h"
+
+namespace vesta::gs {
+
+// Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
+// already; those of the other views are shown to B one at a time. Processes that measure together all have the same
+// result. Holds its view and two images only while it runs; on a device throws OutOfDeviceMemory.
+template <class B>
+Evaluation Evaluate(const Scene& scene, const std::array<double, 3>& background, std::span<const TargetView<B>> held,
+                    const splat::Model<float>& model, typename SplatBackend<B>::Workspace& workspace,
+                    const MeasuredViews& measured = {}) {
+  using Splats = SplatBackend<B>;
+  const Share own = measured.processes.OwnShare(std::ssize(scene.views));
+  const std::vector<bool> is_measured = AreMeasured(measured, scene.views);
+  std::vector<ViewQuality> qualities;
+  typename Splats::QualityMeter meter;
+  typename Splats::Loss loss;
+  typename Splats::SplatView splats;
+  typename B::Vector rendered;
+  typename Splats::Truth truth;
+  std::size_t trained = 0;  // views so far
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    const std::size_t place = trained;
+    if (view.is_trained()) ++trained;
+    if (std::cmp_less(v, own.begin) || std::cmp_greater_equal(v, own.end) || !is_measured[v]) continue;
+    const ImageShape shape{view.camera.width, view.camera.height};
+    const std::shared_ptr<const Image> photograph = view.Photograph();
+    rendered.ResizeForOverwrite(shape.NumValues());
+    splats.Build(model, ToPosedCamera(view, NearPlane(scene)), background.data(), workspace);
+    splats.Render(rendered.data());
+    if (!view.is_trained() || held.empty()) {
+      Splats::CopyTruth(ValuesOf(*photograph), truth);
+    } else {
+      VESTA_CHECK(place < held.size(), "{} targets are fewer than the training views", held.size());
+      Splats::CopyTruth(typename B::ConstVectorView(held[place].truth), truth);
+    }
+    ShowLeftOut<B>(Splats::MakeMask(MaskOf(*photograph)), typename B::ConstVectorView(truth), rendered.view());
+    // Before the meter, which may write into both images.
+    const double objective = view.is_trained() ? loss.Evaluate(rendered, truth, shape).objective : 0;
+    qualities.push_back(QualityOf(v, *photograph, meter.Measure(rendered, truth, shape), objective));
+  }
+  return MeanOf(scene.views, measured.processes.Gather(qualities));
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,30 @@
+// Image files.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "problems/gaussian_splatting/scene/image.h"
+
+namespace vesta::gs {
+
+// Reads a JPEG (grey or colour), a PNG (any colour type, 8 or 16 bits), a TIFF (grey or RGB, 8 or 16 bits, its first
+// page) or a WebP, told apart by their first bytes, not by the name. 16 bits stay 16. Alpha is composited over
+// `background`, and the mask has the pixels that are opaque. Orientation (exif.h) and embedded profiles are ignored, as
+// COLMAP does. Throws Error naming the file when it is missing, none of these, a CMYK JPEG, a TIFF of other samples, an
+// animation, cut short or damaged. work_bytes: unless null, gets what was held beside the result.
+Image LoadImage(const std::string& path, const std::array<float, 3>& background = {0, 0, 0},
+                double* work_bytes = nullptr);
+
+// Size of an image file, from its header.
+ImageSize ReadImageSize(const std::string& path);
+
+// The bytes of a JPEG; values are clamped to 0..1 and rounded. quality: 1 to 100, as libjpeg has it. Throws Error for
+// an image without pixels, or with more than 65500 a side.
+std::string EncodeJpeg(const Image& image, int quality);
+
+// 8-bit RGB PNG; values are clamped to 0..1 and rounded. Written whole or not at all (atomic_file.h).
+void SavePng(const std::string& path, const Image& image);
+
+}  // namespace vesta::gs

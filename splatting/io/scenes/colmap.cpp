@@ -1,0 +1,219 @@
+#include "splatting/io/scenes/colmap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "kernels/core/check.h"
+#include "kernels/math/quaternion.h"
+#include "problems/gaussian_splatting/model/scene_frame.h"
+#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/scenes/colmap_files.h"
+#include "splatting/io/scenes/scene_path.h"
+
+namespace vesta::gs {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+template <std::size_t N>
+bool AllFinite(const std::array<double, N>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+std::array<double, 4> Normalized(std::array<double, 4> q) {
+  const double norm = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+  for (double& v : q) v /= norm;
+  return q;
+}
+
+// Checks that concern several records.
+void CheckModel(const ColmapModel& model, const std::string& folder) {
+  if (model.cameras.empty()) Fail("{}: the model has no cameras; run colmap's mapper again", folder);
+  if (model.images.empty()) Fail("{}: the model has no images; run colmap's mapper again", folder);
+  std::unordered_set<std::uint32_t> camera_ids;
+  for (const ColmapCamera& camera : model.cameras) {
+    if (!camera_ids.insert(camera.id).second) {
+      Fail("{}: camera {} occurs twice; export the model again", folder, camera.id);
+    }
+  }
+  std::unordered_set<std::string> names;
+  for (const ColmapImage& image : model.images) {
+    if (!camera_ids.contains(image.camera_id)) {
+      Fail("{}: image {} refers to camera {}, which the model does not have; export the model again", folder,
+           image.name, image.camera_id);
+    }
+    if (!names.insert(image.name).second) {
+      Fail("{}: image {} occurs twice; export the model again", folder, image.name);
+    }
+  }
+}
+
+}  // namespace
+
+void CheckColmapCamera(const ColmapCamera& record, const std::string& where) {
+  const Camera& c = record.camera;
+  if (c.width <= 0 || c.height <= 0) {
+    Fail("{}: camera {} has the size {} x {}; calibrate it again", where, record.id, c.width, c.height);
+  }
+  if (!(c.lens.fx > 0 && c.lens.fy > 0 && std::isfinite(c.lens.fx) && std::isfinite(c.lens.fy))) {
+    Fail("{}: camera {} has the focal lengths {}, {}; they must be positive: calibrate it again", where, record.id,
+         c.lens.fx, c.lens.fy);
+  }
+  if (!std::isfinite(c.lens.cx) || !std::isfinite(c.lens.cy)) {
+    Fail("{}: camera {} has the principal point {}, {}; calibrate it again", where, record.id, c.lens.cx, c.lens.cy);
+  }
+  if (!record.distortion.is_finite()) {
+    Fail("{}: camera {} has a distortion that is not finite; calibrate it again", where, record.id);
+  }
+}
+
+void CheckColmapImage(const ColmapImage& image, const std::string& where) {
+  constexpr std::size_t kLongestName = 4096;  // the system's limit on paths
+  if (image.name.empty() || image.name.size() > kLongestName ||
+      std::any_of(image.name.begin(), image.name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
+    Fail("{}: image {} has no readable name; the file is damaged, copy or export it again", where, image.id);
+  }
+  if (!AllFinite(image.rotation) || !AllFinite(image.translation)) {
+    Fail("{}: the pose of image {} is not finite; remove the image from the model", where, image.name);
+  }
+  const auto& q = image.rotation;
+  const double size = std::abs(q[0]) + std::abs(q[1]) + std::abs(q[2]) + std::abs(q[3]);
+  if (!(size > 1e-6) || !std::isfinite(size)) {
+    Fail("{}: the rotation of image {} is not a quaternion with a direction; remove the image from the model", where,
+         image.name);
+  }
+}
+
+void CheckColmapPoint(const ColmapPoint& point, const std::string& where) {
+  for (double v : point.position) {
+    if (!(std::abs(v) <= static_cast<double>(std::numeric_limits<float>::max()))) {
+      Fail("{}: point {} is not finite; remove it from the model", where, point.id);
+    }
+  }
+}
+
+void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model) {
+  fs::path scene = fs::path(folder).parent_path();
+  if (scene.filename() == "sparse") scene = scene.parent_path();
+  Fail(
+      "{}: the camera model {} is not read; undistort with: colmap image_undistorter --image_path {}/images "
+      "--input_path {} --output_path {}_undistorted",
+      where, model, scene.string(), folder, scene.string());
+}
+
+namespace {
+
+bool IsText(const std::string& folder) {
+  return !FileExists(folder + "/cameras.bin") && FileExists(folder + "/cameras.txt");
+}
+
+std::vector<std::string> ModelFiles(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const char* name : {"/cameras", "/images", "/points3D"}) {
+    files.push_back(folder + name + (IsText(folder) ? ".txt" : ".bin"));
+  }
+  return files;
+}
+
+// " of 12 images", by the count that a binary file begins with; empty where there is none.
+std::string OfImages(const std::string& folder) {
+  std::ifstream file(folder + "/images.bin", std::ios::binary);
+  std::uint64_t count = 0;
+  file.read(reinterpret_cast<char*>(&count), sizeof(count));
+  constexpr std::uint64_t kMost = 1'000'000'000;
+  return file && count <= kMost ? fmt::format(" of {} images", count) : std::string();
+}
+
+// A mapper that cannot join all images writes several models, and the first need not be the largest.
+void NoteOtherModels(const std::string& folder, Scene* scene) {
+  std::vector<std::string> others;
+  std::error_code ignored;
+  for (fs::directory_iterator it(fs::path(folder).parent_path(), ignored), end; !ignored && it != end;
+       it.increment(ignored)) {
+    const std::string other = it->path().string();
+    if (it->path().filename() == fs::path(folder).filename()) continue;
+    if (FileExists(other + "/images.bin") || FileExists(other + "/images.txt")) others.push_back(other);
+  }
+  std::sort(others.begin(), others.end());
+  for (const std::string& other : others) {
+    scene->notes.push_back(fmt::format("the model in {}{} is passed over; read is that in {}{}", other, OfImages(other),
+                                       folder, OfImages(folder)));
+  }
+}
+
+}  // namespace
+
+ColmapModel ReadColmapModel(const std::string& folder) {
+  ColmapModel model = IsText(folder) ? ReadColmapText(folder) : ReadColmapBinary(folder);
+  CheckModel(model, folder);
+  return model;
+}
+
+void WriteColmapModel(const ColmapModel& model, const std::string& folder, ColmapFormat format) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) Fail("{}: cannot be created: {}", folder, error.message());
+  if (format == ColmapFormat::kBinary) {
+    WriteColmapBinary(model, folder);
+  } else {
+    WriteColmapText(model, folder);
+  }
+}
+
+std::string FindColmapModel(const std::string& scene_folder) {
+  for (const char* sub : {"sparse/0", "sparse"}) {
+    std::string folder = (fs::path(scene_folder) / sub).string();
+    if (FolderExists(folder)) return folder;
+  }
+  return {};
+}
+
+Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder, const RandomPoints& random) {
+  const std::string folder = FindColmapModel(scene_folder);
+  if (folder.empty()) Fail("{}: no COLMAP model in sparse/0 or sparse", scene_folder);
+  const ColmapModel model = ReadColmapModel(folder);
+  std::unordered_map<std::uint32_t, const ColmapCamera*> cameras;
+  for (const ColmapCamera& record : model.cameras) cameras[record.id] = &record;
+
+  Scene scene;
+  scene.files = ModelFiles(folder);
+  if (fs::path(folder).parent_path().filename() == "sparse") NoteOtherModels(folder, &scene);
+  for (const ColmapImage& image : model.images) {
+    if (LeavesScene(image_folder, image.name)) {
+      Fail("{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name), scene_folder,
+           image_folder);
+    }
+    View view;
+    view.name = image.name;
+    view.image_path = (fs::path(scene_folder) / image_folder / image.name).string();
+    view.camera = cameras.at(image.camera_id)->camera;
+    view.distortion = cameras.at(image.camera_id)->distortion;
+    RotationFromQuaternion(Normalized(image.rotation).data(), view.rotation.data());
+    view.translation = image.translation;
+    scene.views.push_back(std::move(view));
+  }
+  WorldPoints points;
+  for (const ColmapPoint& point : model.points) {
+    std::array<float, 3> color;
+    for (std::size_t i = 0; i < 3; ++i) color[i] = static_cast<float>(point.color[i]) / 255.0f;
+    points.positions.push_back(point.position);
+    points.colors.push_back(color);
+  }
+  SortAndSplit(&scene.views);
+  if (points.positions.empty()) {
+    points = PointsInViews(scene.views, random);
+    scene.notes.push_back(fmt::format(
+        "the model in {} has no points: {} random ones within the cameras' views stand in", folder, random.count));
+  }
+  PlaceInScene(points, &scene);
+  return scene;
+}
+
+}  // namespace vesta::gs

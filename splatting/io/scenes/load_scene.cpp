@@ -1,0 +1,84 @@
+#include "splatting/io/scenes/load_scene.h"
+
+#include <algorithm>
+
+#include "kernels/core/check.h"
+#include "kernels/core/text_file.h"
+#include "splatting/io/scenes/colmap.h"
+#include "splatting/io/scenes/load_photographs.h"
+#include "splatting/io/scenes/masks.h"
+#include "splatting/io/scenes/nerf.h"
+#include "splatting/io/scenes/scene_path.h"
+
+namespace vesta::gs {
+
+namespace {
+
+Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
+  if (!FolderExists(path)) Fail("{}: no such scene folder", path);
+  const std::string& images = options.image_folder;
+  if (images.empty() || LeavesScene("", images)) {
+    Fail("--images={}: not a folder within the scene; move the photographs there", Printable(images));
+  }
+  if (images != LoadSceneOptions().image_folder && !FolderExists(path + "/" + images)) {
+    Fail("{}/{}: no such folder; --images names the one that has the photographs", path, images);
+  }
+  if (!FindColmapModel(path).empty()) return ReadColmapScene(path, images, options.random_points);
+  if (IsNerfScene(path)) return ReadNerfScene(path, options.random_points, images, options.allow_missing);
+  Fail("{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF)", path);
+}
+
+void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
+  std::vector<View>& views = scene->views;
+  const auto is_missing = [](const View& view) { return !FileExists(view.image_path); };
+  const auto first = std::find_if(views.begin(), views.end(), is_missing);
+  if (first == views.end()) return;
+  const auto missing = std::count_if(first, views.end(), is_missing), all = std::ssize(views);
+  if (!allowed || missing == all) {
+    Fail(
+        "{}: no such image, but the model in {} names it ({} of {} images are missing); add it, remove it from the "
+        "model{}",
+        first->image_path, path, missing, all,
+        missing == all ? ", or name the folder that they are in by --images"
+                       : ", or leave out what is missing by --allow_missing");
+  }
+  std::erase_if(views, is_missing);
+  scene->notes.push_back(
+      fmt::format("{} of {} photographs that the model names are missing and left out", missing, all));
+}
+
+void NoteDistortion(Scene* scene) {
+  const auto distorted =
+      std::ranges::count_if(scene->views, [](const View& view) { return !view.distortion.is_none(); });
+  if (distorted == 0) return;
+  scene->notes.push_back(fmt::format(
+      "{} of {} photographs are undistorted on loading: trained on and measured is what pinholes see of them",
+      distorted, scene->views.size()));
+}
+
+}  // namespace
+
+Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
+  VESTA_CHECK(splat::IsLowPass(options.low_pass), "a low-pass filter of {} pixels^2", options.low_pass);
+  Scene scene = ReadModel(path, options);
+  const std::size_t named = scene.views.size();
+  ChooseTestViews(options.test_views, &scene.views);
+  if (!options.test_views.list.empty()) scene.files.push_back(options.test_views.list);
+  LeaveOutMissing(path, options.allow_missing, &scene);
+  const bool chosen = options.test_views.every || !options.test_views.list.empty();
+  if (std::ranges::all_of(scene.views, [](const View& view) { return view.is_test(); })) {
+    Fail("{}: no view is left to train on, as {} for testing; add images, or choose by --test_every", path,
+         chosen ? "all are" : "every 8th from the first is");
+  }
+  if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
+  if (options.hold_out) HoldOut(&scene.views);
+  FindMasks(path, &scene);
+  NoteDistortion(&scene);
+  // Those of NeRF scenes are rendered over nothing, and trained over the background.
+  const bool alpha_is_mask = !FindColmapModel(path).empty();
+  LoadPhotographs({options.downscale, options.background, alpha_is_mask}, options.photographs_bytes, &scene);
+  for (View& view : scene.views) view.camera.low_pass = options.low_pass;
+  return scene;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,40 @@
+// From a scene folder to everything that training needs.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <string>
+
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/io/scenes/random_points.h"
+#include "splatting/io/scenes/test_views.h"
+
+namespace vesta::gs {
+
+struct LoadSceneOptions {
+  int downscale = 1;                         // see DownscaledSize; cameras follow
+  std::array<float, 3> background{0, 0, 0};  // behind images with an alpha channel, 0..1
+  std::string image_folder = "images";       // within the scene; images_4 and the like rescale the cameras
+  bool allow_missing = false;                // leave out views whose image is missing
+  TestViews test_views;                      // else every 8th by name, or as a NeRF scene has its own
+  // Of decoded photographs; where they take more they are decoded when they are looked at (photograph_store.h).
+  double photographs_bytes = std::numeric_limits<double>::infinity();
+  RandomPoints random_points;         // for scenes without points
+  double low_pass = splat::kLowPass;  // of the cameras (Camera::low_pass)
+  bool hold_out = false;              // keep some training views back (HoldOut)
+};
+
+// Finds out what `path` is (COLMAP: sparse/0 or sparse; NeRF: transforms.json or transforms_train.json), reads it, and
+// decodes all images in parallel. An image whose size differs from its camera's rescales the camera, provided that
+// the aspect ratio agrees to within a pixel; where that of the image turned as its EXIF says does, it is turned.
+// Photographs of distorting lenses are undistorted (undistort.h), then downscaled; their views are pinholes. Pixels
+// that a mask leaves out (masks.h) take no part, nor does what is not opaque in the images of a COLMAP scene; those of
+// a NeRF scene are composited over the background, all of which counts. A pixel takes
+// 12 bytes. Each photograph is decoded once whether it stays in memory or not (load_photographs.h).
+// Scene::notes say what of the folder is passed over (COLMAP models beside the one that is read), how many photographs
+// have a mask, were missing, and were undistorted. Throws Error, one line that names the file and what to do, for
+// whatever cannot be used: folder or image missing, no image file, another aspect ratio, a mask that leaves nothing, a
+// distortion of which a pinhole would see hardly anything, a broken model, no view left to train on.
+Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
+
+}  // namespace vesta::gs

@@ -1,0 +1,355 @@
+#include "splatting/io/scenes/nerf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/check.h"
+#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/scenes/scene_path.h"
+#include "splatting/io/splats/ply.h"
+
+namespace vesta::gs {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+// A value of a frame, or of the whole file where the frame has none.
+class FrameValues {
+ public:
+  FrameValues(const json& frame, const json& top, std::string where)
+      : frame_(frame), top_(top), where_(std::move(where)) {}
+
+  const json* Find(const char* key) const {
+    for (const json* source : {&frame_, &top_}) {
+      const auto it = source->find(key);
+      if (it != source->end() && !it->is_null()) return &*it;
+    }
+    return nullptr;
+  }
+  bool Has(const char* key) const { return Find(key) != nullptr; }
+  double Number(const char* key, double fallback) const {
+    const json* value = Find(key);
+    if (value == nullptr) return fallback;
+    if (!value->is_number()) Fail("{}: {} is not a number", where_, key);
+    return value->get<double>();
+  }
+  std::string Text(const char* key, const std::string& fallback) const {
+    const json* value = Find(key);
+    if (value == nullptr) return fallback;
+    if (!value->is_string()) Fail("{}: {} is not a text", where_, key);
+    return value->get<std::string>();
+  }
+  const std::string& where() const { return where_; }
+
+ private:
+  const json& frame_;
+  const json& top_;
+  std::string where_;
+};
+
+bool IsFisheye(const FrameValues& values) {
+  const json* flag = values.Find("is_fisheye");
+  if (flag != nullptr && !flag->is_boolean()) Fail("{}: is_fisheye is neither true nor false", values.where());
+  const std::string model = values.Text("camera_model", "PINHOLE");
+  const std::set<std::string> pinholes = {"PINHOLE",       "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
+                                          "SIMPLE_RADIAL", "RADIAL",         "FULL_OPENCV"},
+                              fisheyes = {"OPENCV_FISHEYE", "FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
+  if (fisheyes.contains(model)) return true;
+  if (!pinholes.contains(model)) {
+    Fail("{}: the camera model {} is not read; undistort the images first, for instance by colmap image_undistorter",
+         values.where(), Printable(model));
+  }
+  return flag != nullptr && flag->get<bool>();
+}
+
+Distortion ReadDistortion(const FrameValues& values) {
+  Distortion lens;
+  lens.is_fisheye = IsFisheye(values);
+  constexpr const char* kRadial[] = {"k1", "k2", "k3", "k4"};
+  constexpr const char* kTangential[] = {"p1", "p2"};
+  for (std::size_t i = 0; i < 4; ++i) lens.radial[i] = values.Number(kRadial[i], 0);
+  for (std::size_t i = 0; i < 2; ++i) lens.tangential[i] = values.Number(kTangential[i], 0);
+  if (lens.is_fisheye && lens.tangential != std::array<double, 2>{}) {
+    Fail("{}: p1 or p2 of a fisheye, which has none; export the cameras again", values.where());
+  }
+  // nerfstudio means the power r^8, OpenCV a denominator.
+  if (!lens.is_fisheye && lens.radial[3] != 0) {
+    Fail(
+        "{}: k4 is not zero, of which programs mean different things for a lens that is no fisheye; fit it with k1 to "
+        "k3",
+        values.where());
+  }
+  return lens;
+}
+
+// Whether the file states it; then it is the camera's.
+bool ReadStatedSize(const FrameValues& values, Camera* camera) {
+  if (!values.Has("w") || !values.Has("h")) return false;
+  const double w = values.Number("w", 0), h = values.Number("h", 0);
+  if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6)) Fail("{}: the image size {} x {} is unusable", values.where(), w, h);
+  camera->width = static_cast<int>(w);
+  camera->height = static_cast<int>(h);
+  return true;
+}
+
+// Of a camera whose size is known.
+void ReadLens(const FrameValues& values, Camera* camera) {
+  const auto focal = [&](const char* length_key, const char* angle_key, int side, double fallback) {
+    if (values.Has(length_key) || !values.Has(angle_key)) return values.Number(length_key, fallback);
+    return 0.5 * side / std::tan(0.5 * values.Number(angle_key, 0));
+  };
+  auto& lens = camera->lens;
+  lens.fx = focal("fl_x", "camera_angle_x", camera->width, 0);
+  lens.fy = focal("fl_y", "camera_angle_y", camera->height, lens.fx);
+  lens.cx = values.Number("cx", 0.5 * camera->width);
+  lens.cy = values.Number("cy", 0.5 * camera->height);
+  if (!(lens.fx > 0 && lens.fy > 0 && std::isfinite(lens.fx) && std::isfinite(lens.fy))) {
+    Fail("{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), lens.fx, lens.fy);
+  }
+  if (!std::isfinite(lens.cx) || !std::isfinite(lens.cy)) Fail("{}: cx or cy is not finite", values.where());
+}
+
+// 0 x 0 where the size is not stated, and the image is missing as it may.
+Camera ReadCamera(const FrameValues& values, const std::string& image_path, bool may_be_missing) {
+  Camera camera;
+  if (!ReadStatedSize(values, &camera)) {
+    if (may_be_missing && !FileExists(image_path)) return camera;
+    const ImageSize size = ReadImageSize(image_path);
+    camera.width = size.width;
+    camera.height = size.height;
+  }
+  ReadLens(values, &camera);
+  return camera;
+}
+
+// Files carry 6 or 7 digits: Gram-Schmidt makes the rows orthonormal to double precision. False where they are further
+// from that than rounding explains, or left-handed.
+bool Orthonormalize(std::array<double, 9>* rotation) {
+  constexpr double kTolerance = 1e-3;
+  auto& r = *rotation;
+  const auto dot = [&r](std::size_t a, std::size_t b) {
+    return r[3 * a] * r[3 * b] + r[3 * a + 1] * r[3 * b + 1] + r[3 * a + 2] * r[3 * b + 2];
+  };
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      const double along = dot(a, b);
+      if (!(std::abs(along) < kTolerance)) return false;
+      for (std::size_t j = 0; j < 3; ++j) r[3 * a + j] -= along * r[3 * b + j];
+    }
+    const double norm = std::sqrt(dot(a, a));
+    if (!(std::abs(norm - 1) < kTolerance)) return false;
+    for (std::size_t j = 0; j < 3; ++j) r[3 * a + j] /= norm;
+  }
+  const double determinant =
+      r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
+  return determinant > 0;
+}
+
+// world_from_camera with OpenGL axes -> rotation and translation of the view.
+void ReadPose(const FrameValues& values, View* view) {
+  const json* matrix = values.Find("transform_matrix");
+  if (matrix == nullptr) Fail("{}: the frame has no transform_matrix", values.where());
+  double m[3][4];
+  const bool has_rows = matrix->is_array() && (matrix->size() == 3 || matrix->size() == 4);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      const bool is_number =
+          has_rows && (*matrix)[i].is_array() && (*matrix)[i].size() == 4 && (*matrix)[i][j].is_number();
+      m[i][j] = is_number ? (*matrix)[i][j].get<double>() : NAN;
+      if (!std::isfinite(m[i][j])) Fail("{}: transform_matrix is not 4 x 4 finite numbers", values.where());
+    }
+  }
+  // Rows of the rotation are the camera's axes in the world: right, down = -up, forward = -backward.
+  constexpr double kSign[3] = {1, -1, -1};
+  auto& r = view->rotation;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) r[3 * i + j] = kSign[i] * m[j][i];
+  }
+  if (!Orthonormalize(&r)) {
+    Fail("{}: transform_matrix is not a rotation and a translation; remove scale, shear and mirroring", values.where());
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    view->translation[i] = -(r[3 * i] * m[0][3] + r[3 * i + 1] * m[1][3] + r[3 * i + 2] * m[2][3]);
+  }
+}
+
+std::string ImageName(const FrameValues& values) {
+  std::string name = values.Text("file_path", "");
+  if (name.empty() || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20; })) {
+    Fail("{}: the frame has no readable file_path", values.where());
+  }
+  std::string extension = fs::path(name).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
+  if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") name += ".png";
+  if (LeavesScene("", name)) {
+    Fail("{}: the image {} lies outside the scene; move it there", values.where(), Printable(name));
+  }
+  return fs::path(name).lexically_normal().string();
+}
+
+// As Nerfstudio names it; empty where the frame has none.
+std::string MaskPath(const FrameValues& values, const fs::path& folder) {
+  const std::string name = values.Text("mask_path", "");
+  if (LeavesScene("", name)) {
+    Fail("{}: the mask {} lies outside the scene; move it there", values.where(), Printable(name));
+  }
+  return name.empty() ? name : (folder / name).lexically_normal().string();
+}
+
+json ReadJson(const std::string& path) {
+  try {
+    return json::parse(ReadFile(path));
+  } catch (const json::parse_error& error) {
+    Fail("{}: not valid JSON at byte {}; copy or export it again", path, error.byte);
+  } catch (const json::exception& error) {  // a number beyond double's range
+    Fail("{}: not valid JSON: {}", path, error.what());
+  }
+}
+
+// What stands for "images" in the names of the files.
+struct ImageFolder {
+  std::string name;
+  bool may_lack_images = false;
+
+  fs::path PathOf(const fs::path& scene, const View& view, const FrameValues& values) const {
+    constexpr const char* kUsual = "images";
+    const fs::path file(view.name);
+    if (name == kUsual) return scene / file;
+    if (*file.begin() != kUsual) {
+      Fail("{}: --images={}: the image {} does not lie in images/, which it would stand for", values.where(), name,
+           Printable(view.name));
+    }
+    return scene / name / file.lexically_relative(kUsual);
+  }
+};
+
+// Calls take(values) for each frame of a transforms file. Returns its JSON.
+template <class Take>
+json ForEachFrame(const std::string& path, const Take& take) {
+  json top = ReadJson(path);
+  const auto frames = top.find("frames");
+  if (!top.is_object() || frames == top.end() || !frames->is_array() || frames->empty()) {
+    Fail("{}: it has no frames", path);
+  }
+  Index number = 0;
+  for (const json& frame : *frames) {
+    const FrameValues values(frame, top, fmt::format("{}: frame {}", path, number++));
+    if (!frame.is_object()) Fail("{}: not an object", values.where());
+    take(values);
+  }
+  return top;
+}
+
+// Views of one transforms file, appended. Returns its JSON.
+json ReadFrames(const std::string& path, const fs::path& folder, const ImageFolder& images, std::vector<View>* views) {
+  return ForEachFrame(path, [&](const FrameValues& values) {
+    View view;
+    view.name = ImageName(values);
+    view.image_path = images.PathOf(folder, view, values).string();
+    view.mask_path = MaskPath(values, folder);
+    ReadPose(values, &view);
+    // The focal lengths are those before the image that is named.
+    view.camera = ReadCamera(values, (folder / view.name).string(), images.may_lack_images);
+    view.distortion = ReadDistortion(values);
+    views->push_back(std::move(view));
+  });
+}
+
+// The file that holds the points; empty where there is none. transforms: the file that may name it.
+std::string FindPoints(const fs::path& folder, const std::string& transforms, const json& top) {
+  const std::string named = FrameValues(top, top, transforms).Text("ply_file_path", "");
+  if (LeavesScene("", named)) {
+    Fail("{}: the points {} lie outside the scene; move them there", transforms, Printable(named));
+  }
+  if (!named.empty()) return (folder / named).string();
+  for (const char* name : {"points3D.ply", "points3d.ply", "sparse_pc.ply"}) {
+    std::string path = (folder / name).string();
+    if (FileExists(path)) return path;
+  }
+  return {};
+}
+
+}  // namespace
+
+bool IsNerfScene(const std::string& scene_folder) {
+  return FileExists(scene_folder + "/transforms.json") || FileExists(scene_folder + "/transforms_train.json");
+}
+
+Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random, const std::string& image_folder,
+                    bool allow_missing) {
+  const fs::path folder(scene_folder);
+  const ImageFolder images{image_folder, allow_missing};
+  const bool has_train_file = FileExists(scene_folder + "/transforms_train.json");
+  Scene scene;
+  const auto read = [&](const char* name) {
+    scene.files.push_back((folder / name).string());
+    return ReadFrames(scene.files.back(), folder, images, &scene.views);
+  };
+  const json top = read(has_train_file ? "transforms_train.json" : "transforms.json");
+  const std::size_t num_train = scene.views.size();
+  if (has_train_file && FileExists(scene_folder + "/transforms_test.json")) read("transforms_test.json");
+  std::set<std::string> test_names;
+  for (std::size_t i = num_train; i < scene.views.size(); ++i) test_names.insert(scene.views[i].name);
+  SortAndSplit(&scene.views);
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    View& view = scene.views[i];
+    if (i > 0 && view.name == scene.views[i - 1].name) {
+      Fail("{}: image {} occurs twice in the transforms", scene_folder, view.name);
+    }
+    if (!test_names.empty()) {
+      view.role = test_names.contains(view.name) ? ViewRole::kTest : ViewRole::kTraining;
+    }
+  }
+  const std::string points = FindPoints(folder, scene.files.front(), top);
+  if (!points.empty()) scene.files.push_back(points);
+  PlaceInScene(points.empty() ? PointsInCube(random) : ReadPointPly(points), &scene);
+  return scene;
+}
+
+std::vector<View> ReadNerfCameras(const std::string& file, const Camera& usual) {
+  std::vector<View> views;
+  ForEachFrame(file, [&](const FrameValues& values) {
+    View view;
+    view.camera = usual;
+    const bool has_size = ReadStatedSize(values, &view.camera);
+    if (has_size || values.Has("fl_x") || values.Has("camera_angle_x")) ReadLens(values, &view.camera);
+    ReadPose(values, &view);
+    views.push_back(std::move(view));
+  });
+  return views;
+}
+
+void WriteNerfCameras(const std::string& file, const std::vector<View>& views,
+                      const std::vector<std::pair<std::string, double>>& more) {
+  nlohmann::ordered_json top = nlohmann::ordered_json::object();
+  for (const auto& [key, value] : more) top[key] = value;
+  auto& frames = top["frames"] = nlohmann::ordered_json::array();
+  for (const View& view : views) {
+    const splat::Lens& lens = view.camera.lens;
+    const auto& r = view.rotation;
+    const auto center = CameraCenter(view);
+    // Columns are the camera's axes in the world, and its centre: right, up, backward.
+    auto matrix = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < 3; ++i) matrix.push_back({r[i], -r[3 + i], -r[6 + i], center[i]});
+    matrix.push_back({0, 0, 0, 1});
+    frames.push_back({{"file_path", view.name},
+                      {"w", view.camera.width},
+                      {"h", view.camera.height},
+                      {"fl_x", lens.fx},
+                      {"fl_y", lens.fy},
+                      {"cx", lens.cx},
+                      {"cy", lens.cy},
+                      {"transform_matrix", matrix}});
+  }
+  WriteFileAtomically(file, top.dump(1) + "\n");
+}
+
+}  // namespace vesta::gs

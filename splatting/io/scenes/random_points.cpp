@@ -1,0 +1,134 @@
+#include "splatting/io/scenes/random_points.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <random>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
+
+namespace vesta::gs {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+// The same numbers everywhere: std::uniform_real_distribution is left to each standard library.
+class Uniform {
+ public:
+  explicit Uniform(std::uint64_t seed) : generator_(seed) {}
+  float operator()() { return static_cast<float>(generator_() >> 40) * 0x1p-24f; }
+  std::array<float, 3> Color() {
+    std::array<float, 3> color;
+    for (float& v : color) v = (*this)();
+    return color;
+  }
+
+ private:
+  std::mt19937_64 generator_;
+};
+
+// The point with the least sum of squared distances from the optical axes, by Cramer's rule; none where they are about
+// parallel.
+std::optional<Vector> MeetingOfAxes(const std::vector<View>& views, const Vector& mean, double radius) {
+  constexpr double kParallel = 1e-4;
+  double a[3][3] = {}, b[3] = {};
+  for (const View& view : views) {
+    const Vector center = CameraCenter(view);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        const double across =
+            ((i == j ? 1 : 0) - view.rotation[6 + i] * view.rotation[6 + j]) / static_cast<double>(views.size());
+        a[i][j] += across;
+        b[i] += across * (center[j] - mean[j]) / radius;
+      }
+    }
+  }
+  const auto determinant = [](const double m[3][3]) {
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  };
+  const double whole = determinant(a);
+  if (!(whole > kParallel)) return std::nullopt;
+  Vector point;
+  for (std::size_t j = 0; j < 3; ++j) {
+    double replaced[3][3];
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) replaced[i][k] = k == j ? b[i] : a[i][k];
+    }
+    point[j] = mean[j] + radius * determinant(replaced) / whole;
+  }
+  return point;
+}
+
+// For each view the depth at which things are likely.
+std::vector<double> LikelyDepths(const std::vector<View>& views) {
+  std::vector<const View*> all;
+  all.reserve(views.size());
+  for (const View& view : views) all.push_back(&view);
+  const CameraSpread spread = SpreadOf(all);
+  const double radius = spread.radius;
+  constexpr double kRadiiAway = 4;
+  std::vector<double> depths(views.size(), radius > 0 ? kRadiiAway * radius : 1.0);
+  if (!(radius > 0)) return depths;
+  const std::optional<Vector> meeting = MeetingOfAxes(views, spread.mean, radius);
+  if (!meeting) return depths;
+  std::vector<double> met;
+  met.reserve(views.size());
+  for (const View& view : views) met.push_back(InCamera(view, *meeting)[2]);
+  constexpr double kLeastRadii = 0.1;
+  const auto is_ahead = [&](double depth) { return depth > kLeastRadii * radius; };
+  return std::ranges::all_of(met, is_ahead) ? met : depths;
+}
+
+}  // namespace
+
+WorldPoints PointsInCube(const RandomPoints& random) {
+  constexpr float kHalfSide = 1.3f;
+  Uniform uniform(random.seed);
+  WorldPoints cloud;
+  for (Index i = 0; i < random.count; ++i) {
+    std::array<double, 3> position;
+    for (double& v : position) v = static_cast<double>(kHalfSide * (2 * uniform() - 1));
+    cloud.positions.push_back(position);
+    cloud.colors.push_back(uniform.Color());
+  }
+  return cloud;
+}
+
+WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& random) {
+  constexpr double kSpread = 3;  // depths reach from one part in so many to as many times the likely one
+  std::vector<View> training;
+  std::ranges::copy_if(views, std::back_inserter(training), [](const View& view) { return view.is_trained(); });
+  if (training.empty()) training = views;
+  const std::vector<double> depths = LikelyDepths(training);
+  Uniform uniform(random.seed);
+  WorldPoints cloud;
+  for (Index i = 0; i < random.count; ++i) {
+    const auto k = static_cast<std::size_t>(i) % training.size();
+    const View& view = training[k];
+    const double u = static_cast<double>(uniform()) * view.camera.width;
+    const double v = static_cast<double>(uniform()) * view.camera.height;
+    const double depth = depths[k] * std::pow(kSpread, 2 * static_cast<double>(uniform()) - 1);
+    const splat::Lens& lens = view.camera.lens;
+    const Vector in_camera{depth * (u - lens.cx) / lens.fx, depth * (v - lens.cy) / lens.fy, depth};
+    Vector position;
+    for (std::size_t j = 0; j < 3; ++j) {
+      position[j] = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        position[j] += view.rotation[3 * c + j] * (in_camera[c] - view.translation[c]);
+      }
+      if (!(std::abs(position[j]) <= static_cast<double>(std::numeric_limits<float>::max()))) {
+        Fail("{}: its camera is too far away to start from points that it sees; give the model points", view.name);
+      }
+    }
+    cloud.positions.push_back(position);
+    cloud.colors.push_back(uniform.Color());
+  }
+  return cloud;
+}
+
+}  // namespace vesta::gs

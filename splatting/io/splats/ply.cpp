@@ -1,0 +1,156 @@
+#include "splatting/io/splats/ply.h"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "kernels/core/atomic_file.h"
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/degrees.h"
+#include "splatting/io/splats/opacity_byte.h"
+#include "splatting/io/splats/ply_table.h"
+#include "splatting/io/splats/splat_comments.h"
+
+namespace vesta::gs {
+namespace {
+
+// A property of the file and the attribute it holds; -1 for the normals, which are zero.
+struct FileColumn {
+  std::string property;
+  int attribute;
+};
+
+// All columns in the order of the file.
+std::vector<FileColumn> FileColumns(int sh_degree) {
+  std::vector<FileColumn> columns;
+  const auto add = [&columns](const char* prefix, int count, int attribute) {
+    for (int i = 0; i < count; ++i) columns.push_back({fmt::format("{}_{}", prefix, i), attribute + i});
+  };
+  for (int i = 0; i < 3; ++i) columns.push_back({std::string(1, "xyz"[i]), splat::kMean + i});
+  for (const char* normal : {"nx", "ny", "nz"}) columns.push_back({normal, -1});
+  add("f_dc", 3, splat::kSh);
+  const int higher = splat::NumHigherHarmonics(sh_degree), rest = higher / 3;  // of a channel
+  for (int i = 0; i < higher; ++i) {
+    const int channel = i / rest, coefficient = 1 + i % rest;
+    columns.push_back({fmt::format("f_rest_{}", i), splat::kSh + 3 * coefficient + channel});
+  }
+  columns.push_back({"opacity", splat::kOpacity});
+  add("scale", 3, splat::kLogScale);
+  add("rot", 4, splat::kQuaternion);
+  return columns;
+}
+
+int DegreeOf(const std::string& path, int num_rest) {
+  for (int degree = 0; degree <= 3; ++degree) {
+    if (num_rest == splat::NumHigherHarmonics(degree)) return degree;
+  }
+  Fail("{}: {} properties f_rest_*; a splat of degree 0, 1, 2 or 3 has 0, 9, 24 or 45", path, num_rest);
+}
+
+}  // namespace
+
+SplatModel ReadSplatPly(const std::string& path, const ReadSplatOptions& options) {
+  return ReadSplatPly(PlyFile(path), options);
+}
+
+SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
+  const std::string& path = file.path();
+  const PlyTable vertices(file, "vertex");
+  SplatModel model;
+  model.Resize(DegreeOf(path, vertices.CountWithPrefix("f_rest_")), 0);
+  std::vector<FileColumn> columns = FileColumns(model.sh_degree);
+  std::erase_if(columns, [](const FileColumn& column) { return column.attribute < 0; });
+  for (const FileColumn& column : columns) {
+    if (!vertices.Has(column.property)) {
+      Fail("{}: not a splat in the INRIA layout: its vertices have no property {}", path, column.property);
+    }
+  }
+  if (vertices.count() == 0) Fail("{}: it holds no Gaussians", path);
+  model.Resize(model.sh_degree, vertices.count());
+  ReadSplatComments(path, file.comments(), &model);
+  std::vector<PlyTable::Column<float>> copies;
+  copies.reserve(columns.size());
+  for (const FileColumn& column : columns) copies.push_back({column.property, model.attribute(column.attribute)});
+  vertices.Copy(copies);
+  // Programs that unpack compact files write the opacities 0 and 1 so (opacity_byte.h).
+  for (Index i = 0; i < model.count; ++i) {
+    float& logit = model.attribute(splat::kOpacity)[i];
+    if (std::isinf(logit)) logit = OpacityLogit(logit > 0 ? 255 : 0);
+  }
+  TakeUsableGaussians(path, options, &model);
+  return AtStoredDegrees(std::move(model));
+}
+
+std::int64_t SplatPlyBytes(Index gaussians, int sh_degree) {
+  return gaussians * static_cast<std::int64_t>(FileColumns(sh_degree).size() * sizeof(float));
+}
+
+void WriteSplatPly(const std::string& path, const SplatModel& model) {
+  AtomicFile file(path);
+  WriteSplatPly(file, model);
+  file.Commit();
+}
+
+void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
+  VESTA_CHECK(model.sh_degree >= 0 && model.sh_degree <= 3, "degree {}", model.sh_degree);
+  VESTA_CHECK(static_cast<Index>(model.data.size()) == model.Size(), "{} values for {} Gaussians of degree {}",
+              model.data.size(), model.count, model.sh_degree);
+  const std::vector<FileColumn> columns = FileColumns(model.sh_degree);
+  std::string header = "ply\nformat binary_little_endian 1.0\n";
+  for (const std::string& comment : SplatComments(model)) header += fmt::format("comment {}\n", comment);
+  header += fmt::format("element vertex {}\n", model.count);
+  for (const FileColumn& column : columns) header += fmt::format("property float {}\n", column.property);
+  header += "end_header\n";
+
+  file.Write(header);
+  constexpr Index kRowsAtOnce = 4096;
+  std::vector<float> rows;
+  for (Index begin = 0; begin < model.count; begin += kRowsAtOnce) {
+    const Index end = std::min(begin + kRowsAtOnce, model.count);
+    rows.clear();
+    for (Index i = begin; i < end; ++i) {
+      for (const FileColumn& column : columns) {
+        rows.push_back(column.attribute < 0 ? 0.0f : model.Value(column.attribute, i));
+      }
+    }
+    file.Write({reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof(float)});
+  }
+}
+
+WorldPoints ReadPointPly(const std::string& path) {
+  const PlyFile file(path);
+  const PlyTable vertices(file, "vertex");
+  if (vertices.count() == 0) Fail("{}: it holds no points", path);
+  const auto n = static_cast<std::size_t>(vertices.count());
+  const char* const axes[3] = {"x", "y", "z"};
+  const char* const channels[3] = {"red", "green", "blue"};
+  const bool has_colors = std::ranges::all_of(channels, [&](const char* name) { return vertices.Has(name); });
+  std::vector<double> positions(3 * n);
+  std::vector<float> colors(3 * n, 0.5f);
+  const auto columns = [n](const char* const(&names)[3], auto* values) {
+    std::vector<PlyTable::Column<std::remove_pointer_t<decltype(values)>>> result;
+    for (std::size_t k = 0; k < 3; ++k) result.push_back({names[k], values + k * n});
+    return result;
+  };
+  vertices.Copy(columns(axes, positions.data()));
+  if (has_colors) vertices.Copy(columns(channels, colors.data()));
+
+  WorldPoints cloud;
+  cloud.positions.resize(n);
+  cloud.colors.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double position = positions[k * n + i];
+      const float color = colors[k * n + i] / (has_colors ? vertices.FullScale(channels[k]) : 1.0f);
+      if (!std::isfinite(static_cast<float>(position)) || !std::isfinite(color)) {
+        Fail("{}: point {} is not finite; remove it", path, i);
+      }
+      cloud.positions[i][k] = position;
+      cloud.colors[i][k] = std::clamp(color, 0.0f, 1.0f);
+    }
+  }
+  return cloud;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,194 @@
+#include "splatting/memory/stage_bytes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "kernels/gaussian_splatting/raster/raster_blocks.h"
+#include "problems/gaussian_splatting/lm/view_batches.h"
+#include "problems/gaussian_splatting/model/device_splat_backend.h"
+#include "splatting/cameras/derivatives/view_columns.h"
+#include "splatting/memory/engine_bytes.h"
+#include "splatting/parsimony/harmonics.h"
+#include "splatting/parsimony/rendered_views.h"
+
+namespace vesta::gs {
+namespace {
+
+using Cpu = CpuBackend<float>;
+using Gpu = CudaBackend<float>;
+
+// What the stages in the memory of B are made of; whoever allocates says how much.
+template <class B>
+class Parts {
+ public:
+  using Splats = SplatBackend<B>;
+  using Workspace = typename Splats::Workspace;
+  using Loss = typename Splats::Loss;
+
+  explicit Parts(const MemoryScene& scene)
+      : scene_(scene), most_(scene.Largest()), gaussians_(static_cast<double>(scene.layout.count)) {}
+
+  const ViewCounts& most() const { return most_; }
+  double Image() const { return kImageBytes * most_.pixels; }
+  double View() const { return ViewBytes(most_); }
+  // What the passes over views work in, but for Gram matrices.
+  double Passes() const { return Workspace::BuildBytes(most_, gaussians_) + Workspace::ProductBytes(most_); }
+  // With masks; on the host they are the views' own.
+  double Truths() const {
+    double bytes = kIsDevice ? scene_.mask_bytes : 0;
+    for (const ViewCounts& view : scene_.views) bytes += Splats::TruthBytes(view.pixels);
+    return bytes;
+  }
+  // Beside the workspace: a view, its image and truth, and what the meter makes of them.
+  double Evaluation() const {
+    return View() + Image() + Splats::TruthBytes(most_.pixels) + Splats::QualityMeter::Bytes(most_.pixels);
+  }
+  // A view's curvature by its own unknowns (cameras/derivatives/view_curvature.h): a view and its passes once more, and
+  // images of its derivatives: as they are rendered and as columns, then as columns and what W makes of one.
+  double CameraCurvature(const CameraOptions& cameras) const {
+    if (!cameras.refines()) return 0;
+    // The most that auto may choose.
+    const FreeUnknowns free = FreeBy(cameras.refine == CameraChoice::kAuto ? CameraChoice::kPose : cameras.refine);
+    const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
+    const int weighted = 2 + LinearizationImages(SsimLinearization::kQuadratic);
+    return View() + Passes() + (1 + columns + std::max(free.num_moves(), weighted)) * Image() +
+           Loss::ProductBytes(SsimLinearization::kQuadratic, most_.pixels);
+  }
+  // On the host, wherever the stages are: a measure by the training views (parsimony/harmonics.h takes the most).
+  double Judging(const ParsimonyOptions& parsimony) const {
+    if (!parsimony.judges()) return 0;
+    return RenderedViewsBytes(most_, gaussians_) +
+           (parsimony.sh_price > 0 ? HarmonicsWorth::kBytes : kWorthBytes) * gaussians_;
+  }
+  // Of the session's renderer, which stays.
+  double SessionWorkspace() const {
+    return std::is_same_v<typename B::Space, Host> ? Workspace::BuildBytes(most_, gaussians_) : 0;
+  }
+  // A view with its image, those of its loss, and its cached Jacobian.
+  double LinearizedView(const ViewCounts& view, const LmStageOptions& lm) const {
+    const double bytes = ViewBytes(view) + (1 + LinearizationImages(lm.ssim)) * kImageBytes * view.pixels;
+    if (!IsCached(lm.jacobian)) return bytes;
+    const auto format = lm.jacobian == JacobianKind::kCache32 ? splat::CacheFormat::kFull : splat::CacheFormat::kHalf;
+    return bytes + static_cast<double>(Splats::SplatView::Cache::NumBytes(static_cast<Index>(view.entries),
+                                                                          static_cast<Index>(view.pairs), format));
+  }
+
+ private:
+  static constexpr bool kIsDevice = !std::is_same_v<typename B::Space, Host>;
+  // The rise by one view and by all, and the score and place of each Gaussian in an order.
+  static constexpr double kWorthBytes = 3 * sizeof(double) + sizeof(Index);
+
+  double ViewBytes(const ViewCounts& view) const { return Splats::SplatView::Bytes(view, gaussians_); }
+
+  const MemoryScene& scene_;
+  ViewCounts most_;
+  double gaussians_;
+};
+
+// Terms of an iteration on several views, while they are added up (distributed/sum_of_views.h): two at the last sum,
+// what that leaves, and one for each level below it. Each view may see nearly all.
+double TermBytes(const MemoryScene& scene, int views) {
+  if (views == 1) return 0;
+  constexpr double kPullsAndViews = 2;
+  const double held = 2 + std::ceil(std::log2(views));
+  return held * (VectorBytes(scene) + kPullsAndViews * PerGaussianBytes(scene));
+}
+
+template <class B>
+double AdamBytesIn(const MemoryScene& scene, const StageOptions& options) {
+  const Parts<B> parts(scene);
+  const double vector = VectorBytes(scene), bases = BasesBytes(scene, options.adam);
+  // The model, two moments and the bases; units, and with density pulls and observations, by Gaussian.
+  const double held = parts.Truths() + 3 * vector + bases +
+                      (options.density.enabled ? 3 : 1) * PerGaussianBytes(scene) + parts.SessionWorkspace();
+  // The gradient; the image and its gradient; in the end the mean of the parameters.
+  const double step = vector + TermBytes(scene, options.adam.views_per_iteration) + parts.View() + parts.Passes() +
+                      2 * parts.Image() +
+                      Parts<B>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels) +
+                      std::max(parts.Evaluation(), parts.CameraCurvature(options.cameras));
+  const double average = options.adam.average_part > 0 ? vector : 0;
+  // While views judge, what the passes of an iteration work in is free.
+  const bool is_host = std::is_same_v<typename B::Space, Host>;
+  const double judging = is_host ? vector + parts.Judging(options.parsimony) : 0;
+  // Bases or a vector once more; sources and fates.
+  const double rearranging = options.density.enabled ? std::max(vector, bases) + 1.25 * PerGaussianBytes(scene) : 0;
+  return held + std::max(std::max(step, judging) + average, rearranging);
+}
+
+template <class B>
+double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches, bool keeps_gram = false) {
+  const Parts<B> parts(scene);
+  using Workspace = typename Parts<B>::Workspace;
+  double views_bytes = 0, rebuilt = 0;
+  if (lm.jacobian == JacobianKind::kRebuild) {
+    // One view for each linearization that is held.
+    const Index batches = ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(scene.views.size()));
+    rebuilt = (hold_batches ? static_cast<double>(batches) : 1) * parts.LinearizedView(parts.most(), lm);
+  } else {
+    for (const ViewCounts& view : scene.views) views_bytes += parts.LinearizedView(view, lm);
+  }
+  const PassingBytes passing{.gram = Workspace::GramBytes(parts.most()),
+                             .cost = parts.View() + parts.Image(),
+                             .evaluation = parts.Evaluation(),
+                             .keeps_gram = keeps_gram};
+  // Units by Gaussian.
+  return parts.Truths() + EngineBytes(scene, lm, hold_batches, views_bytes, passing) + PerGaussianBytes(scene) +
+         rebuilt + parts.Passes() + (IsCached(lm.jacobian) ? Workspace::CacheBytes(parts.most()) : 0) +
+         Parts<B>::Loss::ProductBytes(lm.ssim, parts.most().pixels) + parts.SessionWorkspace();
+}
+
+template <class B>
+double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
+  LmStageOptions lm = options.lm;
+  lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
+  const FreeUnknowns free = FreeBy(options.cameras.refine);
+  // Columns of the pose, and of gains and offsets, of which each is of a channel. Where they are made, as they are
+  // rendered and as columns, then as columns and W J, the workspace of Gram matrices is free.
+  const auto columns = static_cast<double>(ViewColumns<B>::NumImages(free));
+  const double beside_columns = std::max<double>(free.num_moves(), eliminate_views ? columns : 1);
+  const ViewCounts most = scene.Largest();
+  const double making = (columns + beside_columns - (eliminate_views ? columns : 0)) * kImageBytes * most.pixels;
+  double beside = std::max(0.0, making - SplatBackend<B>::Workspace::GramBytes(most));
+  // On the host, photographs developed by what is found.
+  const double developed = std::is_same_v<typename B::Space, Host> && free.color ? 1 : 0;
+  for (const ViewCounts& view : scene.views) {
+    beside += (developed + (eliminate_views ? columns : 0)) * kImageBytes * view.pixels;
+  }
+  // Gradient and descent, which stay, and the right-hand side without the views.
+  constexpr double kVectors = 3;
+  return LmBytesIn<B>(scene, lm, true, eliminate_views) + beside + kVectors * VectorBytes(scene);
+}
+
+}  // namespace
+
+double AdamBytes(const MemoryScene& scene, const StageOptions& options) { return AdamBytesIn<Cpu>(scene, options); }
+double DeviceAdamBytes(const MemoryScene& scene, const StageOptions& options) {
+  return AdamBytesIn<Gpu>(scene, options);
+}
+
+double LmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
+  return LmBytesIn<Cpu>(scene, lm, hold_batches);
+}
+double DeviceLmBytes(const MemoryScene& scene, const LmStageOptions& lm, bool hold_batches) {
+  return LmBytesIn<Gpu>(scene, lm, hold_batches);
+}
+
+double JointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
+  return JointLmBytesIn<Cpu>(scene, options, eliminate_views);
+}
+double DeviceJointLmBytes(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
+  return JointLmBytesIn<Gpu>(scene, options, eliminate_views);
+}
+
+double JudgingBytes(const MemoryScene& scene, const ParsimonyOptions& parsimony) {
+  return Parts<Cpu>(scene).Judging(parsimony);
+}
+
+double ModelBytes(const MemoryScene& scene) {
+  const Parts<Cpu> parts(scene);
+  return VectorBytes(scene) + parts.SessionWorkspace() + parts.Evaluation() +
+         Parts<Cpu>::Loss::GradientBytes(SsimLinearization::kQuadratic, parts.most().pixels);
+}
+
+}  // namespace vesta::gs

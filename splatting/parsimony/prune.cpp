@@ -1,0 +1,140 @@
+#include "splatting/parsimony/prune.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/random.h"
+#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "splatting/parsimony/support.h"
+#include "splatting/parsimony/worth.h"
+
+namespace vesta::gs {
+namespace {
+
+// The least first; of two alike the later.
+std::vector<Index> LeastFirst(const std::vector<double>& scores) {
+  std::vector<Index> order(scores.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  const auto score = [&](Index i) { return scores[static_cast<std::size_t>(i)]; };
+  std::ranges::sort(order, [&](Index a, Index b) { return score(a) != score(b) ? score(a) < score(b) : a > b; });
+  return order;
+}
+
+// Most that goes in a round, of those that are left.
+constexpr double kPartOfRound = 0.25;
+
+Index PartOf(Index count, double part) { return static_cast<Index>(std::ceil(part * static_cast<double>(count))); }
+
+// Those of the highest scores, ascending; at least one.
+std::vector<Index> Highest(const std::vector<double>& scores, Index count) {
+  std::vector<Index> order = LeastFirst(scores);
+  order.erase(order.begin(), order.end() - std::clamp(count, Index{1}, static_cast<Index>(scores.size())));
+  std::ranges::sort(order);
+  return order;
+}
+
+// Scores with what hardly any view shows below all else, where `supported` asks for that.
+std::vector<double> WithSupport(std::vector<double> scores, const splat::Model<float>& model,
+                                const JudgingViews& judges, bool supported) {
+  if (!supported) return scores;
+  const std::vector<bool> are_wanting = WhichAreWanting(model, judges);
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    if (are_wanting[i]) scores[i] = -std::numeric_limits<double>::infinity();
+  }
+  return scores;
+}
+
+void PruneToCount(const JudgingViews& judges, const PruneOptions& options, PruneResult& result) {
+  const Index count = std::max<Index>(*options.goal.count, 1);
+  for (; result.model.count > count; ++result.rounds) {
+    const Index left = std::max(count, result.model.count - PartOf(result.model.count, kPartOfRound));
+    const std::vector<Index> kept = Keepers(ToKernelModel(result.model), judges, options.supported, left);
+    result.model = InOrder(std::move(result.model), kept);
+  }
+}
+
+// How many of the order may go: those whose rises, added up, are within `budget`. What makes the cost lower alone buys
+// nothing for others, since what goes together is not judged together.
+Index WithinBudget(const std::vector<Index>& order, const std::vector<double>& rise, Index most, double budget) {
+  Index gone = 0;
+  for (; gone < most; ++gone) {
+    budget -= std::max(0.0, rise[static_cast<std::size_t>(order[static_cast<std::size_t>(gone)])]);
+    if (budget < 0) break;
+  }
+  return gone;
+}
+
+// Each round spends, by what is foreseen, a part of what may still be lost. Those that go together cost more than one
+// by one: where they cost too much the round is taken back, and rounds become smaller.
+// worth: of the whole model.
+void PruneToRise(const JudgingViews& judges, const PruneOptions& options, Worth worth, PruneResult& result) {
+  constexpr double kLeastRound = 0.002;
+  const double most = result.cost_before * (1 + *options.goal.max_rise);
+  SplatModel last = result.model;
+  double part_of_rest = 0.5, part_of_round = kPartOfRound;
+  while (part_of_round > kLeastRound) {
+    const splat::Model<float> model = ToKernelModel(last);
+    std::vector<Index> order = LeastFirst(WithSupport(worth.rise, model, judges, options.supported));
+    const auto limit = std::min(PartOf(last.count, part_of_round), last.count - 1);
+    const Index gone = WithinBudget(order, worth.rise, limit, part_of_rest * (most - worth.cost));
+    if (gone < PartOf(last.count, kLeastRound)) break;
+    order.erase(order.begin(), order.begin() + gone);
+    std::ranges::sort(order);
+    result.model = InOrder(last, order);
+    ++result.rounds;
+    Worth after = MeasureWorth(ToKernelModel(result.model), judges);
+    if (after.cost > most) {
+      part_of_rest *= 0.5, part_of_round *= 0.5;
+      continue;
+    }
+    worth = std::move(after);
+    last = result.model;
+  }
+  result.model = std::move(last);
+}
+
+}  // namespace
+
+std::vector<Index> Keepers(const splat::Model<float>& model, const JudgingViews& judges, bool supported, Index count) {
+  return Highest(WithSupport(MeasureWorth(model, judges).rise, model, judges, supported), count);
+}
+
+std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const JudgingViews& judges, double price,
+                                   std::uint64_t seed, std::uint64_t round) {
+  constexpr double kPartOfPoor = 0.4;
+  const Worth worth = MeasureWorth(model, judges);
+  const double unit = price * worth.cost / worth.values;
+  std::vector<double> gain = worth.rise;
+  Index going = 0;
+  for (std::size_t i = 0; i < gain.size(); ++i) {
+    gain[i] -= unit * splat::NumAttributes(model.DegreeOf(static_cast<Index>(i)));
+    const bool goes = gain[i] < 0 && CounterRandom(seed, round, i).Uniform() < kPartOfPoor;
+    if (!goes) gain[i] = std::numeric_limits<double>::infinity();
+    going += goes ? 1 : 0;
+  }
+  return Highest(gain, model.count - std::min(going, PartOf(model.count, kPartOfRound)));
+}
+
+PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {
+  if (judges.views.empty()) Fail("the scene has no training view to judge Gaussians by");
+  VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
+  PruneResult result;
+  result.model = std::move(model);
+  Worth worth = MeasureWorth(ToKernelModel(result.model), judges);
+  result.cost_before = worth.cost;
+  if (options.goal.count) {
+    PruneToCount(judges, options, result);
+  } else {
+    PruneToRise(judges, options, std::move(worth), result);
+  }
+  result.cost_after = MeasureWorth(ToKernelModel(result.model), judges).cost;
+  return result;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,159 @@
+#include "splatting/parsimony/support.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "kernels/core/parallel.h"
+#include "kernels/gaussian_splatting/view/splat_view.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+
+namespace vesta::gs {
+namespace {
+
+// The integral over the image of 2^-(p^2 + q^2), pixels squared: along rows in closed form, and a sum over rows.
+double FalloffInImage(const splat::Splat<float>& splat, int width, int height) {
+  // Beyond, the falloff is less than 1e-4.
+  constexpr double kReach = 3.7;
+  constexpr int kMostRows = 64;
+  const double r = static_cast<double>(splat.r), s = static_cast<double>(splat.s), v = static_cast<double>(splat.v);
+  const double low = std::max(0.0, v - kReach / s), high = std::min<double>(height, v + kReach / s);
+  if (!(low < high)) return 0;
+  const int rows = std::clamp(static_cast<int>(std::ceil(high - low)), 1, kMostRows);
+  const double step = (high - low) / rows, root = std::sqrt(std::numbers::ln2);
+  double sum = 0;
+  for (int k = 0; k < rows; ++k) {
+    const double dy = low + (k + 0.5) * step - v, q = s * dy;
+    const double centre = static_cast<double>(splat.u) - static_cast<double>(splat.beta) * dy;
+    const double inside = std::erf(root * r * (width - centre)) - std::erf(-root * r * centre);
+    sum += std::exp2(-q * q) * inside;
+  }
+  return sum * step * std::sqrt(std::numbers::pi) / (2 * root * r);
+}
+
+// Support::body of Gaussian i: the area of its outline, 2 pi times its two largest standard deviations, as part of the
+// image in the camera where that is largest; at most 1.
+double BodyOf(const splat::Model<float>& model, Index i, const std::vector<splat::PosedCamera>& cameras) {
+  std::array<double, 3> deviation{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    deviation[k] = std::exp(static_cast<double>(model.x[(splat::kLogScale + static_cast<Index>(k)) * model.count + i]));
+  }
+  std::ranges::sort(deviation);
+  double largest = 0;
+  for (const splat::PosedCamera& camera : cameras) {
+    double distance2 = 0;
+    for (Index k = 0; k < 3; ++k) {
+      const double d = static_cast<double>(model.x[(splat::kMean + k) * model.count + i]) - camera.centre[k];
+      distance2 += d * d;
+    }
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    largest = std::max(largest, camera.lens.fx * camera.lens.fy / (distance2 * pixels));
+  }
+  return std::min(1.0, 2 * std::numbers::pi * deviation[1] * deviation[2] * largest);
+}
+
+std::vector<splat::PosedCamera> CamerasOf(const JudgingViews& judges) {
+  std::vector<splat::PosedCamera> cameras;
+  cameras.reserve(judges.views.size());
+  for (const View* view : judges.views) cameras.push_back(ToPosedCamera(*view, judges.near));
+  return cameras;
+}
+
+// What a view shows of Gaussians, one view after another.
+class ShownByView {
+ public:
+  explicit ShownByView(const double* background) : background_(background) {}
+
+  // add(i, Support::shown in this view alone) of each that is seen, in parallel.
+  template <class Add>
+  void ForEach(const splat::Model<float>& model, const splat::PosedCamera& camera, const Add& add) {
+    projected_.Build(model, camera, background_, workspace_);
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    ParallelFor(model.count, 1024, [&](Index i) {
+      const std::int32_t rank = projected_.rank_of()[i];
+      if (rank < 0) return;
+      add(static_cast<std::size_t>(i), FalloffInImage(projected_.splats()[rank], camera.width, camera.height) / pixels);
+    });
+  }
+
+ private:
+  const double* background_;
+  splat::SplatView<float> projected_;
+  splat::ViewWorkspace<float> workspace_;
+};
+
+// Of each, without what views show of it.
+std::vector<Support> BodiesOf(const splat::Model<float>& model, const std::vector<splat::PosedCamera>& cameras) {
+  std::vector<Support> support(static_cast<std::size_t>(model.count));
+  ParallelFor(model.count, 1024,
+              [&](Index i) { support[static_cast<std::size_t>(i)].body = BodyOf(model, i, cameras); });
+  return support;
+}
+
+// The values of some Gaussians, of degree 0: what projects them.
+std::vector<float> GeometryOf(const splat::Model<float>& model, const std::vector<Index>& gaussians) {
+  std::vector<float> values;
+  values.reserve(splat::NumAttributes(0) * gaussians.size());
+  for (int a = 0; a < splat::NumAttributes(0); ++a) {
+    const float* attribute = model.x + model.Offset(a);
+    for (const Index i : gaussians) values.push_back(attribute[i]);
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<Support> MeasureSupport(const splat::Model<float>& model, const JudgingViews& judges) {
+  const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
+  std::vector<Support> support = BodiesOf(model, cameras);
+  ShownByView views(judges.background.data());
+  for (const splat::PosedCamera& camera : cameras) {
+    views.ForEach(model, camera, [&](std::size_t i, double shown) { support[i].shown += shown; });
+  }
+  return support;
+}
+
+std::vector<bool> WhichAreWanting(const splat::Model<float>& model, const JudgingViews& judges) {
+  const std::vector<splat::PosedCamera> cameras = CamerasOf(judges);
+  std::vector<Support> support = BodiesOf(model, cameras);
+  std::vector<Index> wanting;  // by the views so far, of which each can only make them fewer
+  const auto is_wanting = [&](Index i) { return support[static_cast<std::size_t>(i)].is_wanting(); };
+  for (Index i = 0; i < model.count; ++i) {
+    if (is_wanting(i)) wanting.push_back(i);
+  }
+  ShownByView views(judges.background.data());
+  std::vector<float> values;
+  splat::Model<float> left;
+  for (const splat::PosedCamera& camera : cameras) {
+    if (wanting.empty()) break;
+    const auto count = static_cast<Index>(wanting.size());
+    if (left.count != count) {
+      values = GeometryOf(model, wanting);
+      left = {values.data(), count, 0, 0};
+    }
+    views.ForEach(left, camera,
+                  [&](std::size_t k, double shown) { support[static_cast<std::size_t>(wanting[k])].shown += shown; });
+    std::erase_if(wanting, [&](Index i) { return !is_wanting(i); });
+  }
+  std::vector<bool> are_wanting(support.size());
+  for (const Index i : wanting) are_wanting[static_cast<std::size_t>(i)] = true;
+  return are_wanting;
+}
+
+std::vector<Index> Supported(const splat::Model<float>& model, const JudgingViews& judges) {
+  const std::vector<bool> are_wanting = WhichAreWanting(model, judges);
+  std::vector<Index> kept;
+  kept.reserve(are_wanting.size());
+  for (std::size_t i = 0; i < are_wanting.size(); ++i) {
+    if (!are_wanting[i]) kept.push_back(static_cast<Index>(i));
+  }
+  if (!kept.empty()) return kept;
+  kept.resize(are_wanting.size());
+  std::iota(kept.begin(), kept.end(), Index{0});
+  return kept;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,165 @@
+#include "splatting/train/adam_stage/stage_cameras.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "splatting/cameras/training/evidence.h"
+#include "splatting/cameras/training/schedule.h"
+#include "splatting/cameras/unknowns/gauge.h"
+#include "splatting/train/settings/coarse_views.h"
+
+namespace vesta::gs {
+namespace {
+
+// Views that a lens is stepped by: of fewer the gradients are too noisy, and after more it would lag behind.
+constexpr int kViewsOfLensStep = 16;
+constexpr double kMostPixels = 2;  // that a step may move
+
+// A photograph has been brought to the common exposure, so a step starts from none.
+ViewUnknowns After(const ViewUnknowns& found, const FreeUnknowns& free, const std::vector<double>& step) {
+  ViewUnknowns after = Plus({found.motion, {}, found.lens}, free, {step.data(), static_cast<Index>(step.size())});
+  after.color = found.color.After(after.color);
+  // A photograph that is black would have none.
+  constexpr double kLeastGain = 0.05;
+  for (double& gain : after.color.gain) gain = std::clamp(gain, kLeastGain, 1 / kLeastGain);
+  return after;
+}
+
+}  // namespace
+
+StageCameras::StageCameras(TrainingSession& session)
+    : session_(session),
+      options_(session.options().cameras),
+      depth_(2 * session.scene().extent),
+      lenses_(LensesSharedBy(session.cameras().given())) {}
+
+CameraChoice StageCameras::Choice(const StageCamerasState& state) const {
+  return options_.refine == CameraChoice::kAuto ? state.chosen.value_or(CameraChoice::kNone) : options_.refine;
+}
+
+// Of curvatures no numbers are no harm: nor are they where they were measured so.
+bool StageCameras::IsState(const StageCamerasState& state) const {
+  if (state.chosen) {
+    const bool could_choose = *state.chosen == CameraChoice::kNone || *state.chosen == CameraChoice::kPose;
+    if (options_.refine != CameraChoice::kAuto || !could_choose) return false;
+  }
+  const auto is_state = [&](std::size_t view) {
+    const CameraStepState& own = state.views[view];
+    const auto n = static_cast<std::size_t>(FreeBy(Choice(state)).num_tangent());
+    return own.curvature.empty() ? own.age >= 0 : own.curvature.size() == n * n && own.age >= 0 && own.pixels > 0;
+  };
+  const std::size_t views = state.views.size(), lenses = state.lenses.size();
+  if (views != 0 && views != lenses_.of.size()) return false;
+  for (std::size_t view = 0; view < views; ++view) {
+    if (!is_state(view)) return false;
+  }
+  return lenses == 0 || (FreeBy(Choice(state)).lens && lenses == lenses_.size());
+}
+
+bool StageCameras::is_deciding(const StageCamerasState& state) const {
+  return options_.refine == CameraChoice::kAuto && !state.chosen;
+}
+
+bool StageCameras::moves(const StageSpan& span, const StageCamerasState& state) const {
+  return Choice(state) != CameraChoice::kNone && span.HasReached(kCamerasMove);
+}
+
+bool StageCameras::HoldsBack(std::size_t view, const StageCamerasState& state) const {
+  return is_deciding(state) && IsHeldBack(view, session_.training_views().size());
+}
+
+bool StageCameras::Decides(const StageSpan& span, const StageCamerasState& state) const {
+  return is_deciding(state) && span.HasReached(kCamerasDecide);
+}
+
+void StageCameras::Decide(const SplatModel& model, StageCamerasState* state) const {
+  std::vector<const View*> judges;
+  for (std::size_t i = 0; i < session_.training_views().size(); ++i) {
+    if (HoldsBack(i, *state)) judges.push_back(session_.training_views()[i]);
+  }
+  std::vector<View> views = CoarseViews(judges);
+  if (views.empty()) {
+    for (const View* view : judges) views.push_back(*view);
+  }
+  const CameraEvidence evidence = EvidenceOf(model, views, session_.options().background, NearPlane(session_.scene()));
+  state->chosen = evidence.Choice();
+  session_.Note(fmt::format("cameras.refine=auto chooses {}: {}", schema::NameOf(*state->chosen, kCameraChoices),
+                            evidence.Words()));
+}
+
+bool StageCameras::IsCurvatureDue(const StageSpan& span, const CameraStepState& own) const {
+  return own.age < CurvatureAge(session_.options().adam, span);
+}
+
+void StageCameras::NoteLackOfRoom(const std::string& why) {
+  if (std::exchange(lacked_room_, true)) return;
+  session_.Note(fmt::format("cameras are stepped by older curvatures, or stay where there is none: {}", why));
+}
+
+void StageCameras::Move(const StageSpan& span, std::size_t view, const splat::Lens& lens,
+                        const std::vector<double>& gradient, StageCamerasState* state) {
+  const FreeUnknowns free = FreeBy(Choice(*state));
+  const ViewUnknowns& found = session_.cameras().found()[view];
+  const std::vector<double>& curvature = state->views[view].curvature;
+  const CameraSurroundings around{depth_, kMostPixels / lens.fx, span.before};
+  if (free.lens) {
+    state->lenses.resize(lenses_.size());
+    AddToLens(free, gradient, curvature, &state->lenses[lenses_.of[view]]);
+  }
+  session_.cameras().Set(view, After(found, free, CameraStep(free, gradient, curvature, around)));
+  ++state->seen;
+}
+
+bool StageCameras::MoveShared(const StageSpan& span, StageCamerasState* state) {
+  bool moved = false;
+  for (std::size_t lens = 0; lens < state->lenses.size(); ++lens) {
+    if (state->lenses[lens].views < std::min(lenses_.views[lens], kViewsOfLensStep)) continue;
+    StepLens(span, lens, state);
+    moved = true;
+  }
+  // As many as there are.
+  const auto epoch = [&](std::uint64_t seen) { return seen / lenses_.of.size(); };
+  if (epoch(state->seen) > epoch(seen_before_)) {
+    FixGauge(span, FreeBy(Choice(*state)));
+    moved = true;
+  }
+  return moved;
+}
+
+// Where curvatures are known motions follow the lens at once, exposures when their views are seen.
+void StageCameras::StepLens(const StageSpan& span, std::size_t lens, StageCamerasState* state) {
+  const std::vector<ViewUnknowns>& found = session_.cameras().found();
+  const std::size_t first = lenses_.First(lens);
+  const FreeUnknowns free = FreeBy(Choice(*state));
+  const Camera& camera = session_.cameras().given()[first]->camera;
+  splat::LensTangent step = LensStep(state->lenses[lens], GaussNewtonPart(span.before), kMostPixels / camera.lens.fx);
+  if (!Compose(step, found[first].lens).is_sound()) step = {};  // none could need so much
+  state->lenses[lens] = {};
+  for (std::size_t view = 0; view < lenses_.of.size(); ++view) {
+    if (lenses_.of[view] != lens) continue;
+    ViewUnknowns now = found[view];
+    const std::vector<double>& curvature = state->views[view].curvature;
+    if (!curvature.empty()) {
+      const std::vector<double> all = Follow(free, curvature, step);
+      now.motion = Plus(now, free, {all.data(), static_cast<Index>(all.size())}).motion;
+    }
+    now.lens = Compose(step, now.lens);
+    session_.cameras().Set(view, now);
+  }
+}
+
+void StageCameras::FixGauge(const StageSpan& span, const FreeUnknowns& free) {
+  std::vector<ViewUnknowns> found = session_.cameras().found();
+  const std::vector<const View*>& given = session_.cameras().given();
+  if (free.pose) RemoveCommonMotion(given, depth_, &found);
+  // Not with a lens: its principal point would go where turns that are held cannot.
+  const bool holds = free.pose && !free.lens;
+  const double low_pass = given.front()->camera.low_pass;
+  if (holds && !span.HasReached(MeanTurnFree(low_pass))) RemoveCommonTurn(&found);
+  if (free.color) RemoveCommonExposure(&found);
+  for (std::size_t i = 0; i < found.size(); ++i) session_.cameras().Set(i, found[i]);
+}
+
+}  // namespace vesta::gs

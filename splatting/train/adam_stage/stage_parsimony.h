@@ -1,0 +1,139 @@
+// What is taken out of the model in the course of the Adam stage (parsimony/schedule.h). Judged on the host, by the
+// training views at full size whatever the iterations see.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include "splatting/parsimony/harmonics.h"
+#include "splatting/parsimony/prune.h"
+#include "splatting/parsimony/schedule.h"
+#include "splatting/parsimony/support.h"
+#include "splatting/train/adam_stage/adam_stage_state.h"
+#include "splatting/train/forecast/stage_pace.h"
+#include "splatting/train/session/session.h"
+
+namespace vesta::gs {
+
+template <class B>
+class StageParsimony {
+ public:
+  // pace: is told how long judging takes.
+  StageParsimony(TrainingSession& session, StagePace& pace)
+      : session_(session), options_(session.options().parsimony), pace_(pace) {}
+
+  // What goes after the iteration that state.span says; Gaussians have been added before, by what was observed of them.
+  // degree: of the harmonics in use. before() is called where views judge, and may free what iterations work in.
+  template <class Before>
+  void Thin(AdamStageState<B>& state, int degree, const Before& before) {
+    const bool checks = ChecksSupport(options_, state.span);
+    const bool prunes = Prunes(options_, state.span) && ClaimTime(1, PartDone(options_, state.span), state);
+    // Not while bands wait for their turn.
+    const bool lowers = LowersDegrees(options_, state.span) && degree > 0 && degree == state.model.sh_degree() &&
+                        ClaimTime(2, kPartForDegrees, state);
+    if (!checks && !prunes && !lowers) return;
+    before();
+    session_.memory().NoteModel(state.model.layout());
+    if (checks) KeepOnly(Supported(OnHost(state, degree), Judges()), state);
+    // First, since Gaussians of a lower degree cost less.
+    if (lowers) LowerDegrees(state, degree);
+    if (prunes) Prune(state, degree);
+    copy_ = SplatModel();
+  }
+
+  // Where the stage is over with so many Gaussians, and more than were to be left; or judging was left out.
+  void NoteWhoStayed(const AdamStageState<B>& state, Index gaussians) const {
+    if (state.judging_left_out > 0) {
+      session_.Note(fmt::format(
+          "{} rounds of judging Gaussians or harmonics were left out: --time_limit={:g} has no time for them",
+          state.judging_left_out, session_.options().time_limit));
+    }
+    const Index wanted = CountAfter(options_, {1, 1}, state.before_pruning > 0 ? state.before_pruning : gaussians);
+    if (!options_.prunes_to_count() || gaussians <= wanted) return;
+    session_.Note(fmt::format("{} Gaussians are left, not the {} of parsimony.keep={}: the stage ended before",
+                              gaussians, wanted, options_.keep));
+  }
+
+ private:
+  static constexpr double kPartForDegrees = 0.5;  // of the time for judging
+
+  // Whether there is time to look at all views `passes` times: of the time for judging such a part is free by now. A
+  // number of Gaussians that was asked for is worth any time. Collective; where there is none the round is counted as
+  // left out.
+  bool ClaimTime(double passes, double part, AdamStageState<B>& state) {
+    const double limit = session_.options().time_limit;
+    if (limit <= 0 || options_.prunes_to_count()) return true;
+    const double free = part * kJudgingPart * limit - state.judged_seconds;
+    const auto judged = static_cast<double>(state.model.count());
+    const bool fits = pace_.is_known() && passes * pace_.JudgingSeconds(judged, session_.IterationsPerEpoch()) <= free;
+    const bool has_time = session_.processes().OfFirst(fits ? 1 : 0) > 0;
+    if (!has_time) ++state.judging_left_out;
+    return has_time;
+  }
+  void KeepOnly(const std::vector<Index>& kept, AdamStageState<B>& state) {
+    if (static_cast<Index>(kept.size()) < state.model.count()) state.model.Keep(kept);
+  }
+  void Prune(AdamStageState<B>& state, int degree) {
+    if (state.before_pruning == 0) state.before_pruning = state.model.count();
+    const Index judged = state.model.count(), left = CountAfter(options_, state.span, state.before_pruning);
+    if (options_.prunes_to_count() && left >= judged) return;
+    const double begin = session_.Seconds();
+    const auto round = static_cast<std::uint64_t>(state.iteration);
+    const splat::Model<float> model = OnHost(state, degree);
+    const std::vector<Index> kept =
+        options_.prunes_to_count()
+            ? Keepers(model, Judges(), options_.supported, left)
+            : WorthTheirPrice(model, Judges(), PriceAt(options_, state.span), session_.options().seed, round);
+    KeepOnly(kept, state);
+    pace_.ObserveJudging(judged, session_.Seconds() - begin);
+    state.judged_seconds += session_.Seconds() - begin;
+  }
+  void LowerDegrees(AdamStageState<B>& state, int degree) {
+    const double begin = session_.Seconds();
+    const splat::Model<float> model = OnHost(state, degree);
+    const HarmonicsWorth worth(model, Judges());
+    const std::vector<std::uint8_t> degrees = DegreesWorthTheirPrice(model, worth, options_.sh_price);
+    for (int a = splat::kSh; a < splat::NumAttributes(model.sh_degree - 1); ++a) {
+      state.model.SetAttribute(a, StandIns(model, worth, degrees, a));
+    }
+    state.model.SetDegrees(degrees);
+    state.judged_seconds += session_.Seconds() - begin;
+  }
+  // The attribute of the harmonics of all Gaussians that have it: of those that are lowered what stands in.
+  static std::vector<float> StandIns(const splat::Model<float>& model, const HarmonicsWorth& worth,
+                                     const std::vector<std::uint8_t>& degrees, int attribute) {
+    const float* own = model.x + model.Offset(attribute);
+    std::vector<float> values(own, own + model.Rows(attribute));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int degree = degrees[i];
+      const bool is_kept = attribute < splat::NumAttributes(degree);
+      const auto gaussian = static_cast<Index>(i);
+      if (is_kept && degree < model.DegreeOf(gaussian)) {
+        values[i] = worth.Coefficient(gaussian, degree, attribute - splat::kSh);
+      }
+    }
+    return values;
+  }
+  // Until the next call.
+  splat::Model<float> OnHost(const AdamStageState<B>& state, int degree) {
+    splat::Model<float> model = state.model.kernel_model(degree);
+    if constexpr (!std::is_same_v<typename B::Space, Host>) {
+      state.model.DownloadParameters(copy_);
+      model.x = copy_.data.data();
+    }
+    return model;
+  }
+  JudgingViews Judges() const {
+    return TrainingViewsOf(session_.scene(), session_.options().background, session_.processes());
+  }
+
+  TrainingSession& session_;
+  const ParsimonyOptions& options_;
+  StagePace& pace_;
+  SplatModel copy_;  // of a device's model
+};
+
+}  // namespace vesta::gs

@@ -1,0 +1,155 @@
+#include "splatting/train/check_training.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "kernels/ranks/sum_over_ranks.h"
+#include "splatting/distributed/splat_parts.h"
+#include "splatting/train/session/checkpoint.h"
+#include "splatting/train/settings/fit_to_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+// A pixel that is no number would make all Gaussians of its view none.
+void CheckPixels(const std::vector<View>& views) {
+  std::vector<char> is_bad(views.size());
+  ParallelFor(static_cast<Index>(views.size()), 1, [&](Index i) {
+    const auto v = static_cast<std::size_t>(i);
+    is_bad[v] = std::ranges::all_of(views[v].image.rgb, [](float value) { return std::isfinite(value); }) ? 0 : 1;
+  });
+  const auto bad = std::ranges::find(is_bad, 1);
+  if (bad == is_bad.end()) return;
+  Fail("view {}: a colour of its image is not a finite number; mend it or leave the view out",
+       views[static_cast<std::size_t>(bad - is_bad.begin())].name);
+}
+
+void CheckViews(const Scene& scene) {
+  bool has_training = false;
+  for (const View& view : scene.views) {
+    const Camera& camera = view.camera;
+    const Image& image = view.image;
+    const bool is_of_camera = image.width == camera.width && image.height == camera.height;
+    const bool is_there = is_of_camera && !image.empty() && image.rgb.size() == 3 * image.num_pixels();
+    if (!view.stored && !is_there) {
+      Fail("view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it", view.name,
+           camera.width, camera.height);
+    }
+    has_training = has_training || view.is_trained();
+  }
+  if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
+  CheckPixels(scene.views);
+}
+
+// Of the photographs of the training views, where they are in a store.
+double StoredBytes(const Scene& scene) {
+  double bytes = 0;
+  for (const View& view : scene.views) {
+    if (view.is_trained() && view.stored) bytes += view.stored->bytes();
+  }
+  return bytes;
+}
+
+// What needs all photographs at once, or changes them, which those in a store are not for.
+void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
+  if (!scene.photographs) return;
+  const auto refuse = [](const std::string& what) {
+    Fail(
+        "{} needs all photographs in memory, which has no room for them; allow more by --photographs_mib, or use "
+        "--downscale",
+        what);
+  };
+  const bool have_room = StoredBytes(scene) <= scene.photographs->budget_bytes();
+  if (options.lm.iterations > 0 && !is_on_device && !have_room) {
+    refuse(fmt::format("lm.iterations={}: Levenberg-Marquardt", options.lm.iterations));
+  }
+  const CameraChoice refined = options.cameras.refine;
+  if (FreeBy(refined).color && !have_room) {
+    refuse(fmt::format("cameras.refine={}: to find exposures (cameras.refine=pose does not)",
+                       schema::NameOf(refined, kCameraChoices)));
+  }
+}
+
+// A splat is rendered with one filter, that of its scene's cameras.
+void CheckLowPass(const Scene& scene, const TrainOptions& options) {
+  for (const View& view : scene.views) {
+    if (view.camera.low_pass == options.low_pass) continue;
+    Fail("train.low_pass={}: the camera of view {} has {}; load the scene with LoadSceneOptions::low_pass",
+         options.low_pass, view.name, view.camera.low_pass);
+  }
+}
+
+void CheckTarget(const Scene& scene, const TrainOptions& options) {
+  const auto is_held_out = [](const View& view) { return view.role == ViewRole::kHeldOut; };
+  if (options.target_psnr <= 0 || std::ranges::any_of(scene.views, is_held_out)) return;
+  Fail("train.target_psnr={}: the scene has no views held out to judge by; load it with LoadSceneOptions::hold_out",
+       options.target_psnr);
+}
+
+// What cannot be found of cameras.
+void CheckCameras(const Scene& scene, const TrainOptions& options, const ProcessGroup& processes) {
+  const CameraChoice refined = options.cameras.refine;
+  if (!options.cameras.refines()) return;
+  const char* const name = schema::NameOf(refined, kCameraChoices);
+  if (!processes.is_alone()) {
+    Fail("--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name,
+         processes.ranks()->size());
+  }
+  if (FindsCamerasByLm(options) && (refined == CameraChoice::kAuto || refined == CameraChoice::kAll)) {
+    Fail("--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or find them in an Adam stage", name,
+         refined == CameraChoice::kAuto ? "decides nothing" : "finds no lenses");
+  }
+  if (!FreeBy(refined).lens) return;
+  const auto bent = std::ranges::find_if(scene.views, [](const View& view) { return view.bent.has_value(); });
+  if (bent == scene.views.end()) return;
+  Fail(
+      "--refine_cameras={}: the lens of view {} distorts, and no such one is found; choose pose+exposure, or undistort "
+      "the photographs before",
+      name, bent->name);
+}
+
+// What several processes cannot do. Collective.
+void CheckProcesses(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
+                    const ProcessGroup& processes) {
+  if (!processes.ranks()) return;
+  if (options.lm.iterations > 0) {
+    CheckOneBatch({options.lm.batches, options.lm.batch_size});
+    CheckTerms(NumSplatParts(NumTrainingViews(scene)), *processes.ranks());
+  }
+  if (options.memory.budget_gib > 0) {
+    Fail("--memory_budget={}: memory is planned for a training without mpirun; start it so, or leave the budget out",
+         options.memory.budget_gib);
+  }
+  if (processes.is_alone()) return;
+  if (stages.device_memory) Fail("--device=cuda: several processes train on CPUs alone; use --device=cpu");
+  if (scene.photographs) {
+    Fail(
+        "each of several processes needs all photographs in memory, which has no room for them; start fewer, allow "
+        "more "
+        "by --photographs_mib, or use --downscale");
+  }
+  const std::vector<std::uint64_t> scenes = processes.Gather(std::vector<std::uint64_t>{FingerprintOf(scene)});
+  for (std::size_t r = 1; r < scenes.size(); ++r) {
+    if (scenes[r] != scenes[0]) Fail("process {} reads another scene than process 0; give all the same", r);
+  }
+}
+
+}  // namespace
+
+void CheckTraining(const Scene& scene, const TrainOptions& options, const StageRunners& stages,
+                   const ProcessGroup& processes) {
+  CheckViews(scene);
+  CheckLowPass(scene, options);
+  CheckTarget(scene, options);
+  CheckCameras(scene, options, processes);
+  CheckProcesses(scene, options, stages, processes);
+  CheckStored(scene, options, stages.device_memory != nullptr);
+}
+
+}  // namespace vesta::gs

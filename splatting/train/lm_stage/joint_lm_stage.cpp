@@ -1,0 +1,48 @@
+// The options of the LM stage that finds cameras, and the stage on the host.
+#include "splatting/train/lm_stage/joint_lm_stage.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "problems/gaussian_splatting/lm/engine_options.h"
+
+namespace vesta::gs {
+
+JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::ModelLayout& layout,
+                                   const LmStageHeader& header) {
+  const TrainOptions& options = session.options();
+  JointProblemOptions problem{.splats = SplatProblemOptionsOf(options.lm, layout),
+                              .free = FreeBy(options.cameras.refine),
+                              .prior = {.depth = 2 * session.scene().extent},
+                              .eliminate_views = header.eliminates_views};
+  problem.splats.background = options.background;
+  problem.splats.rates = options.rates;
+  problem.splats.units = std::make_shared<const std::vector<float>>(header.units);
+  return problem;
+}
+
+// From cameras that are off, views eliminated come further by as many products, which take a fifth longer
+// (docs/results/2026-11-25-joint-cameras.md).
+vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header) {
+  const LmStageOptions& lm = session.options().lm;
+  vesta::LmOptions engine = LmEngineOptions(lm);
+  engine.max_iterations = std::max(0, lm.iterations - header.done);
+  engine.batch_mode = BatchMode::kExact;
+  engine.line_search.enabled = false;
+  engine.normal_system.linear_solver = header.eliminates_views ? LinearSolverKind::kReducedPcg : LinearSolverKind::kPcg;
+  return engine;
+}
+
+HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
+                             const std::vector<ViewUnknowns>& views) {
+  HostBuffer<float> x(layout.num_parameters());
+  std::copy(model.data.begin(), model.data.end(), x.begin());
+  for (Index v = 0; v < layout.views; ++v)
+    layout.SetUnknowns(views[static_cast<std::size_t>(v)], v, layout.RestOf(x.view()));
+  return x;
+}
+
+template std::string RunJointLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model,
+                                                        bool eliminate_views);
+
+}  // namespace vesta::gs

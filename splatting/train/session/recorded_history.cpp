@@ -1,0 +1,33 @@
+#include "splatting/train/session/recorded_history.h"
+
+namespace vesta::gs {
+
+void RecordedHistory::Record(Stage stage, int iteration, const ModelToRecord& model) {
+  HistoryRow row;
+  row.stage = stage, row.iteration = iteration, row.gaussians = model.gaussians;
+  row.seconds = clock_.Seconds();
+  const double begin = clock_.Total();
+  const TrainingClock::Pause pause(clock_);
+  const Evaluation evaluation = model.evaluate();
+  row.cost = evaluation.cost;
+  row.train = evaluation.train, row.held_out = evaluation.held_out, row.test = evaluation.test;
+  rows_.push_back(row);
+  if (callbacks_.evaluated) callbacks_.evaluated(row, model.on_host());
+  latest_seconds_ = clock_.Total() - begin;
+}
+
+double RecordedHistory::SecondsAhead(double seconds_per_pixel) const {
+  // Of training on a view, which has a backward pass too.
+  constexpr double kShareOfEvaluation = 0.5;
+  if (latest_seconds_ > 0) return latest_seconds_;
+  double pixels = 0;
+  const std::vector<View>& views = cameras_.scene().views;
+  const std::vector<bool> are_measured = AreMeasured(measured_, views);
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Camera& camera = views[v].camera;
+    if (are_measured[v]) pixels += camera.pixels();
+  }
+  return kShareOfEvaluation * seconds_per_pixel * pixels;
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,76 @@
+// The rows of a training's history, and the evaluations that they come from.
+#pragma once
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "splatting/evaluate/measured_views.h"
+#include "splatting/evaluate/renderer.h"
+#include "splatting/train/session/train_callbacks.h"
+#include "splatting/train/session/training_cameras.h"
+#include "splatting/train/session/training_clock.h"
+#include "splatting/train/settings/options.h"
+
+namespace vesta::gs {
+
+// Gives the model in the memory of the host.
+using ModelOnHost = std::function<splat::Model<float>()>;
+
+// A model for the history, in whatever memory it is.
+struct ModelToRecord {
+  Index gaussians = 0;
+  std::function<Evaluation()> evaluate;
+  ModelOnHost on_host;  // for who looks at it; asked for only then
+};
+
+class RecordedHistory {
+ public:
+  // All must outlive this.
+  RecordedHistory(const TrainingCameras& cameras, const TrainOptions& options, const TrainCallbacks& callbacks,
+                  TrainingClock& clock)
+      : cameras_(cameras),
+        callbacks_(callbacks),
+        clock_(clock),
+        measured_{options.evaluated_views, ProcessGroup(callbacks.ranks)},
+        renderer_(options.background, NearPlane(cameras.scene())) {}
+
+  // By which rows come about.
+  const MeasuredViews& measured_views() const { return measured_; }
+  // Of a model in the memory of the host.
+  Evaluation Evaluate(const splat::Model<float>& model) {
+    return renderer_.Evaluate(model, cameras_.scene(), measured_);
+  }
+  // Evaluates, with the clock stopped, and adds a row.
+  void Record(Stage stage, int iteration, const ModelToRecord& model);
+  // The same of a model in the memory of the host.
+  void Record(Stage stage, int iteration, const splat::Model<float>& model) {
+    Record(stage, iteration, {model.count, [&] { return Evaluate(model); }, [&] { return model; }});
+  }
+  // Seconds that the next evaluation will take: as many as the latest. Before the first, by how fast views are trained
+  // on; 0: not known.
+  double SecondsAhead(double seconds_per_pixel) const;
+
+  bool empty() const { return rows_.empty(); }
+  // Whether the last row is of this stage.
+  bool ends_with(Stage stage) const { return !empty() && rows_.back().stage == stage; }
+  // Of the latest row; 0: there is none, or there are no such views.
+  double training_psnr() const { return empty() ? 0 : rows_.back().train.psnr; }
+  double held_out_psnr() const { return empty() ? 0 : rows_.back().held_out.psnr; }
+
+  const std::vector<HistoryRow>& rows() const { return rows_; }
+  // Those of before a break.
+  void Restore(std::vector<HistoryRow> rows) { rows_ = std::move(rows); }
+  std::vector<HistoryRow> Take() { return std::move(rows_); }
+
+ private:
+  const TrainingCameras& cameras_;
+  const TrainCallbacks& callbacks_;
+  TrainingClock& clock_;
+  MeasuredViews measured_;
+  Renderer renderer_;
+  std::vector<HistoryRow> rows_;
+  double latest_seconds_ = 0;  // of an evaluation; 0: none yet
+};
+
+}  // namespace vesta::gs

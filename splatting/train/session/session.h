@@ -1,0 +1,95 @@
+// What the stages of a training run share, each part in a file of its own: the views, the clock, the history, the
+// processes, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "splatting/distributed/process_group.h"
+#include "splatting/train/session/early_end.h"
+#include "splatting/train/session/interim_output.h"
+#include "splatting/train/session/recorded_history.h"
+#include "splatting/train/session/saved_stage.h"
+#include "splatting/train/session/time_budget.h"
+#include "splatting/train/session/train_callbacks.h"
+#include "splatting/train/session/training_cameras.h"
+#include "splatting/train/session/training_clock.h"
+#include "splatting/train/session/training_memory.h"
+#include "splatting/train/session/training_notes.h"
+
+namespace vesta::gs {
+
+class TrainingSession {
+ public:
+  // Collective. Throws Error where the checkpoint to resume is of another scene.
+  TrainingSession(const Scene& scene, const TrainOptions& options, double seconds_before,
+                  const TrainCallbacks& callbacks);
+  TrainingSession(const TrainingSession&) = delete;
+  TrainingSession& operator=(const TrainingSession&) = delete;
+
+  const TrainOptions& options() const { return options_; }
+  // For who cannot do what was asked for; all that comes later goes by it.
+  TrainOptions& AdaptOptions() { return options_; }
+
+  TrainingCameras& cameras() { return cameras_; }
+  const TrainingCameras& cameras() const { return cameras_; }
+  // With the training views' cameras and exposures as they have been found.
+  const Scene& scene() const { return cameras_.scene(); }
+  const std::vector<const View*>& training_views() const { return cameras_.views(); }
+  // Of Adam's, that look at as many views as there are to train on.
+  double IterationsPerEpoch() const {
+    return static_cast<double>(training_views().size()) / options_.adam.views_per_iteration;
+  }
+
+  const TrainingClock& clock() const { return clock_; }
+  double Seconds() const { return clock_.Seconds(); }
+  // Of evaluations, since the training was gone on with.
+  double EvalSeconds() const { return clock_.Paused() - saved_.eval_seconds(); }
+
+  const ProcessGroup& processes() const { return processes_; }
+  RecordedHistory& history() { return history_; }
+  const RecordedHistory& history() const { return history_; }
+  EarlyEnd& early_end() { return early_end_; }
+  const EarlyEnd& early_end() const { return early_end_; }
+  const TimeBudget& time() const { return time_; }
+  TrainingMemory& memory() { return memory_; }
+  const TrainingMemory& memory() const { return memory_; }
+  // What a resumed training goes on from.
+  SavedStage& saved() { return saved_; }
+  const SavedStage& saved() const { return saved_; }
+  InterimOutput& interim() { return interim_; }
+
+  void Report(const TrainProgress& progress) const {
+    if (callbacks_.progress) callbacks_.progress(progress);
+  }
+  void Predict(const Prediction& prediction) const {
+    if (callbacks_.predicted) callbacks_.predicted(prediction);
+  }
+  // A line for the user on what is done otherwise than asked for.
+  void Note(std::string line) { notes_.Add(std::move(line)); }
+  std::vector<std::string> TakeNotes() { return notes_.Take(); }
+
+ private:
+  void Resume(const Checkpoint& checkpoint);
+
+  TrainOptions options_;
+  const TrainCallbacks& callbacks_;
+  TrainingCameras cameras_;
+  std::uint64_t fingerprint_;  // of the scene as it was given
+  ProcessGroup processes_;
+  SavedStage saved_;
+  TrainingClock clock_;
+  TrainingNotes notes_;
+  RecordedHistory history_;
+  EarlyEnd early_end_;
+  TimeBudget time_;
+  TrainingMemory memory_;
+  InterimOutput interim_;
+};
+
+// LengthUnits by the training views; the scene's extent where none of them sees a Gaussian.
+std::vector<float> TrainingUnits(const TrainingSession& session, const SplatModel& model);
+
+}  // namespace vesta::gs

@@ -1,0 +1,13 @@
+#include "splatting/train/session/training_memory.h"
+
+namespace vesta::gs {
+
+StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options) {
+  return stages.device_memory ? DeviceMemory(options, stages.device_memory().free_bytes) : HostMemory(options);
+}
+
+MemoryScene TrainingMemory::Count(const splat::Model<float>& model, int most, bool with_entries) const {
+  return CountMemory(model, cameras_.views(), NearPlane(cameras_.scene()), most, with_entries);
+}
+
+}  // namespace vesta::gs

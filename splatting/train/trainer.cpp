@@ -1,0 +1,164 @@
+#include "splatting/train/trainer.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+#include "problems/gaussian_splatting/model/initialize.h"
+#include "problems/gaussian_splatting/model/spatial_order.h"
+#include "splatting/train/adam_stage/run_adam_stage.h"
+#include "splatting/train/check_training.h"
+#include "splatting/train/limit_gaussians.h"
+#include "splatting/train/lm_stage/joint_lm_stage.h"
+#include "splatting/train/lm_stage/lm_stage.h"
+#include "splatting/train/lm_stage/run_lm.h"
+#include "splatting/train/memory_report.h"
+#include "splatting/train/session/session.h"
+#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/render_settings.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr double kMib = 1 << 20;
+
+// What the store of photographs has yet to take.
+double UnfilledMib(const Scene& scene) {
+  if (!scene.photographs) return 0;
+  return (scene.photographs->MostBytes() - scene.photographs->kept_bytes()) / kMib;
+}
+
+void NoteMissedTarget(TrainingSession& session) {
+  session.Note(
+      fmt::format("{:.2f} dB on the views held out, not the {:.2f} of --target_psnr; give it longer, as by "
+                  "--preset=best, or a lower target",
+                  session.history().held_out_psnr(), session.options().target_psnr));
+}
+
+// All that the session has to tell.
+void TakeFindings(TrainingSession& session, TrainResult* result) {
+  result->eval_seconds = session.EvalSeconds();
+  result->stopped = session.early_end().stopped();
+  result->saved = session.interim().has_saved();
+  if (session.early_end().misses_target() && !result->stopped) NoteMissedTarget(session);
+  result->cameras = session.cameras().found();
+  if (!result->cameras.empty()) {
+    result->camera_changes =
+        ChangesOf(result->model, session.cameras().given(), result->cameras, NearPlane(session.scene()));
+  }
+  result->history = session.history().Take();
+  result->notes = session.TakeNotes();
+}
+
+// What a training begins with.
+struct TrainingStart {
+  SplatModel model;
+  bool is_given;  // by the caller, who is told the gain
+  double seconds_before;
+};
+
+// What the process holds before the stages, as memory is planned by; unfilled_mib: of photographs that will be kept.
+void CountWhatIsHeld(TrainingSession& session, double unfilled_mib) {
+  session.AdaptOptions().memory.before_mib += session.cameras().CopiedMib() + unfilled_mib;
+}
+
+// Where the training goes on in the stage of LM, its model.
+void GoOnFromLm(TrainingSession& session, SplatModel* model) {
+  if (session.saved().first_stage() != Stage::kLm || !session.saved().state()) return;
+  *model = session.saved().OrRefuse([&] { return ModelOfLmStage(*session.saved().state()); });
+}
+
+void NoteSampledEvaluations(TrainingSession& session) {
+  const Index trained = NumTrainingViews(session.scene()), evaluated = session.options().evaluated_views;
+  if (trained <= evaluated) return;
+  session.Note(
+      fmt::format("evaluations look at {} of {} training views; at more by train.evaluated_views", evaluated, trained));
+}
+
+// The Adam stage, where there is one to run, and its result for the caller, where LM is to come. Returns why there is
+// to be no LM; else nothing.
+std::string RunAdam(TrainingSession& session, const StageRunners& stages, const TrainCallbacks& callbacks,
+                    SplatModel* model) {
+  if (!session.options().adam.runs() || session.saved().first_stage() != Stage::kAdam) return "";
+  stages.adam(session, *model);
+  const bool ends = session.early_end().stopped() || session.early_end().has_reached_target();
+  std::string left_out;
+  if (callbacks.before_lm && session.options().lm.iterations > 0 && !ends) {
+    try {
+      callbacks.before_lm(*model);
+    } catch (const Error& error) {
+      left_out = error.what();
+    }
+  }
+  if (session.processes().OnAny(!left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  return left_out;
+}
+
+TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOptions& asked,
+                      const TrainCallbacks& callbacks, const StageRunners& stages) {
+  CheckTraining(scene, asked, stages, ProcessGroup(callbacks.ranks));
+  const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
+  TrainingSession session(scene, asked, start.seconds_before, callbacks);
+  CountWhatIsHeld(session, unfilled_mib);
+  if (!stages.note.empty()) session.Note(stages.note);
+  const double begin = session.Seconds();
+  SplatModel model = std::move(start.model);
+  GoOnFromLm(session, &model);
+  const double device_free = stages.device_memory ? stages.device_memory().free_bytes : 0;
+  LimitGaussians(session, stages, model);
+  TellRenderSettings(session.options(), &model), model.origin = scene.origin;
+  NoteSampledEvaluations(session);
+  // The first row is of what was given, so that the gain can be told. Without Adam LM records that row.
+  const bool tells_gain = start.is_given && session.options().adam.runs() && !callbacks.resume;
+  if (tells_gain) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
+  TrainResult result;
+  result.lm_left_out = RunAdam(session, stages, callbacks, &model);
+  const double between = session.Seconds();
+  session.cameras().DevelopAll();
+  LmOutcome lm = RunLm(session, stages, &model);
+  if (!lm.left_out.empty()) result.lm_left_out = lm.left_out;
+  result.lm_report = std::move(lm.report);
+  if (session.history().empty()) session.history().Record(Stage::kLm, 0, ToKernelModel(model));
+  result.adam_seconds = between - begin;
+  result.lm_seconds = session.Seconds() - between;
+  result.memory = ReportOfMemory(session, stages, model, lm);
+  result.memory.device_free_mib = device_free / kMib;
+  result.model = std::move(model);
+  TakeFindings(session, &result);
+  return result;
+}
+
+}  // namespace
+
+StageRunners HostStages() {
+  return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>, RunJointLmStage<CpuBackend<float>>};
+}
+
+TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
+                  const TrainCallbacks& callbacks, const StageRunners& stages) {
+  const TrainOptions fitted = FitToScene(options, NumTrainingViews(scene));
+  SplatModel model = InitializeFromPoints(scene.points, scene.extent, *fitted.sh_degree, fitted.density.max_gaussians);
+  const std::vector<Index> order = SpatialOrder(model);
+  model = InOrder(std::move(model), order);
+  return RunStages(scene, {std::move(model), false, seconds_before}, fitted, callbacks, stages);
+}
+
+TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
+                   const TrainCallbacks& callbacks, const StageRunners& stages) {
+  const std::vector<Index> order = SpatialOrder(model);
+  const splat::ModelLayout layout = model;
+  TrainOptions without_growth = FitToScene(options, NumTrainingViews(scene));
+  without_growth.density.enabled = false;
+  TrainResult result =
+      RunStages(scene, {InOrder(std::move(model), order), true, seconds_before}, without_growth, callbacks, stages);
+  // Some were taken out, or have a lower degree now: those left stay in the order of space.
+  if (result.model.layout() != layout) return result;
+  // Neither stage moves a Gaussian elsewhere among the others: theirs is the order they came in.
+  std::vector<Index> back(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) back[static_cast<std::size_t>(order[k])] = static_cast<Index>(k);
+  result.model = InOrder(std::move(result.model), back);
+  return result;
+}
+
+}  // namespace vesta::gs

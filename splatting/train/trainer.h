@@ -1,0 +1,23 @@
+// Training in two stages: Adam from points, then Levenberg-Marquardt by the engine; or LM alone, from a given model.
+#pragma once
+
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/train/session/stage_runners.h"
+#include "splatting/train/session/train_callbacks.h"
+#include "splatting/train/session/train_result.h"
+#include "splatting/train/settings/options.h"
+
+namespace vesta::gs {
+
+// seconds_before: since the start of the process (loading). The scene's images must be loaded. With callbacks.resume
+// the training goes on with these options, to the same bits as without the break where they are those of before; throws
+// Error where the checkpoint is of another scene, or no iterations are asked for beyond those that it has.
+TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
+                  const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
+// From `model`, whose SH degree is kept, and count and order too where none are to be taken out; stages as the options
+// have them.
+TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
+                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
+
+}  // namespace vesta::gs

@@ -1,0 +1,136 @@
+// What can hardly have been meant is doubted in one line, what was done otherwise than asked is told, and a figure that
+// has no end is none.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "splatting/io/images/image.h"
+#include "splatting/io/splats/ply.h"
+#include "tests/apps/run_program.h"
+#include "tests/apps/tiny_scene.h"
+
+namespace vesta::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::AllOf;
+using testing::AnyOf;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+class Doubts : public testing::Test {
+ protected:
+  ProgramOutput Train(std::vector<std::string> flags = {}) const {
+    flags.insert(flags.begin(), {"train", scene_, "--out=" + out_, "--iterations=100", "--lm_iterations=1"});
+    ProgramOutput output = RunProgram(flags);
+    EXPECT_EQ(output.status, 0) << output.err;
+    return output;
+  }
+  ProgramOutput Eval(const std::vector<std::string>& flags = {}) const {
+    std::vector<std::string> words = {"eval", out_ + "/point_cloud.ply", scene_};
+    words.insert(words.end(), flags.begin(), flags.end());
+    return RunProgram(words);
+  }
+  json Metrics() const { return json::parse(ReadFile(out_ + "/metrics.json")); }
+
+  TempFolder folder_;
+  const std::string scene_ = folder_ / "scene", out_ = folder_ / "out";
+};
+
+TEST_F(Doubts, AreNotOfAnOrdinaryTraining) {
+  WriteTinyScene(scene_);
+  EXPECT_THAT(Train().out, Not(AnyOf(HasSubstr("only:"), HasSubstr("passed over"), HasSubstr("There is nothing"))));
+  EXPECT_FALSE(Metrics().contains("notes"));
+}
+
+TEST_F(Doubts, PointsBehindTheCameras) {
+  gs::ColmapModel model = TinyModel();
+  for (auto& point : model.points) point.position[2] -= 20;
+  WriteTinyScene(scene_, model);
+  EXPECT_THAT(Train().out, ContainsRegex("at [0-9.]+ dB only: no training view sees any of the points"));
+}
+
+TEST_F(Doubts, PointsThatAreOne) {
+  gs::ColmapModel model = TinyModel();
+  for (auto& point : model.points) point.position = {100, 0, 0};
+  WriteTinyScene(scene_, model);
+  EXPECT_THAT(Train().out, ContainsRegex("at [0-9.]+ dB only: all points it starts from are one"));
+}
+
+TEST_F(Doubts, AbsurdRates) {
+  WriteTinyScene(scene_);
+  EXPECT_THAT(Train({"--set=adam.rate_factor=1e6"}).out, ContainsRegex("at [0-9.]+ dB only: are the poses"));
+}
+
+// Equal images have no finite PSNR.
+TEST_F(Doubts, BlackPhotographs) {
+  WriteTinyScene(scene_);
+  for (const auto& entry : fs::directory_iterator(scene_ + "/images")) {
+    gs::SavePng(entry.path().string(), gs::Image(kTinyWidth, kTinyHeight));
+  }
+  const ProgramOutput train = Train({"--iterations=400"});
+  EXPECT_THAT(train.out, AllOf(HasSubstr("There is nothing to see in the photographs"), Not(HasSubstr("inf")),
+                               Not(HasSubstr("nan")), HasSubstr("exact")));
+  EXPECT_TRUE(Metrics()["test"]["psnr"].is_null());
+  const std::string file = folder_ / "eval.json", refined = folder_ / "refined";
+  const ProgramOutput eval = Eval({"--json=" + file});
+  EXPECT_THAT(eval.out, AllOf(HasSubstr("exact"), Not(HasSubstr("inf"))));
+  EXPECT_TRUE(json::parse(ReadFile(file))["train"]["psnr"].is_null());
+  const ProgramOutput refine = RunProgram({"refine", out_ + "/point_cloud.ply", scene_, "--out=" + refined});
+  EXPECT_EQ(refine.status, 0) << refine.err;
+  EXPECT_THAT(refine.out, AllOf(HasSubstr("exact"), Not(HasSubstr("inf")), Not(HasSubstr("nan"))));
+}
+
+TEST_F(Doubts, WhatIsDoneOtherwiseThanAskedIsTold) {
+  WriteTinyScene(scene_);
+  fs::create_directory(scene_ + "/masks");
+  fs::copy(scene_ + "/sparse/0", scene_ + "/sparse/1");
+  // As much as is foreseen of this program, which under a sanitizer is larger.
+  Train();
+  const double foreseen = Metrics()["memory"]["predicted_mib"];
+  const std::string budget = fmt::format("--memory_budget={:.5f}", (foreseen + 1) / 1024);
+  const ProgramOutput output = Train({budget, "--set=lm.batches=99"});
+  const std::vector<std::string> told = {"masks/ has no mask by the name of an image, as masks/000.png.png",
+                                         "sparse/1 of 10 images is passed over",
+                                         "LM in 8 of the lm.batches=99 asked for"};
+  const std::string notes = Metrics()["notes"].dump();
+  for (const std::string& note : told) {
+    EXPECT_THAT(output.out, HasSubstr(note));
+    EXPECT_THAT(notes, HasSubstr(note));
+  }
+  // Where more memory was taken than was to be.
+  const json memory = Metrics()["memory"];
+  const bool is_over = memory["peak_mib"] > memory["budget_mib"];
+  EXPECT_EQ(notes.find(" MiB were to be taken") != std::string::npos, is_over) << notes;
+}
+
+// Where floats are too coarse, 16 million sizes away, the splat and its figures are those of the scene at home.
+TEST_F(Doubts, AFarSceneIsAnyOther) {
+  gs::ColmapModel model = TinyModel();
+  WriteTinyScene(scene_, model);
+  Train();
+  const json home = Metrics();
+  constexpr double kEast = 16777216;
+  for (auto& point : model.points) point.position[0] += kEast;
+  for (auto& image : model.images) {
+    const double w = image.rotation[0], y = image.rotation[2];  // about the y axis
+    image.translation[0] -= (1 - 2 * y * y) * kEast;
+    image.translation[2] += 2 * w * y * kEast;
+  }
+  WriteTinyScene(scene_, model);
+  const ProgramOutput output = Train();
+  EXPECT_THAT(output.out, HasSubstr("The splat lies about (16777216, 0, 0) of the scene's frame"));
+  EXPECT_NEAR(Metrics()["train"]["psnr"], home["train"]["psnr"].get<double>(), 0.5);
+  EXPECT_EQ(gs::ReadSplatPly(out_ + "/point_cloud.ply").origin[0], kEast);
+  const std::string file = folder_ / "eval.json";
+  ASSERT_EQ(Eval({"--json=" + file}).status, 0);
+  EXPECT_EQ(json::parse(ReadFile(file))["test"], Metrics()["test"]);
+}
+
+}  // namespace
+}  // namespace vesta::test

@@ -1,0 +1,15 @@
+#include "problems/gaussian_splatting/scene/median.h"
+
+#include <gtest/gtest.h>
+
+namespace vesta::gs {
+namespace {
+
+TEST(Median, IsTheMiddleOneOrTheUpperOfTwo) {
+  EXPECT_EQ(Median<double>({7}), 7);
+  EXPECT_EQ(Median<double>({3, -1, 2}), 2);
+  EXPECT_EQ(Median<float>({4, 1, 3, 2}), 3);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,45 @@
+#include "solver/internal/trust_region/step_doubt.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace vesta {
+namespace {
+
+bool Says(const std::string& words, const char* text) { return words.find(text) != std::string::npos; }
+
+TEST(StepDoubt, SpeaksOfWhatRejectedStepsWereToGain) {
+  StepDoubt doubt;
+  EXPECT_EQ(doubt.Words(false, 0), "");
+  doubt.OnReject(3, true);
+  doubt.OnReject(1, true);
+  EXPECT_TRUE(Says(doubt.Words(false, 2), "a step was to gain 3.000e+00")) << doubt.Words(false, 2);
+  EXPECT_EQ(doubt.Words(false, 3), "") << "rounding";
+  EXPECT_EQ(doubt.Words(true, 0), "") << "a shorter one was accepted";
+  doubt.OnReject(std::numeric_limits<double>::quiet_NaN(), true);
+  EXPECT_TRUE(Says(doubt.Words(false, 2), "a step was to gain 3.000e+00"));
+  doubt.OnAccept();
+  EXPECT_EQ(doubt.Words(false, 0), "");
+}
+
+TEST(StepDoubt, AnIncreaseSaysMoreThanADecrease) {
+  StepDoubt doubt;
+  doubt.OnReject(5, true);
+  doubt.OnReject(-2, true);
+  EXPECT_TRUE(Says(doubt.Words(false, 1), "J and J^T are not adjoint?"));
+  EXPECT_EQ(doubt.IncreaseWords(1), doubt.Words(false, 1));
+  EXPECT_EQ(doubt.IncreaseWords(2), "");
+}
+
+TEST(StepDoubt, StepsToWhereThereIsNoCostSpeakAgainstAcceptedOnesToo) {
+  StepDoubt doubt;
+  doubt.OnReject(5, false);
+  for (const bool accepted : {false, true}) EXPECT_TRUE(Says(doubt.Words(accepted, 1), "the cost is not finite"));
+  EXPECT_EQ(doubt.Words(true, 5), "");
+}
+
+}  // namespace
+}  // namespace vesta

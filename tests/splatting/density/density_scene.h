@@ -1,0 +1,49 @@
+// A model in front of one camera, and density control that is told how hard each Gaussian is pulled.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "splatting/density/density.h"
+#include "splatting/evaluate/quality.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/splatting/adam/model_adam.h"
+
+namespace vesta::gs::test {
+
+struct DensityScene {
+  static constexpr double kLossScale = 100;
+  Scene scene = RingOfCameras(1, 64, 48, false);
+  SplatModel model;
+  splat::SplatView<float> view;
+  splat::ViewWorkspace<float> workspace;
+  std::vector<splat::SplatTangent<float>> cotangents;  // by rank, of the last view shown
+
+  explicit DensityScene(Index count, std::uint64_t seed = 1) : model(RandomModel(count, 1, seed)) {}
+
+  // Shows `control` a view of the model in which Gaussian i is pulled by pull[i], normalised device coordinates, along
+  // the image's rows.
+  void Observe(DensityControl<Host>& control, const std::vector<float>& pull) {
+    view.Build(ToKernelModel(model), ToPosedCamera(scene.views[0], 0.01), std::array<double, 3>{}.data(), workspace);
+    cotangents.assign(static_cast<std::size_t>(view.num_splats()), {});
+    for (Index i = 0; i < model.count; ++i) {
+      const std::int32_t rank = view.rank_of()[i];
+      ASSERT_GE(rank, 0) << "Gaussian " << i << " is out of sight";
+      const splat::Splat<float>& splat = view.splats()[rank];
+      const float by_u = static_cast<float>(kLossScale / 32) * pull[static_cast<std::size_t>(i)];
+      float* w = cotangents[static_cast<std::size_t>(rank)].w;
+      w[splat::kXi] = -by_u / (static_cast<float>(splat::kTwoLn2) * splat.r);
+      w[splat::kZeta] = splat.beta * by_u / (static_cast<float>(splat::kTwoLn2) * splat.s);
+    }
+    control.Observe(density::PullsOf(view, cotangents.data(), kLossScale));
+  }
+};
+
+inline double OpacityOf(const SplatModel& model, Index i) {
+  return 1 / (1 + std::exp(-double{model.attribute(splat::kOpacity)[i]}));
+}
+
+}  // namespace vesta::gs::test

@@ -1,0 +1,75 @@
+#include "splatting/distributed/term_exchange.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "splatting/distributed/sum_of_views.h"
+#include "tests/splatting/train/terms_of_views.h"
+#include "tests/support/thread_ranks.h"
+
+namespace vesta::gs {
+namespace {
+
+// What a process knows after iterations on all views.
+struct After {
+  std::vector<float> x, pull;
+  std::vector<int> seen;
+  double objective = 0;
+  friend bool operator==(const After&, const After&) = default;
+};
+
+// x by steps that are the gradients themselves; ranks: null for one process that adds all views.
+After Iterate(const test::MadeUpViews& all, Ranks* ranks) {
+  const auto count = static_cast<Index>(all.views.size());
+  const ProcessGroup processes(ranks);
+  const Share own = processes.OwnShare(count);
+  DensityControl<Host> density({}, 1, 0);
+  density.Forget(all.gaussians());
+  SumOfViews<Host> sum;
+  TermExchange exchange;
+  After after;
+  after.x.assign(all.views[0].gradient.size(), 1);
+  // Twice: nothing of the first iteration is left in the second.
+  for (int iteration = 0; iteration < 2; ++iteration) {
+    sum.Begin(all.layout, count, &density);
+    std::vector<float> gradient(after.x.size());
+    for (Index k = own.begin; k < own.end; ++k) {
+      const test::MadeUpViews::VectorView& view = all.views[static_cast<std::size_t>(k)];
+      gradient = view.gradient;
+      sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
+    }
+    if (ranks) exchange.AllGather(*ranks, &sum);
+    after.objective = sum.Finish(gradient.data()).objective;
+    for (std::size_t i = 0; i < gradient.size(); ++i) after.x[i] -= gradient[i];
+  }
+  after.pull = {density.pull().begin(), density.pull().end()};
+  after.seen = {density.seen().begin(), density.seen().end()};
+  return after;
+}
+
+TEST(TermExchange, LeavesAllWithTheSumOfOneProcess) {
+  for (const int views : {2, 3, 5}) {
+    const test::MadeUpViews all(views, splat::NumAttributes(2), 1100);
+    const After expected = Iterate(all, nullptr);
+    // Also with fewer views than processes.
+    for (const int count : {1, 2, 3, 6}) {
+      vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
+        EXPECT_EQ(Iterate(all, &ranks), expected) << views << " views, process " << ranks.rank() << " of " << count;
+      });
+    }
+  }
+}
+
+TEST(TermExchange, ProcessesThatTrainOtherModelsAreRefused) {
+  EXPECT_THAT(
+      [] {
+        vesta::test::OnThreadRanks(
+            2, [](Ranks& ranks) { Iterate(test::MadeUpViews(2, splat::NumAttributes(1), 75 + ranks.rank()), &ranks); });
+      },
+      testing::ThrowsMessage<Error>(testing::ContainsRegex("processes train (76 and 75|75 and 76) Gaussians")));
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,208 @@
+#include "splatting/distributed/view_gradient.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "splatting/distributed/sum_of_views.h"
+#include "tests/splatting/train/terms_of_views.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+using test::MadeUpViews;
+
+// What an iteration learns.
+struct Learned {
+  std::vector<float> gradient, pull;
+  std::vector<int> seen;
+  double objective = 0, values = 0;
+  friend bool operator==(const Learned&, const Learned&) = default;
+};
+
+class ViewGradients : public testing::Test {
+ protected:
+  using Sum = SumOfViews<Host>;
+
+  // The views' gradients pass through one array, which is left as it was found.
+  static void Add(const MadeUpViews& all, int k, Sum& sum) {
+    const MadeUpViews::VectorView& view = all.views[static_cast<std::size_t>(k)];
+    std::vector<float> gradient = view.gradient;
+    sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
+    EXPECT_EQ(gradient, std::vector<float>(gradient.size())) << "is zero for the next view";
+  }
+  static Learned Finish(const MadeUpViews& all, Sum& sum, DensityControl<Host>& density) {
+    Learned learned;
+    learned.gradient.resize(all.views[0].gradient.size());
+    const ViewCost cost = sum.Finish(learned.gradient.data());
+    learned.pull = {density.pull().begin(), density.pull().end()};
+    learned.seen = {density.seen().begin(), density.seen().end()};
+    learned.objective = cost.objective, learned.values = cost.values;
+    density.Forget(all.gaussians());
+    return learned;
+  }
+  static DensityControl<Host> ControlOf(const MadeUpViews& all) {
+    DensityControl<Host> density({}, 1, 0);
+    density.Forget(all.gaussians());
+    return density;
+  }
+  static Learned InOrder(const MadeUpViews& all, const std::vector<int>& order) {
+    Sum sum;
+    DensityControl<Host> density = ControlOf(all);
+    sum.Begin(all.layout, static_cast<Index>(all.views.size()), &density);
+    for (const int k : order) Add(all, k, sum);
+    return Finish(all, sum, density);
+  }
+};
+
+// The tree in plain loops over dense arrays.
+Learned Plain(const MadeUpViews& all, std::size_t begin, std::size_t end) {
+  if (end - begin == 1) {
+    const MadeUpViews::VectorView& view = all.views[begin];
+    Learned one{.gradient = view.gradient, .pull = {}, .seen = {}};
+    one.objective = view.cost.objective, one.values = view.cost.values;
+    for (Index i = 0; i < all.gaussians(); ++i) {
+      const bool is_seen = view.rank_of[static_cast<std::size_t>(i)] >= 0;
+      one.pull.push_back(is_seen ? view.pulls().Of(i) : 0);
+      one.seen.push_back(is_seen ? 1 : 0);
+    }
+    return one;
+  }
+  std::size_t half = 1;
+  while (2 * half < end - begin) half *= 2;
+  Learned left = Plain(all, begin, begin + half);
+  const Learned right = Plain(all, begin + half, end);
+  const auto add = [](auto& to, const auto& from) {
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] += from[i];
+  };
+  add(left.gradient, right.gradient), add(left.pull, right.pull), add(left.seen, right.seen);
+  left.objective += right.objective, left.values += right.values;
+  return left;
+}
+
+TEST_F(ViewGradients, AddUpAsTheTreeDoes) {
+  for (const int count : {2, 3, 4, 5, 7}) {
+    const MadeUpViews all(count);
+    std::vector<int> order(static_cast<std::size_t>(count));
+    std::iota(order.begin(), order.end(), 0);
+    EXPECT_EQ(InOrder(all, order), Plain(all, 0, static_cast<std::size_t>(count))) << count;
+  }
+}
+
+TEST_F(ViewGradients, TakeOnlyAttributesInUse) {
+  const MadeUpViews all(3, splat::NumAttributes(1));
+  EXPECT_EQ(InOrder(all, {0, 1, 2}), Plain(all, 0, 3));
+}
+
+TEST_F(ViewGradients, AreTheSameBitsInAnyOrder) {
+  const MadeUpViews all(4);
+  const Learned expected = InOrder(all, {0, 1, 2, 3});
+  for (const std::vector<int>& order : {std::vector{3, 2, 1, 0}, {1, 2, 0, 3}, {2, 0, 3, 1}}) {
+    EXPECT_EQ(InOrder(all, order), expected);
+  }
+  // As it would not be one after the other.
+  Learned chain = Plain(all, 0, 1);
+  for (std::size_t k = 1; k < 4; ++k) {
+    const Learned next = Plain(all, k, k + 1);
+    for (std::size_t i = 0; i < chain.gradient.size(); ++i) chain.gradient[i] += next.gradient[i];
+  }
+  EXPECT_NE(chain.gradient, expected.gradient);
+}
+
+std::vector<unsigned char> BytesOf(ViewGradient<Host>& term) {
+  const HostSpan<const unsigned char> bytes = term.Bytes();
+  return {bytes.begin(), bytes.end()};
+}
+
+// Two shares of two, each by itself, and sent as bytes.
+TEST_F(ViewGradients, AreTheSameBitsInShares) {
+  const MadeUpViews all(4);
+  Sum whole;
+  DensityControl<Host> density = ControlOf(all), elsewhere = ControlOf(all);
+  whole.Begin(all.layout, 4, &density);
+  for (const std::vector<int>& share : {std::vector{2, 3}, {0, 1}}) {
+    Sum part;
+    part.Begin(all.layout, 4, &elsewhere);
+    for (const int k : share) Add(all, k, part);
+    std::vector<Sum::Part> parts = part.TakeParts();
+    ASSERT_EQ(parts.size(), 1u);
+    const std::vector<unsigned char> sent = BytesOf(parts[0].second);
+    whole.AddPart(parts[0].first, {sent.data(), static_cast<Index>(sent.size())});
+  }
+  EXPECT_EQ(Finish(all, whole, density), InOrder(all, {0, 1, 2, 3}));
+}
+
+// The same sums are used for one iteration after the other.
+TEST_F(ViewGradients, LeaveNothingBehind) {
+  const MadeUpViews first(5), then(3, splat::NumAttributes(2));
+  Sum sum;
+  DensityControl<Host> density = ControlOf(first);
+  for (const MadeUpViews* all : {&first, &then}) {
+    sum.Begin(all->layout, static_cast<Index>(all->views.size()), &density);
+    for (int k = 0; k < static_cast<int>(all->views.size()); ++k) Add(*all, k, sum);
+    EXPECT_EQ(Finish(*all, sum, density), Plain(*all, 0, all->views.size()));
+  }
+}
+
+TEST_F(ViewGradients, HoldWhatIsSeen) {
+  const MadeUpViews all(1);
+  gs::ViewGradientPool<Host> terms;
+  std::vector<float> gradient = all.views[0].gradient;
+  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
+  EXPECT_EQ(term.blocks(), 3) << "of five, two of which are out of sight";
+  EXPECT_LE(term.rows(), 3 * all.layout.MostRows());
+  EXPECT_NEAR(static_cast<double>(BytesOf(term).size()), static_cast<double>(term.rows() * term::kLanes) * 4, 400);
+
+  std::vector<std::int32_t> nothing(static_cast<std::size_t>(all.gaussians()), -1);
+  density::ScreenPulls pulls = all.views[0].pulls();
+  pulls.rank_of = nothing.data();
+  EXPECT_EQ(terms.Take(all.layout, pulls, true, gradient.data()).blocks(), 0);
+}
+
+TEST_F(ViewGradients, PullsAreLeftOutWhereNobodyAsks) {
+  const MadeUpViews all(2);
+  Sum sum;
+  DensityControl<Host> density = ControlOf(all);
+  sum.Begin(all.layout, 2, nullptr);
+  for (int k = 0; k < 2; ++k) Add(all, k, sum);
+  const Learned learned = Finish(all, sum, density);
+  EXPECT_EQ(learned.seen, std::vector<int>(static_cast<std::size_t>(all.gaussians())));
+  EXPECT_EQ(learned.gradient, InOrder(all, {0, 1}).gradient);
+}
+
+// Nothing is added where there is nothing to add to.
+TEST_F(ViewGradients, OfOneViewStayWhereTheyAre) {
+  const MadeUpViews all(1);
+  Sum sum;
+  DensityControl<Host> density = ControlOf(all);
+  std::vector<float> gradient = all.views[0].gradient;
+  sum.Begin(all.layout, 1, &density);
+  sum.Add(0, all.views[0].pulls(), gradient.data(), [&] { return all.views[0].cost; });
+  EXPECT_EQ(sum.Finish(gradient.data()).objective, all.views[0].cost.objective);
+  EXPECT_EQ(gradient, all.views[0].gradient);
+  EXPECT_EQ(std::vector<int>(density.seen().begin(), density.seen().end()), Plain(all, 0, 1).seen);
+}
+
+TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
+  const MadeUpViews all(1);
+  gs::ViewGradientPool<Host> terms;
+  std::vector<float> gradient = all.views[0].gradient;
+  ViewGradient<Host> term = terms.Take(all.layout, all.views[0].pulls(), true, gradient.data());
+  const std::vector<unsigned char> bytes = BytesOf(term);
+  const auto all_bytes = static_cast<Index>(bytes.size());
+  ViewGradient<Host> received;
+  received.Assign({bytes.data(), all_bytes});
+  EXPECT_EQ(received.rows(), term.rows());
+  for (const Index size : {Index{0}, Index{10}, all_bytes - 1}) {
+    EXPECT_THAT(ErrorOf([&] { received.Assign({bytes.data(), size}); }), testing::HasSubstr("cut short"));
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,51 @@
+#include "splatting/io/images/exif.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/splatting/io/test_images.h"
+
+namespace vesta::gs {
+namespace {
+
+TEST(Exif, TellsTheOrientationInBothByteOrders) {
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    for (const bool big_endian : {false, true}) {
+      EXPECT_EQ(ExifOrientation(WithOrientation(ExampleJpeg(6, 4), orientation, big_endian)), orientation);
+    }
+  }
+}
+
+TEST(Exif, IsUprightWhereNothingIsSaid) {
+  EXPECT_EQ(ExifOrientation(ExampleJpeg(6, 4)), 1);
+  EXPECT_EQ(ExifOrientation(""), 1);
+  EXPECT_EQ(ExifOrientation("\x89PNG"), 1);
+  EXPECT_EQ(ExifOrientation(WithOrientation(ExampleJpeg(6, 4), 9)), 1);
+  const std::string whole = WithOrientation(ExampleJpeg(6, 4), 6);
+  for (std::size_t length = 0; length < 60; ++length) {
+    const int orientation = ExifOrientation(whole.substr(0, length));
+    EXPECT_TRUE(orientation == 1 || orientation == 6) << length;
+  }
+}
+
+// a b c
+// d e f
+TEST(Exif, TurnsUpright) {
+  Image image(3, 2);
+  for (std::size_t i = 0; i < 6; ++i) image.plane(1)[i] = static_cast<float>(i);
+  const auto turned = [&](int orientation) {
+    const Image upright = TurnedUpright(image, orientation);
+    EXPECT_EQ(upright.width, orientation < 5 ? 3 : 2);
+    std::string letters;
+    for (std::size_t i = 0; i < 6; ++i) letters += static_cast<char>('a' + static_cast<int>(upright.plane(1)[i]));
+    return letters;
+  };
+  EXPECT_EQ(turned(1), "abcdef");
+  EXPECT_EQ(turned(3), "abcdef") << "sides that are not swapped stay";
+  EXPECT_EQ(turned(5), "adbecf");
+  EXPECT_EQ(turned(6), "daebfc") << "a quarter turn clockwise";
+  EXPECT_EQ(turned(7), "fcebda");
+  EXPECT_EQ(turned(8), "cfbead") << "a quarter turn counterclockwise";
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,133 @@
+// Image files that cannot be used: each gives one line, none crashes.
+#include <png.h>
+#include <tiff.h>
+
+#include "splatting/io/images/image.h"
+#include "tests/splatting/io/test_images.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+std::string ExamplePng() {
+  PngSource source{24, 18, PNG_COLOR_TYPE_RGBA, 8, false, {}};
+  for (int i = 0; i < 24 * 18 * 4; ++i) source.bytes.push_back(static_cast<std::uint8_t>(i * i));
+  return EncodePng(source);
+}
+
+std::vector<std::uint8_t> Bytes(std::size_t size) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t i = 0; i < size; ++i) bytes.push_back(static_cast<std::uint8_t>(i * i));
+  return bytes;
+}
+
+std::string ExampleTiff(int tile) {
+  return EncodeTiff({.width = 24,
+                     .height = 18,
+                     .samples = 3,
+                     .bits = 16,
+                     .compression = COMPRESSION_LZW,
+                     .tile = tile,
+                     .bytes = Bytes(24 * 18 * 6)});
+}
+
+std::string ExampleWebp() { return EncodeWebp(24, 18, 4, Bytes(24 * 18 * 4)); }
+
+class ImageDamage : public testing::TestWithParam<std::string (*)()> {};
+INSTANTIATE_TEST_SUITE_P(All, ImageDamage,
+                         testing::Values(
+                             +[] { return ExampleJpeg(40, 30, false); }, +[] { return ExampleJpeg(40, 30, true); },
+                             +[] { return ExamplePng(); }, +[] { return ExampleTiff(0); },
+                             +[] { return ExampleTiff(16); }, +[] { return ExampleWebp(); }));
+
+TEST_P(ImageDamage, EveryCutIsRefused) {
+  const TempFolder folder;
+  const std::string path = folder / "image.jpg", bytes = GetParam()();
+  // A JPEG without its last two bytes, the end marker, has all of its pixels: libjpeg takes the end of the file for it.
+  for (std::size_t length = 0; length + 12 < bytes.size(); length += 7) {
+    WriteBytes(path, bytes.substr(0, length));
+    const std::string message = ErrorOf([&] { LoadImage(path); });
+    EXPECT_THAT(message, testing::HasSubstr(path + ": ")) << "cut to " << length << " of " << bytes.size();
+  }
+  WriteBytes(path, bytes);
+  EXPECT_EQ(ErrorOf([&] { LoadImage(path); }), "");
+}
+
+TEST_P(ImageDamage, OverwrittenBytesLoadOrAreRefused) {
+  const TempFolder folder;
+  const std::string path = folder / "image.png", bytes = GetParam()();
+  int refused = 0;
+  ForDamagedCopies(bytes, 250, [&](const std::string& damaged) {
+    WriteBytes(path, damaged);
+    refused += ErrorOf([&] { LoadImage(path); }).empty() ? 0 : 1;
+  });
+  EXPECT_GT(refused, 0);
+}
+
+TEST(ImageDamageKinds, MessagesSayWhatIsWrong) {
+  const TempFolder folder;
+  const std::string path = folder / "image.jpg";
+  const auto load = [&] { LoadImage(path); };
+  ExpectError(load, "image.jpg: no such file");
+  WriteBytes(path, "These are words, no pixels.");
+  ExpectError(load, "image.jpg: not a JPEG, PNG, TIFF or WebP image");
+  WriteBytes(path, "");
+  ExpectError(load, "image.jpg: not a JPEG, PNG, TIFF or WebP image");
+  WriteBytes(path, EncodeJpeg({8, 8, 4, false, std::vector<std::uint8_t>(8 * 8 * 4, 90)}));
+  ExpectError(load, "image.jpg: a CMYK JPEG");
+  const std::string jpeg = ExampleJpeg(64, 64);
+  WriteBytes(path, jpeg.substr(0, jpeg.size() / 2));
+  ExpectError(load, "image.jpg: cut short or damaged");
+  const std::string png = ExamplePng();
+  WriteBytes(path, png.substr(0, png.size() / 2));
+  ExpectError(load, "image.jpg: cut short or damaged (the file ends early)");
+}
+
+TEST(ImageDamageKinds, KindsThatAreNotReadAreNamed) {
+  const TempFolder folder;
+  const std::string path = folder / "image";
+  const auto expect = [&](const std::string& bytes, const char* message) {
+    WriteBytes(path, bytes);
+    ExpectError([&] { LoadImage(path); }, message);
+    ExpectError([&] { ReadImageSize(path); }, message);
+  };
+  const char* const samples = "image: a TIFF whose samples are not grey or RGB of 8 or 16 bits; convert it";
+  expect(EncodeTiff({.width = 2, .height = 2, .bits = 32, .sample_format = SAMPLEFORMAT_IEEEFP, .bytes = Bytes(48)}),
+         samples);
+  expect(EncodeTiff({.width = 2, .height = 2, .samples = 4, .photometric = PHOTOMETRIC_SEPARATED, .bytes = Bytes(16)}),
+         samples);
+  // Frames would follow: the header of an extended WebP with the bit for animation.
+  expect(std::string("RIFF\x12\0\0\0WEBPVP8X\x0a\0\0\0\x02\0\0\0\0\0\0\0\0\0", 30), "image: an animated WebP");
+}
+
+TEST(ImageDamageKinds, ATileBeyondTheFileAllocatesNothing) {
+  const TempFolder folder;
+  const std::string path = folder / "image";
+  std::string tiff = ExampleTiff(16);
+  // The entry of TIFFTAG_TILEWIDTH: tag 322, type, count 1, value.
+  const std::size_t entry = tiff.find(std::string("\x42\x01\x03\0\x01\0\0\0", 8));
+  ASSERT_NE(entry, std::string::npos);
+  tiff[entry + 8] = '\xf0', tiff[entry + 9] = '\xff';
+  const std::size_t length = tiff.find(std::string("\x43\x01\x03\0\x01\0\0\0", 8));
+  ASSERT_NE(length, std::string::npos);
+  tiff[length + 8] = '\xf0', tiff[length + 9] = '\xff';
+  WriteBytes(path, tiff);
+  ExpectError([&] { LoadImage(path); }, "image: ");
+}
+
+TEST(ImageDamageKinds, AHeaderThatPromisesTooMuchAllocatesNothing) {
+  const TempFolder folder;
+  const std::string path = folder / "image.jpg";
+  std::string jpeg = ExampleJpeg(16, 16);
+  const std::size_t frame = jpeg.find("\xff\xc0");
+  ASSERT_NE(frame, std::string::npos);
+  for (std::size_t k = 5; k < 9; ++k) jpeg[frame + k] = '\xff';  // 65535 x 65535
+  WriteBytes(path, jpeg);
+  ExpectError([&] { LoadImage(path); }, "image.jpg: ");
+  for (std::size_t k : {5u, 7u}) jpeg[frame + k] = '\x20';  // 8447 x 8447
+  WriteBytes(path, jpeg);
+  ExpectError([&] { LoadImage(path); }, "too short for the size in its header");
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,200 @@
+#include "splatting/io/scenes/colmap.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "kernels/math/quaternion.h"
+#include "splatting/io/scenes/colmap_camera_models.h"
+#include "splatting/io/scenes/colmap_of_scene.h"
+#include "tests/splatting/io/test_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+class ColmapFormats : public testing::TestWithParam<ColmapFormat> {};
+INSTANTIATE_TEST_SUITE_P(All, ColmapFormats, testing::Values(ColmapFormat::kBinary, ColmapFormat::kText));
+
+TEST_P(ColmapFormats, RoundTripIsExact) {
+  const TempFolder folder;
+  const ColmapModel model = ExampleModel();
+  WriteColmapModel(model, folder / "sparse/0", GetParam());
+  ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
+}
+
+// A model of each kind, with another number in each place.
+TEST_P(ColmapFormats, RoundTripOfDistortedCamerasIsExact) {
+  const TempFolder folder;
+  ColmapModel model = ExampleModel();
+  model.cameras.clear();
+  for (const int number : {2, 3, 4, 5, 6, 8, 9}) {
+    ColmapCamera camera = ExampleModel().cameras[1];
+    camera.id = static_cast<std::uint32_t>(number);
+    const CameraModelInfo* info = FindCameraModel(number);
+    ASSERT_NE(info, nullptr);
+    double next = 0.1;
+    ReadParameters(
+        *info, [&](const char*) { return next += 1.0 / 3; }, &camera);
+    model.cameras.push_back(camera);
+  }
+  for (ColmapImage& image : model.images) image.camera_id = 6;
+  WriteColmapModel(model, folder / "sparse/0", GetParam());
+  ExpectSameModel(ReadColmapModel(folder / "sparse/0"), model);
+}
+
+// The orders of COLMAP's documentation, "Camera Models".
+TEST(Colmap, ReadsTheParametersOfEachCameraModel) {
+  const TempFolder folder;
+  WriteColmapModel(ExampleModel(), folder.path(), ColmapFormat::kText);
+  const auto read = [&](const std::string& text) {
+    WriteBytes(folder / "cameras.txt", "1 " + text + "\n4000000000 PINHOLE 60 40 1 2 3 4\n");
+    return ReadColmapModel(folder.path()).cameras[0];
+  };
+  const ColmapCamera simple = read("SIMPLE_RADIAL 60 40 50 30 20 0.1");
+  EXPECT_TRUE(simple.camera.lens.fx == 50 && simple.camera.lens.fy == 50 && simple.camera.lens.cx == 30 &&
+              simple.camera.lens.cy == 20);
+  EXPECT_EQ(simple.distortion, (Distortion{.radial = {0.1}}));
+  EXPECT_EQ(read("RADIAL 60 40 50 30 20 0.1 0.2").distortion, (Distortion{.radial = {0.1, 0.2}}));
+  const ColmapCamera opencv = read("OPENCV 60 40 50 51 30 20 0.1 0.2 0.3 0.4");
+  EXPECT_TRUE(opencv.camera.lens.fy == 51 && opencv.camera.lens.cx == 30);
+  EXPECT_EQ(opencv.distortion, (Distortion{.radial = {0.1, 0.2}, .tangential = {0.3, 0.4}}));
+  EXPECT_EQ(read("FULL_OPENCV 60 40 50 51 30 20 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8").distortion,
+            (Distortion{.radial = {0.1, 0.2, 0.5, 0.6, 0.7, 0.8}, .tangential = {0.3, 0.4}}));
+  EXPECT_EQ(read("OPENCV_FISHEYE 60 40 50 51 30 20 0.1 0.2 0.3 0.4").distortion,
+            (Distortion{.is_fisheye = true, .radial = {0.1, 0.2, 0.3, 0.4}}));
+  EXPECT_EQ(read("SIMPLE_RADIAL_FISHEYE 60 40 50 30 20 0.1").distortion,
+            (Distortion{.is_fisheye = true, .radial = {0.1}}));
+  EXPECT_EQ(read("RADIAL_FISHEYE 60 40 50 30 20 0.1 0.2").distortion,
+            (Distortion{.is_fisheye = true, .radial = {0.1, 0.2}}));
+}
+
+TEST(Colmap, ReadsTheObservationsOfABinaryModelAway) {
+  const TempFolder folder;
+  ColmapModel model = ExampleModel();
+  model.images.resize(1);
+  model.points.resize(1);
+  WriteColmapModel(model, folder.path(), ColmapFormat::kBinary);
+  // Two 2-D points of the image, one track element of the point, in place of their zero counts.
+  std::string images = ReadBytes(folder / "images.bin");
+  images.replace(images.size() - 8, 8, std::string("\2\0\0\0\0\0\0\0", 8) + std::string(48, 'o'));
+  WriteBytes(folder / "images.bin", images);
+  std::string points = ReadBytes(folder / "points3D.bin");
+  points.replace(points.size() - 8, 8, std::string("\1\0\0\0\0\0\0\0", 8) + std::string(8, 't'));
+  WriteBytes(folder / "points3D.bin", points);
+  ExpectSameModel(ReadColmapModel(folder.path()), model);
+}
+
+// As COLMAP itself prints: comments, observations, tracks, \r\n.
+TEST(Colmap, ReadsTextOfOtherHands) {
+  const TempFolder folder;
+  WriteBytes(folder / "cameras.txt", "# Camera list\r\n#\r\n\r\n1 SIMPLE_PINHOLE 60 40 50.5 30 20\r\n");
+  WriteBytes(
+      folder / "images.txt",
+      "# Image list\n2 1 0 0 0 0.5 0 -1 1 one.jpg\n1.5 2.5 7 8.5 9.5 -1\n5 1 0 0 0 0 0 0 1 name with space.png\n\n"
+      "3 0 1 0 0 0 0 0 1 two.jpg");
+  WriteBytes(folder / "points3D.txt", "7 1 2 3 10 20 30 0.5 2 0 5 1\n");
+  const ColmapModel model = ReadColmapModel(folder.path());
+  ASSERT_EQ(model.images.size(), 3u);
+  EXPECT_EQ(model.images[0].name, "one.jpg");
+  EXPECT_EQ(model.images[0].translation, (std::array<double, 3>{0.5, 0, -1}));
+  EXPECT_EQ(model.images[1].name, "name with space.png");
+  EXPECT_EQ(model.images[2].rotation, (std::array<double, 4>{0, 1, 0, 0}));
+  EXPECT_EQ(model.cameras[0].camera.lens.fy, 50.5);
+  EXPECT_EQ(model.cameras[0].camera.lens.cy, 20);
+  EXPECT_EQ(model.points[0].color, (std::array<std::uint8_t, 3>{10, 20, 30}));
+}
+
+TEST(Colmap, SceneHasNormalisedPosesSortedByName) {
+  const TempFolder folder;
+  WriteColmapModel(ExampleModel(), folder / "sparse/0", ColmapFormat::kBinary);
+  const Scene scene = ReadColmapScene(folder.path(), "images_2");
+  ASSERT_EQ(scene.views.size(), 3u);
+  EXPECT_EQ(scene.views[0].name, "a 1.jpg");
+  EXPECT_EQ(scene.views[0].image_path, folder / "images_2/a 1.jpg");
+  EXPECT_EQ(scene.views[0].camera.width, 30);
+  EXPECT_TRUE(scene.views[0].is_test());
+  EXPECT_FALSE(scene.views[1].is_test() || scene.views[2].is_test());
+  for (const View& view : scene.views) {
+    const auto& r = view.rotation;
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t b = 0; b < 3; ++b) {
+        const double dot = r[3 * a] * r[3 * b] + r[3 * a + 1] * r[3 * b + 1] + r[3 * a + 2] * r[3 * b + 2];
+        EXPECT_NEAR(dot, a == b ? 1 : 0, 1e-14);
+      }
+    }
+  }
+  ASSERT_EQ(scene.points.size(), 4);
+  EXPECT_EQ(scene.points.positions[3][1], -1.0f);
+  EXPECT_EQ(scene.points.colors[3], (std::array<float, 3>{0, 3 / 255.0f, 1}));
+}
+
+// A quarter turn about z takes x to y: the convention is world to camera, w x y z.
+TEST(Colmap, QuaternionTurnsWorldIntoCamera) {
+  const TempFolder folder;
+  ColmapModel model = ExampleModel();
+  model.images.resize(1);
+  model.images[0].rotation = {2, 0, 0, 2};
+  WriteColmapModel(model, folder / "sparse", ColmapFormat::kText);
+  const Scene scene = ReadColmapScene(folder.path(), "images");
+  const std::array<double, 9> expected{0, -1, 0, 1, 0, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(scene.views[0].rotation[i], expected[i], 1e-15);
+}
+
+// Written and read again it is the scene, in its own frame or another.
+TEST(Colmap, OfASceneIsThatScene) {
+  for (const double far : {0.0, 1000.0}) {
+    Scene scene;
+    scene.origin = {far, -2 * far, 0};
+    for (int v = 0; v < 3; ++v) {
+      View& view = scene.views.emplace_back();
+      view.name = fmt::format("{}.png", v);
+      view.camera = {.width = 40, .height = 30, .lens = {.fx = 50, .fy = v == 2 ? 51.0 : 50.0, .cx = 20, .cy = 15}};
+      const double q[4] = {0.9, 0.1 * v, -0.2, 0.3};
+      RotationFromQuaternion(q, view.rotation.data());
+      view.translation = {0.1, 0.2 * v, 3};
+    }
+    scene.points.positions = {{1, 2, 3}, {-1, 0, 0.5}};
+    scene.points.colors = {{0, 0.5, 1}, {1, 1, 1}};
+    const ColmapModel model = ColmapOf(scene, scene.views);
+    EXPECT_EQ(model.cameras.size(), 2U);
+    ASSERT_EQ(model.images.size(), 3U);
+    for (std::size_t v = 0; v < 3; ++v) {
+      const ColmapImage& image = model.images[v];
+      const View& view = scene.views[v];
+      EXPECT_EQ(image.name, view.name);
+      EXPECT_EQ(image.camera_id, v == 2 ? 2U : 1U);
+      std::array<double, 9> R{};
+      RotationFromQuaternion(image.rotation.data(), R.data());
+      // A point of the world is seen from it as the scene's view sees it.
+      const std::array<double, 3> x{0.3, -0.2, 0.4};
+      for (std::size_t i = 0; i < 3; ++i) {
+        double there = image.translation[i], here = view.translation[i];
+        for (std::size_t j = 0; j < 3; ++j) {
+          there += R[3 * i + j] * (x[j] + scene.origin[j]);
+          here += view.rotation[3 * i + j] * x[j];
+        }
+        EXPECT_NEAR(there, here, 1e-12 * (1 + far));
+      }
+    }
+    EXPECT_EQ(model.points[0].position[1], 2 + scene.origin[1]);
+    EXPECT_EQ(model.points[0].color[1], 128);
+    // Photographs that were undistorted have the camera of their files.
+    const BentCamera opencv{{80, 60, {100, 101, 41, 29}}, {.radial = {-0.1, 0.02, 0.01}, .tangential = {0.001, 0}}},
+        fisheye{{80, 60, {100, 101, 41, 29}}, {.is_fisheye = true, .radial = {0.1, 0.02}}};
+    scene.views[0].bent = opencv, scene.views[1].bent = fisheye;
+    const TempFolder folder;
+    WriteColmapModel(ColmapOf(scene, scene.views), folder.path(), ColmapFormat::kText);
+    const ColmapModel bent = ReadColmapModel(folder.path());
+    ASSERT_EQ(bent.cameras.size(), 3U);
+    for (const auto& [v, expected] : {std::pair(0U, opencv), std::pair(1U, fisheye)}) {
+      const auto id = bent.images[v].camera_id;
+      const auto camera = std::ranges::find(bent.cameras, id, &ColmapCamera::id);
+      EXPECT_EQ((BentCamera{camera->camera, camera->distortion}), expected);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,170 @@
+#include "splatting/io/scenes/load_photographs.h"
+
+#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/scenes/load_scene.h"
+#include "tests/splatting/io/test_images.h"
+#include "tests/splatting/io/test_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr int kViews = 9;
+constexpr double kBytes = 3 * sizeof(float) * 60 * 40;  // of a photograph
+
+// Photographs that differ, of a lens that bends, one of them with a mask and one of half the size.
+class LoadPhotographsTest : public testing::Test {
+ protected:
+  LoadPhotographsTest() {
+    std::filesystem::create_directories(folder_ / "images");
+    ColmapModel model = ExampleModel();
+    model.images.clear();
+    for (std::uint32_t i = 0; i < kViews; ++i) {
+      ColmapImage image;
+      image.id = i;
+      image.camera_id = 1;
+      image.name = "view" + std::to_string(i) + ".png";
+      model.images.push_back(image);
+      Image picture(i == 5 ? 30 : 60, i == 5 ? 20 : 40);
+      for (std::size_t k = 0; k < picture.rgb.size(); ++k) {
+        picture.rgb[k] = static_cast<float>((k * (i + 3)) % 256) / 255.0f;
+      }
+      SavePng(ImagePath(i), picture);
+    }
+    std::filesystem::create_directories(folder_ / "masks");
+    Image mask(60, 40);
+    for (float& value : mask.rgb) value = 1;
+    for (int c = 0; c < 3; ++c) mask.plane(c)[700] = 0;
+    SavePng(folder_ / "masks/view2.png", mask);
+    WriteColmapModel(model, folder_ / "sparse/0", ColmapFormat::kBinary);
+    model_ = model;
+  }
+  std::string ImagePath(std::uint32_t i) const { return folder_ / ("images/view" + std::to_string(i) + ".png"); }
+  Scene Load(double photographs, int downscale = 1) const {
+    LoadSceneOptions options;
+    options.photographs_bytes = photographs * kBytes;
+    options.downscale = downscale;
+    return LoadScene(folder_.path(), options);
+  }
+  static void ExpectSamePhotographs(const Scene& a, const Scene& b) {
+    ASSERT_EQ(a.views.size(), b.views.size());
+    for (std::size_t v = 0; v < a.views.size(); ++v) {
+      EXPECT_EQ(a.views[v].Photograph()->rgb, b.views[v].Photograph()->rgb) << v;
+      EXPECT_EQ(a.views[v].Photograph()->mask, b.views[v].Photograph()->mask) << v;
+      EXPECT_EQ(a.views[v].camera.width, b.views[v].camera.width);
+      EXPECT_EQ(a.views[v].camera.lens.cx, b.views[v].camera.lens.cx);
+    }
+  }
+  void Distort() {
+    model_.cameras[0].model = ColmapCameraModel::kOpenCv;
+    model_.cameras[0].distortion = {.radial = {-0.2, 0.03}, .tangential = {0.001, 0.002}};
+    WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kBinary);
+  }
+  TempFolder folder_;
+  ColmapModel model_;
+};
+
+TEST_F(LoadPhotographsTest, AreTheSameWhereverTheyAre) {
+  for (const int downscale : {1, 3}) {
+    const Scene all = Load(100, downscale);
+    EXPECT_EQ(all.photographs, nullptr);
+    EXPECT_FALSE(all.views[4].image.empty());
+    for (const double photographs : {2.0, 4.5}) {
+      const Scene stored = Load(photographs / downscale / downscale, downscale);
+      ASSERT_NE(stored.photographs, nullptr);
+      EXPECT_TRUE(stored.views[4].image.empty());
+      for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
+      // One may still be on its way that was begun before another one was asked for.
+      EXPECT_LE(stored.photographs->kept_bytes(), stored.photographs->budget_bytes() + kBytes);
+    }
+  }
+}
+
+TEST_F(LoadPhotographsTest, AreUndistortedAnewEachTime) {
+  Distort();
+  const Scene all = Load(100), stored = Load(4);
+  ASSERT_NE(stored.photographs, nullptr);
+  EXPECT_TRUE(stored.views[1].distortion.is_none());
+  for (int epoch = 0; epoch < 2; ++epoch) ExpectSamePhotographs(all, stored);
+}
+
+// Eight of full size, one of a quarter, one byte a pixel of a mask.
+TEST_F(LoadPhotographsTest, TheLastByteDecides) {
+  const double bytes = 8.25 * kBytes + 60 * 40;
+  EXPECT_EQ(Load(bytes / kBytes).photographs, nullptr);
+  const Scene stored = Load((bytes - 1) / kBytes);
+  ASSERT_NE(stored.photographs, nullptr);
+  EXPECT_GT(stored.photographs->kept_bytes(), 7 * kBytes) << "those that fit are not decoded a second time";
+  EXPECT_THAT(stored.notes, testing::Contains(testing::StartsWith("9 photographs take 0 MiB, of which 0 are kept")));
+}
+
+// By the sizes of the files, whatever those of the cameras are.
+TEST_F(LoadPhotographsTest, LessThanTwoAreRefused) {
+  ExpectError([&] { Load(1.9); }, "--photographs_mib: 0.1 MiB are less than two photographs take, 0.1; allow so much");
+  model_.cameras[0].camera = ResizeCamera(model_.cameras[0].camera, 6000, 4000);
+  WriteColmapModel(model_, folder_ / "sparse/0", ColmapFormat::kBinary);
+  EXPECT_NE(Load(2).photographs, nullptr);
+  WriteBytes(ImagePath(4), "not an image");
+  ExpectError([&] { Load(2); }, "view4.png: not a JPEG");
+}
+
+// Of thousands of photographs only as many are decoded at the start as are kept.
+TEST_F(LoadPhotographsTest, BeyondTheBudgetHeadersAreRead) {
+  const std::string damaged = ImagePath(8), whole = ReadFile(damaged);
+  WriteBytes(damaged, whole.substr(0, whole.size() / 2));
+  ExpectError([&] { Load(100); }, "view8.png: cut short or damaged");
+  const Scene stored = Load(2);
+  EXPECT_EQ(stored.views[8].camera.width, 60);
+  ExpectError([&] { stored.views[8].Photograph(); }, "view8.png: cut short or damaged");
+  WriteBytes(damaged, whole);
+  SavePng(damaged, Image(60, 60));
+  ExpectError([&] { Load(2); }, "view8.png: 60 x 60 pixels, but its camera has");
+}
+
+TEST_F(LoadPhotographsTest, HeadersForetellWhatIsRead) {
+  for (const bool is_distorted : {false, true}) {
+    if (is_distorted) Distort();
+    for (const int downscale : {1, 3}) {
+      View view;
+      view.camera = model_.cameras[0].camera;
+      view.distortion = model_.cameras[0].distortion;
+      const PhotographRule rule{.downscale = downscale};
+      for (const std::uint32_t i : {1u, 2u, 5u}) {
+        view.image_path = ImagePath(i);
+        view.mask_path = i == 2 ? (folder_ / "masks/view2.png") : "";
+        const ForeseenPhotograph foreseen = ForeseePhotograph(view, rule);
+        const ViewPhotograph read = ReadPhotograph(view, rule);
+        EXPECT_EQ(foreseen.camera.width, read.image.width);
+        EXPECT_EQ(foreseen.camera.height, read.image.height);
+        EXPECT_EQ(foreseen.camera.lens.cx, read.camera.lens.cx);
+        EXPECT_EQ(foreseen.bytes, static_cast<double>(sizeof(float) * read.image.rgb.size() + read.image.mask.size()));
+        EXPECT_GE(foreseen.work_bytes, read.work_bytes);
+        EXPECT_LE(foreseen.work_bytes, 5 * read.work_bytes) << "a bound that is of use";
+      }
+    }
+  }
+}
+
+TEST_F(LoadPhotographsTest, OneOfAnotherSizeLaterIsNamed) {
+  const Scene stored = Load(2);
+  SavePng(ImagePath(6), Image(120, 80));
+  ExpectError(
+      [&] {
+        for (const View& view : stored.views) view.Photograph();
+      },
+      "view6.png: it has another size than when the scene was loaded");
+}
+
+TEST_F(LoadPhotographsTest, OneThatIsGoneLaterIsNamed) {
+  const Scene stored = Load(2);
+  std::filesystem::remove(ImagePath(6));
+  ExpectError(
+      [&] {
+        for (const View& view : stored.views) view.Photograph();
+      },
+      "view6.png: no such file");
+  EXPECT_EQ(stored.views[7].Photograph()->width, 60) << "the others are there";
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,324 @@
+#include "splatting/io/scenes/load_scene.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/text_file.h"
+#include "problems/gaussian_splatting/scene/undistort.h"
+#include "splatting/io/images/exif.h"
+#include "splatting/io/images/image.h"
+#include "splatting/io/scenes/colmap.h"
+#include "tests/splatting/io/nine_views.h"
+
+namespace vesta::gs {
+namespace {
+
+class LoadSceneTest : public NineViews {
+ protected:
+  LoadSceneTest() : NineViews("view", ".png") {}
+  void ExpectRefused(const std::string& part, const LoadSceneOptions& options = {}) {
+    ExpectError([&] { LoadScene(folder_.path(), options); }, part);
+  }
+};
+
+TEST_F(LoadSceneTest, LoadsAllPixels) {
+  const Scene scene = LoadScene(folder_.path());
+  ASSERT_EQ(scene.views.size(), 9u);
+  const Image expected = LoadImage(ImagePath(0));
+  for (const View& view : scene.views) {
+    EXPECT_EQ(view.image.rgb, expected.rgb);
+    EXPECT_EQ(view.camera.lens.fx, model_.cameras[0].camera.lens.fx);
+  }
+  EXPECT_TRUE(scene.views[0].is_test() && scene.views[8].is_test());
+  EXPECT_EQ(scene.points.size(), 4);
+}
+
+// In folders within folders, of any kind, whatever the names end in.
+TEST_F(LoadSceneTest, PhotographsOfEveryKindInNestedFolders) {
+  const std::vector<std::uint8_t> bytes(60 * 40 * 3, 51);
+  const std::string files[] = {EncodePng({60, 40, 2, 8, false, bytes}), EncodeWebp(60, 40, 3, bytes),
+                               EncodeTiff({.width = 60, .height = 40, .bytes = bytes})};
+  for (std::size_t i = 0; i < 3; ++i) {
+    model_.images[i].name = fmt::format("day 1/left/{}.JPG", i);
+    WriteBytes(folder_ / ("images/" + model_.images[i].name), files[i]);
+  }
+  WriteModel();
+  const Scene scene = LoadScene(folder_.path());
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(scene.views[i].name, model_.images[i].name);
+    EXPECT_EQ(scene.views[i].image.rgb, std::vector<float>(60 * 40 * 3, 0.2f));
+  }
+}
+
+TEST_F(LoadSceneTest, DownscalingTakesTheCameraAlong) {
+  LoadSceneOptions options;
+  options.downscale = 7;
+  options.low_pass = 0.1;
+  const Scene scene = LoadScene(folder_.path(), options);
+  const View& view = scene.views[3];
+  EXPECT_EQ(view.camera.low_pass, 0.1);  // of pixels of whatever size
+  for (const double low_pass : {0.0, -1.0, 5.0, std::nan("")}) {
+    options.low_pass = low_pass;
+    EXPECT_THROW(LoadScene(folder_.path(), options), Error);
+  }
+  EXPECT_EQ(view.image.width, 8);
+  EXPECT_EQ(view.image.height, 5);
+  EXPECT_EQ(view.camera.width, 8);
+  EXPECT_DOUBLE_EQ(view.camera.lens.fx, model_.cameras[0].camera.lens.fx * 8 / 60);
+  EXPECT_DOUBLE_EQ(view.camera.lens.cy, model_.cameras[0].camera.lens.cy * 5 / 40);
+  EXPECT_EQ(view.image.rgb, ResizeArea(LoadImage(ImagePath(3)), 8, 5).rgb);
+}
+
+TEST_F(LoadSceneTest, SmallerCopiesOfTheImagesRescaleTheCamera) {
+  for (std::uint32_t i = 0; i < 9; ++i)
+    WriteBytes(folder_ / ("images_4/view" + std::to_string(i) + ".png"), ExampleJpeg(16, 10));
+  LoadSceneOptions options;
+  options.image_folder = "images_4";
+  const Scene scene = LoadScene(folder_.path(), options);
+  EXPECT_EQ(scene.views[1].camera.width, 16);
+  EXPECT_DOUBLE_EQ(scene.views[1].camera.lens.fx, model_.cameras[0].camera.lens.fx * 16 / 60);
+  WriteBytes(folder_ / "images_4/view5.png", ExampleJpeg(16, 12));
+  ExpectRefused("images_4/view5.png: 16 x 12 pixels, but its camera has 60 x 40", options);
+}
+
+// Each view becomes that of a pinhole, also of an image of another size than its camera states, and before --downscale.
+TEST_F(LoadSceneTest, DistortedPhotographsAreUndistorted) {
+  ColmapCamera& camera = model_.cameras[0];
+  camera.model = ColmapCameraModel::kOpenCv;
+  camera.distortion = {.radial = {-0.2, 0.03}, .tangential = {0.001, 0.002}};
+  WriteModel();
+  WriteBytes(ImagePath(5), ExampleJpeg(30, 20));
+  const Scene scene = LoadScene(folder_.path());
+  const Camera pinhole = PinholeOf(camera.camera, camera.distortion).value();
+  EXPECT_TRUE(pinhole.width != 60 || pinhole.height != 40);
+  EXPECT_EQ(scene.views[1].camera.width, pinhole.width);
+  EXPECT_EQ(scene.views[1].camera.lens.cx, pinhole.lens.cx);
+  EXPECT_EQ(scene.views[1].camera.lens.fx, camera.camera.lens.fx);
+  EXPECT_TRUE(scene.views[1].distortion.is_none());
+  EXPECT_EQ(scene.views[1].image.rgb,
+            UndistortImage(LoadImage(ImagePath(1)), camera.camera, camera.distortion, pinhole).rgb);
+  EXPECT_EQ(scene.views[5].camera.lens.fx, camera.camera.lens.fx / 2);
+  EXPECT_NEAR(scene.views[5].camera.width, pinhole.width / 2.0, 2);
+  EXPECT_EQ(scene.views[5].image.width, scene.views[5].camera.width);
+  EXPECT_THAT(scene.notes,
+              testing::ElementsAre("9 of 9 photographs are undistorted on loading: trained on and measured "
+                                   "is what pinholes see of them"));
+  LoadSceneOptions options;
+  options.downscale = 2;
+  const Scene half = LoadScene(folder_.path(), options);
+  EXPECT_EQ(half.views[1].image.width, pinhole.width / 2);
+  EXPECT_EQ(half.views[1].image.rgb, ResizeArea(scene.views[1].image, pinhole.width / 2, pinhole.height / 2).rgb);
+}
+
+TEST_F(LoadSceneTest, DistortionThatLeavesNothingIsRefused) {
+  model_.cameras[0].model = ColmapCameraModel::kRadial;
+  model_.cameras[0].distortion = {.radial = {-1000, 1}};
+  WriteModel();
+  ExpectRefused(": the distortion of its camera leaves less than a fifth of the image's width or height");
+}
+
+TEST_F(LoadSceneTest, AlphaOfANerfSceneIsCompositedOverTheBackground) {
+  Image clear(60, 40);
+  SavePng(ImagePath(2), clear);
+  std::string rgba = EncodePng({60, 40, 6, 8, false, std::vector<std::uint8_t>(60 * 40 * 4, 0)});
+  WriteBytes(ImagePath(3), rgba);
+  LoadSceneOptions options;
+  options.background = {1, 0.5f, 0.25f};
+  std::filesystem::remove_all(folder_ / "sparse");
+  std::string frames;
+  for (int i = 0; i < 4; ++i) frames += fmt::format(R"({}{{"file_path": "images/view{}"}})", i > 0 ? "," : "", i);
+  WriteBytes(folder_ / "transforms.json",
+             R"({"camera_angle_x": 1.0, "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]], "frames": [)" +
+                 frames + "]}");
+  const Scene scene = LoadScene(folder_.path(), options);
+  EXPECT_EQ(scene.views[2].image.plane(1)[7], 0);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_EQ(scene.views[3].image.plane(c)[7], options.background[static_cast<std::size_t>(c)]);
+}
+
+TEST_F(LoadSceneTest, RefusesScenesItCannotUse) {
+  std::filesystem::remove(ImagePath(4));
+  ExpectRefused("view4.png: no such image, but the model in " + folder_.path() +
+                " names it (1 of 9 images are missing)");
+  WriteBytes(ImagePath(4), "no image");
+  ExpectRefused("view4.png: not a JPEG, PNG, TIFF or WebP image");
+  WriteBytes(ImagePath(4), ExampleJpeg(40, 60));
+  ExpectRefused("another aspect ratio");
+  model_.images[4].name = std::string(300, 'n');
+  WriteModel();
+  ExpectRefused("nnn: no such image, but the model");
+  model_.images.resize(1);
+  WriteModel();
+  ExpectRefused("no view is left to train on");
+  std::filesystem::remove_all(folder_ / "sparse");
+  ExpectRefused("not a scene; it has neither sparse/0 (COLMAP) nor transforms.json");
+  ExpectError([&] { LoadScene(folder_ / "nowhere"); }, "nowhere: no such scene folder");
+  ExpectError([&] { LoadScene(ImagePath(0)); }, "no such scene folder");
+}
+
+// What a model says must not be a way to files elsewhere.
+TEST_F(LoadSceneTest, ImagesOutsideTheSceneAreRefused) {
+  const std::string elsewhere = folder_.path() + "_elsewhere.jpg";
+  WriteBytes(elsewhere, ExampleJpeg(60, 40));
+  const std::string name = std::filesystem::path(elsewhere).filename().string();
+  for (const std::string& outside : {"../../" + name, "a/../../../" + name, elsewhere}) {
+    model_.images[4].name = outside;
+    WriteModel();
+    ExpectRefused("sparse/0: image " + Printable(outside) + " lies outside the scene");
+  }
+  model_.images[4].name = "../images/view4.png";
+  WriteModel();
+  EXPECT_EQ(LoadScene(folder_.path()).views.size(), 9u);
+  std::filesystem::remove_all(folder_ / "sparse");
+  for (const std::string& outside : {"../" + name, elsewhere}) {
+    WriteBytes(folder_ / "transforms.json",
+               R"({"camera_angle_x": 1.0, "frames": [{"file_path": ")" + outside + "\"}]}");
+    ExpectRefused("frame 0: the image " + Printable(outside) + " lies outside the scene");
+  }
+  std::filesystem::remove(elsewhere);
+}
+
+TEST_F(LoadSceneTest, WhatIsPassedOverIsNoted) {
+  EXPECT_THAT(LoadScene(folder_.path()).notes, testing::IsEmpty());
+  std::filesystem::create_directory(folder_ / "sparse/empty");
+  ColmapModel larger = model_;
+  larger.images.resize(5);
+  WriteColmapModel(larger, folder_ / "sparse/1", ColmapFormat::kBinary);
+  WriteColmapModel(larger, folder_ / "sparse/2", ColmapFormat::kText);
+  const std::string sparse = folder_ / "sparse/";
+  EXPECT_THAT(
+      LoadScene(folder_.path()).notes,
+      testing::ElementsAre(
+          "the model in " + sparse + "1 of 5 images is passed over; read is that in " + sparse + "0 of 9 images",
+          "the model in " + sparse + "2 is passed over; read is that in " + sparse + "0 of 9 images"));
+}
+
+TEST_F(LoadSceneTest, MissingPhotographsMayBeLeftOut) {
+  LoadSceneOptions options;
+  options.allow_missing = true;
+  EXPECT_EQ(LoadScene(folder_.path(), options).views.size(), 9u);
+  for (const std::uint32_t i : {0u, 4u}) std::filesystem::remove(ImagePath(i));
+  ExpectRefused("or leave out what is missing by --allow_missing");
+  const Scene scene = LoadScene(folder_.path(), options);
+  ASSERT_EQ(scene.views.size(), 7u);
+  EXPECT_TRUE(!scene.views[0].is_test() && scene.views[6].is_test()) << "what is for testing does not move";
+  EXPECT_THAT(scene.notes, testing::ElementsAre("2 of 9 photographs that the model names are missing and left out"));
+  std::filesystem::remove_all(folder_ / "images");
+  ExpectRefused("view0.png: no such image, but the model in " + folder_.path() + " names it (9 of 9", options);
+}
+
+TEST_F(LoadSceneTest, TestViewsAreThoseAskedFor) {
+  const auto tests = [&](const TestViews& choice) {
+    LoadSceneOptions options;
+    options.test_views = choice;
+    std::string names;
+    for (const View& view : LoadScene(folder_.path(), options).views) {
+      if (view.is_test()) names += view.name.substr(4, 1);
+    }
+    return names;
+  };
+  EXPECT_EQ(tests({}), "08");
+  EXPECT_EQ(tests({.every = 3, .list = {}}), "036");
+  EXPECT_EQ(tests({.every = 0, .list = {}}), "");
+  WriteBytes(folder_ / "tests.txt", "# those of the paper\n\n view5.png \r\nview2.png");
+  EXPECT_EQ(tests({.every = {}, .list = folder_ / "tests.txt"}), "25");
+  LoadSceneOptions options;
+  options.test_views.list = folder_ / "tests.txt";
+  EXPECT_THAT(LoadScene(folder_.path(), options).files, testing::Contains(folder_ / "tests.txt"));
+  WriteBytes(folder_ / "tests.txt", "view5.png\nview99.png\n");
+  ExpectRefused("tests.txt: line 2: the scene has no photograph view99.png; write names as its model does, view0.png",
+                options);
+  options.test_views.every = 2;
+  ExpectRefused("give only one of them", options);
+  options.test_views = {.every = 1, .list = {}};
+  ExpectRefused("no view is left to train on, as all are for testing", options);
+  options.test_views = {.every = {}, .list = folder_ / "none.txt"};
+  ExpectRefused("none.txt: no such file", options);
+}
+
+TEST_F(LoadSceneTest, ImageFoldersLieWithinTheScene) {
+  LoadSceneOptions options;
+  options.image_folder = "images_8";
+  ExpectRefused("images_8: no such folder; --images names the one that has the photographs", options);
+  for (const char* outside : {"../images", "/tmp", ""}) {
+    options.image_folder = outside;
+    ExpectRefused("not a folder within the scene", options);
+  }
+}
+
+TEST_F(LoadSceneTest, PhotographsMayLieInNestedFolders) {
+  model_.images[3].name = "left/day 1/view.png";
+  WriteModel();
+  WriteBytes(folder_ / "images/left/day 1/view.png", ExampleJpeg(60, 40));
+  const Scene scene = LoadScene(folder_.path());
+  EXPECT_EQ(scene.views[0].name, "left/day 1/view.png");
+  EXPECT_EQ(scene.views[0].image.width, 60);
+}
+
+TEST_F(LoadSceneTest, ModelsWithoutPointsGetRandomOnesThatViewsSee) {
+  model_ = ExampleModel();
+  model_.points.clear();
+  model_.images.resize(1);
+  model_.images[0].translation = {0, 0, 0};
+  for (std::uint32_t i = 1; i < 9; ++i) {
+    model_.images.push_back(model_.images[0]);
+    model_.images[i].id = i;
+    model_.images[i].translation = {0.1 * i, 0, 0};
+  }
+  for (std::uint32_t i = 0; i < 9; ++i) model_.images[i].name = "view" + std::to_string(i) + ".png";
+  WriteModel();
+  LoadSceneOptions options;
+  options.random_points.count = 500;
+  const Scene scene = LoadScene(folder_.path(), options);
+  ASSERT_EQ(scene.points.size(), 500);
+  for (const auto& point : scene.points.positions) {
+    EXPECT_TRUE(std::ranges::any_of(scene.views, [&](const View& view) { return DepthInView(view, point) > 0; }));
+  }
+  EXPECT_THAT(scene.notes, testing::ElementsAre("the model in " + folder_.path() +
+                                                "/sparse/0 has no points: 500 random ones within the cameras' views "
+                                                "stand in"));
+  EXPECT_EQ(LoadScene(folder_.path(), options).points.positions, scene.points.positions);
+}
+
+// Stored on its side, with the camera of what its EXIF makes of it; where the camera is of what is stored, it stays.
+TEST_F(LoadSceneTest, PhotographsAreTurnedWhereTheirCamerasAre) {
+  WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 6));
+  WriteBytes(ImagePath(4), WithOrientation(ExampleJpeg(60, 40), 6));
+  const Scene scene = LoadScene(folder_.path());
+  EXPECT_EQ(scene.views[3].image.rgb, TurnedUpright(LoadImage(ImagePath(3)), 6).rgb);
+  EXPECT_EQ(scene.views[4].image.rgb, LoadImage(ImagePath(4)).rgb);
+  WriteBytes(ImagePath(3), WithOrientation(ExampleJpeg(40, 60), 3));
+  ExpectRefused("view3.png: 40 x 60 pixels, but its camera has 60 x 40");
+}
+
+TEST_F(LoadSceneTest, NamesTheFilesItReads) {
+  EXPECT_THAT(LoadScene(folder_.path()).files,
+              testing::UnorderedElementsAre(folder_ / "sparse/0/cameras.bin", folder_ / "sparse/0/images.bin",
+                                            folder_ / "sparse/0/points3D.bin"));
+}
+
+TEST_F(LoadSceneTest, ATruncatedModelIsRefusedAtEveryPlace) {
+  const std::string path = folder_ / "sparse/0/images.bin", bytes = ReadBytes(path);
+  for (std::size_t k = 0; k < 20; ++k) {
+    WriteBytes(path, bytes.substr(0, k * bytes.size() / 20));
+    ExpectRefused("images.bin: byte ");
+  }
+}
+
+TEST_F(LoadSceneTest, FindsNerfScenes) {
+  std::filesystem::remove_all(folder_ / "sparse");
+  std::string frames;
+  for (const char* name : {"view0", "view1"}) {
+    frames += std::string(frames.empty() ? "" : ",") + R"({"file_path": "images/)" + name +
+              R"(", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]})";
+  }
+  WriteBytes(folder_ / "transforms.json", R"({"camera_angle_x": 1.0, "frames": [)" + frames + "]}");
+  const Scene scene = LoadScene(folder_.path());
+  ASSERT_EQ(scene.views.size(), 2u);
+  EXPECT_EQ(scene.views[1].image.width, 60);
+}
+
+}  // namespace
+}  // namespace vesta::gs

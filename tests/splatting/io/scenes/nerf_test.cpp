@@ -1,0 +1,310 @@
+#include "splatting/io/scenes/nerf.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/splatting/io/test_images.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+using nlohmann::json;
+
+json Identity() { return {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}; }
+
+json ExampleTransforms() {
+  json top = {{"fl_x", 50.0}, {"fl_y", 51.0}, {"cx", 19.5}, {"cy", 15.5}, {"w", 40}, {"h", 30}};
+  for (const char* name : {"images/b.jpg", "./images/a", "images/c.JPG"}) {
+    top["frames"].push_back({{"file_path", name}, {"transform_matrix", Identity()}});
+  }
+  return top;
+}
+
+class NerfTest : public testing::Test {
+ protected:
+  void Write(const json& top, const char* name = "transforms.json") { WriteBytes(folder_ / name, top.dump()); }
+  Scene Read() const { return ReadNerfScene(folder_.path(), {}); }
+  void ExpectRefused(const json& top, const std::string& part) {
+    Write(top);
+    ExpectError([&] { Read(); }, part);
+  }
+  TempFolder folder_;
+};
+
+TEST_F(NerfTest, ReadsIntrinsicsNamesAndRandomPoints) {
+  json top = ExampleTransforms();
+  top["frames"][2]["fl_x"] = 60.0;
+  Write(top);
+  const Scene scene = Read();
+  ASSERT_EQ(scene.views.size(), 3u);
+  EXPECT_EQ(scene.views[0].name, "images/a.png");
+  EXPECT_EQ(scene.views[0].image_path, folder_ / "images/a.png");
+  EXPECT_EQ(scene.views[1].name, "images/b.jpg");
+  EXPECT_EQ(scene.views[2].name, "images/c.JPG");
+  EXPECT_TRUE(scene.views[0].is_test() && !scene.views[1].is_test());
+  const Camera& camera = scene.views[0].camera;
+  EXPECT_TRUE(camera.width == 40 && camera.height == 30 && camera.lens.fx == 50 && camera.lens.fy == 51 &&
+              camera.lens.cx == 19.5 && camera.lens.cy == 15.5);
+  EXPECT_EQ(scene.views[2].camera.lens.fx, 60) << "a frame's own value comes first";
+  ASSERT_EQ(scene.points.size(), 10000);
+  double mean = 0;
+  for (const auto& p : scene.points.positions) {
+    for (float v : p) {
+      ASSERT_LE(std::abs(v), 1.3f);
+      mean += v / 30000;
+    }
+  }
+  EXPECT_NEAR(mean, 0, 0.02);
+  EXPECT_EQ(ReadNerfScene(folder_.path(), {10, 0}).points.positions[9], scene.points.positions[9]);
+  EXPECT_NE(ReadNerfScene(folder_.path(), {10, 1}).points.positions[9], scene.points.positions[9]);
+}
+
+TEST_F(NerfTest, ReadsDistortion) {
+  json top = ExampleTransforms();
+  top["k1"] = 0.1;
+  top["p2"] = -0.02;
+  top["frames"][1]["k3"] = 0.3;
+  top["camera_model"] = "OPENCV";
+  Write(top);
+  EXPECT_EQ(Read().views[1].distortion, (Distortion{.radial = {0.1}, .tangential = {0, -0.02}}));
+  EXPECT_EQ(Read().views[0].distortion, (Distortion{.radial = {0.1, 0, 0.3}, .tangential = {0, -0.02}}));
+  top["p2"] = 0;
+  top["k4"] = 0.4;
+  for (const char* fisheye : {"camera_model", "is_fisheye"}) {
+    json changed = top;
+    changed[fisheye] = std::string(fisheye) == "is_fisheye" ? json(true) : json("OPENCV_FISHEYE");
+    Write(changed);
+    EXPECT_EQ(Read().views[1].distortion, (Distortion{.is_fisheye = true, .radial = {0.1, 0, 0, 0.4}}));
+  }
+}
+
+TEST_F(NerfTest, AnotherFolderStandsForImages) {
+  json top = ExampleTransforms();
+  Write(top);
+  const Scene scene = ReadNerfScene(folder_.path(), {}, "images_4");
+  EXPECT_EQ(scene.views[1].name, "images/b.jpg");
+  EXPECT_EQ(scene.views[1].image_path, folder_ / "images_4/b.jpg");
+  top["frames"][0]["file_path"] = "photos/b.jpg";
+  Write(top);
+  ExpectError([&] { ReadNerfScene(folder_.path(), {}, "images_4"); },
+              "frame 0: --images=images_4: the image photos/b.jpg does not lie in images/");
+}
+
+TEST_F(NerfTest, ImagesThatMayBeMissingNeedNoSize) {
+  json top = ExampleTransforms();
+  top.erase("w");
+  Write(top);
+  ExpectError([&] { Read(); }, "images/b.jpg: no such file");
+  EXPECT_EQ(ReadNerfScene(folder_.path(), {}, "images", true).views[1].camera.width, 0);
+}
+
+// A camera at (1, 2, 3) that looks along -x, up is z: in our axes x right = +y, y down = -z, z forward = -x.
+TEST_F(NerfTest, PosesAreTurnedIntoOurAxes) {
+  json top = ExampleTransforms();
+  top["frames"][0]["transform_matrix"] = {{0, 0, 1.0000001, 1}, {1, 0, 0, 2}, {0, 1, 0, 3}, {0, 0, 0, 1}};
+  Write(top);
+  const Scene scene = Read();
+  const View& view = scene.views[1];
+  const std::array<double, 9> expected{0, 1, 0, 0, 0, -1, -1, 0, 0};
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_NEAR(view.rotation[i], expected[i], 1e-15);
+  const auto center = CameraCenter(view);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(center[i], static_cast<double>(i + 1), 1e-15);
+}
+
+TEST_F(NerfTest, BlenderScenesHaveAnAngleAndTheirOwnSplit) {
+  WriteBytes(folder_ / "train/r_0.png", ExampleJpeg(40, 30));
+  WriteBytes(folder_ / "train/r_1.png", ExampleJpeg(40, 30));
+  WriteBytes(folder_ / "test/r_0.png", ExampleJpeg(20, 30));
+  json train = {{"camera_angle_x", 0.8}}, test = train;
+  for (const char* name : {"./train/r_0", "./train/r_1"}) {
+    train["frames"].push_back({{"file_path", name}, {"transform_matrix", Identity()}});
+  }
+  test["frames"].push_back({{"file_path", "./test/r_0"}, {"transform_matrix", Identity()}});
+  Write(train, "transforms_train.json");
+  Write(test, "transforms_test.json");
+  EXPECT_TRUE(IsNerfScene(folder_.path()));
+  const Scene scene = Read();
+  ASSERT_EQ(scene.views.size(), 3u);
+  EXPECT_EQ(scene.views[0].name, "test/r_0.png");
+  EXPECT_TRUE(scene.views[0].is_test());
+  EXPECT_FALSE(scene.views[1].is_test() || scene.views[2].is_test());
+  EXPECT_EQ(scene.views[0].camera.width, 20) << "the size comes from the image";
+  EXPECT_DOUBLE_EQ(scene.views[1].camera.lens.fx, 20 / std::tan(0.4));
+  EXPECT_EQ(scene.views[1].camera.lens.fy, scene.views[1].camera.lens.fx);
+  EXPECT_EQ(scene.views[1].camera.lens.cx, 20);
+  EXPECT_EQ(scene.views[1].camera.lens.cy, 15);
+  std::filesystem::remove(folder_ / "transforms_test.json");
+  EXPECT_TRUE(Read().views[0].is_test()) << "every 8th without a test file";
+}
+
+TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  Write(ExampleTransforms());
+  WriteBytes(folder_ / "points3d.ply", header + "1 2 3 255 0 51\n4 5 6 0 0 0\n");
+  EXPECT_EQ(Read().points.size(), 2);
+  EXPECT_EQ(Read().points.colors[0], (std::array<float, 3>{1, 0, 0.2f}));
+  json top = ExampleTransforms();
+  top["ply_file_path"] = "mine.ply";
+  Write(top);
+  ExpectError([&] { Read(); }, "mine.ply: no such file");
+  for (const char* outside : {"../mine.ply", "/mine.ply"}) {
+    top["ply_file_path"] = outside;
+    Write(top);
+    ExpectError([&] { Read(); }, std::string("the points ") + outside + " lie outside the scene; move them there");
+  }
+  top["ply_file_path"] = 7;
+  Write(top);
+  ExpectError([&] { Read(); }, (folder_ / "transforms.json") + ": ply_file_path is not a text");
+  top["ply_file_path"] = "mine.ply";
+  Write(top);
+  WriteBytes(folder_ / "mine.ply", header + "7 8 9 0 0 0\n4 5 6 0 0 0\n");
+  EXPECT_EQ(Read().points.positions[0], (std::array<float, 3>{7, 8, 9}));
+}
+
+TEST_F(NerfTest, RefusesWhatItCannotUse) {
+  const json good = ExampleTransforms();
+  json bad = good;
+  bad["k4"] = 0.1;
+  ExpectRefused(bad, "transforms.json: frame 0: k4 is not zero, of which programs mean different things");
+  bad = good;
+  bad["frames"][1]["p2"] = -0.1;
+  bad["is_fisheye"] = true;
+  ExpectRefused(bad, "frame 1: p1 or p2 of a fisheye, which has none");
+  bad = good;
+  bad["camera_model"] = "EQUIRECTANGULAR";
+  ExpectRefused(bad, "the camera model EQUIRECTANGULAR is not read; undistort the images first");
+  bad = good;
+  bad["is_fisheye"] = 1;
+  ExpectRefused(bad, "is_fisheye is neither true nor false");
+  bad = good;
+  bad["fl_x"] = 0;
+  ExpectRefused(bad, "frame 0: the focal lengths 0, 51 are unusable");
+  bad = good;
+  bad.erase("fl_x");
+  bad.erase("fl_y");
+  ExpectRefused(bad, "give fl_x or camera_angle_x");
+  bad["camera_angle_x"] = 0.0;
+  ExpectRefused(bad, "are unusable");
+  bad = good;
+  bad["fl_x"] = "fifty";
+  ExpectRefused(bad, "fl_x is not a number");
+  bad = good;
+  bad["w"] = 0;
+  ExpectRefused(bad, "the image size 0 x 30 is unusable");
+  bad = good;
+  bad.erase("w");
+  ExpectRefused(bad, "images/b.jpg: no such file");
+  bad = good;
+  bad["frames"][1].erase("file_path");
+  ExpectRefused(bad, "frame 1: the frame has no readable file_path");
+  bad = good;
+  bad["frames"][1]["file_path"] = "images/b.jpg";
+  ExpectRefused(bad, "image images/b.jpg occurs twice");
+  bad = good;
+  bad["frames"][1] = 7;
+  ExpectRefused(bad, "frame 1: not an object");
+  bad = good;
+  bad["frames"] = json::array();
+  ExpectRefused(bad, "transforms.json: it has no frames");
+  ExpectRefused(json::array(), "it has no frames");
+  ExpectRefused(json("text"), "it has no frames");
+  WriteBytes(folder_ / "transforms.json", good.dump().substr(0, 100));
+  ExpectError([&] { Read(); }, "transforms.json: not valid JSON");
+}
+
+TEST_F(NerfTest, RefusesPosesThatAreNone) {
+  json bad = ExampleTransforms();
+  json& pose = bad["frames"][2]["transform_matrix"];
+  const char* const kNoNumbers = "frame 2: transform_matrix is not 4 x 4 finite numbers";
+  const char* const kNoRotation = "frame 2: transform_matrix is not a rotation and a translation";
+  pose[1] = {0, 1, 0};
+  ExpectRefused(bad, kNoNumbers);
+  pose = {1, 2, 3};
+  ExpectRefused(bad, kNoNumbers);
+  pose = Identity();
+  pose[0][3] = nullptr;
+  ExpectRefused(bad, kNoNumbers);
+  pose = Identity();
+  pose[0][0] = 2;
+  ExpectRefused(bad, kNoRotation);
+  pose[0][0] = -1;
+  ExpectRefused(bad, kNoRotation);
+  pose[0][0] = 0;
+  ExpectRefused(bad, kNoRotation);
+  bad["frames"][2].erase("transform_matrix");
+  ExpectRefused(bad, "frame 2: the frame has no transform_matrix");
+}
+
+TEST_F(NerfTest, OverwrittenBytesLoadOrAreRefused) {
+  int refused = 0;
+  ForDamagedCopies(ExampleTransforms().dump(), 250, [&](const std::string& damaged) {
+    WriteBytes(folder_ / "transforms.json", damaged);
+    refused += ErrorOf([&] { ReadNerfScene(folder_.path(), {10, 0}); }).empty() ? 0 : 1;
+  });
+  EXPECT_GT(refused, 0);
+}
+
+const Camera kUsual{40, 30, {50, 51, 19.5, 15.5}};
+
+TEST_F(NerfTest, CamerasAreReadInTheirOrderWithoutImages) {
+  json top;
+  for (int i = 0; i < 3; ++i) {
+    json matrix = Identity();
+    matrix[0][3] = 3 - i;
+    top["frames"].push_back({{"transform_matrix", matrix}});
+  }
+  top["frames"][1]["camera_angle_x"] = 1.0;
+  top["frames"][2].update({{"w", 60}, {"h", 20}, {"fl_x", 70}});
+  Write(top);
+  const std::vector<View> views = ReadNerfCameras(folder_ / "transforms.json", kUsual);
+  ASSERT_EQ(views.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(CameraCenter(views[i])[0], 3 - static_cast<double>(i), 1e-12);
+  EXPECT_EQ(views[0].camera.lens.cx, 19.5) << "the usual camera";
+  EXPECT_NEAR(views[1].camera.lens.fx, 20 / std::tan(0.5), 1e-9) << "of the usual width";
+  EXPECT_EQ(views[1].camera.lens.cx, 20);
+  EXPECT_TRUE(views[2].camera.width == 60 && views[2].camera.height == 20 && views[2].camera.lens.fy == 70);
+}
+
+TEST_F(NerfTest, WrittenCamerasAreReadAgain) {
+  Scene scene;
+  for (int i = 0; i < 2; ++i) {
+    View& view = scene.views.emplace_back();
+    const double angle = 0.3 + i;
+    view.name = "0" + std::to_string(i) + ".png";
+    view.camera = {64, 48, {70.1, 71, 30.3, 25}};
+    view.rotation = {std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0, std::cos(angle)};
+    view.translation = {0.1, -2, 1.0 / 3};
+  }
+  const std::string file = folder_ / "cameras.json";
+  WriteNerfCameras(file, scene.views, {{"depth_unit", 0.25}});
+  EXPECT_EQ(json::parse(ReadBytes(file))["depth_unit"], 0.25);
+  EXPECT_EQ(json::parse(ReadBytes(file))["frames"][1]["file_path"], "01.png");
+  const std::vector<View> read = ReadNerfCameras(file, kUsual);
+  ASSERT_EQ(read.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(read[i].rotation[k], scene.views[i].rotation[k], 1e-15);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(read[i].translation[k], scene.views[i].translation[k], 1e-14);
+    EXPECT_EQ(read[i].camera.lens.fx, 70.1);
+    EXPECT_EQ(read[i].camera.lens.cy, 25);
+  }
+}
+
+TEST_F(NerfTest, CamerasThatAreNoneAreRefused) {
+  const std::string file = folder_ / "cameras.json";
+  const auto expect = [&](const json& top, const std::string& part) {
+    WriteBytes(file, top.dump());
+    ExpectError([&] { ReadNerfCameras(file, kUsual); }, part);
+  };
+  expect(json::object(), "it has no frames");
+  expect({{"frames", {{{"file_path", "a"}}}}}, "frame 0: the frame has no transform_matrix");
+  expect({{"frames", {{{"transform_matrix", Identity()}, {"w", 1e9}, {"h", 3}}}}}, "the image size 1000000000 x 3");
+  expect({{"frames", {{{"transform_matrix", Identity()}, {"fl_x", 0}}}}}, "the focal lengths 0, 0 are unusable");
+  WriteBytes(file, "{\"frames\": [");
+  ExpectError([&] { ReadNerfCameras(file, kUsual); }, "not valid JSON");
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,92 @@
+#include "splatting/io/splats/splat_file.h"
+
+#include "problems/gaussian_splatting/model/degrees.h"
+#include "splatting/io/bytes/gzip.h"
+#include "tests/splatting/io/random_splat.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+TEST(SplatFile, TheExtensionSaysHowItIsWritten) {
+  const TempFolder folder;
+  const SplatModel model = RandomSplat(2, 10);
+  for (const auto& [name, beginning] : {std::pair<const char*, const char*>{"a.ply", "element vertex"},
+                                        {"a.spz", "\x1f\x8b"},
+                                        {"a.compressed.ply", "element chunk"},
+                                        {"B.Compressed.PLY", "element chunk"},
+                                        {"B.SPZ", "\x1f\x8b"}}) {
+    WriteSplat(folder / name, model);
+    EXPECT_THAT(ReadBytes(folder / name), testing::HasSubstr(beginning));
+    const SplatModel again = ReadSplat(folder / name);
+    EXPECT_EQ(again.count, 10);
+    EXPECT_EQ(again.sh_degree, 2);
+  }
+  for (const char* name : {"a", "ply", "a.sog", "a.ply.gz", "a.ply/b"}) {
+    ExpectError([&] { CheckSplatExtension(folder / name); }, ": the extension says the format");
+    ExpectError([&] { WriteSplat(folder / name, model); }, ": the extension says the format");
+  }
+}
+
+TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
+  const TempFolder folder;
+  const SplatModel model = RandomSplat(1, 10);
+  const std::string path = folder / "no_extension";
+  for (const char* name : {"a.ply", "a.spz", "a.compressed.ply"}) {
+    WriteSplat(folder / name, model);
+    std::filesystem::copy_file(folder / name, path, std::filesystem::copy_options::overwrite_existing);
+    EXPECT_EQ(ReadSplat(path).data, ReadSplat(folder / name).data);
+  }
+  for (const auto& [bytes, message] :
+       {std::pair<std::string, std::string>{"", "not a .ply file"},
+        {"NGSP\x04\x00\x00\x00", ".spz of version 4 or later, where versions 1 to 3 are read"},
+        {Gzip("ply\nformat ascii 1.0\n", ""), "a .ply compressed by gzip; unpack it first: gunzip"},
+        {"\x1f\x8b", "its gzip stream is cut short or damaged"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
+         "not a splat in the INRIA layout: its vertices have no property y"}}) {
+    WriteBytes(path, bytes);
+    ExpectError([&] { ReadSplat(path); }, fmt::format("{}: {}", path, message));
+  }
+  ExpectError([&] { ReadSplat(folder / "missing.spz"); }, "missing.spz: no such file");
+}
+
+// Degrees are no part of the formats: bands that Gaussians lack are written as zeros, and zeros tell on reading.
+TEST(SplatFile, DegreesComeBack) {
+  const TempFolder folder;
+  std::vector<std::uint8_t> degrees;
+  degrees.reserve(700);
+  for (int i = 0; i < 700; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
+  const SplatModel mixed = WithDegrees(RandomSplat(3, 700), degrees);
+  WriteSplat(folder / "a.ply", mixed);
+  const SplatModel again = ReadSplat(folder / "a.ply");
+  EXPECT_EQ(again.layout(), mixed.layout());
+  EXPECT_EQ(again.data, mixed.data);
+
+  WriteSplat(folder / "a.spz", mixed);
+  const SplatModel rounded = ReadSplat(folder / "a.spz");
+  EXPECT_EQ(rounded.layout(), mixed.layout());
+  for (int a = splat::kSh + 3; a < mixed.num_attributes(); ++a) {
+    for (Index i = 0; i < mixed.Rows(a); ++i) EXPECT_NEAR(rounded.attribute(a)[i], mixed.attribute(a)[i], 1.0 / 256);
+  }
+  // That format has no zero, so all come back with the highest degree, near it.
+  WriteSplat(folder / "a.compressed.ply", mixed);
+  const SplatModel coarse = ReadSplat(folder / "a.compressed.ply");
+  EXPECT_TRUE(coarse.is_uniform());
+  EXPECT_EQ(coarse.sh_degree, 3);
+  EXPECT_EQ(coarse.count, mixed.count);
+}
+
+// A model whose highest degree is 1 is a file of degree 1.
+TEST(SplatFile, HasTheHighestDegreeThatThereIs) {
+  const TempFolder folder;
+  const SplatModel mixed = WithDegrees(RandomSplat(3, 5), {0, 1, 0, 0, 1});
+  for (const char* name : {"a.ply", "a.spz"}) {
+    WriteSplat(folder / name, mixed);
+    const SplatModel again = ReadSplat(folder / name);
+    EXPECT_EQ(again.sh_degree, 1);
+    EXPECT_EQ(again.layout(), mixed.layout());
+  }
+}
+
+}  // namespace
+}  // namespace vesta::gs

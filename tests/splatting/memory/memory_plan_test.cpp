@@ -1,0 +1,190 @@
+// The planner's sums against memory that is counted as it is allocated, and what it chooses.
+#include "splatting/memory/memory_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "kernels/core/check.h"
+#include "splatting/memory/engine_bytes.h"
+#include "splatting/memory/stage_bytes.h"
+#include "splatting/train/trainer.h"
+#include "tests/splatting/memory/memory_run.h"
+#include "tests/support/counted_memory.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr double kMib = 1 << 20;
+
+const test::MemoryCase kCases[] = {
+    {"adam", 4000, 64, 48, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
+    {"adam_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.adam.iterations = 3, o.lm.iterations = 0; }},
+    {"adam_on_views_together", 4000, 64, 48,
+     [](TrainOptions& o) { o.adam.iterations = 12, o.adam.views_per_iteration = 4, o.lm.iterations = 0; }},
+    {"adam_with_cameras", 300, 320, 240,
+     [](TrainOptions& o) { o.adam.iterations = 12, o.lm.iterations = 0, o.cameras.refine = CameraChoice::kAll; }},
+    {"lm_with_cameras", 300, 320, 240, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPose; }},
+    {"lm_with_exposures", 3000, 96, 72, [](TrainOptions& o) { o.cameras.refine = CameraChoice::kPoseAndExposure; }},
+    {"recompute", 4000, 64, 48, [](TrainOptions&) {}},
+    {"whole_gradient", 4000, 64, 48, [](TrainOptions& o) { o.lm.view_agreement = 0; }},
+    {"recompute_of_many_pixels", 300, 320, 240, [](TrainOptions&) {}},
+    {"cache32", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache32; }},
+    {"cache16", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kCache16; }},
+    {"rebuild", 1500, 96, 72, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }},
+    {"rebuild_of_many_pixels", 300, 320, 240, [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild; }},
+    {"rebuild_in_batches", 300, 320, 240,
+     [](TrainOptions& o) { o.lm.jacobian = JacobianKind::kRebuild, o.lm.batches = 2; }},
+    {"jacobi", 3000, 64, 48, [](TrainOptions& o) { o.lm.preconditioner = LmPreconditioner::kJacobi; }},
+    {"batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3; }},
+    {"merged_batches", 3000, 96, 72, [](TrainOptions& o) { o.lm.batches = 3, o.lm.merge_batches = true; }},
+    {"root", 1000, 160, 120, [](TrainOptions& o) { o.lm.ssim = SsimLinearization::kRootCenter; }},
+    {"small_batches", 1000, 160, 120, [](TrainOptions& o) { o.lm.batches = 2, o.lm.batch_size = 1; }},
+    {"budget", 2000, 160, 120, [](TrainOptions& o) { o.memory.budget_gib = 0.016; }},
+};
+
+MemoryScene MadeUp() {
+  return {{.count = 20000, .sh_degree = 3},
+          std::vector<ViewCounts>(20, {.pixels = 2e5, .tiles = 800, .splats = 1.5e4, .pairs = 1e5, .entries = 8e6})};
+}
+
+class CountedMemory : public testing::TestWithParam<test::MemoryCase> {};
+INSTANTIATE_TEST_SUITE_P(Runs, CountedMemory, testing::ValuesIn(kCases),
+                         [](const auto& param) { return param.param.name; });
+
+TEST_P(CountedMemory, IsWhatWasForeseen) {
+  const test::MemoryRun run(GetParam(), 2, 2);
+  const TrainOptions& options = run.options;
+  const vesta::test::CountedMemory memory;
+  const TrainResult result = run.Run();
+  const double counted = memory.peak_bytes() / kMib;
+  EXPECT_NEAR(result.memory.predicted_mib / counted, 1, 0.1)
+      << result.memory.predicted_mib << " MiB foreseen, " << counted << " counted";
+  if (options.memory.budget_gib > 0) {
+    EXPECT_LE(counted, 1024 * options.memory.budget_gib);
+    EXPECT_EQ(result.memory.jacobian, JacobianKind::kRebuild) << "so that the budget has an effect";
+  }
+}
+
+TEST(StageBytes, BandsThatGaussiansLackTakeNone) {
+  MemoryScene scene = MadeUp();
+  const double all = VectorBytes(scene), adam = AdamBytes(scene, TrainOptions());
+  scene.layout = splat::LayoutOfBands({20000, 8000, 4000, 4000});
+  const double less = sizeof(float) * (9.0 * 12000 + 36.0 * 16000);
+  EXPECT_EQ(VectorBytes(scene), all - less);
+  // Parameters and two moments at least.
+  EXPECT_LE(AdamBytes(scene, TrainOptions()), adam - 3 * less);
+  EXPECT_EQ(VectorBytes(scene.Scaled(40000)), 2 * VectorBytes(scene));
+}
+
+double Gib(double bytes) { return bytes / (1 << 30); }
+
+TEST(MemoryPlan, PrefersWhatWasAskedThenRecomputationThenViewsBuiltAnew) {
+  TrainOptions options;
+  options.lm.iterations = 8;
+  options.lm.jacobian = JacobianKind::kCache16;
+  const MemoryScene scene = MadeUp();
+  LmStageOptions recompute = options.lm, rebuild = options.lm;
+  recompute.jacobian = JacobianKind::kRecompute;
+  rebuild.jacobian = JacobianKind::kRebuild;
+  const double with_cache = LmBytes(scene, options.lm, true), without = LmBytes(scene, recompute, true),
+               least = LmBytes(scene, rebuild, true);
+  EXPECT_GT(with_cache, without + 20 * 8e6 * 8);
+  EXPECT_GT(without, least + 19 * 2e5 * 36) << "three images of each view";
+  const auto plan = [&](double gib) {
+    options.memory.budget_gib = gib;
+    return PlanLm(scene, options, HostMemory(options.memory));
+  };
+  EXPECT_EQ(plan(0).lm.jacobian, JacobianKind::kCache16);
+  EXPECT_EQ(plan(0).bytes, with_cache);
+  EXPECT_EQ(plan(Gib(with_cache) * 1.001).lm.jacobian, JacobianKind::kCache16);
+  EXPECT_EQ(plan(Gib(with_cache) * 0.999).lm.jacobian, JacobianKind::kRecompute);
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, JacobianKind::kRecompute);
+  for (const double budget : {0.999 * without, 1.001 * least}) {
+    const LmPlan smaller = plan(Gib(budget));
+    EXPECT_EQ(smaller.lm.jacobian, JacobianKind::kRebuild);
+    EXPECT_EQ(smaller.lm.batches, 1);
+    EXPECT_EQ(smaller.bytes, least);
+  }
+  EXPECT_THROW(plan(Gib(least) * 0.999), Error);
+  // What the process holds already counts.
+  options.memory.before_mib = 100;
+  EXPECT_EQ(plan(Gib(without) * 1.001).lm.jacobian, JacobianKind::kRebuild);
+  // Without a budget too a machine that is nearly full gets the frugal way, and no refusal.
+  StageMemory machine;
+  for (const auto& [share, expected] : {std::pair(1.001 * with_cache, JacobianKind::kCache16),
+                                        {1.001 * without, JacobianKind::kRecompute},
+                                        {0.5 * least, JacobianKind::kRebuild}}) {
+    machine.comfortable_bytes = share;
+    EXPECT_EQ(PlanLm(scene, options, machine).lm.jacobian, expected);
+  }
+}
+
+TEST(MemoryPlan, ProcessesOfOneMachineShareWhatItHasFree) {
+  const double alone = HostMemory({}).comfortable_bytes;
+  setenv("OMPI_COMM_WORLD_SIZE", "8", 1), setenv("OMPI_COMM_WORLD_LOCAL_SIZE", "4", 1);
+  const double shared = HostMemory({}).comfortable_bytes;
+  unsetenv("OMPI_COMM_WORLD_SIZE"), unsetenv("OMPI_COMM_WORLD_LOCAL_SIZE");
+  // Other programs take and give memory meanwhile.
+  EXPECT_GT(alone / shared, 3);
+  EXPECT_LT(alone / shared, 5);
+}
+
+TEST(MemoryPlan, SaysInOneLineWhatWouldDo) {
+  TrainOptions options;
+  options.lm.iterations = 8;
+  options.memory = {.budget_gib = 0.05, .before_mib = 10};
+  const auto message_of = [&](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  const std::string message = message_of([&] { PlanLm(MadeUp(), options, HostMemory(options.memory)); });
+  EXPECT_THAT(message, testing::StartsWith("--memory_budget=0.05: "));
+  EXPECT_THAT(message, testing::Not(testing::HasSubstr("\n")));
+  EXPECT_THAT(message_of([&] { PlanGaussians(MadeUp(), options, HostMemory(options.memory)); }),
+              testing::StartsWith("--memory_budget=0.05: "));
+  // The budget that the message asks for is enough.
+  const auto at = message.find("needs ");
+  ASSERT_NE(at, std::string::npos);
+  options.memory.budget_gib = std::stod(message.substr(at + 6));
+  EXPECT_EQ(message_of([&] { PlanLm(MadeUp(), options, HostMemory(options.memory)); }), "no error");
+}
+
+// What LM has room for by holding one batch at a time is not refused before it.
+TEST(MemoryPlan, GaussiansAreForLmAtItsMostFrugal) {
+  TrainOptions options;
+  options.lm.iterations = 8, options.lm.batches = 4, options.lm.merge_batches = true;
+  options.adam.iterations = 0;
+  LmStageOptions rebuilt = options.lm;
+  rebuilt.jacobian = JacobianKind::kRebuild;
+  const double all = LmBytes(MadeUp(), rebuilt, true), one = LmBytes(MadeUp(), rebuilt, false);
+  ASSERT_LT(one, all);
+  options.memory.budget_gib = (one + all) / 2 / (1 << 30);
+  EXPECT_FALSE(PlanLm(MadeUp(), options, HostMemory(options.memory)).hold_batches);
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), MadeUp().layout.count);
+}
+
+TEST(MemoryPlan, GaussiansGrowAsFarAsTheBudgetGoes) {
+  TrainOptions options;
+  options.lm.iterations = 8;
+  options.density.max_gaussians = 1000000;
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 1000000);
+  options.memory.budget_gib = 0.5;
+  const Index fit = PlanGaussians(MadeUp(), options, HostMemory(options.memory));
+  EXPECT_GT(fit, 20000);
+  EXPECT_LT(fit, 1000000);
+  options.lm.jacobian = JacobianKind::kRebuild;
+  EXPECT_LE(LmBytes(MadeUp().Scaled(fit), options.lm, true), 0.5 * (1 << 30));
+  options.density.enabled = false;
+  EXPECT_EQ(PlanGaussians(MadeUp(), options, HostMemory(options.memory)), 20000)
+      << "without densification there are as many as there are";
+}
+
+}  // namespace
+}  // namespace vesta::gs

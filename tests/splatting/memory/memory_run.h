@@ -1,0 +1,45 @@
+// Short runs whose memory is counted.
+#pragma once
+
+#include <ostream>
+
+#include "splatting/train/trainer.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs::test {
+
+// A scene of few pixels and more parameters, or the other way round.
+struct MemoryCase {
+  const char* name;
+  Index gaussians;
+  int width, height;
+  void (*apply)(TrainOptions&);
+};
+inline void PrintTo(const MemoryCase& c, std::ostream* os) { *os << c.name; }
+
+// Some iterations of LM, unless the case has it otherwise; the case's part of Adam, and no densification.
+struct MemoryRun {
+  Scene scene;
+  SplatModel model;
+  TrainOptions options;
+
+  MemoryRun(const MemoryCase& c, int lm_iterations, int pcg_iterations)
+      : scene(RingOfCameras(6, c.width, c.height, false)), model(RandomModel(c.gaussians, 3, 5)) {
+    RenderTruth(Perturbed(model, 0.02, 6), 0, &scene);
+    options.adam.iterations = 0;
+    options.adam.evaluations = 1;
+    options.density.enabled = false;
+    options.lm.iterations = lm_iterations;
+    options.lm.min_gain = 0;
+    options.lm.jacobian = JacobianKind::kRecompute;
+    options.lm.pcg_iterations = pcg_iterations;
+    c.apply(options);
+  }
+
+  // Train makes its model, from as many points.
+  TrainResult Run(const StageRunners& stages = HostStages()) const {
+    return options.adam.runs() ? Train(scene, options, 0, {}, stages) : Refine(scene, model, options, 0, {}, stages);
+  }
+};
+
+}  // namespace vesta::gs::test

@@ -1,0 +1,175 @@
+#include "splatting/parsimony/prune.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "splatting/parsimony/schedule.h"
+#include "splatting/parsimony/worth.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+// Photographs of a model, which has ten Gaussians more that hardly show.
+struct Padded {
+  static constexpr Index kNeeded = 30, kAll = 40;
+  Scene scene = test::RingOfCameras(8, 48, 36, true);
+  SplatModel model = test::RandomModel(kAll, 0, 3);
+
+  Padded() {
+    float* logit = model.attribute(splat::kOpacity);
+    for (Index i = kNeeded; i < kAll; ++i) logit[i] = -20;
+    test::RenderTruth(model, 0, &scene);
+    for (Index i = kNeeded; i < kAll; ++i) logit[i] = -4;
+  }
+  JudgingViews Judges() const { return TrainingViewsOf(scene, {0, 0, 0}); }
+  PruneResult PruneTo(const PruneGoal& goal) const { return Prune(model, Judges(), {.goal = goal}); }
+};
+
+TEST(Keepers, AreThoseTheViewsMiss) {
+  const Padded padded;
+  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kNeeded);
+  ASSERT_EQ(kept.size(), 30U);
+  for (Index i = 0; i < Padded::kNeeded; ++i) EXPECT_EQ(kept[static_cast<std::size_t>(i)], i);
+}
+
+TEST(Keepers, WhatNoViewShowsGoesFirst) {
+  Padded padded;
+  // Large, opaque, and outside all images.
+  padded.model.attribute(splat::kMean + 1)[4] = 4;
+  for (int k = 0; k < 3; ++k) padded.model.attribute(splat::kLogScale + k)[4] = -1;
+  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kAll - 1);
+  EXPECT_THAT(kept, testing::Not(testing::Contains(4)));
+}
+
+TEST(Keepers, AreAsManyAsAskedForInTheirOrder) {
+  const Padded padded;
+  const std::vector<Index> kept = Keepers(ToKernelModel(padded.model), padded.Judges(), true, Padded::kAll / 4);
+  EXPECT_EQ(kept.size(), 10U);
+  EXPECT_TRUE(std::ranges::is_sorted(kept));
+}
+
+TEST(WorthTheirPrice, GoesByTheRiseForEachParameter) {
+  Padded padded;
+  for (View& view : padded.scene.views) {
+    for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;  // so that there is a cost
+  }
+  const splat::Model<float> model = ToKernelModel(padded.model);
+  const auto kept = [&](double price, std::uint64_t round) {
+    return WorthTheirPrice(model, padded.Judges(), price, 3, round);
+  };
+  const Worth worth = MeasureWorth(model, padded.Judges());
+  std::vector<double> rise = worth.rise;
+  std::ranges::sort(rise);
+  // Between the tenth and the eleventh.
+  const double price = (rise[9] + rise[10]) / 2 * worth.values / (worth.cost * padded.model.num_attributes());
+  ASSERT_GT(price, 0);
+  std::set<Index> gone;
+  constexpr int kRounds = 20;
+  double went = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<Index> left = kept(price, static_cast<std::uint64_t>(round));
+    for (Index i = 0; i < Padded::kAll; ++i) {
+      if (!std::ranges::binary_search(left, i)) gone.insert(i), went += 1.0 / kRounds;
+    }
+  }
+  EXPECT_EQ(gone.size(), 10U);
+  for (const Index i : gone) EXPECT_LE(worth.rise[static_cast<std::size_t>(i)], rise[9]);
+  EXPECT_NEAR(went, 4, 1) << "two fifths of them at a time";
+  EXPECT_EQ(kept(price, 1), kept(price, 1));
+  EXPECT_EQ(kept(1e12, 1).size(), 30U) << "no more than a quarter at a time";
+  EXPECT_EQ(kept(-1e12, 1).size(), 40U);
+}
+
+TEST(Prune, ToACount) {
+  const Padded padded;
+  const PruneResult result = padded.PruneTo({.count = Padded::kNeeded, .max_rise = {}});
+  EXPECT_EQ(result.model.count, Padded::kNeeded);
+  EXPECT_EQ(result.rounds, 1);
+  EXPECT_LT(result.cost_after, 0.01 * result.cost_before) << "what was too much is gone";
+  for (int a = 0; a < padded.model.num_attributes(); ++a) {
+    for (Index i = 0; i < Padded::kNeeded; ++i) {
+      ASSERT_EQ(result.model.attribute(a)[i], padded.model.attribute(a)[i]) << "as they were";
+    }
+  }
+  EXPECT_EQ(padded.PruneTo({.count = 1000, .max_rise = {}}).model.data, padded.model.data);
+  const PruneResult one = padded.PruneTo({.count = 0, .max_rise = {}});
+  EXPECT_EQ(one.model.count, 1) << "never none";
+  EXPECT_GT(one.rounds, 8) << "a quarter at a time";
+}
+
+TEST(Prune, PriceRisesByAndBy) {
+  const ParsimonyOptions parsimony{.price = 2, .begin = 0.5, .end = 0.75};
+  EXPECT_EQ(PriceAt(parsimony, {0.49, 0.5}), 0);
+  EXPECT_EQ(PriceAt(parsimony, {0.5, 0.625}), 1);
+  EXPECT_EQ(PriceAt(parsimony, {0.7, 0.75}), 2);
+  EXPECT_TRUE(Prunes(parsimony, {0.7, 0.75}));
+  EXPECT_FALSE(Prunes({.price = 0}, {0.79, 0.8}));
+}
+
+TEST(Prune, ToARise) {
+  const Padded padded;
+  Index last = Padded::kAll;
+  // Photographs of other colours, so that there is a cost.
+  Padded other = padded;
+  for (View& view : other.scene.views) {
+    for (float& value : view.image.rgb) value = 0.9f * value + 0.05f;
+  }
+  for (const double rise : {0.01, 0.2, 3.0}) {
+    const PruneResult result = other.PruneTo({.count = {}, .max_rise = rise});
+    EXPECT_LE(result.cost_after, (1 + rise) * result.cost_before) << rise;
+    EXPECT_LT(result.model.count, last) << rise;
+    last = result.model.count;
+  }
+}
+
+TEST(Prune, NeedsAJudge) {
+  Padded padded;
+  for (View& view : padded.scene.views) view.role = ViewRole::kTest;
+  EXPECT_THAT(ErrorOf([&] { padded.PruneTo({.count = 3, .max_rise = {}}); }), testing::HasSubstr("no training view"));
+}
+
+TEST(ParsimonySchedule, TheSamePartGoesEachTime) {
+  const ParsimonyOptions parsimony{.keep = 0.25, .begin = 0.5, .end = 0.7, .every = 0.1};
+  constexpr int kIterations = 100;
+  std::vector<std::pair<int, Index>> left;
+  for (int it = 1; it <= kIterations; ++it) {
+    const StageSpan span{(it - 1.0) / kIterations, 1.0 * it / kIterations};
+    if (Prunes(parsimony, span)) left.emplace_back(it, CountAfter(parsimony, span, 1000));
+  }
+  EXPECT_EQ(left, (std::vector<std::pair<int, Index>>{{50, 1000}, {60, 500}, {70, 250}}));
+  EXPECT_FALSE(Prunes(ParsimonyOptions::None(), {0.69, 0.7})) << "unless it is asked for";
+  EXPECT_TRUE(LowersDegrees({}, {0.59, 0.6}));
+  EXPECT_FALSE(LowersDegrees({}, {0.61, 0.62})) << "once";
+  EXPECT_TRUE(LowersDegrees({.begin = 0, .every = 0.1}, {0.09, 0.1})) << "not in the first iterations";
+  EXPECT_FALSE(LowersDegrees(ParsimonyOptions::None(), {0.59, 0.6}));
+  EXPECT_TRUE(Prunes({.keep = 0.5, .begin = 0, .end = 0.7, .every = 0.05}, {0.6, 0.8})) << "over the end, in few steps";
+  EXPECT_THAT(ErrorOf([] { CheckTogether(ParsimonyOptions{.keep = 0.5, .begin = 0.9}); }),
+              testing::HasSubstr("parsimony.begin=0.9 lies behind parsimony.end=0.8"));
+  EXPECT_FALSE(Prunes({.keep = 0.5, .begin = 0, .end = 1, .every = 0.5}, {0.9, 1})) << "nothing would train on";
+  EXPECT_EQ(CountAfter({.keep = 1e-9}, {0.9, 1}, 1000), 1) << "never none";
+}
+
+TEST(ParsimonySchedule, SupportIsAskedForTwice) {
+  constexpr int kIterations = 50;
+  const auto asked = [](const ParsimonyOptions& parsimony) {
+    std::vector<int> at;
+    for (int it = 1; it <= kIterations; ++it) {
+      if (ChecksSupport(parsimony, {(it - 1.0) / kIterations, 1.0 * it / kIterations})) at.push_back(it);
+    }
+    return at;
+  };
+  EXPECT_THAT(asked({}), testing::ElementsAre(30, 40));
+  EXPECT_THAT(asked({.supported = false}), testing::IsEmpty());
+  EXPECT_THAT(asked({.begin = 0, .end = 0.5}), testing::ElementsAre(25)) << "the first iteration is no change";
+  EXPECT_THAT(asked({.begin = 0.5, .end = 1}), testing::ElementsAre(25)) << "after the last nothing is trained";
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,107 @@
+#include "splatting/parsimony/support.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "kernels/gaussian_splatting/view/splat_view.h"
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+std::vector<Support> Measure(const SplatModel& model, const Scene& scene) {
+  return MeasureSupport(ToKernelModel(model), TrainingViewsOf(scene, {0, 0, 0}));
+}
+
+// One Gaussian so far above the middle, with these standard deviations.
+SplatModel OneAt(double y, double deviation) {
+  SplatModel model = test::RandomModel(1, 0, 5);
+  for (int k = 0; k < 3; ++k) {
+    model.attribute(splat::kMean + k)[0] = k == 1 ? static_cast<float>(y) : 0;
+    model.attribute(splat::kLogScale + k)[0] = static_cast<float>(std::log(deviation));
+  }
+  return model;
+}
+
+// The sum over the pixels, whose centres see the falloff.
+TEST(Support, ShownIsTheIntegralOfTheFalloff) {
+  const Scene scene = test::RingOfCameras(5, 80, 60, false);
+  SplatModel model = test::RandomModel(30, 0, 8);
+  for (Index i = 0; i < model.count; ++i) model.attribute(splat::kMean)[i] *= 2;  // some at the border and beyond
+  const JudgingViews judges = TrainingViewsOf(scene, {0, 0, 0});
+  std::vector<double> sums(30);
+  for (const View* view : judges.views) {
+    splat::SplatView<float> splats;
+    splat::ViewWorkspace<float> workspace;
+    splats.Build(ToKernelModel(model), ToPosedCamera(*view, judges.near), judges.background.data(), workspace);
+    for (Index i = 0; i < model.count; ++i) {
+      if (splats.rank_of()[i] < 0) continue;
+      const splat::Splat<float>& splat = splats.splats()[splats.rank_of()[i]];
+      for (int y = 0; y < 60; ++y) {
+        for (int x = 0; x < 80; ++x) {
+          const float dy = static_cast<float>(y) + 0.5f - splat.v;
+          const float p = splat.r * (static_cast<float>(x) + 0.5f - splat.u + splat.beta * dy), q = splat.s * dy;
+          sums[static_cast<std::size_t>(i)] += std::exp2(static_cast<double>(-p * p - q * q)) / (80 * 60);
+        }
+      }
+    }
+  }
+  const std::vector<Support> support = Measure(model, scene);
+  int at_border = 0;
+  for (std::size_t i = 0; i < support.size(); ++i) {
+    EXPECT_NEAR(support[i].shown, sums[i], 0.01 * sums[i] + 1e-5) << i;
+    at_border += sums[i] > 0 && sums[i] < 3 * support[i].body ? 1 : 0;
+  }
+  EXPECT_GT(at_border, 2) << "that the images cut";
+}
+
+TEST(Support, BodyIsWhatTheNearestCameraCouldSee) {
+  const Scene scene = test::RingOfCameras(4, 80, 60, false);
+  constexpr double kFocal = 1.5 * 80, kDistance = 3;
+  const double expected = 2 * std::numbers::pi * 0.04 * 0.04 * (kFocal / kDistance) * (kFocal / kDistance) / (80 * 60);
+  EXPECT_NEAR(Measure(OneAt(0, 0.04), scene)[0].body, expected, 1e-6 * expected);
+  EXPECT_EQ(Measure(OneAt(0, 100), scene)[0].body, 1) << "the whole image at most";
+}
+
+TEST(Support, WantsWhereNoViewLooks) {
+  const Scene scene = test::RingOfCameras(4, 80, 60, false);
+  EXPECT_FALSE(Measure(OneAt(0, 0.3), scene)[0].is_wanting()) << "in the middle";
+  // Far outside all images.
+  EXPECT_TRUE(Measure(OneAt(4, 0.3), scene)[0].is_wanting());
+  EXPECT_FALSE(Measure(OneAt(4, 0.001), scene)[0].is_wanting()) << "too small to hide anything";
+}
+
+TEST(Support, WhichAreWantingIsWhatIsMeasuredOfEach) {
+  const Scene scene = test::RingOfCameras(5, 80, 60, false);
+  SplatModel model = test::RandomModel(200, 2, 8);
+  for (Index i = 0; i < model.count; ++i) {
+    model.attribute(splat::kMean)[i] *= 4;
+    model.attribute(splat::kMean + 1)[i] *= 4;
+    // Small ones among them.
+    for (int k = 0; k < 3; ++k) model.attribute(splat::kLogScale + k)[i] -= i % 3 == 0 ? 4 : 0;
+  }
+  const JudgingViews judges = TrainingViewsOf(scene, {0, 0, 0});
+  const std::vector<Support> support = Measure(model, scene);
+  const std::vector<bool> are_wanting = WhichAreWanting(ToKernelModel(model), judges);
+  ASSERT_EQ(are_wanting.size(), support.size());
+  JudgingViews first = judges;
+  first.views.resize(1);
+  const std::vector<bool> by_first = WhichAreWanting(ToKernelModel(model), first);
+  int wanting = 0, small = 0, shown_later = 0;
+  for (std::size_t i = 0; i < support.size(); ++i) {
+    EXPECT_EQ(are_wanting[i], support[i].is_wanting()) << i;
+    wanting += are_wanting[i] ? 1 : 0;
+    shown_later += by_first[i] && !are_wanting[i] ? 1 : 0;
+    small += support[i].body < 0.003 ? 1 : 0;
+  }
+  EXPECT_GT(wanting, 5);
+  EXPECT_LT(wanting, 150);
+  EXPECT_GT(small, 5);
+  EXPECT_GT(shown_later, 5);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,97 @@
+#include "splatting/parsimony/worth.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "splatting/evaluate/renderer.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+constexpr std::array<double, 3> kBackground = {0, 0, 0};
+
+// A model that is not what its photographs show, every fifth of them a test view.
+struct Fit {
+  Scene scene = test::RingOfCameras(10, 48, 36, true);
+  SplatModel model = test::RandomModel(40, 1, 3);
+
+  Fit() { test::RenderTruth(test::Perturbed(model, 0.03, 4), 0, &scene); }
+  Worth Measure() const { return MeasureWorth(ToKernelModel(model), TrainingViewsOf(scene, kBackground)); }
+};
+
+TEST(Worth, CostIsThatOfTheTrainingViews) {
+  Fit fit;
+  Renderer renderer(kBackground, NearPlane(fit.scene));
+  double values = 0;
+  for (const View& view : fit.scene.views) {
+    if (view.is_trained()) values += 3.0 * view.camera.width * view.camera.height;
+  }
+  const double cost = fit.Measure().cost;
+  EXPECT_NEAR(cost, values * renderer.Evaluate(fit.model, fit.scene).cost, 1e-5 * cost);
+  for (View& view : fit.scene.views) {
+    if (!view.is_trained()) view.image.rgb.assign(view.image.rgb.size(), 0.5f);
+  }
+  EXPECT_EQ(fit.Measure().cost, cost) << "test views have no say";
+}
+
+TEST(Worth, IsTheRiseOfTheCostWithoutIt) {
+  Fit fit;
+  const Worth worth = fit.Measure();
+  float* logit = fit.model.attribute(splat::kOpacity);
+  int compared = 0;
+  for (Index i = 0; i < fit.model.count; ++i) {
+    const float before = std::exchange(logit[i], -100.0f);
+    const double rise = fit.Measure().cost - worth.cost;
+    logit[i] = before;
+    const double said = worth.rise[static_cast<std::size_t>(i)];
+    // SSIM's part is known by a quadratic alone, and most of them are large.
+    EXPECT_NEAR(said, rise, 0.35 * std::abs(rise) + 0.002 * worth.cost) << i;
+    compared += std::abs(rise) > 0.01 * worth.cost ? 1 : 0;
+  }
+  EXPECT_GT(compared, 20) << "that matter";
+}
+
+// Whole views left out, and halves: what is seen there alone is worth nothing.
+TEST(Worth, PixelsThatDoNotCountHaveNoSay) {
+  Fit fit;
+  const Worth whole = fit.Measure();
+  const auto mask_from = [&](int column) {
+    for (View& view : fit.scene.views) {
+      view.image.mask.clear();
+      for (int i = 0; i < 48 * 36; ++i) view.image.mask.push_back(i % 48 < column ? 1 : 0);
+    }
+  };
+  mask_from(48);
+  EXPECT_EQ(fit.Measure().rise, whole.rise);
+  mask_from(24);
+  const Worth half = fit.Measure();
+  EXPECT_LT(half.cost, 0.8 * whole.cost);
+  EXPECT_EQ(half.values, whole.values / 2);
+  float* logit = fit.model.attribute(splat::kOpacity);
+  for (Index i = 0; i < 10; ++i) {
+    const float before = std::exchange(logit[i], -100.0f);
+    const double rise = fit.Measure().cost - half.cost;
+    logit[i] = before;
+    EXPECT_NEAR(half.rise[static_cast<std::size_t>(i)], rise, 0.35 * std::abs(rise) + 0.002 * half.cost) << i;
+  }
+  mask_from(0);
+  const Worth nothing = fit.Measure();
+  EXPECT_EQ(nothing.cost, 0);
+  for (const double rise : nothing.rise) EXPECT_EQ(rise, 0);
+}
+
+TEST(Worth, WhatNoViewShowsHasNone) {
+  Fit fit;
+  fit.model.attribute(splat::kMean + 1)[7] = 1000;
+  const Worth worth = fit.Measure();
+  EXPECT_EQ(worth.rise[7], 0);
+  EXPECT_NE(worth.rise[8], 0);
+}
+
+}  // namespace
+}  // namespace vesta::gs

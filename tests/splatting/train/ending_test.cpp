@@ -1,0 +1,85 @@
+// Where a training ends: by time, by a target, and what it says of its end before.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "splatting/train/trainer.h"
+#include "tests/splatting/train/training_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+using test::ExpectLastRowIsOf;
+using test::ShortTraining;
+using test::TrainingScene;
+
+TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(1000, 5);
+  options.time_limit = 10;
+  // Loading alone has taken longer.
+  const TrainResult result = Train(scene, options, 20, {});
+  EXPECT_TRUE(result.stopped);
+  ASSERT_EQ(result.history.size(), 1u);
+  EXPECT_EQ(result.history[0].iteration, 1);
+  EXPECT_GE(result.history[0].seconds, 20);
+  ExpectLastRowIsOf(result, scene, {0, 0, 0});
+}
+
+// What it is for, also where an iteration takes several views: the fear of what changes will take must not end it.
+TEST(Trainer, AShortTimeLimitIsUsed) {
+  const Scene scene = TrainingScene();
+  for (const int views : {1, 6}) {
+    TrainOptions options = ShortTraining(1000000, 0);
+    options.parsimony = ParsimonyOptions();
+    options.adam.views_per_iteration = views;
+    options.time_limit = 0.3;
+    EXPECT_GT(Train(scene, options, 0, {}).history.back().iteration, 15) << views;
+  }
+}
+
+TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
+  Scene scene = TrainingScene();
+  HoldOut(&scene.views);
+  TrainOptions options = ShortTraining(200, 3);
+  options.target_psnr = 1;  // less than at the start
+  const TrainResult early = Train(scene, options, 0, {});
+  ASSERT_EQ(early.history.size(), 1u);
+  EXPECT_EQ(early.history[0].stage, Stage::kAdam) << "LM does not run";
+  EXPECT_EQ(early.history[0].iteration, 10) << "the first row of 20";
+  EXPECT_FALSE(early.stopped);
+  EXPECT_THAT(early.notes, testing::IsEmpty());
+  ExpectLastRowIsOf(early, scene, {0, 0, 0});
+
+  options.target_psnr = 99;
+  const TrainResult all = Train(scene, options, 0, {});
+  EXPECT_EQ(all.history.back().stage, Stage::kLm);
+  EXPECT_THAT(all.notes, testing::Contains(testing::HasSubstr("not the 99.00 of --target_psnr")));
+  // What is held out takes no part.
+  for (View& view : scene.views) {
+    if (view.role != ViewRole::kHeldOut) continue;
+    for (float& value : view.image.rgb) value = 1 - value;
+  }
+  EXPECT_EQ(Train(scene, options, 0, {}).model.data, all.model.data);
+}
+
+// To foresee leaves no trace in what is trained.
+TEST(Trainer, ForeseesItsEnd) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(200, 0);
+  TrainCallbacks callbacks;
+  std::vector<Prediction> told;
+  callbacks.predicted = [&](const Prediction& prediction) { told.push_back(prediction); };
+  Train(scene, options, 0, callbacks);
+  ASSERT_FALSE(told.empty());
+  const Prediction& last = told.back();
+  EXPECT_FALSE(last.is_first_guess);
+  EXPECT_GT(last.seconds, last.at_seconds);
+  EXPECT_GT(last.mib, options.memory.before_mib);
+  EXPECT_LE(last.gaussians, static_cast<double>(options.density.max_gaussians));
+  EXPECT_GE(last.gaussians, 60);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,104 @@
+#include "splatting/train/forecast/forecast.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "splatting/parsimony/schedule.h"
+
+namespace vesta::gs {
+namespace {
+
+// Of 100 Gaussians, with so much of the stage behind.
+StageProgress After(double done, bool has_coarse_views = true) {
+  return {.span = {done, done}, .gaussians = 100, .has_coarse_views = has_coarse_views};
+}
+
+TEST(ForecastStage, AddsUpWhatIsLeft) {
+  StagePace pace;
+  for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 1), pace.Observe(false, 100, 3);
+  TrainOptions options;
+  options.adam.coarse_part = 0.5;
+  options.parsimony = ParsimonyOptions::None();
+  DensityOptions& density = options.density;
+  density.enabled = false;
+  const auto ahead = [&](double done, bool has_coarse_views = true) {
+    return ForecastStage(pace, {}, options, After(done, has_coarse_views));
+  };
+  EXPECT_NEAR(ahead(0).seconds, 2, 0.03);
+  EXPECT_NEAR(ahead(0.25).seconds, (1 + 2 * 3) / 3.0, 0.03);
+  EXPECT_NEAR(ahead(0.5).seconds, 3, 1e-12);
+  EXPECT_NEAR(ahead(0, false).seconds, 3, 1e-12) << "images that have no halves";
+  EXPECT_NEAR(ahead(0).full_seconds, 3, 1e-12);
+  EXPECT_EQ(ahead(0).gaussians, 100);
+
+  const double without_growth = ahead(0.1).seconds;
+  density.enabled = true;
+  density.begin = density.every = 0.1, density.end = 0.3;
+  density.max_gaussians = 150;
+  GrowthForecast growth;
+  growth.Observe(90, 100);
+  const StageAhead growing = ForecastStage(pace, growth, options, After(0.1));
+  EXPECT_EQ(growing.gaussians, 150) << "the cap";
+  EXPECT_GT(growing.seconds, 1.1 * without_growth);
+
+  options.parsimony.price = 2;
+  const StageAhead pruned = ForecastStage(pace, growth, options, After(0.1));
+  EXPECT_EQ(pruned.gaussians, 90) << "six tenths of them";
+  EXPECT_EQ(pruned.most_gaussians, 150);
+  EXPECT_LT(pruned.seconds, growing.seconds);
+}
+
+TEST(ForecastStage, JudgesInAPartOfALimitedTime) {
+  StagePace pace;
+  for (int it = 0; it < 3; ++it) pace.Observe(true, 100, 0.1), pace.Observe(false, 100, 0.1);
+  TrainOptions options;
+  options.density.enabled = false;
+  constexpr double kViews = 20;
+  const auto changes = [&] { return ForecastStage(pace, {}, options, After(0), kViews).change_seconds; };
+  const double all = changes();
+  EXPECT_GT(all, 8 * kViews * 0.1 * 0.6) << "of at least eight rounds";
+  options.time_limit = 2 * all;
+  EXPECT_DOUBLE_EQ(changes(), kJudgingPart * 2 * all);
+  options.time_limit = 10 * all;
+  EXPECT_DOUBLE_EQ(changes(), all);
+  options.time_limit = 2 * all, options.parsimony.keep = 0.5;
+  EXPECT_GT(changes(), kJudgingPart * 2 * all) << "a number that was asked for takes what it takes";
+}
+
+TEST(StageAhead, KeepsTimeForChangesButNotAllOfIt) {
+  const StageAhead ahead{.seconds = 0.1, .change_seconds = 4};
+  EXPECT_DOUBLE_EQ(ahead.IterationsIn(10), 60);
+  EXPECT_DOUBLE_EQ(ahead.IterationsIn(4.8), 12) << "four of 4.8 would be more than three quarters";
+  EXPECT_LT(ahead.IterationsIn(-1), 0);
+}
+
+// A clock by hand: iterations of half size take 1, those of full size 3, later 5. The stage ends when time does, and
+// as large a part of it is coarse as was asked for.
+TEST(ForecastStage, EndsTheStageInTime) {
+  constexpr double kTime = 5000;
+  TrainOptions options;
+  options.adam.coarse_part = 0.5;
+  DensityOptions& density = options.density;
+  density.enabled = false;
+  StagePace pace;
+  double clock = 0, done = 0;
+  int coarse = 0, fine = 0;
+  while (done < 1) {
+    double left = 1e300;
+    if (pace.is_known()) left = (kTime - clock) / ForecastStage(pace, {}, options, After(done)).seconds;
+    done += (1 - done) / std::max(1.0, left);
+    const bool is_coarse = done <= options.adam.coarse_part;
+    ++(is_coarse ? coarse : fine);
+    const double seconds = is_coarse ? 1 : fine < 500 ? 3 : 5;
+    pace.Observe(is_coarse, 100, seconds);
+    clock += seconds;
+    ASSERT_LT(clock, 2 * kTime);
+  }
+  EXPECT_NEAR(clock, kTime, 6);
+  EXPECT_GT(coarse, 900);
+  EXPECT_GT(fine, 600);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,109 @@
+#include "splatting/train/forecast/stage_outlook.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/splatting/train/training_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+using Telling = StageOutlook::Telling;
+
+// The Gaussians stay as many, and all iterations see views of full size.
+TrainOptions WithIterations(int iterations) {
+  TrainOptions options;
+  options.adam.iterations = iterations;
+  options.adam.coarse_part = 0;
+  options.density.enabled = false;
+  options.parsimony.price = options.parsimony.sh_price = 0;
+  return options;
+}
+
+// Two iterations: the first does not count.
+void Observe(StageOutlook& outlook, double seconds) {
+  for (int k = 0; k < 2; ++k) outlook.ObserveIteration(false, 100, 1000, seconds);
+}
+
+TEST(StageOutlook, IterationsAreEqualPartsWhereTimeIsNotLimited) {
+  const Scene scene = test::TrainingScene();
+  const TrainCallbacks callbacks;
+  TrainingSession session(scene, WithIterations(40), 0, callbacks);
+  StageOutlook outlook(session);
+  Observe(outlook, 1e6);
+  const StageProgress half{20, {19.0 / 40, 0.5}, 100};
+  const StageSpan next = outlook.NextSpan(half);
+  EXPECT_EQ(next.before, 0.5);
+  EXPECT_EQ(next.after, 21.0 / 40);
+  EXPECT_EQ(outlook.ExpectedIterations(half), 40);
+}
+
+// As where there was a time limit, or other iterations were asked for, before the training was gone on with.
+TEST(StageOutlook, WhatIsLeftOfTheStageIsDividedAmongTheIterationsThatAreLeft) {
+  const Scene scene = test::TrainingScene();
+  const TrainCallbacks callbacks;
+  TrainingSession session(scene, WithIterations(40), 0, callbacks);
+  const StageOutlook outlook(session);
+  StageProgress now{20, {0.7, 0.75}, 100};
+  const StageSpan next = outlook.NextSpan(now);
+  EXPECT_EQ(next.before, 0.75);
+  EXPECT_DOUBLE_EQ(next.after, 0.75 + 0.25 / 20);
+  while (!now.span.is_last() && now.iteration < 100) now.span = outlook.NextSpan(now), ++now.iteration;
+  EXPECT_EQ(now.iteration, 40);
+}
+
+// Of the time that is left some is for what is not an iteration, so that somewhat fewer fit.
+TEST(StageOutlook, IterationsBecomeLargerPartsWhereTheyDoNotFit) {
+  const Scene scene = test::TrainingScene();
+  const TrainCallbacks callbacks;
+  TrainOptions options = WithIterations(1000);
+  options.time_limit = 150;
+  TrainingSession session(scene, options, 50, callbacks);
+  StageOutlook outlook(session);
+  const StageProgress half{20, {19.0 / 40, 0.5}, 100};
+  EXPECT_EQ(outlook.ExpectedIterations(half), 1000) << "before any has been timed";
+  Observe(outlook, 1);
+  // The evaluation of 14,400 pixels takes half of what training on them does.
+  EXPECT_GT(outlook.ExpectedIterations(half), 20 + 85);
+  EXPECT_LT(outlook.ExpectedIterations(half), 20 + 95);
+  const StageSpan next = outlook.NextSpan(half);
+  EXPECT_EQ(next.before, 0.5);
+  EXPECT_GT(next.after, 0.5 + 0.5 / 100);
+  EXPECT_LT(next.after, 0.5 + 0.5 / 70);
+}
+
+TEST(StageOutlook, ForetellsOnce) {
+  const Scene scene = test::TrainingScene();
+  const TrainCallbacks callbacks;
+  const TrainOptions options = WithIterations(100);
+  TrainingSession session(scene, options, 50, callbacks);
+  StageOutlook outlook(session);
+  EXPECT_EQ(outlook.WhatToTell(false), Telling::kNothing) << "no iteration has been timed";
+  Observe(outlook, 3);
+  EXPECT_EQ(outlook.WhatToTell(false), Telling::kForecast);
+  EXPECT_EQ(outlook.WhatToTell(false), Telling::kNothing) << "once";
+  const StageProgress now{20, {0.19, 0.2}, 100};
+  const StageAhead ahead = outlook.Ahead(now);
+  EXPECT_EQ(ahead.gaussians, 100);
+  const Prediction told = outlook.Foretell(now, ahead, false, 7);
+  EXPECT_EQ(told.mib, 7);
+  // 80 iterations and four fifths of the rows of the history are to come, and pixels are evaluated twice as fast as
+  // trained on.
+  const double rows = std::ceil(0.8 * options.adam.evaluations);
+  EXPECT_NEAR(told.seconds, told.at_seconds + 80 * 3 + rows * outlook.EvaluationSeconds(), 1e-6);
+  EXPECT_DOUBLE_EQ(outlook.EvaluationSeconds(), 0.5 * 3e-3 * 12 * 40 * 30);
+}
+
+TEST(StageOutlook, IsNoGuessOnceItIsSeenHowTheGaussiansGrow) {
+  const Scene scene = test::TrainingScene();
+  const TrainCallbacks callbacks;
+  TrainingSession session(scene, WithIterations(100), 0, callbacks);
+  StageOutlook outlook(session);
+  Observe(outlook, 3);
+  for (int change = 0; change < 4; ++change) outlook.ObserveGrowth(100, 150, 0.1);
+  EXPECT_EQ(outlook.WhatToTell(true), Telling::kForecast);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,153 @@
+// Trainings by several processes, which are threads of this one. Label threads: run under the thread sanitizer too.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "splatting/train/session/checkpoint.h"
+#include "tests/splatting/train/training_on_ranks.h"
+#include "tests/support/temp_folder.h"
+
+namespace vesta::gs {
+namespace {
+
+using test::TrainOn;
+
+// Both stages.
+TrainOptions Options() { return test::TrainingOnRanks(60, 2); }
+
+TEST(TrainingOverRanks, ComesToTheSameBitsForAnyNumberOfThem) {
+  const Scene scene = test::TrainingScene();
+  const TrainOptions options = Options();
+  const TrainResult alone = TrainOn(1, scene, options);
+  test::ExpectLastRowIsOf(alone, scene, options.background);
+  for (const int count : {2, 3}) {
+    const TrainResult together = TrainOn(count, scene, options);
+    EXPECT_EQ(together.model.data, alone.model.data) << count;
+    EXPECT_EQ(together.history.back().cost, alone.history.back().cost);
+  }
+}
+
+TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
+  const Scene scene = test::TrainingScene(700);
+  TrainOptions options = test::TrainingOnRanks(60, 0);
+  options.density.max_gaussians = 1000;
+  const TrainResult alone = Train(scene, options, 0, {});
+  EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
+  EXPECT_EQ(TrainOn(3, scene, options).model.data, alone.model.data);
+  options.adam.views_per_iteration = 1;
+  EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, 0, {}).model.data);
+}
+
+TEST(TrainingOverRanks, EndsWhereTheViewsHeldOutAreGoodEnough) {
+  Scene scene = test::TrainingScene();
+  HoldOut(&scene.views);
+  TrainOptions options = Options();
+  options.target_psnr = 5;
+  const TrainResult result = TrainOn(2, scene, options);
+  EXPECT_GE(result.history.back().held_out.psnr, 5);
+  EXPECT_LT(result.history.back().iteration, 20);
+}
+
+TEST(TrainingOverRanks, FindsNoCameras) {
+  TrainOptions options = Options();
+  for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAll, CameraChoice::kAuto}) {
+    options.cameras.refine = choice;
+    EXPECT_THAT([&] { TrainOn(2, test::TrainingScene(), options); },
+                testing::ThrowsMessage<Error>(testing::HasSubstr("one process finds cameras, not 2")));
+  }
+}
+
+// Those that are measured are each in the share of one.
+TEST(TrainingOverRanks, MeasuresAsManyViewsWhateverTheirNumber) {
+  const Scene scene = test::TrainingScene();
+  TrainOptions options = Options();
+  options.evaluated_views = 3;
+  const TrainResult alone = TrainOn(1, scene, options), together = TrainOn(2, scene, options);
+  for (const TrainResult* result : {&alone, &together}) {
+    EXPECT_EQ(result->history.back().train.views, 3);
+    EXPECT_EQ(result->history.back().test.views, 2);
+    EXPECT_THAT(result->notes, testing::Contains(testing::HasSubstr("3 of 10 training views")));
+  }
+  EXPECT_EQ(together.history.back().train.psnr, alone.history.back().train.psnr);
+  EXPECT_EQ(together.history.back().cost, alone.history.back().cost);
+}
+
+// The first alone has a checkpoint to write: what is changed for its sake all of them change.
+void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, const std::vector<int>& stops) {
+  const TrainResult whole = TrainOn(1, scene, options);
+  const TempFolder folder;
+  const std::string path = folder / "checkpoint";
+  for (const int stop : stops) {
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      int done = 0;
+      callbacks.progress = [&](const TrainProgress& p) { done = p.iteration; };
+      // Adam asks before it tells of an iteration, LM after.
+      const int told = options.adam.runs() ? stop - 1 : stop;
+      callbacks.stop = [&] { return ranks.rank() == 1 && done >= told; };
+      if (ranks.rank() == 0)
+        callbacks.checkpoint = {.path = path, .every = {.iterations = 1000}, .origin = "of a test"};
+      EXPECT_TRUE(Train(scene, options, 0, callbacks).stopped);
+    });
+    const Checkpoint checkpoint = ReadCheckpoint(path);
+    EXPECT_EQ(checkpoint.run.iteration, stop);
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      callbacks.resume = &checkpoint;
+      EXPECT_EQ(Train(scene, options, 0, callbacks).model.data, whole.model.data) << "stopped at " << stop;
+    });
+  }
+}
+
+TEST(TrainingOverRanks, IsStoppedAnywhereAndGoesOn) {
+  std::vector<int> all(14);
+  std::iota(all.begin(), all.end(), 1);
+  // Of three views: 15 iterations.
+  ExpectToBeStoppedAndGoOn(test::TrainingScene(), test::TrainingOnRanks(45, 1), all);
+}
+
+// However different their clocks: one is slow, and the first one's counts.
+TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
+  const Scene scene = test::TrainingScene();
+  for (const int lm_iterations : {0, 2}) {
+    TrainOptions options = test::TrainingOnRanks(1000000, lm_iterations);
+    options.time_limit = 0.5;
+    std::vector<TrainResult> all(2);
+    vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
+      TrainCallbacks callbacks;
+      callbacks.ranks = &ranks;
+      all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, ranks.rank() == 1 ? -100 : 0, callbacks);
+    });
+    EXPECT_EQ(all[0].model.data, all[1].model.data);
+    EXPECT_LT(all[0].history.back().iteration, 100000);
+    EXPECT_EQ(all[0].history.size(), all[1].history.size());
+    EXPECT_EQ(all[0].history.back().stage, lm_iterations > 0 ? Stage::kLm : Stage::kAdam);
+  }
+}
+
+TEST(TrainingOverRanks, RefusesWhatOneProcessAloneCanDo) {
+  const Scene scene = test::TrainingScene();
+  const auto expect_refusal = [&](const Scene& given, const TrainOptions& options, const StageRunners& stages,
+                                  const char* words) {
+    EXPECT_THAT([&] { TrainOn(2, given, options, stages); }, testing::ThrowsMessage<Error>(testing::HasSubstr(words)));
+  };
+  StageRunners on_gpu = HostStages();
+  on_gpu.device_memory = [] { return DeviceMemoryUse{}; };
+  expect_refusal(scene, Options(), on_gpu, "--device=cuda: several processes train on CPUs alone");
+  TrainOptions with_budget = Options();
+  with_budget.memory.budget_gib = 1;
+  expect_refusal(scene, with_budget, HostStages(),
+                 "--memory_budget=1: memory is planned for a training without mpirun");
+  Scene stored = scene;
+  stored.photographs = std::make_shared<PhotographStore>(1e6);
+  expect_refusal(stored, Options(), HostStages(), "each of several processes needs all photographs in memory");
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,57 @@
+#include "splatting/train/session/saved_stage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+Checkpoint InLm() {
+  Checkpoint checkpoint;
+  checkpoint.path = "some/checkpoint";
+  checkpoint.run.stage = Stage::kLm, checkpoint.run.iteration = 3;
+  checkpoint.run.seconds = 20, checkpoint.run.eval_seconds = 5;
+  checkpoint.stage_state = "state";
+  return checkpoint;
+}
+
+TEST(SavedStage, OfNoneATrainingBeginsAnew) {
+  SavedStage saved(nullptr);
+  EXPECT_EQ(saved.first_stage(), Stage::kAdam);
+  EXPECT_EQ(saved.first_iteration(), 0);
+  EXPECT_EQ(saved.seconds(), 0);
+  EXPECT_EQ(saved.eval_seconds(), 0);
+  EXPECT_FALSE(saved.Take(Stage::kAdam));
+}
+
+TEST(SavedStage, IsTakenByItsStageOnce) {
+  const Checkpoint checkpoint = InLm();
+  SavedStage saved(&checkpoint);
+  EXPECT_EQ(saved.first_stage(), Stage::kLm);
+  EXPECT_EQ(saved.first_iteration(), 3);
+  EXPECT_EQ(saved.seconds(), 20);
+  EXPECT_EQ(saved.eval_seconds(), 5);
+  EXPECT_FALSE(saved.Take(Stage::kAdam));
+  EXPECT_EQ(saved.Take(Stage::kLm), "state");
+  EXPECT_FALSE(saved.Take(Stage::kLm));
+  saved.GiveBack("state");
+  EXPECT_EQ(saved.state(), "state");
+  EXPECT_EQ(saved.Take(Stage::kLm), "state");
+}
+
+// A lack of room and what others say are no fault of what was saved.
+TEST(SavedStage, RefusesWhatCannotBeReadByName) {
+  const Checkpoint checkpoint = InLm();
+  const SavedStage saved(&checkpoint);
+  EXPECT_EQ(saved.OrRefuse([] { return 7; }), 7);
+  EXPECT_THAT(ErrorOf([&] { saved.OrRefuse([]() -> int { throw Error("cut short"); }); }),
+              testing::AllOf(testing::HasSubstr("some/checkpoint: holds no state"), testing::HasSubstr("(cut short)")));
+  EXPECT_THAT(ErrorOf([&] { saved.Refuse(); }), testing::HasSubstr("could have had; resume"));
+  EXPECT_THROW(saved.OrRefuse([]() -> int { throw OutOfDeviceMemory("full"); }), OutOfDeviceMemory);
+  EXPECT_THROW(saved.OrRefuse([]() -> int { throw OthersGaveUp("gone"); }), OthersGaveUp);
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,216 @@
+#include "splatting/train/settings/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/lm/engine_options.h"
+
+namespace vesta::gs {
+namespace {
+
+using schema::Kind;
+using testing::HasSubstr;
+using testing::StartsWith;
+using Option = schema::Field<TrainOptions>;
+
+std::string MessageOf(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// Every field of every room, none of them by name.
+class EachOption : public testing::TestWithParam<std::string> {
+ protected:
+  const Option& option_ = *schema::Find(TrainFields(), GetParam());
+
+  void ExpectTaken(const std::string& text) const {
+    TrainOptions options;
+    ASSERT_TRUE(option_.Set(text, options)) << text;
+    EXPECT_EQ(option_.Text(options), text);
+    EXPECT_TRUE(option_.IsValid(options)) << text;
+  }
+  void ExpectRefused(const std::string& text) const {
+    TrainOptions options;
+    EXPECT_FALSE(option_.Set(text, options)) << text;
+    EXPECT_EQ(option_.Text(options), option_.Text(TrainOptions()));
+  }
+  // Of three channels where it is a colour.
+  std::string TextOf(double value) const {
+    const std::string text = schema::Print(value);
+    return option_.kind == Kind::kColor ? text + "," + text + "," + text : text;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Table, EachOption, testing::ValuesIn(schema::Names(TrainFields())), [](const auto& param) {
+  std::string name = param.param;
+  for (char& letter : name) letter = letter == '.' ? '_' : letter;
+  return name;
+});
+
+TEST_P(EachOption, HasADefaultAndHelp) {
+  ExpectTaken(option_.Text(TrainOptions()));
+  EXPECT_STRNE(option_.help, "");
+  EXPECT_FALSE(option_.Placeholder().empty());
+}
+
+TEST_P(EachOption, TakesItsValuesAndNoOthers) {
+  for (const char* choice : option_.choices) ExpectTaken(choice);
+  if (option_.kind == Kind::kSwitch) ExpectTaken("true"), ExpectTaken("false");
+  if (option_.may_be_auto) ExpectTaken("auto");
+  ExpectRefused("");
+  ExpectRefused("nan");
+  ExpectRefused("none of its values");
+  if (option_.kind == Kind::kWhole) ExpectRefused("0.5");
+}
+
+TEST_P(EachOption, EndsWhereItsRangeEnds) {
+  if (option_.kind == Kind::kSwitch || option_.kind == Kind::kChoice) {
+    EXPECT_NE(option_.kind == Kind::kChoice, option_.choices.empty());
+    return;
+  }
+  const auto [min, max] = option_.range;
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  const bool is_whole = option_.kind == Kind::kWhole;
+  EXPECT_LT(min, max);
+  ExpectTaken(TextOf(min));
+  ExpectTaken(TextOf(max));
+  ExpectRefused(TextOf(is_whole ? min - 1 : std::nextafter(min, -kInf)));
+  // The next whole number that a double tells from it.
+  ExpectRefused(TextOf(is_whole ? std::max(max + 1, std::nextafter(max, kInf)) : std::nextafter(max, kInf)));
+  ExpectRefused(TextOf(kInf));
+}
+
+// The engine checks its own options as LM begins, after the whole of Adam: nothing may be left for that.
+TEST_P(EachOption, IsRefusedHereOrNotByTheEngine) {
+  if (!option_.name.starts_with("lm.") || option_.kind == Kind::kSwitch || option_.kind == Kind::kChoice) return;
+  // Of a range from 0 on, which often stands for something else, the smallest values too.
+  for (const double value :
+       {option_.range.min, option_.range.min == 0 ? 1e-300 : option_.range.min, option_.range.max}) {
+    if (option_.kind == Kind::kWhole && value != std::floor(value)) continue;
+    TrainOptions options;
+    ASSERT_TRUE(option_.Set(TextOf(value), options));
+    const std::string refusal = MessageOf([&] { ValidateOptions(options); });
+    if (refusal != "no error") {
+      EXPECT_THAT(refusal, HasSubstr(option_.name));
+      continue;
+    }
+    EXPECT_EQ(MessageOf([&] { LmEngineOptions(options.lm).Validate(); }), "no error") << value;
+  }
+}
+
+TEST(TrainOptions, NamesAreUnique) {
+  std::set<std::string> names, flags;
+  for (const Option& option : TrainFields()) {
+    EXPECT_TRUE(names.insert(option.name).second) << option.name;
+    if (!option.flag) continue;
+    EXPECT_TRUE(flags.insert(option.flag).second) << option.flag;
+  }
+}
+
+TEST(TrainOptions, PresetsAreValid) {
+  for (const Preset& preset : Presets()) {
+    EXPECT_EQ(MessageOf([&] { ValidateOptions(preset.options()); }), "no error") << preset.name;
+    EXPECT_EQ(MessageOf([&] { ValidateOptions(RefinePresetOptions(preset.name)); }), "no error") << preset.name;
+  }
+  EXPECT_LT(PresetOptions("fast").adam.length, PresetOptions("balanced").adam.length);
+  EXPECT_LT(PresetOptions("balanced").adam.length, PresetOptions("best").adam.length);
+}
+
+TEST(TrainOptions, RefiningIsBySingleViewsUnlessAskedOtherwise) {
+  const auto stages = [](const char* preset, std::optional<RefineMethod> method) {
+    const TrainOptions options = RefinePresetOptions(preset, method);
+    EXPECT_FALSE(options.density.enabled);
+    return std::pair(options.adam.runs(), options.lm.iterations > 0);
+  };
+  EXPECT_EQ(stages("balanced", {}), std::pair(true, false));
+  EXPECT_EQ(stages("balanced", RefineMethod::kLm), std::pair(false, true));
+  EXPECT_EQ(stages("best", RefineMethod::kBoth), std::pair(true, true));
+  EXPECT_EQ(stages("paper", {}), std::pair(false, true));
+}
+
+// 3DGS-LM's schedule, and the parts in which the paper and its code differ.
+TEST(TrainOptions, PaperPresetsAreThePapers) {
+  for (const char* name : {"paper", "paper_code"}) {
+    const TrainOptions options = PresetOptions(name);
+    EXPECT_EQ(options.adam.iterations, 20000);
+    EXPECT_EQ(options.adam.rate_factor, 1);
+    EXPECT_EQ(options.density.end * *options.adam.iterations, 15000);
+    EXPECT_EQ(options.lm.iterations, 5);
+    EXPECT_EQ(RefinePresetOptions(name).lm.iterations, 5);
+    EXPECT_EQ(options.adam.metric, AdamMetric::kDiagonal);
+    EXPECT_EQ(options.lm.pcg_iterations, 8);
+    EXPECT_EQ(options.lm.batches, 4);
+    EXPECT_EQ(options.lm.batch_size, 25);
+    EXPECT_EQ(options.lm.pcg_start, PcgStart::kPreconditioned);
+    EXPECT_EQ(options.lm.preconditioner, LmPreconditioner::kJacobi);
+    EXPECT_EQ(options.lm.preconditioner_damping, PreconditionerDamping::kOne);
+    EXPECT_EQ(options.lm.damping, LmDamping::kDiagonal);
+    EXPECT_TRUE(options.lm.merge_batches);
+    EXPECT_TRUE(options.lm.line_search);
+    EXPECT_EQ(options.lm.line_search_views, 0.3);
+    EXPECT_EQ(options.lm.min_lambda, 1e-4);
+    EXPECT_EQ(options.lm.max_lambda, 1e4);
+    EXPECT_EQ(options.lm.ssim, SsimLinearization::kRootCenter);
+    EXPECT_EQ(options.lm.view_agreement, 0);
+  }
+  const LmStageOptions paper = PresetOptions("paper").lm, code = PresetOptions("paper_code").lm;
+  EXPECT_EQ(paper.loss_linearization, PixelLinearization::kSqrt);
+  EXPECT_EQ(paper.l1_weight, 0.8);
+  EXPECT_EQ(paper.ssim_weight, 0.2);
+  EXPECT_EQ(code.loss_linearization, PixelLinearization::kHuber);
+  EXPECT_EQ(code.huber_threshold, 0.1);
+  EXPECT_EQ(code.l1_weight, 1);
+  EXPECT_EQ(code.ssim_weight, 0.25);
+  EXPECT_EQ(paper.step_control, StepRule::k3dgsLmV2);
+  EXPECT_EQ(code.step_control, StepRule::k3dgsLmCode);
+  EXPECT_EQ(paper.pcg_tolerance, 1e-2);
+  EXPECT_EQ(code.pcg_tolerance, 5e-2);
+  EXPECT_EQ(paper.max_diagonal, 0);
+  EXPECT_EQ(code.max_diagonal, 1e6 * code.min_diagonal);
+}
+
+TEST(TrainOptions, RefusesAnUnknownPreset) {
+  const std::string message = MessageOf([] { PresetOptions("quick"); });
+  EXPECT_THAT(message, StartsWith("--preset=quick: "));
+  EXPECT_THAT(message, HasSubstr("fast, balanced, best, paper, paper_code"));
+}
+
+// What a program sets by itself is checked as what is read from text.
+TEST(TrainOptions, ValidationNamesTheFieldInOneLine) {
+  const auto message_after = [](const auto& spoil) {
+    TrainOptions options;
+    spoil(options);
+    return MessageOf([&] { ValidateOptions(options); });
+  };
+  EXPECT_EQ(message_after([](TrainOptions& o) { o.lm.view_agreement = -1; }),
+            "lm.view_agreement=-1: it must be from 0 to 1000000");
+  EXPECT_EQ(message_after([](TrainOptions& o) { o.adam.rate_factor = std::nan(""); }),
+            "adam.rate_factor=nan: it must be from 1e-06 to 1000000");
+  EXPECT_EQ(message_after([](TrainOptions& o) { o.sh_degree = 4; }),
+            "train.sh_degree=4: it must be from 0 to 3, a whole number, or auto");
+  EXPECT_EQ(message_after([](TrainOptions& o) { o.background[1] = 1.5; }),
+            "train.background=0,1.5,0: it must be three numbers from 0 to 1, as in 0.5,0.5,0.5");
+  EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.batch_choice = static_cast<BatchChoice>(99); }),
+              StartsWith("lm.batch_choice=?: it must be strided or random"));
+  EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.min_lambda = 2 * o.lm.initial_lambda; }),
+              StartsWith("lm.initial_lambda="));
+  EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.max_lambda = o.lm.initial_lambda / 2; }),
+              StartsWith("lm.initial_lambda="));
+  EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.min_diagonal = 2, o.lm.max_diagonal = 1; }),
+              StartsWith("lm.max_diagonal=1: "));
+  EXPECT_THAT(message_after([](TrainOptions& o) { o.lm.max_diagonal = 1e-29; }),
+              StartsWith("lm.max_diagonal=1e-29: it must be 0 or at least "));
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,53 @@
+// The Adam stage with several views an iteration.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "splatting/adam/schedule.h"
+#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/trainer.h"
+#include "tests/splatting/train/training_scene.h"
+#include "tests/support/test_files.h"
+
+namespace vesta::gs {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+// The length is given in views.
+TEST(ViewsAnIteration, MakeFewerIterations) {
+  AdamOptions adam;
+  adam.iterations = 20;
+  const auto iterations = [&](int views) {
+    adam.views_per_iteration = views;
+    return NumIterations(adam);
+  };
+  EXPECT_EQ(iterations(1), 20);
+  EXPECT_EQ(iterations(4), 5);
+  EXPECT_EQ(iterations(8), 3) << "the last one sees as many as the others";
+  EXPECT_EQ(iterations(100), 1);
+  adam.iterations = 0;
+  EXPECT_EQ(iterations(4), 0);
+
+  TrainOptions options = test::ShortTraining(40, 0);
+  options.adam.views_per_iteration = 4;
+  EXPECT_EQ(Train(test::TrainingScene(), options, 0, {}).history.back().iteration, 10);
+}
+
+TEST(ViewsAnIteration, AreNoMoreThanThereAre) {
+  const Scene scene = test::TrainingScene();
+  const auto error_of = [&](int views) {
+    TrainOptions options = test::ShortTraining(40, 0);
+    options.adam.views_per_iteration = views;
+    return ErrorOf([&] { Train(scene, options, 0, {}); });
+  };
+  ASSERT_EQ(NumTrainingViews(scene), 10);
+  EXPECT_EQ(error_of(10), "");
+  EXPECT_THAT(error_of(11), AllOf(HasSubstr("adam.views_per_iteration=11"), HasSubstr("10 training views")));
+  EXPECT_THAT(error_of(0), AllOf(HasSubstr("adam.views_per_iteration=0"), HasSubstr("from 1")));
+}
+
+}  // namespace
+}  // namespace vesta::gs

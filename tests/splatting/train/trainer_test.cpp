@@ -1,0 +1,371 @@
+#include "splatting/train/trainer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "kernels/core/check.h"
+#include "kernels/gaussian_splatting/formulas/layout.h"
+#include "problems/gaussian_splatting/model/initialize.h"
+#include "splatting/evaluate/renderer.h"
+#include "tests/splatting/train/training_scene.h"
+
+namespace vesta::gs {
+namespace {
+
+using test::ExpectLastRowIsOf;
+using test::ShortTraining;
+using test::TrainingScene;
+
+void ExpectUsable(const SplatModel& model) {
+  ASSERT_GT(model.count, 0);
+  ASSERT_EQ(static_cast<Index>(model.data.size()), model.num_attributes() * model.count);
+  for (const float value : model.data) ASSERT_TRUE(std::isfinite(value));
+}
+
+class FullTraining : public testing::Test {
+ protected:
+  static constexpr int kAdam = 250, kLm = 6;
+  static void SetUpTestSuite() {
+    scene_ = new Scene(TrainingScene());
+    TrainCallbacks callbacks;
+    reports_ = new std::vector<TrainProgress>;
+    callbacks.progress = [](const TrainProgress& progress) { reports_->push_back(progress); };
+    callbacks.evaluated = [](const HistoryRow& row, const splat::Model<float>& model) {
+      ++evaluations_;
+      EXPECT_EQ(model.count, row.gaussians);
+    };
+    result_ = new TrainResult(Train(*scene_, ShortTraining(kAdam, kLm), 1.5, callbacks));
+  }
+  static void TearDownTestSuite() {
+    delete scene_;
+    delete reports_;
+    delete result_;
+  }
+  static std::vector<HistoryRow> Rows(Stage stage) {
+    std::vector<HistoryRow> rows;
+    for (const HistoryRow& row : result_->history) {
+      if (row.stage == stage) rows.push_back(row);
+    }
+    return rows;
+  }
+
+  static Scene* scene_;
+  static std::vector<TrainProgress>* reports_;
+  static TrainResult* result_;
+  static int evaluations_;
+};
+Scene* FullTraining::scene_ = nullptr;
+std::vector<TrainProgress>* FullTraining::reports_ = nullptr;
+TrainResult* FullTraining::result_ = nullptr;
+int FullTraining::evaluations_ = 0;
+
+TEST_F(FullTraining, AdamImprovesByDecibels) {
+  const SplatModel start = InitializeFromPoints(scene_->points, scene_->extent, 1, 100);
+  Renderer renderer({0, 0, 0}, NearPlane(*scene_));
+  const Evaluation before = renderer.Evaluate(start, *scene_);
+  const HistoryRow after = Rows(Stage::kAdam).back();
+  EXPECT_GT(after.train.psnr, before.train.psnr + 5);
+  EXPECT_GT(after.test.psnr, before.test.psnr + 5);
+  EXPECT_LT(after.cost, before.cost / 2);
+  EXPECT_GT(result_->model.count, start.count) << "densification added none";
+  EXPECT_LE(result_->model.count, 100);
+}
+
+TEST_F(FullTraining, LmLowersTheCost) {
+  const std::vector<HistoryRow> rows = Rows(Stage::kLm);
+  ASSERT_EQ(rows.size(), 1u + kLm);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].iteration, static_cast<int>(i));
+    EXPECT_LE(rows[i].cost, rows[i - 1].cost) << i;
+  }
+  EXPECT_LT(rows.back().cost, 0.9 * rows.front().cost);
+  EXPECT_GE(rows.back().train.psnr, rows.front().train.psnr);
+  EXPECT_FALSE(result_->lm_report.empty());
+}
+
+TEST_F(FullTraining, LmStartsWhereAdamStopped) {
+  const HistoryRow adam = Rows(Stage::kAdam).back(), lm = Rows(Stage::kLm).front();
+  EXPECT_EQ(adam.iteration, kAdam);
+  EXPECT_EQ(lm.iteration, 0);
+  EXPECT_EQ(lm.cost, adam.cost);
+  EXPECT_EQ(lm.train.psnr, adam.train.psnr);
+  EXPECT_EQ(lm.test.ssim, adam.test.ssim);
+  EXPECT_EQ(lm.gaussians, adam.gaussians);
+}
+
+TEST_F(FullTraining, HistoryHasARowEveryTwentiethOfTheRun) {
+  int previous = 0;
+  for (const HistoryRow& row : Rows(Stage::kAdam)) {
+    EXPECT_NEAR(row.iteration - previous, kAdam / 20.0, 1);
+    EXPECT_EQ(row.train.views, 10);
+    EXPECT_EQ(row.test.views, 2);
+    previous = row.iteration;
+  }
+  double seconds = 1.5;
+  for (const HistoryRow& row : result_->history) {
+    EXPECT_GE(row.seconds, seconds);
+    seconds = row.seconds;
+  }
+  EXPECT_EQ(evaluations_, static_cast<int>(result_->history.size()));
+  EXPECT_GE(result_->adam_seconds, 0);
+  EXPECT_GE(result_->lm_seconds, 0);
+  EXPECT_GT(result_->eval_seconds, 0);
+}
+
+TEST_F(FullTraining, ReportsEveryIteration) {
+  ASSERT_EQ(reports_->size(), static_cast<std::size_t>(kAdam + kLm));
+  for (std::size_t i = 0; i < reports_->size(); ++i) {
+    const TrainProgress& report = (*reports_)[i];
+    const bool is_adam = i < kAdam;
+    EXPECT_EQ(report.stage, is_adam ? Stage::kAdam : Stage::kLm);
+    EXPECT_EQ(report.iteration, static_cast<int>(is_adam ? i + 1 : i + 1 - kAdam));
+    EXPECT_EQ(report.iterations, is_adam ? kAdam : kLm);
+    EXPECT_TRUE(std::isfinite(report.cost) && report.cost > 0);
+    EXPECT_EQ(report.note.empty(), is_adam);
+  }
+}
+
+TEST_F(FullTraining, ResultIsTheLastState) {
+  ExpectUsable(result_->model);
+  EXPECT_FALSE(result_->stopped);
+  EXPECT_TRUE(result_->model.has_background);
+  EXPECT_EQ(result_->model.sh_degree, 1);
+  ExpectLastRowIsOf(*result_, *scene_, {0, 0, 0});
+}
+
+// Every choice of the LM stage lowers the cost of a model that Adam has left halfway.
+TEST(Trainer, EveryLmVariantDescends) {
+  const Scene scene = TrainingScene();
+  const SplatModel start = Train(scene, ShortTraining(80, 0), 0, {}).model;
+  const auto check = [&](const char* name, const auto& change) {
+    SCOPED_TRACE(name);
+    TrainOptions options = ShortTraining(0, 3);
+    change(options.lm);
+    const TrainResult result = Refine(scene, start, options, 0, {});
+    ASSERT_GE(result.history.size(), 2u);
+    EXPECT_LT(result.history.back().cost, 0.97 * result.history.front().cost) << result.lm_report;
+    ExpectLastRowIsOf(result, scene, {0, 0, 0});
+  };
+  for (const StepRule rule : {StepRule::kCeres, StepRule::k3dgsLmV2, StepRule::k3dgsLmCode}) {
+    check(ToString(rule), [&](LmStageOptions& lm) { lm.step_control = rule; });
+  }
+  // Another scale than that of the rates: from where 3DGS-LM starts.
+  check("diag", [](LmStageOptions& lm) { lm.damping = LmDamping::kDiagonal, lm.initial_lambda = 1; });
+  check("jacobi", [](LmStageOptions& lm) { lm.preconditioner = LmPreconditioner::kJacobi; });
+  check("line search", [](LmStageOptions& lm) { lm.line_search = true; });
+  check("batches", [](LmStageOptions& lm) { lm.batches = 4; });
+  check("merged batches", [](LmStageOptions& lm) { lm.batches = 4, lm.merge_batches = true, lm.line_search = true; });
+  check("more batches than views", [](LmStageOptions& lm) { lm.batches = 1000; });
+}
+
+// Test images are evaluated and not used for training.
+TEST(Trainer, TestImagesDoNotChangeTheModel) {
+  const TrainOptions options = ShortTraining(40, 2);
+  Scene scene = TrainingScene();
+  const TrainResult before = Train(scene, options, 0, {});
+  for (View& view : scene.views) {
+    if (!view.is_test()) continue;
+    for (float& value : view.image.rgb) value = 1 - value;
+  }
+  const TrainResult after = Train(scene, options, 0, {});
+  EXPECT_EQ(after.model.data, before.model.data);
+  EXPECT_EQ(after.history.back().train.psnr, before.history.back().train.psnr);
+  EXPECT_NE(after.history.back().test.psnr, before.history.back().test.psnr);
+
+  scene.views[3].image.rgb[17] += 0.5f;
+  ASSERT_FALSE(scene.views[3].is_test());
+  EXPECT_NE(Train(scene, options, 0, {}).model.data, before.model.data);
+}
+
+TEST(Trainer, SeedDecidesTheModel) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(40, 0);
+  const SplatModel one = Train(scene, options, 0, {}).model;
+  EXPECT_EQ(Train(scene, options, 0, {}).model.data, one.data);
+  options.seed = 4;
+  EXPECT_NE(Train(scene, options, 0, {}).model.data, one.data);
+}
+
+// Both views of a scene of two, an iteration: their order, which is all that the seed decides, no longer counts.
+TEST(Trainer, ViewsOfAnIterationCountAlike) {
+  Scene scene = TrainingScene();
+  scene.views.resize(3);  // the first is a test view
+  TrainOptions options = ShortTraining(20, 0);
+  options.density.enabled = false;
+  const auto model = [&](std::uint64_t seed, int views) {
+    options.seed = seed;
+    options.adam.views_per_iteration = views;
+    return Train(scene, options, 0, {}).model.data;
+  };
+  EXPECT_NE(model(3, 1), model(4, 1));
+  EXPECT_EQ(model(3, 2), model(4, 2));
+  EXPECT_NE(model(3, 2), model(3, 1));
+}
+
+TEST(Trainer, AsManyRowsAsAskedFor) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(40, 0);
+  options.adam.evaluations = 4;
+  const TrainResult result = Train(scene, options, 0, {});
+  ASSERT_EQ(result.history.size(), 4u);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(result.history[static_cast<std::size_t>(i)].iteration, 10 * (i + 1));
+}
+
+// Fresh clones and halves render badly for some iterations: a row there would be of no use.
+TEST(Trainer, RowsOfTheHistoryAreOfBeforeDensification) {
+  TrainOptions options = ShortTraining(40, 0);
+  options.adam.evaluations = 2;
+  options.density.every = 0.5;
+  options.density.gradient_threshold = 0;
+  const std::vector<HistoryRow> history = Train(TrainingScene(), options, 0, {}).history;
+  ASSERT_EQ(history.size(), 2u);
+  EXPECT_EQ(history[0].gaussians, TrainingScene().points.size());
+  EXPECT_GT(history[1].gaussians, history[0].gaussians);
+}
+
+TEST(Trainer, StopEndsEarlyWithAModel) {
+  const Scene scene = TrainingScene();
+  constexpr int kAdam = 30;
+  for (const int stop_after : {1, 10, kAdam, kAdam + 1, kAdam + 2}) {
+    SCOPED_TRACE(stop_after);
+    int reports = 0;
+    TrainCallbacks callbacks;
+    callbacks.progress = [&](const TrainProgress&) { ++reports; };
+    // Asked before the iteration is reported in one stage and after it in the other.
+    callbacks.stop = [&] { return reports >= stop_after; };
+    const TrainResult result = Train(scene, ShortTraining(kAdam, 5), 0, callbacks);
+    EXPECT_TRUE(result.stopped);
+    EXPECT_GE(reports, stop_after);
+    EXPECT_LE(reports, stop_after + 1);
+    ExpectUsable(result.model);
+    ExpectLastRowIsOf(result, scene, {0, 0, 0});
+  }
+}
+
+// A length is a length in the scene's own units.
+TEST(Trainer, ScaleDoesNotMatter) {
+  const auto train_at = [](int exponent) {
+    Scene scene = TrainingScene();
+    for (View& view : scene.views) {
+      for (double& value : view.translation) value = std::ldexp(value, exponent);
+    }
+    for (auto& position : scene.points.positions) {
+      for (float& value : position) value = std::ldexp(value, exponent);
+    }
+    scene.extent = std::ldexp(scene.extent, exponent);
+    return Train(scene, ShortTraining(250, 2), 0, {}).history.back();
+  };
+  const HistoryRow own = train_at(0);
+  ASSERT_GT(own.train.psnr, 25);
+  for (const int exponent : {-27, -13, 27}) {
+    const HistoryRow scaled = train_at(exponent);
+    EXPECT_NEAR(scaled.train.psnr, own.train.psnr, 0.5) << exponent;
+    EXPECT_NEAR(scaled.test.psnr, own.test.psnr, 0.5) << exponent;
+  }
+}
+
+TEST(Trainer, AdamsResultIsHandedOutBeforeLm) {
+  const Scene scene = TrainingScene();
+  SplatModel handed_out;
+  TrainCallbacks callbacks;
+  callbacks.before_lm = [&](const SplatModel& model) { handed_out = model; };
+  TrainOptions options = ShortTraining(30, 1);
+  options.background = {0.25, 0.5, 1};
+  Train(scene, options, 0, callbacks);
+  TrainOptions adam_alone = options;
+  adam_alone.lm.iterations = 0;
+  EXPECT_EQ(handed_out.data, Train(scene, adam_alone, 0, {}).model.data);
+  EXPECT_EQ(handed_out.background[0], 0.25f);
+  // Where it cannot be kept LM is left out, and it is the result.
+  callbacks.before_lm = [](const SplatModel&) { throw Error("no room"); };
+  const TrainResult result = Train(scene, options, 0, callbacks);
+  EXPECT_EQ(result.lm_left_out, "no room");
+  EXPECT_EQ(result.history.back().stage, Stage::kAdam);
+  EXPECT_EQ(result.model.data, handed_out.data);
+  // Without LM there is nothing to hand out before it.
+  EXPECT_EQ(Train(scene, adam_alone, 0, callbacks).lm_left_out, "");
+}
+
+TEST(Trainer, OptionsOfLmThatCannotBeFollowedAreNoted) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(2, 1);
+  EXPECT_THAT(Train(scene, options, 0, {}).notes, testing::IsEmpty());
+  options.lm.batches = 1000;
+  EXPECT_THAT(Train(scene, options, 0, {}).notes,
+              testing::ElementsAre("LM in 10 of the lm.batches=1000 asked for: there are 10 training views"));
+  options.lm.batches = 1;
+  options.lm.l1_weight = options.lm.ssim_weight = 0;
+  EXPECT_THAT(Train(scene, options, 0, {}).notes, testing::Contains(testing::HasSubstr("are both 0")));
+}
+
+// Of 27 and 28 views, four are for testing.
+TEST(Trainer, ColoursBearWhatTheTrainingViewsDo) {
+  TrainOptions options = ShortTraining(2, 0);
+  options.sh_degree.reset();
+  const auto degree = [&](int views) {
+    Scene scene = test::RingOfCameras(views, 24, 16, true);
+    test::RenderTruth(test::RandomModel(20, 1, 7), 0.05, &scene);
+    return Train(scene, options, 0, {}).model.sh_degree;
+  };
+  EXPECT_EQ(degree(27), 2);
+  EXPECT_EQ(degree(28), 3);
+  options.sh_degree = 1;
+  EXPECT_EQ(degree(28), 1);
+}
+
+TEST(Trainer, FixedModelKeepsItsGaussians) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(60, 1);
+  options.density.enabled = false;
+  options.adam.sh_band_every = 0;
+  const TrainResult result = Train(scene, options, 0, {});
+  EXPECT_EQ(result.model.count, 60);
+  for (const HistoryRow& row : result.history) EXPECT_EQ(row.gaussians, 60);
+}
+
+TEST(Trainer, CapHoldsFromTheStart) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(60, 1);
+  options.density.max_gaussians = 25;
+  const TrainResult result = Train(scene, options, 0, {});
+  EXPECT_LE(result.model.count, 25);
+  for (const HistoryRow& row : result.history) EXPECT_LE(row.gaussians, 25);
+}
+
+TEST(Trainer, TrainsOverABackground) {
+  const Scene scene = TrainingScene();
+  TrainOptions options = ShortTraining(20, 1);
+  options.background = {0.25, 0.5, 1};
+  const TrainResult result = Train(scene, options, 0, {});
+  EXPECT_EQ(result.model.background, (std::array<float, 3>{0.25f, 0.5f, 1.0f}));
+  ExpectLastRowIsOf(result, scene, options.background);
+}
+
+TEST(Trainer, RefineWithoutIterationsReturnsTheModel) {
+  const Scene scene = TrainingScene();
+  const SplatModel model = test::RandomModel(10, 2, 8);
+  const TrainResult result = Refine(scene, model, ShortTraining(0, 0), 0, {});
+  EXPECT_EQ(result.model.data, model.data);
+  EXPECT_EQ(result.model.sh_degree, 2) << "not the one of the options";
+  EXPECT_TRUE(result.lm_report.empty());
+  ASSERT_EQ(result.history.size(), 1u);
+  EXPECT_EQ(result.history[0].stage, Stage::kLm);
+  ExpectLastRowIsOf(result, scene, {0, 0, 0});
+}
+
+// A model that is no good any more, here of one Gaussian that is not a number, is returned as it came.
+TEST(Trainer, RefineSurvivesAModelThatIsNotANumber) {
+  const Scene scene = TrainingScene();
+  SplatModel model = test::RandomModel(1, 1, 8);
+  model.data[0] = std::nanf("");
+  const TrainResult result = Refine(scene, model, ShortTraining(0, 3), 0, {});
+  EXPECT_EQ(result.model.count, 1);
+  EXPECT_TRUE(std::isnan(result.model.data[0]));
+  EXPECT_TRUE(std::isfinite(result.history.back().cost));
+}
+
+}  // namespace
+}  // namespace vesta::gs

@@ -1,0 +1,44 @@
+// A scene that trains in a blink: a random model rendered into a ring of views, its means with noise as points.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "splatting/evaluate/renderer.h"
+#include "splatting/train/trainer.h"
+#include "tests/problems/gaussian_splatting/ring_scene.h"
+
+namespace vesta::gs::test {
+
+inline Scene TrainingScene(Index gaussians = 60) {
+  Scene scene = RingOfCameras(12, 40, 30, true);
+  RenderTruth(RandomModel(gaussians, 1, 7), 0.05, &scene);
+  return scene;
+}
+
+// The last row is the evaluation of the model that is returned.
+inline void ExpectLastRowIsOf(const TrainResult& result, const Scene& scene, const std::array<double, 3>& background) {
+  Renderer renderer(background, NearPlane(scene));
+  const Evaluation e = renderer.Evaluate(result.model, scene);
+  ASSERT_FALSE(result.history.empty());
+  const HistoryRow& last = result.history.back();
+  EXPECT_EQ(last.cost, e.cost);
+  EXPECT_EQ(last.train.psnr, e.train.psnr);
+  EXPECT_EQ(last.test.ssim, e.test.ssim);
+  EXPECT_EQ(last.gaussians, result.model.count);
+}
+
+inline TrainOptions ShortTraining(int adam_iterations, int lm_iterations) {
+  TrainOptions options;
+  options.adam.iterations = adam_iterations;
+  options.lm.iterations = lm_iterations;
+  options.sh_degree = 1;
+  options.density.every = adam_iterations > 20 ? 20.0 / adam_iterations : 1;
+  options.density.max_gaussians = 100;
+  options.parsimony.price = options.parsimony.sh_price = 0;  // so few would soon be fewer
+  options.seed = 3;
+  return options;
+}
+
+}  // namespace vesta::gs::test
