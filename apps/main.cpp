@@ -14,6 +14,7 @@
 #include "apps/device/ranks.h"
 #include "apps/settings/train_settings.h"
 #include "apps/usage/help.h"
+#include "apps/usage/parse_command_line.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
 

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/commit.h"
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
 #include "kernels/core/cpu_dispatch.h"
+#include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
 
 namespace vesta::bench {

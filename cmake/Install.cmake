@@ -23,9 +23,9 @@ if(TARGET vesta)
 endif()
 
 # Public headers, by pattern; what they include goes with them.
-set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/*.h solver/internal/normal_equations/reduced_system.h solver/distributed/*.h
-  solver/sparse_cholesky/*.h problems/toy/*.h problems/bundle_adjustment/bal_file.h
-  problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h problems/bundle_adjustment/generate.h
+set(headers kernels/core/*.h kernels/ranks/*.h kernels/math/quaternion.h solver/*.h solver/distributed/*.h
+  problems/toy/*.h problems/bundle_adjustment/bal_file.h
+  problems/bundle_adjustment/bundle_parts.h problems/bundle_adjustment/bundle_problem.h
   problems/deconvolution/photon_image.h problems/pose_graph/g2o_file.h problems/pose_graph/pose_graph_problem.h)
 if(TARGET vesta_mpi)
   list(APPEND headers kernels/mpi/*.h)

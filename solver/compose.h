@@ -2,7 +2,7 @@
 // J = J_loss o J_raster o J_project are put together from these.
 #pragma once
 
-#include "solver/internal/linear/linear_operator.h"
+#include "solver/linear_operator.h"
 #include "solver/problem.h"
 
 namespace vesta {

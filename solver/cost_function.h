@@ -1,4 +1,4 @@
-// What a residual block of BlockProblem computes: Ceres's contract, with our own derivatives.
+// Cost functions of residual blocks: automatic, numeric and analytic derivatives, and normal priors. Ceres's contract.
 #pragma once
 
 #include <array>
@@ -12,6 +12,8 @@
 #include "solver/internal/functor_call.h"
 
 namespace vesta {
+
+// What a residual block of BlockProblem computes: Ceres's contract, with our own derivatives.
 
 // Residuals of a few parameter blocks. Evaluate must be safe to call from several threads at once.
 class CostFunction {
@@ -94,6 +96,62 @@ class AutoDiffCost final : public CostFunction {
     return cost_internal::Call(functor_, blocks, residuals, std::make_index_sequence<sizeof...(kBlocks)>());
   }
   F functor_;
+};
+
+// Cost functions that know their residuals alone: derivatives are differences.
+
+enum class DifferenceMethod {
+  kForward,  // (f(x + h) - f(x)) / h: an evaluation a parameter, about half of the digits
+  kCentral,  // (f(x + h) - f(x - h)) / 2h: two, about two thirds
+};
+
+struct DifferenceOptions {
+  DifferenceMethod method = DifferenceMethod::kCentral;
+  // h is this times |x|, or `least_step` where that is more; both > 0.
+  double relative_step = 1e-6;
+  double least_step = 1e-8;
+};
+
+// To derive from: Residuals, safe to call from several threads at once, is all it takes. Sizes are set at run time.
+class NumericDifferences : public CostFunction {
+ public:
+  NumericDifferences(int num_residuals, std::vector<int> block_sizes, const DifferenceOptions& options = {});
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const final;
+
+ protected:
+  // As Evaluate, without Jacobians.
+  virtual bool Residuals(const double* const* parameters, double* residuals) const = 0;
+
+ private:
+  DifferenceOptions options_;
+};
+
+// A functor's residuals: f(p0, p1, ..., r) with pointers to double, returning bool, as Evaluate, or void.
+template <class F, int kResiduals, int... kBlocks>
+class NumericDiffCost final : public NumericDifferences {
+ public:
+  explicit NumericDiffCost(F functor, const DifferenceOptions& options = {})
+      : NumericDifferences(kResiduals, {kBlocks...}, options), functor_(std::move(functor)) {}
+
+ private:
+  bool Residuals(const double* const* parameters, double* residuals) const override {
+    return cost_internal::Call(functor_, parameters, residuals, std::make_index_sequence<sizeof...(kBlocks)>());
+  }
+  F functor_;
+};
+
+// What is known of a parameter block beforehand, as residuals.
+
+// Residuals A (x - b) of one block: for a normal prior with mean b and covariance C, A^T A = C^-1. The difference is
+// between x's own numbers, whatever manifold the block has.
+class NormalPrior final : public CostFunction {
+ public:
+  // A: row after row, of as many columns as b has entries. Throws Error where there is no whole number of rows.
+  NormalPrior(std::vector<double> A, std::vector<double> b);
+  bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override;
+
+ private:
+  std::vector<double> a_, b_;
 };
 
 }  // namespace vesta

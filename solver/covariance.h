@@ -1,12 +1,17 @@
-// Covariance of an estimate, for problems small enough for a dense Jacobian.
+// Covariance of an estimate: by a dense Jacobian, or of chosen blocks by a sparse factor.
 #pragma once
 
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "solver/block_problem.h"
 #include "solver/problem.h"
 
 namespace vesta {
+
+// Covariance of an estimate, for problems small enough for a dense Jacobian.
 
 struct CovarianceOptions {
   // Directions whose singular value, columns of J scaled to length 1, is at or below this times the largest have no
@@ -32,5 +37,26 @@ struct Covariance {
 // problem has weights W; numbers that are not finite give rank 0.
 Covariance EstimateCovariance(Problem<CpuBackend<double>>& problem, CpuBackend<double>::ConstVectorView x,
                               const CovarianceOptions& options = {});
+
+// Covariances of chosen blocks of a problem whose dense Jacobian would be too large (solver/covariance.h).
+
+struct BlockCovariance {
+  // Of two parameter blocks, in their tangent spaces: rows of the first one's, columns of the second one's, row after
+  // row; none for a constant block. Multiply by the variance of the residuals where that is not 1.
+  struct Block {
+    int rows = 0, cols = 0;
+    std::vector<double> values = {};
+    double operator()(int row, int col) const { return values[static_cast<std::size_t>(Index{row} * cols + col)]; }
+  };
+  // Directions that H shows no information about, in working precision; then there are no blocks.
+  Index num_singular = 0;
+  std::vector<Block> blocks = {};  // in the order of the pairs asked for
+};
+
+// At x, where the fit ended: blocks of (J^T J)^-1, losses applied, by the sparse Cholesky factor of J^T J, one solve
+// for each column of a pair's second block. Digits are lost to the square of J's condition number. Throws Error where
+// the factor would be over the problem's max_factor_gib.
+BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstVectorView x,
+                                        std::span<const std::pair<int, int>> pairs);
 
 }  // namespace vesta

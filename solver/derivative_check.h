@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "solver/internal/linear/linear_operator.h"
+#include "solver/linear_operator.h"
 #include "solver/problem.h"
 
 namespace vesta {

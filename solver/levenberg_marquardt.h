@@ -9,7 +9,7 @@
 
 #include "kernels/core/archive.h"
 #include "solver/internal/batched_system.h"
-#include "solver/internal/trust_region/step_doubt.h"
+#include "solver/internal/trust_region/step_control.h"
 #include "solver/lm_options.h"
 #include "solver/problem.h"
 #include "solver/summary.h"

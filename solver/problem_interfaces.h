@@ -210,7 +210,7 @@ template <Backend B>
 class WithReducedSystem {
  public:
   virtual ~WithReducedSystem() = default;
-  // The damped system without that group (solver/internal/normal_equations/reduced_system.h); it borrows this object.
+  // The damped system without that group (solver/reduced_system.h); it borrows this object.
   // Null: none here.
   virtual std::unique_ptr<ReducedSystem<B>> MakeReducedSystem() = 0;
 };

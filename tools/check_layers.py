@@ -10,81 +10,144 @@ import re
 import sys
 import tempfile
 
-# The rooms of the splatting trainer, from the ground up: each may include those named, all below it.
-SPLATS = "problems/gaussian_splatting/"
-SPLAT_ROOMS = {
-    SPLATS + room: [SPLATS + below for below in rooms] +
-    ["solver", "kernels/math", "kernels/core", "kernels/ranks", "kernels/image", "kernels/gaussian_splatting"]
-    for room, rooms in {
-        "model": [],
-        "io": ["model"],
-        "adam": ["model"],
-        "density": ["model"],
-        "lm": ["model"],
-        "distributed": ["model", "lm"],
-        "evaluate": ["model", "distributed"],
-        "cameras": ["model", "adam", "evaluate", "lm"],
-        "memory": ["model", "adam", "cameras", "density", "lm", "evaluate", "parsimony"],
-        "parsimony": ["model", "distributed"],
-        "render": ["model"],
-        "train": ["model", "adam", "cameras", "density", "distributed", "lm", "evaluate", "memory", "parsimony"],
-    }.items()
-}
-# Room -> rooms it may include, itself apart. The longest matching prefix decides which room a file is in. A header that
-# rooms beneath its own see, as the contract between problems and the solver is, is a room of its own.
+# Room -> the rooms that it may include, itself apart; a room that is listed opens the rooms under it too. The longest
+# matching prefix decides which room a file is in. A header that rooms beneath its own include, as the contract between
+# problems and the engine is, is a room of its own.
+KERNELS = ["kernels/math", "kernels/core"]
+DRAWN = "kernels/gaussian_splatting/"
+INTERNAL = "solver/internal"
+CONTRACT = ["solver/problem.h", "solver/problem_interfaces.h", "solver/linear_operator.h", "solver/reduced_system.h"]
+PROBLEM = "problems/gaussian_splatting/"
+SPLATS = "splatting/"
+TRAIN = SPLATS + "train/"
+CAMERAS = SPLATS + "cameras/"
+
+
+def splat_rooms():
+    """The rooms of the splatting application, from the ground up: each may include those named, all below it."""
+    base = [*KERNELS, "kernels/ranks", "kernels/image", "kernels/gaussian_splatting", "solver", PROBLEM[:-1]]
+    rooms = {
+        "io/bytes": "",
+        "io/images": "io/bytes",
+        "io/splats": "io/bytes",
+        "io/scenes": "io/bytes io/images io/splats",
+        "adam": "",
+        "density": "",
+        "render": "",
+        "distributed": "density",
+        "evaluate": "distributed",
+        "parsimony": "distributed",
+        "cameras/unknowns": "",
+        "cameras/derivatives": "cameras/unknowns",
+        "cameras/alignment": "cameras/unknowns cameras/derivatives evaluate",
+        "cameras/training": "cameras/unknowns cameras/derivatives cameras/alignment adam",
+        "cameras/joint": "cameras/unknowns cameras/derivatives",
+        "memory": "adam density evaluate parsimony cameras",
+        "train/settings": "adam density parsimony cameras/unknowns memory",
+        "train/session": "train/settings cameras/unknowns distributed evaluate memory",
+        "train/forecast": "train/settings train/session adam density parsimony",
+        "train/adam_stage": "train/settings train/session train/forecast adam density distributed evaluate parsimony cameras "
+                            "memory",
+        "train/lm_stage": "train/settings train/session cameras distributed evaluate memory",
+        "train": "train adam cameras density distributed evaluate memory parsimony",
+    }
+    return {SPLATS + room: [SPLATS + below for below in lower.split()] + base for room, lower in rooms.items()}
+
+
+def app_rooms():
+    """The rooms of the program, likewise."""
+    base = ["kernels", "solver", "problems", "splatting"]
+    rooms = {
+        "cli": "",
+        "device": "cli",
+        "inputs": "cli device",
+        "settings": "cli device inputs",
+        "help": "cli settings",
+        "render": "cli inputs",
+        "doctor": "",
+        "report": "cli inputs settings",
+        "viewer": "cli inputs report",
+        "training": "cli device inputs settings report viewer",
+        "commands": "cli device inputs settings help render doctor report viewer training",
+    }
+    return {"apps/" + room: ["apps/" + below for below in lower.split()] + base for room, lower in rooms.items()}
+
+
 ALLOWED = {
     "kernels/math": [],
     "kernels/core": ["kernels/math"],
-    "kernels/ranks": ["kernels/math", "kernels/core"],
-    "kernels/mpi": ["kernels/ranks", "kernels/math", "kernels/core"],
-    "kernels/image": ["kernels/math", "kernels/core"],
-    "kernels/image/pixel_penalty.h": ["kernels/image", "kernels/math", "kernels/core"],
-    "kernels/gaussian_splatting": ["kernels/image/pixel_penalty.h", "kernels/math", "kernels/core"],
-    "solver": ["kernels/math", "kernels/core"],
-    "solver/problem.h": ["kernels/math", "kernels/core"],
-    "solver/problem_interfaces.h": ["solver/problem.h", "kernels/math", "kernels/core"],
-    "solver/internal": ["solver/linear", "solver/normal_equations", "solver/problem.h", "solver/problem_interfaces.h",
-                        "kernels/math", "kernels/core"],
-    "solver/linear": ["kernels/math", "kernels/core"],
-    "solver/normal_equations": ["solver/internal", "solver/linear", "solver/problem.h", "solver/problem_interfaces.h",
-                                "kernels/math", "kernels/core"],
-    "solver/trust_region": ["kernels/math", "kernels/core"],
-    "solver/blocks": ["solver/linear", "solver/normal_equations", "solver/problem.h", "kernels/math", "kernels/core"],
-    "solver/sparse_cholesky": ["solver/blocks", "solver/linear", "solver/normal_equations", "solver/problem.h",
-                               "kernels/math", "kernels/core"],
-    "solver/distributed": ["solver", "kernels/ranks", "kernels/math", "kernels/core"],
-    "solver/instantiate": ["solver", "kernels/math", "kernels/core"],
-    "solver/ceres": ["solver", "kernels/math", "kernels/core"],
-    "problems/toy": ["solver", "kernels/math", "kernels/core"],
-    "problems/bundle_adjustment": ["solver", "kernels/math", "kernels/core"],
-    "problems/deconvolution": ["solver", "kernels/math", "kernels/core"],
-    **SPLAT_ROOMS,
-    "problems/pose_graph": ["solver", "kernels/math", "kernels/core"],
-    "apps": ["problems", "solver", "kernels"],
-    "apps/viewer": ["apps", "problems", "solver", "kernels"],
-    "bench": ["apps", "problems", "solver", "kernels"],
-    "tests": ["bench", "apps", "problems", "solver", "kernels"],
+    "kernels/ranks": KERNELS,
+    "kernels/mpi": ["kernels/ranks", *KERNELS],
+    "kernels/image": KERNELS,
+    "kernels/image/pixel_penalty.h": ["kernels/image", *KERNELS],
+    DRAWN + "formulas": KERNELS,
+    DRAWN + "projection": [DRAWN + "formulas", *KERNELS],
+    DRAWN + "tiles": [DRAWN + "formulas", DRAWN + "projection", *KERNELS],
+    DRAWN + "raster": [DRAWN + "formulas", DRAWN + "projection", DRAWN + "tiles", "kernels/image/pixel_penalty.h", *KERNELS],
+    DRAWN + "cache": [DRAWN + "formulas", DRAWN + "tiles", DRAWN + "raster", *KERNELS],
+    DRAWN + "view": [DRAWN + below for below in ("formulas", "projection", "tiles", "raster", "cache")] + KERNELS,
+    DRAWN + "device": [DRAWN + below for below in ("formulas", "projection", "tiles", "raster", "cache", "view")] + KERNELS,
+    "solver": [INTERNAL, *CONTRACT, *KERNELS],
+    "solver/problem.h": KERNELS,
+    "solver/problem_interfaces.h": ["solver/problem.h", *KERNELS],
+    "solver/linear_operator.h": KERNELS,
+    "solver/reduced_system.h": ["solver/problem.h", "solver/problem_interfaces.h", "solver/linear_operator.h", *KERNELS],
+    INTERNAL: ["solver", *KERNELS],
+    INTERNAL + "/linear": ["solver/linear_operator.h", *KERNELS],
+    INTERNAL + "/normal_equations": [INTERNAL + "/linear", *CONTRACT, *KERNELS],
+    INTERNAL + "/trust_region": KERNELS,
+    INTERNAL + "/blocks": [INTERNAL + "/linear", INTERNAL + "/normal_equations", *CONTRACT, *KERNELS],
+    INTERNAL + "/sparse_cholesky": [INTERNAL + "/blocks", INTERNAL + "/linear", INTERNAL + "/normal_equations",
+                                    *CONTRACT, *KERNELS],
+    "solver/distributed": ["solver", "kernels/ranks", *KERNELS],
+    INTERNAL + "/instantiate": ["solver", *KERNELS],
+    "solver/ceres": ["solver", *KERNELS],
+    "problems/toy": ["solver", *KERNELS],
+    "problems/bundle_adjustment": ["solver", *KERNELS],
+    "problems/deconvolution": ["solver", *KERNELS],
+    "problems/pose_graph": ["solver", *KERNELS],
+    PROBLEM + "scene": ["kernels/gaussian_splatting", "kernels/ranks", *KERNELS],
+    PROBLEM + "model": [PROBLEM + "scene", "kernels/gaussian_splatting", "kernels/image", "kernels/ranks", *KERNELS],
+    PROBLEM + "lm": [PROBLEM + "scene", PROBLEM + "model", "solver", "kernels/gaussian_splatting", "kernels/image",
+                     "kernels/ranks", *KERNELS],
+    **splat_rooms(),
+    **app_rooms(),
+    "apps": ["apps", "splatting", "problems", "solver", "kernels"],
+    "demo": ["splatting", "problems", "kernels"],
+    "bench": ["apps", "splatting", "problems", "solver", "kernels"],
+    "tests": ["demo", "bench", "apps", "splatting", "problems", "solver", "kernels"],
 }
 # One header below its room: the host-and-device macro, which the formulas need and which needs nothing.
 OPEN_HEADERS = {"kernels/core/hd.h"}
+# What the public headers of the engine include of solver/internal: what their templates and members are made of.
+NEEDED = {
+    "solver/block_problem.h": ["blocks/block_structure.h", "normal_equations/preconditioner.h", "normal_equations/step_cost.h"],
+    "solver/bounds.h": ["normal_equations/problem_adaptor.h"],
+    "solver/cost_function.h": ["functor_call.h"],
+    "solver/device_functors.h": ["functor_call.h"],
+    "solver/levenberg_marquardt.h": ["batched_system.h", "trust_region/step_control.h"],
+    "solver/lm_options.h": ["normal_equations/normal_system.h", "trust_region/line_search.h", "trust_region/step_control.h"],
+    "solver/residual_blocks.h": ["functor_call.h", "residual_block_layout.h", "residual_block_rows.h"],
+    "solver/summary.h": ["linear/pcg.h"],
+}
 # External header (prefix) -> the rooms that may include it; bench and tests may include anything.
 EXTERNAL = {
     "ceres/": ["solver/ceres"],
     "glog/": ["apps", "solver/ceres"],
-    "gflags/": ["apps"],
+    "gflags/": ["apps", "demo"],
     "tbb/": ["kernels/core"],
     "thread": ["kernels/core", "kernels/mpi", "apps/viewer"],
     "httplib.h": ["apps/viewer"],
     "future": ["kernels/core"],
     "execution": [],
-    "jpeglib.h": [SPLATS + "io"],
-    "jerror.h": [SPLATS + "io"],
-    "png.h": [SPLATS + "io"],
-    "tiffio.h": [SPLATS + "io"],
-    "webp/": [SPLATS + "io"],
-    "nanoflann": [SPLATS + "model"],
+    "jpeglib.h": [SPLATS + "io/images"],
+    "jerror.h": [SPLATS + "io/images"],
+    "png.h": [SPLATS + "io/images"],
+    "tiffio.h": [SPLATS + "io/images"],
+    "webp/": [SPLATS + "io/images"],
+    "nanoflann": [PROBLEM + "model"],
     "mpi.h": ["kernels/mpi"],
-    "zlib.h": [SPLATS + "io", SPLATS + "train"],
+    "zlib.h": [SPLATS + "io/bytes", TRAIN + "session"],
 }
 SOURCES = {".h", ".cpp", ".inl", ".cu", ".cuh"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
@@ -109,8 +172,17 @@ def fault(room, quoted, angled):
             return f"{room} may not include {target}"
     elif room not in ("bench", "tests"):
         for prefix, rooms in EXTERNAL.items():
-            if (angled == prefix or prefix[-1] in "/n" and angled.startswith(prefix)) and room not in rooms:
+            if (angled == prefix or prefix[-1] in "/n" and angled.startswith(prefix)) and not any(
+                    room == allowed or room.startswith(allowed + "/") for allowed in rooms):
                 return f"{room} may not include <{angled}>"
+    return None
+
+
+def needless(name, quoted):
+    """Why a public header of the engine may not include this internal one, or None."""
+    inside = quoted and quoted.startswith(INTERNAL + "/") and quoted.removeprefix(INTERNAL + "/")
+    if inside and name.startswith("solver/") and name.count("/") == 1 and inside not in NEEDED.get(name, []):
+        return f"a public header: it may not include {quoted}, unless NEEDED says so"
     return None
 
 
@@ -127,7 +199,7 @@ def faults_in(root):
             continue
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
             match = INCLUDE.match(line)
-            why = match and fault(room, *match.groups())
+            why = match and (fault(room, *match.groups()) or needless(name, match.group(1)))
             if why:
                 found.append(f"{name}:{number}: {why}")
     return len(files), found
@@ -168,26 +240,33 @@ def self_test():
         "kernels/math/a.h": '#include "kernels/core/span.h"',
         "kernels/core/b.cpp": '#include "solver/problem.h"',
         "kernels/image/c.h": '#include "kernels/gaussian_splatting/formulas/project.h"',
+        "kernels/gaussian_splatting/tiles/c.h": '#include "kernels/gaussian_splatting/raster/passes.h"',
         "solver/d.h": '#include "kernels/image/ssim.h"',
         "solver/e.cpp": "#include <ceres/ceres.h>",
-        "solver/linear/m.h": '#include "solver/problem.h"',
-        "solver/normal_equations/n.h": '#include "solver/lm_options.h"',
+        "solver/f.h": '#include "solver/internal/linear/pcg.h"',
+        "solver/internal/linear/m.h": '#include "solver/problem.h"',
+        "solver/internal/normal_equations/n.h": '#include "solver/lm_options.h"',
         "problems/toy/f.h": '#include "kernels/gaussian_splatting/formulas/project.h"',
-        "problems/toy/g.h": '#include "problems/gaussian_splatting/camera.h"',
-        "problems/gaussian_splatting/io/h.cpp": '  #  include "apps/cli/flags.h"',
+        "problems/toy/g.h": '#include "problems/gaussian_splatting/scene/scene.h"',
+        "problems/gaussian_splatting/lm/h.h": '#include "splatting/adam/adam.h"',
+        "splatting/io/splats/h.cpp": '  #  include "apps/cli/flags.h"',
         "problems/gaussian_splatting/lm/i.cpp": "#include <thread>",
         "problems/gaussian_splatting/model/j.cpp": '#include "camera.h"',
-        "problems/gaussian_splatting/adam/m.h": '#include "splatting/train/settings/options.h"',
+        "splatting/adam/m.h": '#include "splatting/train/settings/train_options.h"',
+        "splatting/train/session/m.h": '#include "splatting/train/adam_stage/adam_stage.h"',
+        "apps/cli/k.cpp": '#include "apps/viewer/viewer.h"',
         "apps/k.cpp": '#include "tests/support/scene.h"',
         "problems/l.cpp": "",
     }
     sound = {
         "kernels/math/ok.h": '#include "kernels/core/hd.h"\n#include <cmath>',
         "solver/problem.h": '#include "kernels/core/span.h"',
-        "solver/normal_equations/ok.h": '#include "solver/internal/linear/pcg.h"\n#include "solver/problem.h"',
-        "solver/ok.h": '#include "solver/normal_equations/ok.h"',
+        "solver/internal/normal_equations/ok.h": '#include "solver/internal/linear/pcg.h"\n#include "solver/problem.h"',
+        "solver/summary.h": '#include "solver/internal/linear/pcg.h"',
+        "solver/internal/ok.h": '#include "solver/internal/normal_equations/ok.h"',
         "solver/ceres/ok.cpp": '#include <ceres/ceres.h>\n#include "solver/problem.h"',
         "problems/gaussian_splatting/model/ok.cpp": '#include "kernels/image/ssim.h"\n#include <nanoflann.hpp>',
+        "apps/viewer/ok.cpp": '#include "apps/cli/print.h"\n#include <glog/logging.h>\n#include <httplib.h>',
         "tests/solver/ok_test.cpp": '#include "apps/cli/flags.h"\n#include <ceres/ceres.h>',
     }
     with tempfile.TemporaryDirectory() as folder:

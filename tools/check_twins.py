@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Fails where code for a GPU repeats code for the host.
 
-A file device_X in kernels, solver or problems has a twin X where one lies in the same folder: header beside header,
-source beside source. Both are stripped of comments, includes, heads of templates, namespaces, lines without a letter,
+A file device_X in kernels, solver, problems or splatting has a twin X where one lies in the same folder, or where its
+folder is named device in a folder beside it: header beside header, source beside source. Both are stripped of comments, includes, heads of templates, namespaces, lines without a letter,
 and of the words by which memory spaces and scalars differ. Then at most a share of the lines of the shorter may stand
 in the other: beyond it the text is to be one, a template over the backend.
 
@@ -15,7 +15,7 @@ import pathlib
 import re
 import sys
 
-ROOMS = ("kernels", "solver", "problems")
+ROOMS = ("kernels", "solver", "problems", "splatting")
 HEADERS, SOURCES = (".h", ".cuh"), (".cpp", ".inl", ".cu")
 LIMIT = 0.30
 # What is declared twice on purpose: each is a class whose members are those of its host twin, so that a template over
@@ -63,7 +63,8 @@ def twins(root):
             for kinds in (HEADERS, SOURCES):
                 if device.suffix in kinds:
                     stem = device.stem.removeprefix("device_")
-                    for host in (device.with_name(stem + suffix) for suffix in kinds):
+                    folders = device.parent.parent.iterdir() if device.parent.name == "device" else [device.parent]
+                    for host in (folder / (stem + suffix) for folder in sorted(folders) for suffix in kinds):
                         if host.is_file():
                             yield device, host
 

@@ -51,6 +51,10 @@ def converted(lines):
     scopes, out = Scopes(), []
     column = None  # of the comment after a declaration that the next line may go on with
     i = 0
+    if lines and "SPDX-License-Identifier" in lines[0]:  # the licence is no part of what a file is about
+        out.append("//")
+        i = 1
+    first = i
     while i < len(lines):
         match = COMMENT.match(lines[i])
         if not match:
@@ -76,7 +80,7 @@ def converted(lines):
         while block[-1] + 1 < len(lines) and lines[block[-1] + 1].lstrip().startswith("//"):
             block.append(block[-1] + 1)
         following = lines[block[-1] + 1].strip() if block[-1] + 1 < len(lines) else ""
-        about_file = i == 0
+        about_file = i == first
         documents = about_file or scopes.declaring() and following not in ("", "}") and not following.startswith("#")
         for k in block:
             indent, text = COMMENT.match(lines[k]).groups()
@@ -89,6 +93,7 @@ def converted(lines):
 
 
 SAMPLE = '''\
+// SPDX-License-Identifier: Apache-2.0
 // About the file.
 #pragma once
 
@@ -114,9 +119,9 @@ class C {
 };
 }  // namespace a
 '''
-EXPECTED = {1: "/// About the file.", 2: "/// \\file", 6: "// Alone", 8: "/// A class of \\<things\\>.", 12: "/// What f does.",
-            14: "    // Not", 15: "return 1;  // nor", 17: "///< of it", 18: "///< more", 20: "///< the first",
-            21: "///< the last", 24: "}  // namespace"}
+EXPECTED = {2: "/// About the file.", 3: "/// \\file", 7: "// Alone", 9: "/// A class of \\<things\\>.", 13: "/// What f does.",
+            15: "    // Not", 16: "return 1;  // nor", 18: "///< of it", 19: "///< more", 21: "///< the first",
+            22: "///< the last", 25: "}  // namespace"}
 
 
 def self_test():

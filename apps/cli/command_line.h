@@ -1,11 +1,11 @@
-// From argv to a command, its arguments, flags and options.
+// A command with its arguments, flags and options, as it was given.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "apps/cli/flags.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
 
@@ -24,13 +24,5 @@ struct CommandLine {
 
 // Whether the command takes the option: config and train take all, refine those that a given model leaves open.
 bool TakesOption(const CommandInfo& command, const schema::FieldInfo& option);
-
-// Throws UsageError: there is no command of that name, but perhaps one that is called alike.
-[[noreturn]] void RefuseCommand(const std::string& name);
-
-// `vesta`-wide help: help, --help, -h, also after a command. Throws UsageError: no or unknown command, unknown flag or
-// key, one of another command, missing or impossible value, too few or too many arguments, no --out where results are
-// written.
-CommandLine ParseCommandLine(const std::vector<std::string>& words);
 
 }  // namespace vesta::app

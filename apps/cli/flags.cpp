@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/core/schema.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
 

@@ -10,9 +10,8 @@
 #include <filesystem>
 #include <string_view>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 
 namespace vesta::app {
 

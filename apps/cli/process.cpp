@@ -1,6 +1,10 @@
 #include "apps/cli/process.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <chrono>
+#include <csignal>
 
 namespace vesta::app {
 
@@ -9,5 +13,50 @@ double SecondsSinceStart() {
   static const Clock::time_point start = Clock::now();
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+std::string_view told_of_interrupt;  // set before the handler is
+
+// Only what a signal handler may do: no allocation, no stdio.
+void Note(int signal) {
+  interrupted = 1;
+  if (signal != SIGINT) return;
+  if (write(STDERR_FILENO, told_of_interrupt.data(), told_of_interrupt.size()) < 0) return;  // nobody to tell
+}
+
+// Nobody reads what is printed any more: the rest of it goes nowhere, the results are still to be written.
+void DropOutput(int) {
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere >= 0) dup2(nowhere, STDOUT_FILENO);
+}
+
+void Catch(int signal, void (*handler)(int), int flags) {
+  struct sigaction action = {};
+  action.sa_handler = handler;
+  action.sa_flags = flags | SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  sigaction(signal, &action, nullptr);
+}
+
+bool IsIgnored(int signal) {
+  struct sigaction action = {};
+  sigaction(signal, nullptr, &action);
+  return action.sa_handler == SIG_IGN;
+}
+
+}  // namespace
+
+void CatchInterrupts(std::string_view told) {
+  told_of_interrupt = told;
+  const int once = static_cast<int>(SA_RESETHAND);
+  Catch(SIGINT, Note, once);
+  Catch(SIGTERM, Note, once);
+  if (!IsIgnored(SIGHUP)) Catch(SIGHUP, Note, once);  // nohup has it ignored
+  Catch(SIGPIPE, DropOutput, 0);
+}
+
+bool Interrupted() { return interrupted != 0; }
 
 }  // namespace vesta::app

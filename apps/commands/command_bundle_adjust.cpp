@@ -10,7 +10,6 @@
 #include <optional>
 #include <vector>
 
-#include "apps/cli/interrupt.h"
 #include "apps/cli/outputs.h"
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
@@ -18,8 +17,8 @@
 #include "apps/device/bundle_on_gpu.h"
 #include "apps/device/device.h"
 #include "apps/device/ranks.h"
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "problems/bundle_adjustment/bal_file.h"

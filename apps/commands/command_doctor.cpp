@@ -10,7 +10,7 @@
 #include "apps/commands/commands.h"
 #include "apps/device/device.h"
 #include "apps/doctor/scene_doubts.h"
-#include "apps/inputs/scene_folder.h"
+#include "apps/inputs/scene_flags.h"
 #include "apps/settings/train_settings.h"
 #include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"

@@ -7,9 +7,10 @@
 #include "apps/inputs/doubts.h"
 #include "apps/inputs/posed_model.h"
 #include "apps/training/metrics_json.h"
-#include "kernels/core/atomic_file.h"
+#include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
 #include "splatting/cameras/alignment/aligned_evaluation.h"
+#include "splatting/evaluate/quality.h"
 #include "splatting/evaluate/renderer.h"
 
 namespace vesta::app {

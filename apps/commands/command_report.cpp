@@ -10,7 +10,7 @@
 #include "apps/commands/commands.h"
 #include "apps/inputs/posed_model.h"
 #include "apps/inputs/scene_flags.h"
-#include "apps/report/write_report.h"
+#include "apps/report/report.h"
 #include "apps/settings/config_json.h"
 #include "apps/settings/train_settings.h"
 #include "kernels/core/check.h"

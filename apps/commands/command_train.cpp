@@ -7,13 +7,12 @@
 #include "apps/device/device.h"
 #include "apps/device/ranks.h"
 #include "apps/inputs/scene_flags.h"
-#include "apps/inputs/scene_folder.h"
 #include "apps/training/checkpointing.h"
 #include "apps/training/train_and_write.h"
-#include "apps/viewer/viewer_flags.h"
+#include "apps/viewer/viewer.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/process_memory.h"
-#include "kernels/core/text_file.h"
 #include "splatting/train/trainer.h"
 
 namespace vesta::app {

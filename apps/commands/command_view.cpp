@@ -5,15 +5,14 @@
 #include <memory>
 #include <vector>
 
-#include "apps/cli/interrupt.h"
 #include "apps/cli/print.h"
+#include "apps/cli/process.h"
 #include "apps/commands/commands.h"
 #include "apps/inputs/posed_model.h"
 #include "apps/inputs/scene_flags.h"
 #include "apps/training/checkpointing.h"
 #include "apps/viewer/scene_json.h"
 #include "apps/viewer/viewer.h"
-#include "apps/viewer/viewer_flags.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "splatting/train/checkpoint_model.h"
 

@@ -6,9 +6,6 @@
 
 namespace vesta::app {
 
-// Exit status after Ctrl-C: 128 + SIGINT, as shells have it. Results are written all the same.
-inline constexpr int kInterruptedStatus = 130;
-
 int RunTrain(const CommandLine& line);
 int RunRefine(const CommandLine& line);
 int RunPrune(const CommandLine& line);

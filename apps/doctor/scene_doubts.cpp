@@ -6,9 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "apps/doctor/exposure_signs.h"
 #include "apps/doctor/view_signs.h"
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::app {
 namespace {

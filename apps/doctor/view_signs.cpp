@@ -1,9 +1,13 @@
 #include "apps/doctor/view_signs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <memory>
 
 #include "kernels/core/check.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::app {
 namespace {
@@ -83,6 +87,73 @@ double ThumbnailDistance(const ViewSigns& a, const ViewSigns& b) {
     sum += static_cast<double>(std::abs(a.thumbnail[i] - b.thumbnail[i]));
   }
   return sum / static_cast<double>(a.thumbnail.size());
+}
+
+namespace {
+
+constexpr Index kSample = 5000;      // of the points
+constexpr std::size_t kFewest = 20;  // that tell anything
+
+// log2 of the light of a colour, 0..1; NaN where it is too dark or too light to tell.
+double Stops(double red, double green, double blue) {
+  const double luma = Luma(red, green, blue);
+  return luma > 0.04 && luma < 0.98 ? 2.2 * std::log2(luma) : std::numeric_limits<double>::quiet_NaN();
+}
+
+// The pixel that shows the point, which lies in the image.
+std::size_t PixelOf(const gs::View& view, const std::array<float, 3>& point) {
+  const auto t =
+      gs::InCamera(view, {static_cast<double>(point[0]), static_cast<double>(point[1]), static_cast<double>(point[2])});
+  double u = 0, v = 0;
+  splat::PixelOf(view.camera.lens, t.data(), u, v);
+  const int x = std::clamp(static_cast<int>(u), 0, view.camera.width - 1);
+  const int y = std::clamp(static_cast<int>(v), 0, view.camera.height - 1);
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(view.camera.width) + static_cast<std::size_t>(x);
+}
+
+// Quartiles of the differences of its points; NaN where they are too few.
+struct Quartiles {
+  double low = std::numeric_limits<double>::quiet_NaN(), middle = low, high = low;
+};
+
+Quartiles DifferencesOf(const gs::View& view, const gs::PointCloud& points) {
+  std::vector<double> differences;
+  const std::shared_ptr<const gs::Image> photograph = view.Photograph();
+  const Index stride = std::max<Index>(1, points.size() / kSample);
+  for (Index i = 0; i < points.size(); i += stride) {
+    const auto& point = points.positions[static_cast<std::size_t>(i)];
+    const auto& color = points.colors[static_cast<std::size_t>(i)];
+    if (!(gs::DepthInView(view, point) > 0)) continue;
+    const std::size_t pixel = PixelOf(view, point);
+    const auto channel = [&](int c) { return static_cast<double>(photograph->plane(c)[pixel]); };
+    const double difference =
+        Stops(channel(0), channel(1), channel(2)) -
+        Stops(static_cast<double>(color[0]), static_cast<double>(color[1]), static_cast<double>(color[2]));
+    if (std::isfinite(difference)) differences.push_back(difference);
+  }
+  if (differences.size() < kFewest) return {};
+  std::sort(differences.begin(), differences.end());
+  const std::size_t count = differences.size();
+  return {differences[count / 4], differences[count / 2], differences[count - 1 - count / 4]};
+}
+
+}  // namespace
+
+std::vector<double> ExposureStops(const gs::Scene& scene) {
+  std::vector<Quartiles> quartiles;
+  std::vector<double> known;
+  for (const gs::View& view : scene.views) {
+    quartiles.push_back(DifferencesOf(view, scene.points));
+    if (std::isfinite(quartiles.back().middle)) known.push_back(quartiles.back().middle);
+  }
+  const double usual = known.empty() ? 0 : gs::Median(std::move(known));
+  std::vector<double> stops;
+  stops.reserve(quartiles.size());
+  for (const Quartiles& of : quartiles) {
+    const bool agrees = !((of.low - usual) * (of.high - usual) <= 0);
+    stops.push_back(agrees ? of.middle - usual : 0);
+  }
+  return stops;
 }
 
 }  // namespace vesta::app

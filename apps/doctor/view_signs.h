@@ -1,12 +1,15 @@
-// What a photograph shows of how it was taken, in a few figures that can be compared between the views of a scene.
+// Signs of trouble in single views: poses, exposures.
 #pragma once
 
 #include <array>
 #include <vector>
 
 #include "problems/gaussian_splatting/scene/image.h"
+#include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
+
+// What a photograph shows of how it was taken, in a few figures that can be compared between the views of a scene.
 
 struct ViewSigns {
   double sharpness = 0;  // mean square of the Laplacian of the luma, by its variance; blur lowers it, contrast does not
@@ -24,5 +27,13 @@ ViewSigns SignsOf(const gs::Image& image);
 
 // Mean over pixels and channels of |a - b| of two thumbnails, 0..1.
 double ThumbnailDistance(const ViewSigns& a, const ViewSigns& b);
+
+// How light each photograph is, where it shows what others show too.
+
+// Of each view, in stops (factors of two of light, by luma^2.2) beside the median view: the median over the points that
+// lie in its image of how much lighter its pixel is than the point's colour, which is the mean of all photographs that
+// found it. So it tells the exposure, not what the picture is of. 0 where the quarters
+// of its points do not agree which way: then things before the points are seen. NaN with fewer than 20 of them.
+std::vector<double> ExposureStops(const gs::Scene& scene);
 
 }  // namespace vesta::app

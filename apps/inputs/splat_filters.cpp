@@ -13,11 +13,11 @@
 #include "apps/inputs/posed_model.h"
 #include "apps/inputs/scene_flags.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/schema.h"
-#include "kernels/core/text_file.h"
-#include "problems/gaussian_splatting/model/box.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "splatting/parsimony/floaters.h"
 

@@ -8,14 +8,11 @@
 
 #include "apps/cli/outputs.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/schema.h"
-#include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 #include "splatting/io/scenes/nerf.h"
-#include "splatting/render/orbit.h"
-#include "splatting/render/path_through.h"
-#include "splatting/render/spiral.h"
-#include "splatting/render/tour.h"
+#include "splatting/render/camera_paths.h"
 
 namespace vesta::app {
 namespace {

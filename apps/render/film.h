@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "kernels/core/atomic_file.h"
+#include "kernels/core/files.h"
 #include "problems/gaussian_splatting/scene/image.h"
 
 namespace vesta::app {

@@ -8,10 +8,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
-#include "splatting/io/images/gray_png.h"
-#include "splatting/io/images/image.h"
-#include "splatting/render/surface_colors.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/io/images/image_file.h"
+#include "splatting/render/surface.h"
 
 namespace vesta::app {
 namespace {

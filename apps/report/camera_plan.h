@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "apps/report/view_errors.h"
+#include "apps/report/error_map.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {

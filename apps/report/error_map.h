@@ -1,9 +1,24 @@
-// Where a render differs from its photograph, as figures and as a picture.
+// Errors of rendered views as images: colours, maps, and the worst views of a report.
 #pragma once
 
+#include <array>
+#include <string>
+#include <vector>
+
+#include "kernels/image/metrics.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/image.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/evaluate/renderer.h"
 
 namespace vesta::app {
+
+// A number as a colour.
+
+// From black by red to pale yellow, r, g, b in 0..1. of: 0..1.
+std::array<float, 3> HeatColor(float of);
+
+// Where a render differs from its photograph, as figures and as a picture.
 
 // The error from which on the picture is brightest: mean over channels of |render - truth|, colours in 0..1.
 inline constexpr double kBrightestError = 0.25;
@@ -15,5 +30,37 @@ gs::Image ErrorMap(const gs::Image& render, const gs::Image& truth);
 // The least part of the pixels, 0..1, that has half of the squared error: small where the error is in few places, near
 // a half where it is everywhere. 0 for equal images.
 double PartWithHalfOfError(const gs::Image& render, const gs::Image& truth);
+
+// The test views of a scene beside what a splat shows of them.
+
+// A test view, and how well it is met.
+struct ViewError {
+  std::string name;
+  ImageQuality quality;
+  double half_in = 0;  // PartWithHalfOfError, of the pixels that count
+};
+
+// Pictures of a view as files within a page (DataUri), JPEG.
+struct ViewPictures {
+  int width = 0, height = 0;         // as they are shown
+  std::string truth, render, error;  // error: ErrorMap, of half the size
+};
+
+// Renders as the training's evaluation does. The model is in the frame of the scene, whose images are there.
+class ViewRenderer {
+ public:
+  // Both must outlive this.
+  ViewRenderer(const gs::SplatModel& model, const gs::Scene& scene);
+
+  // Of all test views, in the order of the scene.
+  std::vector<ViewError> Measure();
+  // At most so many pixels wide.
+  ViewPictures Picture(const gs::View& view, int max_width);
+
+ private:
+  const gs::SplatModel& model_;
+  const gs::Scene& scene_;
+  gs::Renderer renderer_;
+};
 
 }  // namespace vesta::app

@@ -1,10 +1,15 @@
 #include "apps/report/report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "apps/report/camera_plan.h"
+#include "apps/report/page.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
 
@@ -118,6 +123,23 @@ Report GatherReport(std::vector<RunSource> sources, const SplatLoader& load) {
     if (run.missing.empty()) AddPictures(load(i), i, run.source.scene, &report.views);
   }
   return report;
+}
+
+std::string SceneToReport(const std::string& folder, int downscale) {
+  const std::string path = std::filesystem::absolute(folder).lexically_normal().string();
+  return downscale == 1 ? path : fmt::format("{}, by {} smaller", path, downscale);
+}
+
+std::vector<std::string> WriteReport(const std::string& file, std::vector<RunSource> runs, const SplatLoader& load) {
+  const Report report = GatherReport(std::move(runs), load);
+  WriteFileAtomically(file, ReportPage(report));
+  std::vector<std::string> missing;
+  for (const ReportedRun& run : report.runs) {
+    if (run.missing.empty()) continue;
+    missing.push_back(
+        fmt::format("{}: the report does not show its test views: {}", run.source.record.name(), run.missing));
+  }
+  return missing;
 }
 
 }  // namespace vesta::app

@@ -1,4 +1,4 @@
-// report.html: trainings that are over as one page that stands alone, for people. What it shows is gathered here.
+// The report of trainings: its contents, and report.html.
 #pragma once
 
 #include <functional>
@@ -6,10 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "apps/report/error_map.h"
 #include "apps/report/run_record.h"
-#include "apps/report/view_errors.h"
 
 namespace vesta::app {
+
+// report.html: trainings that are over as one page that stands alone, for people. What it shows is gathered here.
 
 // A run to report, and the scene it trained: a text that only runs of the same photographs at the same size share.
 struct RunSource {
@@ -55,5 +57,14 @@ struct Report {
 
 // load is called for each run twice, in order.
 Report GatherReport(std::vector<RunSource> runs, const SplatLoader& load);
+
+// From runs to the file of their report.
+
+// What RunSource::scene is of a scene's folder, whose images are divided in size by the factor.
+std::string SceneToReport(const std::string& folder, int downscale);
+
+// Gathers, and writes the page whole or not at all. Throws Error where it cannot be written. Returns a line for each
+// run whose test views could not be shown.
+std::vector<std::string> WriteReport(const std::string& file, std::vector<RunSource> runs, const SplatLoader& load);
 
 }  // namespace vesta::app

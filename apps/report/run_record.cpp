@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/schema.h"
-#include "kernels/core/text_file.h"
 
 namespace vesta::app {
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 
 namespace vesta::app {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
 

@@ -6,7 +6,7 @@
 
 #include "apps/cli/command_line.h"
 #include "splatting/io/scenes/load_scene.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
 

@@ -6,10 +6,9 @@
 #include <system_error>
 #include <vector>
 
-#include "kernels/core/atomic_file.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "splatting/cameras/unknowns/moved_view.h"
-#include "splatting/io/scenes/colmap_of_scene.h"
+#include "splatting/io/scenes/colmap.h"
 
 namespace vesta::app {
 

@@ -7,7 +7,7 @@
 
 #include "apps/settings/config_json.h"
 #include "kernels/core/check.h"
-#include "splatting/adam/schedule.h"
+#include "splatting/adam/adam_options.h"
 
 namespace vesta::app {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "apps/settings/train_settings.h"
 #include "splatting/train/session/checkpoint.h"
-#include "splatting/train/session/interval.h"
+#include "splatting/train/session/training_clock.h"
 
 namespace vesta::app {
 

@@ -9,21 +9,19 @@
 #include <memory>
 #include <utility>
 
-#include "apps/cli/interrupt.h"
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/cli/progress.h"
-#include "apps/commands/commands.h"
 #include "apps/device/ranks.h"
 #include "apps/inputs/doubts.h"
 #include "apps/inputs/posed_model.h"
 #include "apps/inputs/scene_flags.h"
-#include "apps/report/write_report.h"
+#include "apps/report/report.h"
 #include "apps/training/camera_files.h"
 #include "apps/training/checkpointing.h"
 #include "apps/training/metrics_json.h"
 #include "apps/training/training_callbacks.h"
-#include "apps/training/training_remarks.h"
+#include "apps/training/training_job.h"
 #include "apps/training/training_results.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"

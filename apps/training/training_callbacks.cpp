@@ -5,14 +5,14 @@
 
 #include <cstdio>
 
-#include "apps/cli/interrupt.h"
 #include "apps/cli/print.h"
+#include "apps/cli/process.h"
 #include "apps/training/checkpointing.h"
-#include "apps/viewer/viewer_flags.h"
+#include "apps/viewer/viewer.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/io/splats/ply.h"
-#include "splatting/train/settings/render_settings.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::app {
 namespace {

@@ -1,7 +1,8 @@
-// A training that a command has made ready.
+// A training that a command runs, and remarks on its result.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "apps/cli/command_line.h"
 #include "apps/cli/outputs.h"
@@ -10,6 +11,8 @@
 #include "splatting/train/session/train_result.h"
 
 namespace vesta::app {
+
+// A training that a command has made ready.
 
 // How many Gaussians there may be in the end, to begin with, and the degree of their harmonics.
 struct ExpectedModel {
@@ -28,5 +31,14 @@ struct TrainingJob {
   double load_seconds;
   OutputFolder* out;  // null for all processes but the first, which writes for all
 };
+
+// What there is to say of the result of a training, beside its figures.
+
+// A line each: where the splat lies, what it is to be shown with, how to measure it, memory beyond what was asked for.
+// result: of the job, its model in the scene's world. splat: the file that it is written to.
+std::vector<std::string> RemarksOn(const TrainingJob& job, const gs::TrainResult& result, const std::string& splat);
+
+// Of a training that was stopped by who watches it: how to go on; else nothing. Of the process that writes.
+std::string HowToGoOn(const TrainingJob& job, const gs::TrainResult& result);
 
 }  // namespace vesta::app

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "apps/cli/outputs.h"
-#include "kernels/core/atomic_file.h"
+#include "kernels/core/files.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::app {

@@ -3,13 +3,12 @@
 #include <algorithm>
 
 #include "apps/report/error_map.h"
-#include "apps/report/heat_color.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/color_scale.h"
-#include "splatting/io/images/image.h"
-#include "splatting/render/blend.h"
-#include "splatting/render/surface_colors.h"
+#include "splatting/io/images/image_file.h"
+#include "splatting/render/look.h"
+#include "splatting/render/surface.h"
 
 namespace vesta::app {
 

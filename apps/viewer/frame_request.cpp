@@ -6,8 +6,8 @@
 #include <string>
 
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/schema.h"
-#include "kernels/core/text_file.h"
 #include "kernels/math/quaternion.h"
 
 namespace vesta::app {

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/parsimony/worth.h"
 

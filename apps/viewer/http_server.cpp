@@ -15,7 +15,6 @@
 #include <thread>
 
 #include "apps/viewer/access.h"
-#include "apps/viewer/bounded_stream.h"
 #include "kernels/core/check.h"
 
 namespace vesta::app {

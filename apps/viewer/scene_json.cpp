@@ -8,7 +8,6 @@
 
 #include "kernels/math/quaternion.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
-#include "problems/gaussian_splatting/scene/median.h"
 
 namespace vesta::app {
 namespace {

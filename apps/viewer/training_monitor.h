@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/cli/time_left.h"
+#include "apps/cli/progress.h"
 #include "apps/viewer/shown_model.h"
 #include "splatting/train/session/train_callbacks.h"
 

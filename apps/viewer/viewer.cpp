@@ -96,4 +96,15 @@ HttpReply Viewer::FrameOfValues(const FrameRequest& request, const ShownModel::S
   return FrameReply(renderer_.Jpeg(*values->of.model, request, &values->places), values->of);
 }
 
+ViewerPlace PlaceOfViewer(const Flags& flags) { return {flags.bind, flags.port.value_or(0)}; }
+
+ViewerPlace PlaceOfTrainingsView(const Flags& flags) {
+  ViewerPlace place{flags.bind, 0};
+  constexpr schema::Range kPorts{1, 65535};
+  if (flags.view != kAnyPort && !schema::Numbers<int>::FromText(flags.view, kPorts, place.port)) {
+    throw UsageError(fmt::format("--view={}: its value must be a port from 1 to 65535", flags.view));
+  }
+  return place;
+}
+
 }  // namespace vesta::app

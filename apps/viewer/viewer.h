@@ -1,10 +1,11 @@
-// A splat in the browser: a page, and what it asks for.
+// The viewer: a page served to a browser, and its flags.
 #pragma once
 
 #include <array>
 #include <string>
 #include <vector>
 
+#include "apps/cli/flags.h"
 #include "apps/viewer/frame_renderer.h"
 #include "apps/viewer/gaussian_values.h"
 #include "apps/viewer/http_server.h"
@@ -13,6 +14,8 @@
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::app {
+
+// A splat in the browser: a page, and what it asks for.
 
 // Where it listens (--bind, --port).
 struct ViewerPlace {
@@ -48,5 +51,11 @@ class Viewer {
   GaussianValues values_;
   HttpServer server_;  // last: it answers from the first moment to its end
 };
+
+// Where pages are served.
+
+// Of `view`, by --port, and of a training, by --view. Throws UsageError where --view is no port.
+ViewerPlace PlaceOfViewer(const Flags& flags);
+ViewerPlace PlaceOfTrainingsView(const Flags& flags);
 
 }  // namespace vesta::app

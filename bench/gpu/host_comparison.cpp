@@ -9,7 +9,7 @@
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::bench {
 namespace {

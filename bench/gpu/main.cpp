@@ -28,7 +28,7 @@
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/adam/device_adam_steps.h"
 
 namespace vesta::bench {

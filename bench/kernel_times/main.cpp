@@ -17,7 +17,7 @@
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "kernels/image/photometric_loss.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
 #include "splatting/adam/adam.h"
 #include "splatting/evaluate/quality.h"

@@ -7,7 +7,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/evaluate/quality.h"
 #include "splatting/io/scenes/load_scene.h"
 

@@ -22,7 +22,7 @@
 #include "bench/solver_race/outcomes.h"
 #include "kernels/core/check.h"
 #include "problems/bundle_adjustment/bal_file.h"
-#include "problems/bundle_adjustment/generate.h"
+#include "bench/collections/generate_bundle.h"
 
 namespace vesta::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/report.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::bench {
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "apps/cli/command_line.h"
+#include "apps/usage/parse_command_line.h"
 #include "apps/settings/train_settings.h"
 #include "bench/training_race/curve.h"
 #include "kernels/core/check.h"

@@ -7,7 +7,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
-#include "splatting/adam/schedule.h"
+#include "splatting/adam/adam_options.h"
 
 namespace vesta::bench {
 namespace {

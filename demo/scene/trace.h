@@ -5,7 +5,7 @@
 
 #include "demo/scene/scene.h"
 #include "problems/gaussian_splatting/scene/distortion.h"
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 
 namespace vesta::demo {
 

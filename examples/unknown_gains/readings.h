@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "solver/internal/normal_equations/reduced_system.h"
 #include "solver/problem_interfaces.h"
+#include "solver/reduced_system.h"
 
 using Backend = vesta::CpuBackend<double>;
 using VectorView = Backend::VectorView;

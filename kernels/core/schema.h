@@ -14,8 +14,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "kernels/core/files.h"
 #include "kernels/core/span.h"
-#include "kernels/core/text_file.h"
 
 namespace vesta::schema {
 

@@ -1,6 +1,6 @@
 #include "kernels/core/launch.cuh"
 #include "kernels/image/device_image_passes.h"
-#include "kernels/image/quantize.h"
+#include "kernels/image/metrics.h"
 
 namespace vesta::device_image {
 namespace {

@@ -16,9 +16,7 @@ void ResizeIfNeeded(DeviceBuffer<T>& buffer, Index size) {
 
 DevicePhotometricLoss::DevicePhotometricLoss(const PhotometricWeights& weights)
     : weights_(weights), penalty_(PenaltyCoefficientsOf<float>(weights)) {
-  VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
-              weights.l1, weights.ssim, weights.l1_floor);
-  VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
+  CheckWeights(weights);
 }
 
 void DevicePhotometricLoss::Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
@@ -65,8 +63,7 @@ PhotometricValue DevicePhotometricLoss::Value() {
   sums_.CopyTo({sums, 3});
   PhotometricValue value;
   value.absolute = sums[0], value.pixelwise = sums[1], value.dissimilarity = sums[2];
-  value.cost = weights_.l1 * value.pixelwise + weights_.ssim * value.dissimilarity;
-  value.objective = weights_.l1 * value.absolute + weights_.ssim * value.dissimilarity;
+  value.Weigh(weights_);
   return value;
 }
 

@@ -1,10 +1,28 @@
-// Image quality as reported: PSNR and SSIM of 8-bit images.
+// PSNR and SSIM of images, as 8-bit files have them.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/hd.h"
 #include "kernels/image/photometric_loss.h"
-#include "kernels/image/quantize.h"
+#include "kernels/math/isa.h"
 
 namespace vesta {
+
+// Colours as an image file of 8 bits holds them.
+
+inline namespace VESTA_ISA {
+
+// x as an 8-bit value shows it: round(255 clamp(x, 0, 1)) / 255. Not a number stays not a number.
+VESTA_HD inline float QuantizeTo8Bit(float x) {
+  using std::clamp, std::floor;
+  return floor(255.0f * clamp(x, 0.0f, 1.0f) + 0.5f) / 255.0f;
+}
+
+}  // namespace VESTA_ISA
+
+// Image quality as reported: PSNR and SSIM of 8-bit images.
 
 struct ImageQuality {
   double psnr = 0.0;  // 10 log10(1 / mean squared error) in dB, over all pixels and channels; infinite for equal images

@@ -17,15 +17,24 @@ std::unique_ptr<SsimStrategy<S>> MakeSsimStrategy(SsimLinearization kind) {
 
 }  // namespace
 
+void PhotometricValue::Weigh(const PhotometricWeights& weights) {
+  cost = weights.l1 * pixelwise + weights.ssim * dissimilarity;
+  objective = weights.l1 * absolute + weights.ssim * dissimilarity;
+}
+
+void CheckWeights(const PhotometricWeights& weights) {
+  VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
+              weights.l1, weights.ssim, weights.l1_floor);
+  VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
+}
+
 template <class S>
 PhotometricLoss<S>::PhotometricLoss(const PhotometricWeights& weights, Isa isa)
     : weights_(weights),
       penalty_(PenaltyCoefficientsOf<S>(weights)),
       ssim_(MakeSsimStrategy<S>(weights.structure)),
       bands_(isa) {
-  VESTA_CHECK(weights.l1 >= 0.0 && weights.ssim >= 0.0 && weights.l1_floor >= 0.0, "weights {}, {}, floor {}",
-              weights.l1, weights.ssim, weights.l1_floor);
-  VESTA_CHECK(weights.huber_threshold > 0.0, "a Huber threshold of {}", weights.huber_threshold);
+  CheckWeights(weights);
 }
 
 template <class S>
@@ -64,8 +73,7 @@ PhotometricValue PhotometricLoss<S>::Run(ConstVectorView rendered, ConstVectorVi
     value.pixelwise += row_sums_[i + 1];
     value.dissimilarity += row_sums_[i + 2];
   }
-  value.cost = weights_.l1 * value.pixelwise + weights_.ssim * value.dissimilarity;
-  value.objective = weights_.l1 * value.absolute + weights_.ssim * value.dissimilarity;
+  value.Weigh(weights_);
   return value;
 }
 

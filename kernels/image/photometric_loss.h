@@ -28,7 +28,13 @@ struct PhotometricValue {
   double dissimilarity = 0.0;  // 1 - SSIM
   double cost = 0.0;           // l1 * pixelwise + ssim * dissimilarity: what Gradient is the gradient of
   double objective = 0.0;      // l1 * absolute + ssim * dissimilarity
+
+  // Sets cost and objective from the sums.
+  void Weigh(const PhotometricWeights& weights);
 };
+
+// Throws Error where a weight is negative, or a threshold is not positive.
+void CheckWeights(const PhotometricWeights& weights);
 
 // Holds the weights and next to no memory: the passes over the images keep what they need of a few rows in the cache
 // (row_blur.h). Each call uses all threads and gives the same bits for any number of them. An object serves

@@ -10,9 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "problems/bundle_adjustment/projection.h"
 
 namespace vesta::bundle {

@@ -4,7 +4,7 @@
 
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "problems/bundle_adjustment/device_residuals.h"
-#include "problems/bundle_adjustment/observation_blocks.h"
+#include "problems/bundle_adjustment/observation.h"
 #include "problems/bundle_adjustment/structure.h"
 
 namespace vesta::bundle {

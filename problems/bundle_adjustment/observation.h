@@ -1,9 +1,15 @@
-// One observation of a bundle adjustment as a functor of its twelve parameters.
+// Observations of points in images, and the blocks that kernels take them in.
 #pragma once
 
+#include <vector>
+
+#include "kernels/core/block_diagonal.h"
+#include "problems/bundle_adjustment/bundle_data.h"
 #include "problems/bundle_adjustment/projection.h"
 
 namespace vesta::bundle {
+
+// One observation of a bundle adjustment as a functor of its twelve parameters.
 
 // Residual: predicted less observed, pixels. Parameters: the point's three, then the camera's nine.
 struct BundleObservation {
@@ -15,6 +21,41 @@ struct BundleObservation {
     const Projection<T> seen = Project(MakeCamera(p + kPointSize), p);
     r[0] = seen.predicted[0] - T(u);
     r[1] = seen.predicted[1] - T(v);
+  }
+};
+
+// A bundle adjustment as like blocks of rows (kernels/core/row_blocks.h): one for each observation.
+
+struct ObservationBlocks {
+  std::vector<BundleObservation> functors;
+  std::vector<Index> index;        // [12 * observations], as in RowBlocks: the point's, then the camera's
+  std::vector<BlockGroup> groups;  // cameras, points
+  Index num_parameters;
+
+  explicit ObservationBlocks(const BundleData& data)
+      : groups{{.size = kCameraSize,
+                .count = data.num_cameras,
+                .offset = 0,
+                .component_stride = 1,
+                .block_stride = kCameraSize},
+               {.size = kPointSize,
+                .count = data.num_points,
+                .offset = kCameraSize * data.num_cameras,
+                .component_stride = 1,
+                .block_stride = kPointSize}},
+        num_parameters(kCameraSize * data.num_cameras + kPointSize * data.num_points) {
+    const auto blocks = data.observations.size();
+    index.resize(kRowSize * blocks);
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const Observation& observation = data.observations[b];
+      functors.push_back({observation.pixel[0], observation.pixel[1]});
+      for (std::size_t c = 0; c < kRowSize; ++c) {
+        const Index column = static_cast<Index>(c);
+        index[c * blocks + b] = column < kPointSize
+                                    ? groups[1].Parameter(observation.point, static_cast<int>(c))
+                                    : groups[0].Parameter(observation.camera, static_cast<int>(c) - kPointSize);
+      }
+    }
   }
 };
 

@@ -6,7 +6,7 @@
 
 #include "problems/bundle_adjustment/camera_vectors.h"
 #include "problems/bundle_adjustment/context.h"
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 
 namespace vesta::bundle::internal {
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "problems/bundle_adjustment/structure.h"
-#include "solver/internal/linear/linear_operator.h"
 #include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
+#include "solver/linear_operator.h"
 
 namespace vesta::bundle::internal {
 

@@ -7,9 +7,8 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "problems/pose_graph/information.h"
 
 namespace vesta::pose_graph {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "solver/distributed/distributed_problem.h"
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 
 namespace vesta {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "solver/distributed/distributed_linearization.h"
-#include "solver/internal/normal_equations/sharded_system.h"
+#include "solver/reduced_system.h"
 
 namespace vesta {
 

@@ -8,7 +8,7 @@
 #include "kernels/ranks/ranks.h"
 #include "kernels/ranks/sum_tree.h"
 #include "kernels/ranks/support.h"
-#include "solver/internal/linear/inner_products.h"
+#include "solver/linear_operator.h"
 
 namespace vesta {
 

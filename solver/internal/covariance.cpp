@@ -1,6 +1,7 @@
 #include "solver/covariance.h"
 
 #include <cmath>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include "solver/internal/linear/dense_qr.h"
 #include "solver/internal/normal_equations/dense_jacobian.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
+#include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 namespace vesta {
 
@@ -39,6 +41,51 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double
                                  .NormalInverse(options.relative_threshold, options.truncate);
   covariance.rank = inverse.rank;
   covariance.values = std::move(inverse.values);
+  return covariance;
+}
+
+BlockCovariance EstimateBlockCovariance(BlockProblem& problem, CpuBackend<double>::ConstVectorView x,
+                                        std::span<const std::pair<int, int>> pairs) {
+  using B = CpuBackend<double>;
+  VESTA_CHECK(x.size() == problem.num_parameters(), "x has {} entries, the problem {} parameters", x.size(),
+              problem.num_parameters());
+  BlockCovariance covariance;
+  std::map<int, std::vector<std::size_t>> pairs_of_column;  // by their second blocks
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const int rows = problem.tangent_size(pairs[k].first), cols = problem.tangent_size(pairs[k].second);
+    covariance.blocks.push_back({rows, cols, std::vector<double>(static_cast<std::size_t>(Index{rows} * cols))});
+    if (rows * cols > 0) pairs_of_column[pairs[k].second].push_back(k);
+  }
+  if (pairs_of_column.empty()) return covariance;
+  LinearizationAdaptor<B> linearization(problem.Linearize(x));
+  LinearizationAdaptor<B>* const batches[] = {&linearization};
+  const Index n = problem.num_tangent();
+  B::Vector diagonal(n), no_damping(n), unit(n), column(n);
+  linearization.DiagJTJ(diagonal);
+  const auto factor = problem.MakeSparseCholesky();
+  auto& cholesky = dynamic_cast<SparseCholeskyPreconditioner&>(*factor);
+  cholesky.SetLinearization(batches, diagonal);
+  cholesky.SetDamping(0, no_damping);
+  covariance.num_singular = B().AllFinite(diagonal) ? cholesky.num_raised() : n;
+  if (covariance.num_singular > 0) {
+    covariance.blocks.clear();
+    return covariance;
+  }
+  for (const auto& [second, asked] : pairs_of_column) {
+    const Index first_column = problem.tangent_offset(second);
+    for (int c = 0; c < problem.tangent_size(second); ++c) {
+      unit[first_column + c] = 1;
+      cholesky.Apply(unit, column);
+      unit[first_column + c] = 0;
+      for (const std::size_t k : asked) {
+        BlockCovariance::Block& block = covariance.blocks[k];
+        const Index first_row = problem.tangent_offset(pairs[k].first);
+        for (int r = 0; r < block.rows; ++r) {
+          block.values[static_cast<std::size_t>(Index{r} * block.cols + c)] = column[first_row + r];
+        }
+      }
+    }
+  }
   return covariance;
 }
 

@@ -7,7 +7,6 @@
 #include "kernels/core/check.h"
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/model/gather_rows.h"
-#include "splatting/adam/adam_rule.h"
 #include "splatting/adam/adam_steps.h"
 
 namespace vesta::gs {

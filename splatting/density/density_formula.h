@@ -13,7 +13,7 @@
 #include "kernels/core/span.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/quaternion.h"
-#include "splatting/density/options.h"
+#include "splatting/density/density_options.h"
 
 namespace vesta::gs {
 

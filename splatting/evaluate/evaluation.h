@@ -1,7 +1,9 @@
-// Image quality of a model over the views of a scene, in any memory space.
+// Image quality: its measures, and the views that they are taken over.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -9,10 +11,36 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
 #include "problems/gaussian_splatting/model/targets.h"
-#include "splatting/evaluate/measured_views.h"
+#include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/distributed/process_group.h"
 #include "splatting/evaluate/quality.h"
 
 namespace vesta::gs {
+
+// Of which views a model is measured, by which process.
+
+struct MeasuredViews {
+  // Of the training views as many at most, evenly spread; of the others all.
+  int most_trained = std::numeric_limits<int>::max();
+  ProcessGroup processes = {};  // each measures its share of the views
+};
+
+// Of each view of a scene whether it is one of them, of any process.
+inline std::vector<bool> AreMeasured(const MeasuredViews& measured, const std::vector<View>& views) {
+  const Index trained = NumTrainingViews(views);
+  const Index most = std::min<Index>(measured.most_trained, trained);
+  std::vector<bool> are_measured;
+  are_measured.reserve(views.size());
+  Index place = 0;  // among the training views
+  for (const View& view : views) {
+    // Of every run of trained / most views the last.
+    are_measured.push_back(!view.is_trained() || (place + 1) * most / trained > place * most / trained);
+    if (view.is_trained()) ++place;
+  }
+  return are_measured;
+}
+
+// Image quality of a model over the views of a scene, in any memory space.
 
 // Of a model in the memory of B. held: the training views, in the order of the scene, where their truths are there
 // already; those of the other views are shown to B one at a time. Processes that measure together all have the same

@@ -5,9 +5,9 @@
 
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/evaluate/measured_views.h"
+#include "splatting/evaluate/evaluation.h"
 #include "splatting/evaluate/quality.h"
 
 namespace vesta::gs {

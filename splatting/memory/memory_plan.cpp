@@ -7,12 +7,12 @@
 #include "kernels/core/error.h"
 #include "kernels/core/process_memory.h"
 #include "kernels/ranks/ranks.h"
-#include "splatting/memory/engine_bytes.h"
+#include "splatting/memory/stage_bytes.h"
 
 namespace vesta::gs {
 namespace {
 
-constexpr double kMib = 1 << 20, kGib = 1 << 30;
+constexpr double kGib = 1 << 30;
 // Of what a GPU has free: the rest is for the pool's pieces, the code and the stacks of kernels.
 constexpr double kUsableShare = 15.0 / 16;
 

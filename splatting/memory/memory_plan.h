@@ -5,8 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "splatting/memory/memory_options.h"
 #include "splatting/memory/memory_scene.h"
-#include "splatting/memory/options.h"
 #include "splatting/memory/stage_bytes.h"
 
 namespace vesta::gs {

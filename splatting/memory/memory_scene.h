@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "kernels/gaussian_splatting/formulas/view_counts.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {

@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "problems/gaussian_splatting/model/knn.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/model/initialize.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/parsimony/support.h"
 
 namespace vesta::gs {

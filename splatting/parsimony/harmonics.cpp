@@ -6,7 +6,7 @@
 #include "kernels/core/block_lanes.h"
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/formulas/color.h"
-#include "splatting/parsimony/rendered_views.h"
+#include "splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
 namespace {

@@ -1,6 +1,6 @@
 #include "splatting/parsimony/judging_views.h"
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::gs {
 

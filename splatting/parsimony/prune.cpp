@@ -10,7 +10,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/random.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/parsimony/support.h"
 #include "splatting/parsimony/worth.h"
 

@@ -9,7 +9,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::gs {
 namespace {

@@ -1,6 +1,6 @@
 #include "splatting/parsimony/worth.h"
 
-#include "splatting/parsimony/rendered_views.h"
+#include "splatting/parsimony/judging_views.h"
 
 namespace vesta::gs {
 

@@ -8,8 +8,9 @@
 
 #include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/math/quaternion.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
-#include "splatting/render/blend.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/scene/color_scale.h"
+#include "splatting/render/look.h"
 
 namespace vesta::gs {
 namespace {
@@ -137,6 +138,28 @@ DepthImage SurfaceRenderer::Depth(const SplatModel& model, const View& view, Dep
 
 NormalImage SurfaceRenderer::Normals(const SplatModel& model, const View& view) {
   return NormalsOf(splats_, Build(model, view), workspace_);
+}
+
+Image DepthColors(const DepthImage& depth, double middle) {
+  Image image(depth.width, depth.height);
+  for (std::size_t p = 0; p < depth.depth.size(); ++p) {
+    const float z = depth.depth[p];
+    if (z <= 0) continue;
+    const auto color = OnScale(kVioletToYellow, static_cast<float>(middle / (middle + static_cast<double>(z))));
+    for (int c = 0; c < 3; ++c) image.plane(c)[p] = color[static_cast<std::size_t>(c)];
+  }
+  return image;
+}
+
+Image NormalColors(const NormalImage& normals) {
+  Image image(normals.width, normals.height);
+  const std::size_t pixels = image.num_pixels();
+  for (std::size_t p = 0; p < pixels; ++p) {
+    const float* at = normals.normals.data() + p;
+    if (at[0] == 0 && at[pixels] == 0 && at[2 * pixels] == 0) continue;
+    for (std::size_t k = 0; k < 3; ++k) image.rgb[k * pixels + p] = 0.5f + 0.5f * at[k * pixels];
+  }
+  return image;
 }
 
 }  // namespace vesta::gs

@@ -1,14 +1,17 @@
-// What stands in front of a camera: how far away it is, and which way it faces. Both are blended from the Gaussians of
-// a view with the weights of its colours.
+// Depth and normals of a model in a view, and their colours.
 #pragma once
 
 #include <vector>
 
 #include "kernels/gaussian_splatting/view/splat_view.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/scene/image.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+// What stands in front of a camera: how far away it is, and which way it faces. Both are blended from the Gaussians of
+// a view with the weights of its colours.
 
 // kMedian: the depth of the Gaussian at which the transmittance falls below one half. It is always that of something,
 // but jumps where the mean slides.
@@ -54,5 +57,15 @@ class SurfaceRenderer {
   splat::SplatView<float> splats_;
   splat::ViewWorkspace<float> workspace_;
 };
+
+// Depth and normals as pictures.
+
+// From near, yellow, to far, violet; black where there is no depth. In the middle of the scale is the depth
+// `middle` > 0: colours are by middle / (middle + depth), so that they mean the same in all images.
+Image DepthColors(const DepthImage& depth, double middle);
+
+// As normal maps have them: red, green and blue are x, y and z from -1 to 1; what faces the camera is light blue. Black
+// where there is no normal.
+Image NormalColors(const NormalImage& normals);
 
 }  // namespace vesta::gs

@@ -4,7 +4,7 @@
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/distributed/process_group.h"
 #include "splatting/train/session/stage_runners.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 

@@ -3,8 +3,8 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
-#include "splatting/train/lm_stage/lm_state.h"
-#include "splatting/train/settings/render_settings.h"
+#include "splatting/train/lm_stage/lm_solve.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/train/session/checkpoint.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 

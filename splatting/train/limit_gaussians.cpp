@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/memory/memory_plan.h"
 
 namespace vesta::gs {

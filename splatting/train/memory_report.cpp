@@ -1,14 +1,9 @@
 #include "splatting/train/memory_report.h"
 
 #include "splatting/memory/memory_plan.h"
+#include "splatting/memory/stage_bytes.h"
 
 namespace vesta::gs {
-namespace {
-
-constexpr double kMib = 1 << 20;
-
-}  // namespace
-
 MemoryReport ReportOfMemory(TrainingSession& session, const StageRunners& stages, const SplatModel& model,
                             const LmOutcome& lm) {
   session.memory().NoteModel(model);

@@ -7,6 +7,7 @@
 
 #include "problems/gaussian_splatting/model/initialize.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
+#include "splatting/memory/stage_bytes.h"
 #include "splatting/train/adam_stage/run_adam_stage.h"
 #include "splatting/train/check_training.h"
 #include "splatting/train/limit_gaussians.h"
@@ -16,12 +17,10 @@
 #include "splatting/train/memory_report.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/settings/fit_to_scene.h"
-#include "splatting/train/settings/render_settings.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 namespace {
-
-constexpr double kMib = 1 << 20;
 
 // What the store of photographs has yet to take.
 double UnfilledMib(const Scene& scene) {

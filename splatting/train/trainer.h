@@ -6,7 +6,7 @@
 #include "splatting/train/session/stage_runners.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/train_result.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/bundle_adjustment/bal_file.h"
-#include "problems/bundle_adjustment/generate.h"
+#include "bench/collections/generate_bundle.h"
 #include "tests/apps/run_program.h"
 
 namespace vesta::test {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 

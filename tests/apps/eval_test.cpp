@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/ply.h"
 #include "tests/apps/refusal.h"
 #include "tests/apps/run_program.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 
 namespace vesta::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/colmap.h"
 #include "tests/apps/tiny_training.h"
 

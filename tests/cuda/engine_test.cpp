@@ -2,7 +2,7 @@
 #include "kernels/core/cuda_backend.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "problems/bundle_adjustment/device_bundle.h"
-#include "problems/bundle_adjustment/generate.h"
+#include "bench/collections/generate_bundle.h"
 #include "problems/toy/device_toy.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"

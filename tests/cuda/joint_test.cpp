@@ -5,8 +5,8 @@
 
 #include "kernels/core/device_kernels.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
-#include "solver/internal/normal_equations/reduced_system.h"
 #include "solver/problem.h"
+#include "solver/reduced_system.h"
 #include "tests/cuda/on_device.h"
 #include "tests/splatting/cameras/joint_setup.h"
 #include "tests/support/linearize_at.h"

@@ -40,7 +40,7 @@ Learned Learn(const test::MadeUpViews& all) {
   sum.Begin(all.layout, static_cast<Index>(all.views.size()), &density);
   Buffer<float, Space> gradient;
   for (std::size_t k = 0; k < all.views.size(); ++k) {
-    const test::MadeUpViews::VectorView& view = all.views[k];
+    const test::MadeUpViews::View& view = all.views[k];
     gradient = CopyOf<float, Space>(view.gradient);
     const auto rank_of = CopyOf<std::int32_t, Space>(view.rank_of);
     const auto splats = CopyOf<splat::Splat<float>, Space>(view.splats);

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <set>
 
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "tests/fuzz/targets.h"
 
 namespace vesta::fuzz {

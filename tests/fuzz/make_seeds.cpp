@@ -8,11 +8,11 @@
 
 #include "apps/training/checkpointing.h"
 #include "splatting/io/bytes/gzip.h"
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/compressed_ply.h"
 #include "splatting/io/splats/ply.h"
 #include "splatting/io/splats/spz.h"
-#include "splatting/train/lm_stage/lm_state.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/session/checkpoint.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/seed_model.h"

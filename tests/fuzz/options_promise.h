@@ -2,7 +2,7 @@
 #pragma once
 
 #include "apps/settings/config_json.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 #include "tests/fuzz/promise.h"
 
 namespace vesta::fuzz {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "tests/support/temp_folder.h"
 
 namespace vesta::fuzz {

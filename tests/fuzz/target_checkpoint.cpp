@@ -3,7 +3,7 @@
 #include <cstdint>
 
 #include "apps/training/checkpointing.h"
-#include "splatting/train/lm_stage/lm_state.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/session/checkpoint.h"
 #include "tests/fuzz/options_promise.h"
 #include "tests/fuzz/promise.h"

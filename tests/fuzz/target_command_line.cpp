@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "apps/cli/command_line.h"
+#include "apps/usage/parse_command_line.h"
 #include "apps/cli/print.h"
 #include "apps/training/checkpointing.h"
 #include "tests/fuzz/options_promise.h"

@@ -2,8 +2,7 @@
 
 #include <cstdint>
 
-#include "splatting/io/images/exif.h"
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scratch_folder.h"
 #include "tests/fuzz/targets.h"

@@ -1,6 +1,6 @@
 #include <filesystem>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/nerf.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/scene_promise.h"

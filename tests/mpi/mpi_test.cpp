@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "problems/bundle_adjustment/bal_file.h"
-#include "problems/bundle_adjustment/generate.h"
+#include "bench/collections/generate_bundle.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 

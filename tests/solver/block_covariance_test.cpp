@@ -1,5 +1,3 @@
-#include "solver/block_covariance.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

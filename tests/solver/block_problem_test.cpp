@@ -8,8 +8,8 @@
 #include "kernels/core/parallel.h"
 #include "solver/compose.h"
 #include "solver/derivative_check.h"
-#include "solver/internal/normal_equations/reduced_system.h"
 #include "solver/levenberg_marquardt.h"
+#include "solver/reduced_system.h"
 #include "tests/solver/dense_operator.h"
 #include "tests/support/linearize_at.h"
 

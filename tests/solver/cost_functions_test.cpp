@@ -7,9 +7,8 @@
 
 #include "kernels/core/check.h"
 #include "solver/block_problem.h"
+#include "solver/cost_function.h"
 #include "solver/levenberg_marquardt.h"
-#include "solver/normal_prior.h"
-#include "solver/numeric_diff_cost.h"
 
 namespace vesta {
 namespace {

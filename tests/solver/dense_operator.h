@@ -4,7 +4,7 @@
 #include <Eigen/Dense>
 #include <utility>
 
-#include "solver/internal/linear/linear_operator.h"
+#include "solver/linear_operator.h"
 #include "tests/support/dense_reference.h"
 
 namespace vesta {

@@ -7,7 +7,6 @@
 #include "kernels/gaussian_splatting/device/device_cache.h"
 #include "kernels/gaussian_splatting/formulas/posed_camera.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "kernels/gaussian_splatting/formulas/view_counts.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/gaussian_splatting/tiles/tile_pairs.h"
 

@@ -1,5 +1,4 @@
-// Plain data shared by the splatting kernels of every instruction set; nothing here is a template of the kernels' own
-// scalar types, so it may cross the boundary of an inline instruction-set namespace.
+// Plain data of the splatting kernels, shared by all instruction sets.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +6,9 @@
 #include "kernels/core/hd.h"
 
 namespace vesta::splat {
+
+// Plain data shared by the splatting kernels of every instruction set; nothing here is a template of the kernels' own
+// scalar types, so it may cross the boundary of an inline instruction-set namespace.
 
 // Opacity falloff that still counts, alpha cap, and the transmittance at which a pixel is closed. The same in every
 // pass, or J and J^T are no adjoints.
@@ -84,5 +86,18 @@ struct VisitCounts {
   std::int64_t useful = 0;   // of those, with a pixel that the splat is part of
   std::int64_t pixels = 0;   // that it is part of
 };
+
+// What of a view of a model decides how much memory its passes take.
+
+// Numbers that may be means over views.
+struct ViewCounts {
+  double pixels = 0, tiles = 0;
+  double splats = 0;   // seen
+  double pairs = 0;    // of splat and tile
+  double entries = 0;  // of pixel and splat: those of a cached Jacobian
+};
+
+// What buffers that views share have to spare, so that the next view seldom needs more.
+inline constexpr double kSpareRoom = 1.125;
 
 }  // namespace vesta::splat

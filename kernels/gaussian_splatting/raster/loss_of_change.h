@@ -1,3 +1,33 @@
+// By how much the loss of a view changes when its pixels do: for passes that predict the effect of removing or
+// recolouring a splat.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/gaussian_splatting/formulas/types.h"
+#include "kernels/gaussian_splatting/tiles/tile_pixels.h"
+#include "kernels/image/pixel_penalty.h"
+#include "kernels/math/lanes.h"
+
+namespace vesta::splat {
+
+// The loss of one view as the passes of loss_of_change.h are given it.
+
+// The loss of one view where it is linearised: images of 3 planes, as kernels/image/photometric_linearization.h has
+// them for the quadratic of SSIM.
+template <class S>
+struct LinearizedLoss {
+  const S *rendered, *truth;
+  const S* gradient;   // of the loss by the pixel
+  const S* diagonal;   // l1 * curvature of the penalty + ssim * G s
+  const S* curvature;  // c
+  PenaltyCoefficients<S> penalty;
+  S l1, ssim;                 // weights
+  S window_variance;          // of the window of SSIM, pixels squared
+  const S* counts = nullptr;  // one plane: 1, or 0 for a pixel of which no change is any to the loss; null: all 1
+};
+
 // By how much the loss of a view changes when its pixels do: what the passes that ask "what if this splat were not so"
 // share.
 //
@@ -6,17 +36,6 @@
 // splat, G delta is delta times what the window leaves of the splat: of the energy of a Gaussian of covariance C under
 // a window of variance v there remains
 //   sqrt(det C / det(C + v I)) = 1 / sqrt(det(I + v C^-1)).
-#pragma once
-
-#include <algorithm>
-#include <cmath>
-
-#include "kernels/gaussian_splatting/formulas/types.h"
-#include "kernels/gaussian_splatting/raster/linearized_loss.h"
-#include "kernels/gaussian_splatting/tiles/tile_pixels.h"
-#include "kernels/math/lanes.h"
-
-namespace vesta::splat {
 
 inline namespace VESTA_ISA {
 

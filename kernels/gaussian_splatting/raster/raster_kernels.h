@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "kernels/gaussian_splatting/raster/linearized_loss.h"
+#include "kernels/gaussian_splatting/raster/loss_of_change.h"
 #include "kernels/gaussian_splatting/raster/recolor.h"
 
 namespace vesta::splat {

@@ -3,7 +3,6 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "kernels/gaussian_splatting/formulas/view_counts.h"
 
 namespace vesta::splat {
 

@@ -5,9 +5,9 @@
 
 #include "kernels/core/buffer.h"
 #include "kernels/core/parallel.h"
-#include "kernels/core/radix_sort.h"
+#include "kernels/core/sort.h"
 #include "kernels/gaussian_splatting/cache/jacobian_cache.h"
-#include "kernels/gaussian_splatting/formulas/view_counts.h"
+#include "kernels/gaussian_splatting/formulas/types.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/gaussian_splatting/raster/raster_kernels.h"
 #include "kernels/gaussian_splatting/tiles/tiles.h"

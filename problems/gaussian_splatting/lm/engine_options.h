@@ -1,7 +1,7 @@
 // The LM stage's options in the terms of the loss, of the problem and of the engine.
 #pragma once
 
-#include "problems/gaussian_splatting/lm/options.h"
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "solver/lm_options.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "problems/gaussian_splatting/lm/splat_grams.h"
+#include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/lm/splat_scratch.h"
 

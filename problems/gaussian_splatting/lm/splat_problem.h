@@ -14,7 +14,7 @@
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/image/loss_options.h"
-#include "problems/gaussian_splatting/lm/options.h"
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/lm/splat_scratch.h"
 #include "problems/gaussian_splatting/lm/view_batches.h"
 #include "problems/gaussian_splatting/model/learning_rates.h"

@@ -1,10 +1,22 @@
-// The first model: one Gaussian at each point.
+// The first model of a training: one Gaussian at each point, as large as its neighbours are near.
 #pragma once
+
+#include <array>
+#include <vector>
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+// Distances to nearest neighbours, the initial sizes of Gaussians.
+
+// For each point the mean of the squared distances to its 3 nearest others (to all others where there are fewer; 0 for
+// a single point). Coinciding points are neighbours at distance 0, so the mean may be 0. Positions must be finite.
+// As in Kerbl et al. 2023. Parallel; the same bits for any number of threads.
+std::vector<float> MeanSquaredNeighborDistance(const std::vector<std::array<float, 3>>& positions);
+
+// The first model: one Gaussian at each point.
 
 // Mean and colour of the point, an isotropic size equal to the root mean square distance to its three nearest
 // neighbours but at least 1e-4 of the scene's extent, opacity 0.1, no rotation (Kerbl et al. 2023, section 5.1). Where

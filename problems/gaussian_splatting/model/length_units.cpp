@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::gs {
 

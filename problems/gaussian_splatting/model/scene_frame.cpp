@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::gs {
 namespace {

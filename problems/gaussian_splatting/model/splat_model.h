@@ -1,4 +1,4 @@
-// The Gaussians of a scene as parameters.
+// The Gaussians of a scene as parameters, and boxes around them.
 #pragma once
 
 #include <array>
@@ -9,6 +9,8 @@
 #include "kernels/gaussian_splatting/formulas/types.h"
 
 namespace vesta::gs {
+
+// The Gaussians of a scene as parameters.
 
 // Gaussians as parameters: data as the layout has them (kernels/gaussian_splatting/formulas/layout.h).
 struct SplatModel : splat::ModelLayout {
@@ -34,5 +36,16 @@ struct SplatModel : splat::ModelLayout {
   // Of any Gaussian: zero where it lacks the attribute.
   float Value(int a, Index gaussian) const { return gaussian < Rows(a) ? attribute(a)[gaussian] : 0.0f; }
 };
+
+// Boxes along the axes of the world.
+
+// From low to high in each of x, y and z; the faces are within.
+struct Box {
+  std::array<double, 3> low, high;
+};
+
+// The Gaussians whose means lie within the box, which is in the world of the model's file, ascending: not about its
+// origin, where it has one.
+std::vector<Index> GaussiansWithin(const SplatModel& model, const Box& box);
 
 }  // namespace vesta::gs

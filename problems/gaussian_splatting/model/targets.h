@@ -1,4 +1,4 @@
-// Photographs as the views to fit, in any memory space.
+// Views and models in the form of the kernels, and photographs as targets in any memory space.
 #pragma once
 
 #include <memory>
@@ -6,11 +6,27 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "kernels/gaussian_splatting/formulas/posed_camera.h"
+#include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "problems/gaussian_splatting/model/splat_backend.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+// Views and models in the form of the kernels.
+
+// Distance of the near plane, world units: 1 % of the scene's extent. One rule for training, refining and evaluating,
+// so that a written model reproduces the figures of its training.
+double NearPlane(const Scene& scene);
+
+// The kernels' form of a view and of a model.
+splat::PosedCamera ToPosedCamera(const View& view, double near);
+splat::Model<float> ToKernelModel(const SplatModel& model);
+// A copy of a model in the memory of the host: its Gaussians alone.
+SplatModel CopyOf(const splat::Model<float>& model);
+
+// Photographs as the views to fit, in any memory space.
 
 inline HostSpan<const float> ValuesOf(const Image& image) {
   return {image.rgb.data(), static_cast<Index>(image.rgb.size())};

@@ -1,12 +1,26 @@
 // How the cameras of a scene stand together.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+// The median.
+
+// The upper one of an even number. There must be one.
+template <class T>
+T Median(std::vector<T> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// How the cameras of a scene stand together.
 
 // The mean of their centres, and the distance of the farthest from it, world units; 0 where all coincide.
 struct CameraSpread {

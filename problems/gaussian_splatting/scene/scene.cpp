@@ -7,7 +7,6 @@
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "problems/gaussian_splatting/scene/depth_in_view.h"
-#include "problems/gaussian_splatting/scene/median.h"
 
 namespace vesta::gs {
 

@@ -1,12 +1,27 @@
-// Photographs of distorting lenses made into those of pinholes.
+// Photographs of distorting lenses resampled as those of pinholes.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "problems/gaussian_splatting/scene/distortion.h"
+#include "problems/gaussian_splatting/scene/image.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 
 namespace vesta::gs {
+
+// Images between their pixels.
+
+// The colour at pixel coordinates (u, v), where pixel (i, j) has its centre at (i + 0.5, j + 0.5): the cubic
+// interpolation of Catmull and Rom, not clamped. It passes through the pixels and is exact where colours change
+// linearly. Beyond the border stands the pixel of the border.
+std::array<float, 3> SampleCubic(const Image& image, double u, double v);
+
+// Whether (u, v) lies in the image and the four pixels about it, which make up nearly all of that colour, take part
+// (Image::mask).
+bool CountsAbout(const Image& image, double u, double v);
+
+// Photographs of distorting lenses made into those of pinholes.
 
 // The pinhole camera that stands for this one: the same focal lengths, so that the middle keeps its resolution, and as
 // large an image about the optical axis as has all its pixels within the distorted one (as `colmap image_undistorter`

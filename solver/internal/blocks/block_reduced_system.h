@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "solver/internal/blocks/block_jacobian.h"
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 
 namespace vesta {
 

@@ -2,8 +2,7 @@
 #pragma once
 
 #include "kernels/core/vector_backend.h"
-#include "solver/internal/linear/inner_products.h"
-#include "solver/internal/linear/linear_operator.h"
+#include "solver/linear_operator.h"
 
 namespace vesta {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "solver/internal/linear/linear_operator.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
+#include "solver/linear_operator.h"
 
 namespace vesta {
 

@@ -12,9 +12,8 @@
 
 #include "kernels/core/check.h"
 #include "solver/internal/normal_equations/damped_normal_equations.h"
-#include "solver/internal/normal_equations/reduced_system.h"
-#include "solver/internal/normal_equations/sharded_system.h"
 #include "solver/internal/normal_equations/step_solver.h"
+#include "solver/reduced_system.h"
 
 namespace vesta::step_internal {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "solver/internal/linear/linear_operator.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
+#include "solver/linear_operator.h"
 
 namespace vesta {
 

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "solver/internal/normal_equations/own_descent.h"
-#include "solver/internal/normal_equations/sharded_system.h"
 #include "solver/internal/normal_equations/step_cost.h"
 #include "solver/problem_interfaces.h"
+#include "solver/reduced_system.h"
 
 namespace vesta {
 

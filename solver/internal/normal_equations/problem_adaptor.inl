@@ -13,7 +13,7 @@
 #include "kernels/core/check.h"
 #include "solver/internal/normal_equations/preconditioner.h"
 #include "solver/internal/normal_equations/problem_adaptor.h"
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 
 namespace vesta {
 

@@ -1,5 +1,7 @@
 #include "solver/internal/trust_region/step_control.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -69,5 +71,29 @@ void StepControl::OnReject() {
 }
 
 void StepControl::Set(double lambda) { lambda_ = std::clamp(lambda, options_.min_lambda, options_.max_lambda); }
+
+void StepDoubt::OnReject(double predicted, bool finite) {
+  promised_ = std::max(promised_, predicted);
+  increase_ = std::max(increase_, -predicted);
+  if (!finite) blocked_ = std::max(blocked_, predicted);
+}
+
+std::string StepDoubt::Words(bool accepted, double least) const {
+  if (blocked_ > least) {
+    return fmt::format("; a step to gain {:.3e} leads to where the cost is not finite", blocked_);
+  }
+  if (accepted) return "";
+  if (std::string increase = IncreaseWords(least); !increase.empty()) return increase;
+  if (promised_ > least) {
+    return fmt::format("; a step was to gain {:.3e}: are the derivatives right? CheckProblem says what is wrong",
+                       promised_);
+  }
+  return "";
+}
+
+std::string StepDoubt::IncreaseWords(double least) const {
+  if (increase_ <= least) return "";
+  return "; the model predicts an increase: J and J^T are not adjoint? CheckProblem says what is wrong";
+}
 
 }  // namespace vesta

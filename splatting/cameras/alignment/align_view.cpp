@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "solver/levenberg_marquardt.h"
 #include "splatting/cameras/derivatives/view_problem.h"
 #include "splatting/cameras/unknowns/moved_view.h"

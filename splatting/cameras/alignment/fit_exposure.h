@@ -3,7 +3,7 @@
 
 #include "kernels/image/image_shape.h"
 #include "kernels/image/loss_options.h"
-#include "splatting/cameras/unknowns/affine_color.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::gs {
 

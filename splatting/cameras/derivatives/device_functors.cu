@@ -1,6 +1,6 @@
 // What of finding cameras nvcc compiles.
 #include "kernels/core/for_each.cuh"
-#include "splatting/cameras/derivatives/add_columns.h"
+#include "splatting/cameras/derivatives/view_curvature.h"
 #include "splatting/cameras/unknowns/exposed_pixels.h"
 
 namespace vesta {

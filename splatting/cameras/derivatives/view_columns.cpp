@@ -1,7 +1,6 @@
 #include "splatting/cameras/derivatives/view_columns.h"
 
-#include "kernels/gaussian_splatting/view/lens_jacobian.h"
-#include "kernels/gaussian_splatting/view/pose_jacobian.h"
+#include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "splatting/cameras/derivatives/view_columns.inl"
 
 namespace vesta::gs {

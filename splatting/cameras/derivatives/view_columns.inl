@@ -1,14 +1,14 @@
 // Bodies of view_columns.h for every memory space. Included where they are instantiated, after what moves a view of
-// that space (kernels/gaussian_splatting/view/pose_jacobian.h and lens_jacobian.h, or device_camera.h).
+// that space (kernels/gaussian_splatting/view/camera_jacobian.h and lens_jacobian.h, or device_camera.h).
 #pragma once
 
 #include <algorithm>
 
 #include "kernels/core/for_each.h"
 #include "problems/gaussian_splatting/model/masked_loss.h"
-#include "splatting/cameras/derivatives/add_columns.h"
 #include "splatting/cameras/derivatives/image_products.h"
 #include "splatting/cameras/derivatives/view_columns.h"
+#include "splatting/cameras/derivatives/view_curvature.h"
 #include "splatting/cameras/unknowns/exposed_colors.h"
 
 namespace vesta::gs {

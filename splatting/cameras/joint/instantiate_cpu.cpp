@@ -1,6 +1,5 @@
 // Splats and cameras as one problem, in the memory of the host.
-#include "kernels/gaussian_splatting/view/lens_jacobian.h"
-#include "kernels/gaussian_splatting/view/pose_jacobian.h"
+#include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "splatting/cameras/joint/joint_linearization.inl"
 #include "splatting/cameras/joint/joint_problem.inl"
 #include "splatting/cameras/joint/joint_reduced.inl"

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "problems/gaussian_splatting/lm/splat_grams.h"
+#include "problems/gaussian_splatting/lm/splat_blocks.h"
 #include "splatting/cameras/derivatives/view_columns.h"
 #include "splatting/cameras/joint/joint_problem.h"
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 #include "splatting/cameras/joint/joint_linearization.h"
 
 namespace vesta::gs {

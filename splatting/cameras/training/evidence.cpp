@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/cameras/alignment/aligned_evaluation.h"
 
 namespace vesta::gs {

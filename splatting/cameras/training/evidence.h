@@ -8,7 +8,7 @@
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/cameras/unknowns/options.h"
+#include "splatting/cameras/unknowns/camera_options.h"
 
 namespace vesta::gs {
 

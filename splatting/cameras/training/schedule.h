@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "kernels/gaussian_splatting/formulas/types.h"
-#include "splatting/adam/schedule.h"
+#include "splatting/adam/adam_options.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::gs {

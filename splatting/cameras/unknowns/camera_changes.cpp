@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "kernels/core/check.h"
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 
 namespace vesta::gs {

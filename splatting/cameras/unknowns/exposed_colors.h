@@ -4,8 +4,8 @@
 #include <array>
 
 #include "kernels/core/for_each.h"
-#include "splatting/cameras/unknowns/affine_color.h"
 #include "splatting/cameras/unknowns/exposed_pixels.h"
+#include "splatting/cameras/unknowns/view_unknowns.h"
 
 namespace vesta::gs {
 

@@ -9,8 +9,8 @@
 #include "kernels/core/check.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/gaussian_splatting/view/splat_view.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/cameras/unknowns/shared_lenses.h"
 
 namespace vesta::gs {

@@ -1,10 +1,57 @@
 #include "splatting/cameras/unknowns/view_unknowns.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "kernels/core/check.h"
+#include "kernels/core/vector_backend.h"
+#include "splatting/cameras/unknowns/exposed_colors.h"
 
 namespace vesta::gs {
+
+AffineColor AffineColor::Inverse() const {
+  AffineColor inverse;
+  for (std::size_t c = 0; c < gain.size(); ++c) {
+    inverse.gain[c] = 1 / gain[c];
+    inverse.offset[c] = -offset[c] / gain[c];
+  }
+  return inverse;
+}
+
+AffineColor AffineColor::After(const AffineColor& first) const {
+  AffineColor both;
+  for (std::size_t c = 0; c < gain.size(); ++c) {
+    both.gain[c] = gain[c] * first.gain[c];
+    both.offset[c] = gain[c] * first.offset[c] + offset[c];
+  }
+  return both;
+}
+
+template <class S>
+void AffineColor::Apply(HostSpan<S> image) const {
+  Expose<CpuBackend<S>>(*this, image);
+}
+template void AffineColor::Apply(HostSpan<float> image) const;
+template void AffineColor::Apply(HostSpan<double> image) const;
+
+bool LensChange::is_sound() const {
+  const auto is_within = [](const double v[2], double most) { return std::abs(v[0]) < most && std::abs(v[1]) < most; };
+  return is_within(log_focal, 1) && is_within(shift, 0.5);
+}
+
+splat::Lens LensChange::Of(const splat::Lens& given) const {
+  return {given.fx * std::exp(log_focal[0]), given.fy * std::exp(log_focal[1]), given.cx + given.fx * shift[0],
+          given.cy + given.fy * shift[1]};
+}
+
+LensChange Compose(const splat::LensTangent& delta, const LensChange& change) {
+  LensChange composed = change;
+  for (int k = 0; k < 2; ++k) {
+    composed.shift[k] += std::exp(change.log_focal[k]) * delta.v[2 + k];
+    composed.log_focal[k] += delta.v[k];
+  }
+  return composed;
+}
 
 void Pack(const ViewUnknowns& unknowns, HostSpan<double> x) {
   VESTA_CHECK(x.size() == kViewParameters, "{} values for the {} of a view", x.size(), kViewParameters);

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "kernels/core/files.h"
 #include "kernels/core/span.h"
-#include "kernels/core/text_file.h"
 
 namespace vesta::gs {
 

@@ -1,9 +1,13 @@
-// JPEG in, by libjpeg.
+#include <cstdlib>
+
 #include "kernels/core/check.h"
 #include "splatting/io/images/image_codecs.h"
 #include "splatting/io/images/jpeg_errors.h"
 
 namespace vesta::gs {
+
+// JPEG in, by libjpeg.
+
 namespace {
 
 // libjpeg merely warns of lost data and fills the rest with grey: for training that is an error.
@@ -73,6 +77,62 @@ InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, boo
   image.Allocate();
   if (!decoder.ReadPixels(image.bytes.data())) FailDamagedImage(path, decoder.message());
   return image;
+}
+
+// JPEG out, by libjpeg.
+
+namespace {
+
+class Encoder {
+ public:
+  Encoder() { info_.err = errors_.Use(); }
+  ~Encoder() {
+    jpeg_destroy_compress(&info_);
+    std::free(bytes_);  // libjpeg's allocation
+  }
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
+
+  // rgb: rows of interleaved 8-bit RGB, one after the other.
+  bool Encode(const unsigned char* rgb, int width, int height, int quality) {
+    if (setjmp(errors_.jump) != 0) return false;
+    jpeg_create_compress(&info_);
+    jpeg_mem_dest(&info_, &bytes_, &size_);
+    info_.image_width = static_cast<JDIMENSION>(width);
+    info_.image_height = static_cast<JDIMENSION>(height);
+    info_.input_components = 3;
+    info_.in_color_space = JCS_RGB;
+    jpeg_set_defaults(&info_);
+    jpeg_set_quality(&info_, quality, TRUE);
+    info_.optimize_coding = TRUE;
+    jpeg_start_compress(&info_, TRUE);
+    while (info_.next_scanline < info_.image_height) {
+      auto* row = const_cast<unsigned char*>(rgb) + std::size_t{3} * info_.next_scanline * info_.image_width;
+      jpeg_write_scanlines(&info_, &row, 1);
+    }
+    jpeg_finish_compress(&info_);
+    return true;
+  }
+  std::string_view bytes() const { return {reinterpret_cast<const char*>(bytes_), size_}; }
+  const char* message() const { return errors_.message; }
+
+ private:
+  jpeg_compress_struct info_{};
+  JpegErrors errors_{};
+  unsigned char* bytes_ = nullptr;
+  unsigned long size_ = 0;
+};
+
+}  // namespace
+
+std::string EncodeJpeg(const Image& image, int quality) {
+  VESTA_CHECK(image.width > 0 && image.height > 0, "an image without pixels cannot be a JPEG");
+  const std::vector<std::uint8_t> rgb = InterleavedBytes(image);
+  Encoder encoder;
+  if (!encoder.Encode(rgb.data(), image.width, image.height, quality)) {
+    Fail("an image of {} x {} cannot be encoded as JPEG: {}", image.width, image.height, encoder.message());
+  }
+  return std::string(encoder.bytes());
 }
 
 }  // namespace vesta::gs

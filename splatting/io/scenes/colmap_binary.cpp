@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "kernels/core/atomic_file.h"
+#include "kernels/core/files.h"
 #include "splatting/io/bytes/byte_reader.h"
-#include "splatting/io/scenes/colmap_camera_models.h"
 #include "splatting/io/scenes/colmap_files.h"
 
 namespace vesta::gs {

@@ -2,10 +2,9 @@
 #include <concepts>
 #include <limits>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "splatting/io/bytes/byte_reader.h"
-#include "splatting/io/scenes/colmap_camera_models.h"
 #include "splatting/io/scenes/colmap_files.h"
 
 namespace vesta::gs {

@@ -1,15 +1,31 @@
-// From a scene folder to everything that training needs.
+// From a scene folder to what training needs.
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/io/scenes/random_points.h"
-#include "splatting/io/scenes/test_views.h"
 
 namespace vesta::gs {
+
+// Which views of a scene are for testing, where the user says so.
+
+// At most one of the two; neither leaves what the scene's reader has chosen.
+struct TestViews {
+  std::optional<int> every;  // each of so many by name, the first among them; 0: none
+  std::string list;          // a file with a name in each line, as the model has it; empty lines and # are passed over
+};
+
+// Sets the roles of the views, which are sorted by name. Throws Error, one line with the file and the line, for a name
+// that no view has.
+void ChooseTestViews(const TestViews& choice, std::vector<View>* views);
+
+// From a scene folder to everything that training needs.
 
 struct LoadSceneOptions {
   int downscale = 1;                         // see DownscaledSize; cameras follow
@@ -36,5 +52,14 @@ struct LoadSceneOptions {
 // whatever cannot be used: folder or image missing, no image file, another aspect ratio, a mask that leaves nothing, a
 // distortion of which a pinhole would see hardly anything, a broken model, no view left to train on.
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options = {});
+
+// Names of files that a scene's own files give.
+
+// Whether a name, as from `folder` within the scene, leads out of the scene: what others have written must not be a way
+// to files elsewhere.
+inline bool LeavesScene(const std::string& folder, const std::string& name) {
+  const std::filesystem::path path = (std::filesystem::path(folder) / name).lexically_normal();
+  return path.is_absolute() || (!path.empty() && *path.begin() == "..");
+}
 
 }  // namespace vesta::gs

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
-#include "splatting/io/images/image.h"
+#include "kernels/core/files.h"
+#include "splatting/io/images/image_file.h"
 
 namespace vesta::gs {
 

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "splatting/io/bytes/byte_reader.h"
-#include "splatting/io/images/image.h"
-#include "splatting/io/scenes/scene_path.h"
+#include "splatting/io/images/image_file.h"
+#include "splatting/io/scenes/load_scene.h"
 #include "splatting/io/splats/ply.h"
 
 namespace vesta::gs {

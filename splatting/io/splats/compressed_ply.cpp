@@ -7,16 +7,15 @@
 #include <cstring>
 #include <vector>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
 #include "kernels/math/spherical_harmonics.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/model/spatial_order.h"
 #include "splatting/io/splats/chunk_order.h"
-#include "splatting/io/splats/opacity_byte.h"
-#include "splatting/io/splats/ply_table.h"
-#include "splatting/io/splats/smallest_three.h"
+#include "splatting/io/splats/packed_values.h"
+#include "splatting/io/splats/ply_file.h"
 #include "splatting/io/splats/splat_comments.h"
 
 namespace vesta::gs {

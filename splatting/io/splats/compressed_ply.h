@@ -7,7 +7,7 @@
 
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/io/splats/ply_file.h"
-#include "splatting/io/splats/usable_gaussians.h"
+#include "splatting/io/splats/splat_file.h"
 
 namespace vesta::gs {
 

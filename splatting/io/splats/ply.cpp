@@ -5,11 +5,11 @@
 #include <type_traits>
 #include <utility>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "splatting/io/splats/opacity_byte.h"
-#include "splatting/io/splats/ply_table.h"
+#include "splatting/io/splats/packed_values.h"
+#include "splatting/io/splats/ply_file.h"
 #include "splatting/io/splats/splat_comments.h"
 
 namespace vesta::gs {

@@ -1,10 +1,13 @@
 #include "splatting/io/splats/ply_file.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <utility>
 
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
+#include "kernels/core/parallel.h"
 
 namespace vesta::gs {
 namespace {
@@ -99,5 +102,142 @@ void PlyFile::ReadProperty(std::string_view words) {
 bool PlyFile::Has(std::string_view element) const {
   return std::any_of(elements_.begin(), elements_.end(), [&](const PlyElement& e) { return e.name == element; });
 }
+
+namespace {
+
+double Value(const char* bytes, PlyType type) {
+  const auto read = [bytes](auto value) {
+    std::memcpy(&value, bytes, sizeof(value));
+    return static_cast<double>(value);
+  };
+  switch (type) {
+    case PlyType::kInt8:
+      return read(std::int8_t{});
+    case PlyType::kUint8:
+      return read(std::uint8_t{});
+    case PlyType::kInt16:
+      return read(std::int16_t{});
+    case PlyType::kUint16:
+      return read(std::uint16_t{});
+    case PlyType::kInt32:
+      return read(std::int32_t{});
+    case PlyType::kUint32:
+      return read(std::uint32_t{});
+    case PlyType::kDouble:
+      return read(double{});
+    case PlyType::kFloat:
+      break;
+  }
+  return read(float{});
+}
+
+}  // namespace
+
+PlyTable::PlyTable(const PlyFile& file, std::string_view name) : path_(file.path()), holds_doubles_(file.is_ascii()) {
+  for (const PlyElement& element : file.elements()) {
+    if (!element.fault.empty()) Fail("{}: {}; export the file again", path_, element.fault);
+    if (element.name != name) continue;
+    rows_name_ = PlyRows(element.name);
+    if (element.properties.empty()) break;
+    properties_ = element.properties;
+    count_ = element.count;
+    file.is_ascii() ? ParseAscii(file, element) : FindBinary(file, element);
+    return;
+  }
+  Fail("{}: it has no {} with properties", path_, PlyRows(name));
+}
+
+// The bytes of elements before this one are there too.
+void PlyTable::FindBinary(const PlyFile& file, const PlyElement& element) {
+  std::string_view left = file.values();
+  for (const PlyElement& other : file.elements()) {
+    const Index most = static_cast<Index>(left.size()) / std::max<Index>(other.stride, 1);
+    if (other.stride > 0 && other.count > most) {
+      Fail("{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
+           path_, other.count, PlyRows(other.name), left.size(), most);
+    }
+    if (&other == &element) break;
+    left.remove_prefix(static_cast<std::size_t>(other.count * other.stride));
+  }
+  stride_ = element.stride;
+  first_ = left.data();
+}
+
+// Brought into the shape of a binary file whose properties are all doubles.
+void PlyTable::ParseAscii(const PlyFile& file, const PlyElement& element) {
+  std::string_view words = file.values();
+  for (const PlyElement& other : file.elements()) {
+    const auto width = static_cast<Index>(other.properties.size());
+    // A word takes two characters, white space included, but for the last of the file.
+    const Index most = (static_cast<Index>(words.size()) + 1) / std::max<Index>(2 * width, 1);
+    if (width > 0 && other.count > most) {
+      Fail("{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
+           path_, other.count, PlyRows(other.name), words.size(), most);
+    }
+    if (&other == &element) break;
+    for (Index i = 0; i < other.count * width; ++i) NextWord(&words);
+  }
+  for (PlyProperty& property : properties_) property.offset = std::exchange(stride_, stride_ + Index{sizeof(double)});
+  parsed_.resize(static_cast<std::size_t>(count_ * stride_));
+  char* out = parsed_.data();
+  for (Index i = 0; i < count_; ++i) {
+    for (const PlyProperty& property : properties_) {
+      double value = 0;
+      if (!ParseNumber(NextWord(&words), &value)) {
+        Fail("{}: {} of {} {} is missing or not a number; the file is cut short or damaged, copy or export it again",
+             path_, Printable(property.name), Printable(element.name), i);
+      }
+      std::memcpy(out, &value, sizeof(value));
+      out += sizeof(value);
+    }
+  }
+  first_ = parsed_.data();
+}
+
+const PlyProperty* PlyTable::Find(std::string_view property) const {
+  const auto it =
+      std::find_if(properties_.begin(), properties_.end(), [&](const PlyProperty& p) { return p.name == property; });
+  return it == properties_.end() ? nullptr : &*it;
+}
+
+bool PlyTable::Has(std::string_view property, PlyType type) const {
+  const PlyProperty* found = Find(property);
+  return found != nullptr && found->type == type;
+}
+
+int PlyTable::CountWithPrefix(std::string_view prefix) const {
+  return static_cast<int>(std::count_if(properties_.begin(), properties_.end(),
+                                        [&](const PlyProperty& p) { return p.name.starts_with(prefix); }));
+}
+
+float PlyTable::FullScale(std::string_view property) const {
+  return Has(property, PlyType::kUint8) ? 255.0f : Has(property, PlyType::kUint16) ? 65535.0f : 1.0f;
+}
+
+template <class T>
+void PlyTable::Copy(const std::vector<Column<T>>& columns) const {
+  struct Copied {
+    Index offset;
+    PlyType type;
+    T* out;
+  };
+  std::vector<Copied> copies;
+  copies.reserve(columns.size());
+  for (const Column<T>& column : columns) {
+    const PlyProperty* found = Find(column.property);
+    if (found == nullptr) Fail("{}: its {} have no property {}", path_, rows_name_, column.property);
+    copies.push_back({found->offset, holds_doubles_ ? PlyType::kDouble : found->type, column.out});
+  }
+  // Chunks that stay in the cache while the columns pass over them.
+  ParallelForChunks(count_, 1024, [&](Index begin, Index end) {
+    for (const Copied& copy : copies) {
+      const char* bytes = first_ + copy.offset;
+      for (Index i = begin; i < end; ++i) copy.out[i] = static_cast<T>(Value(bytes + i * stride_, copy.type));
+    }
+  });
+}
+
+template void PlyTable::Copy(const std::vector<Column<float>>& columns) const;
+template void PlyTable::Copy(const std::vector<Column<double>>& columns) const;
 
 }  // namespace vesta::gs

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 
 namespace vesta::gs {
 namespace {

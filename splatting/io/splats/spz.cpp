@@ -10,17 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
+#include "kernels/core/files.h"
 #include "kernels/core/parallel.h"
-#include "kernels/core/text_file.h"
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "problems/gaussian_splatting/scene/median.h"
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/io/bytes/gzip.h"
 #include "splatting/io/splats/cube_turns.h"
-#include "splatting/io/splats/half_turn.h"
-#include "splatting/io/splats/opacity_byte.h"
-#include "splatting/io/splats/smallest_three.h"
+#include "splatting/io/splats/packed_values.h"
 #include "splatting/io/splats/splat_comments.h"
 
 namespace vesta::gs {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "problems/gaussian_splatting/model/splat_model.h"
-#include "splatting/io/splats/usable_gaussians.h"
+#include "splatting/io/splats/splat_file.h"
 
 namespace vesta::gs {
 

@@ -1,6 +1,5 @@
 // The Adam stage on the host.
-#include "kernels/gaussian_splatting/view/lens_jacobian.h"
-#include "kernels/gaussian_splatting/view/pose_jacobian.h"
+#include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "splatting/train/adam_stage/run_adam_stage.h"
 
 namespace vesta::gs {

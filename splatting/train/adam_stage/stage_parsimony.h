@@ -1,5 +1,5 @@
-// What is taken out of the model in the course of the Adam stage (parsimony/schedule.h). Judged on the host, by the
-// training views at full size whatever the iterations see.
+// What is taken out of the model in the course of the Adam stage (parsimony/parsimony_options.h). Judged on the host,
+// by the training views at full size whatever the iterations see.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "splatting/parsimony/harmonics.h"
+#include "splatting/parsimony/parsimony_options.h"
 #include "splatting/parsimony/prune.h"
-#include "splatting/parsimony/schedule.h"
 #include "splatting/parsimony/support.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
-#include "splatting/train/forecast/stage_pace.h"
+#include "splatting/train/forecast/forecast.h"
 #include "splatting/train/session/session.h"
 
 namespace vesta::gs {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "splatting/adam/schedule.h"
-#include "splatting/density/schedule.h"
+#include "splatting/adam/adam_options.h"
+#include "splatting/density/density_options.h"
 #include "splatting/distributed/term_exchange.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/stage_cameras.h"

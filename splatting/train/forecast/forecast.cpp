@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "splatting/adam/schedule.h"
-#include "splatting/density/schedule.h"
-#include "splatting/parsimony/schedule.h"
+#include "splatting/adam/adam_options.h"
+#include "splatting/density/density_options.h"
+#include "splatting/parsimony/parsimony_options.h"
 
 namespace vesta::gs {
 
@@ -44,6 +45,69 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
   const bool is_limited = options.time_limit > 0 && !options.parsimony.prunes_to_count();
   ahead.change_seconds += is_limited ? std::min(judged_seconds, kJudgingPart * options.time_limit) : judged_seconds;
   return ahead;
+}
+
+void StageOutlook::ObserveIteration(bool is_coarse, Index gaussians, double pixels, double seconds) {
+  pace_.Observe(is_coarse, gaussians, seconds);
+  // The first takes longer than any other and does not count.
+  if (!std::exchange(is_warm_, true)) return;
+  worked_seconds_ += seconds, worked_pixels_ += pixels;
+}
+
+void StageOutlook::ObserveGrowth(Index before, Index after, double seconds) {
+  growth_.Observe(before, after);
+  pace_.ObserveChange(after, seconds);
+}
+
+StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
+  const TrainOptions& options = session_.options();
+  const int n = NumIterations(options.adam), done = now.iteration;
+  const double before = now.span.after, planned = 1.0 * done / n;
+  const bool is_limited = options.time_limit > 0;
+  const double left = n - done, in_time = is_limited ? session_.processes().OfFirst(IterationsInTime(now)) : left;
+  // A limit that never binds changes no bit.
+  if (before == planned && left <= in_time) return {planned, (done + 1.0) / n};
+  // A limit that does, or one that did before the training was gone on with, or as many iterations as there were not to
+  // be then: what is left of the stage is divided among those that are left.
+  return {before, before + (1 - before) / std::max(1.0, std::min(left, in_time))};
+}
+
+int StageOutlook::ExpectedIterations(const StageProgress& now) const {
+  const double left = now.span.is_last() ? 0
+                                         : std::min<double>(NumIterations(session_.options().adam) - now.iteration,
+                                                            IterationsInTime(now));
+  return now.iteration + static_cast<int>(std::ceil(left));
+}
+
+double StageOutlook::IterationsInTime(const StageProgress& now) const {
+  constexpr double kAny = 1e300;
+  if (!session_.time().is_limited() || !pace_.is_known()) return kAny;
+  const double seconds = session_.time().SecondsForAdam() - EvaluationSeconds();
+  return Ahead(now).IterationsIn(seconds);
+}
+
+StageOutlook::Telling StageOutlook::WhatToTell(bool grows) {
+  const bool is_first_guess = grows && !growth_.is_known();
+  const bool is_late = session_.Seconds() - begin_seconds_ >= 1;
+  if (!pace_.is_known() || has_foretold_ || (is_first_guess && (!is_late || has_guessed_))) return Telling::kNothing;
+  (is_first_guess ? has_guessed_ : has_foretold_) = true;
+  return is_first_guess ? Telling::kFirstGuess : Telling::kForecast;
+}
+
+StageAhead StageOutlook::Ahead(const StageProgress& now) const {
+  return ForecastStage(pace_, growth_, session_.options(), now, session_.IterationsPerEpoch());
+}
+
+Prediction StageOutlook::Foretell(const StageProgress& now, const StageAhead& ahead, bool is_first_guess,
+                                  double mib) const {
+  const TrainOptions& options = session_.options();
+  const double rows = std::ceil((1 - now.span.after) * options.adam.evaluations);
+  const double row =
+      EvaluationSeconds() * ahead.full_seconds / pace_.Seconds(false, static_cast<double>(now.gaussians));
+  const double left = (NumIterations(options.adam) - now.iteration) * ahead.seconds + ahead.change_seconds + rows * row;
+  const double total = session_.clock().Total();
+  const double seconds = options.time_limit > 0 ? std::min(options.time_limit, total + left) : total + left;
+  return {is_first_guess, total, seconds, mib, ahead.gaussians};
 }
 
 }  // namespace vesta::gs

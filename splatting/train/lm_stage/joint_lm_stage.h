@@ -15,9 +15,7 @@
 #include "solver/lm_options.h"
 #include "splatting/cameras/joint/joint_problem.h"
 #include "splatting/cameras/joint/joint_rest.h"
-#include "splatting/train/lm_stage/lm_model.h"
-#include "splatting/train/lm_stage/lm_start.h"
-#include "splatting/train/lm_stage/lm_steps.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/session/session.h"
 
 namespace vesta::gs {

@@ -14,9 +14,7 @@
 #include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/distributed/splat_parts.h"
-#include "splatting/train/lm_stage/lm_model.h"
-#include "splatting/train/lm_stage/lm_start.h"
-#include "splatting/train/lm_stage/lm_steps.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 
 namespace vesta::gs {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "problems/gaussian_splatting/lm/view_batches.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 
 namespace vesta::gs {
 namespace {

@@ -8,9 +8,8 @@
 #include <fstream>
 #include <string_view>
 
-#include "kernels/core/atomic_file.h"
 #include "kernels/core/check.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 
 namespace vesta::gs {
 namespace {

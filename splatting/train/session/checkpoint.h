@@ -9,7 +9,7 @@
 #include "kernels/core/archive.h"
 #include "problems/gaussian_splatting/scene/scene.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
-#include "splatting/train/session/history.h"
+#include "splatting/train/session/train_result.h"
 
 namespace vesta::gs {
 

@@ -1,13 +1,36 @@
-// What ends a training before its iterations are done: its caller, its time limit, its target.
+// What ends a training before its iterations are done, and what a time limit leaves for each part.
 #pragma once
 
 #include "splatting/distributed/process_group.h"
 #include "splatting/train/session/recorded_history.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_clock.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
+
+// What a time limit leaves for what. It is of all time, evaluation included.
+
+class TimeBudget {
+ public:
+  // All must outlive this.
+  TimeBudget(const TrainOptions& options, const ProcessGroup& processes, const TrainingClock& clock)
+      : options_(options), processes_(processes), clock_(clock) {}
+
+  bool is_limited() const { return options_.time_limit > 0; }
+  // Whether there is time for a row of the history that is not the last, which takes so many seconds: under a time
+  // limit a twentieth of the time may go into such. Collective.
+  bool HasTimeToRecord(double seconds) const;
+  // Seconds that are left for the Adam stage and the evaluation after it, where time is limited; else more than any.
+  double SecondsForAdam() const;
+
+ private:
+  const TrainOptions& options_;
+  const ProcessGroup& processes_;
+  const TrainingClock& clock_;
+};
+
+// What ends a training before its iterations are done: its caller, its time limit, its target.
 
 class EarlyEnd {
  public:

@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "splatting/train/session/early_end.h"
-#include "splatting/train/session/interval.h"
 #include "splatting/train/session/recorded_history.h"
 #include "splatting/train/session/saved_stage.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"
-#include "splatting/train/session/training_notes.h"
 
 namespace vesta::gs {
 

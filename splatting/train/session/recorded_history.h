@@ -1,18 +1,40 @@
-// The rows of a training's history, and the evaluations that they come from.
+// The rows of a training's history, the evaluations that they come from, and notes for the user.
 #pragma once
 
+#include <algorithm>
 #include <functional>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "splatting/evaluate/measured_views.h"
+#include "splatting/evaluate/evaluation.h"
+#include "splatting/evaluate/quality.h"
 #include "splatting/evaluate/renderer.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
+
+// What a training has to say to its user.
+
+// Lines on what is done otherwise than asked for; each once, though a training that goes on says it again.
+class TrainingNotes {
+ public:
+  void Add(std::string line) {
+    if (std::ranges::find(lines_, line) == lines_.end()) lines_.push_back(std::move(line));
+  }
+  const std::vector<std::string>& lines() const { return lines_; }
+  // Those of before a break.
+  void Restore(std::vector<std::string> lines) { lines_ = std::move(lines); }
+  std::vector<std::string> Take() { return std::move(lines_); }
+
+ private:
+  std::vector<std::string> lines_;
+};
+
+// The rows of a training's history, and the evaluations that they come from.
 
 // Gives the model in the memory of the host.
 using ModelOnHost = std::function<splat::Model<float>()>;

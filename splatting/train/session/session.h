@@ -12,12 +12,10 @@
 #include "splatting/train/session/interim_output.h"
 #include "splatting/train/session/recorded_history.h"
 #include "splatting/train/session/saved_stage.h"
-#include "splatting/train/session/time_budget.h"
 #include "splatting/train/session/train_callbacks.h"
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"
 #include "splatting/train/session/training_memory.h"
-#include "splatting/train/session/training_notes.h"
 
 namespace vesta::gs {
 

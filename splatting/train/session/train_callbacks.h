@@ -9,8 +9,8 @@
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/cameras/unknowns/view_unknowns.h"
 #include "splatting/train/session/checkpoint.h"
-#include "splatting/train/session/history.h"
-#include "splatting/train/session/interval.h"
+#include "splatting/train/session/train_result.h"
+#include "splatting/train/session/training_clock.h"
 
 namespace vesta::gs {
 

@@ -1,15 +1,32 @@
-// What a training has come to.
+// The course of a training, and its result.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "problems/gaussian_splatting/lm/options.h"
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "splatting/cameras/unknowns/camera_changes.h"
-#include "splatting/train/session/history.h"
+#include "splatting/evaluate/quality.h"
 
 namespace vesta::gs {
+
+// What a training records of its course.
+
+enum class Stage { kAdam, kLm };
+inline const char* StageName(Stage stage) { return stage == Stage::kAdam ? "adam" : "lm"; }
+
+// One evaluation of the model during training.
+struct HistoryRow {
+  Stage stage = Stage::kAdam;
+  int iteration = 0;
+  double seconds = 0;  // since the start of the process, evaluation left out
+  double cost = 0;     // mean over training views, pixels and channels of 0.8 |e| + 0.2 (1 - SSIM)
+  Quality train, held_out, test;
+  Index gaussians = 0;
+};
+
+// What a training has come to.
 
 // What was foreseen and chosen (memory_plan.h).
 struct MemoryReport {

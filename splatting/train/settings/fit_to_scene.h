@@ -2,7 +2,7 @@
 #pragma once
 
 #include "problems/gaussian_splatting/scene/scene.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 

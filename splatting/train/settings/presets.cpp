@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "kernels/core/check.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 namespace {

@@ -14,8 +14,8 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/bundle_adjustment/bal_file.h"
-#include "problems/bundle_adjustment/generate.h"
-#include "splatting/io/images/image.h"
+#include "bench/collections/generate_bundle.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"

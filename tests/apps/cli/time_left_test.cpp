@@ -1,8 +1,8 @@
-#include "apps/cli/time_left.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "apps/cli/progress.h"
 
 namespace vesta::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "kernels/core/device_memory.h"
-#include "problems/bundle_adjustment/generate.h"
+#include "bench/collections/generate_bundle.h"
 #include "tests/support/emulated_device.h"
 
 namespace vesta::app {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"

@@ -8,7 +8,7 @@
 #include <regex>
 
 #include "apps/cli/flags.h"
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 #include "tests/apps/run_program.h"
 
 namespace vesta::test {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "splatting/train/settings/options.h"
+#include "splatting/train/settings/train_options.h"
 #include "tests/apps/run_program.h"
 
 namespace vesta::test {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/parsimony/worth.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

@@ -10,13 +10,13 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/viewer/training_view.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "problems/gaussian_splatting/scene/color_scale.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "splatting/evaluate/renderer.h"
 #include "splatting/io/images/image_codecs.h"
 #include "splatting/parsimony/worth.h"
-#include "splatting/render/surface_colors.h"
+#include "splatting/render/surface.h"
 #include "splatting/train/trainer.h"
 #include "tests/apps/viewer/http_get.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

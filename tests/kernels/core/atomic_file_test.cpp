@@ -1,10 +1,9 @@
-#include "kernels/core/atomic_file.h"
-
 #include <sys/resource.h>
 
 #include <csignal>
 #include <cstdint>
 
+#include "kernels/core/files.h"
 #include "tests/support/test_files.h"
 
 namespace vesta {

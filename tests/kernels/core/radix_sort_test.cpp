@@ -1,10 +1,10 @@
-#include "kernels/core/radix_sort.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 #include <vector>
+
+#include "kernels/core/sort.h"
 
 namespace vesta {
 namespace {

@@ -1,6 +1,6 @@
 #include "problems/bundle_adjustment/bal_file.h"
 
-#include "problems/bundle_adjustment/generate.h"
+#include "bench/collections/generate_bundle.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::bundle {

@@ -5,11 +5,11 @@
 
 #include <mutex>
 
+#include "bench/collections/generate_bundle.h"
 #include "kernels/core/check.h"
-#include "problems/bundle_adjustment/generate.h"
 #include "solver/distributed/distributed_problem.h"
-#include "solver/internal/normal_equations/reduced_system.h"
 #include "solver/levenberg_marquardt.h"
+#include "solver/reduced_system.h"
 #include "tests/support/linearize_at.h"
 #include "tests/support/thread_ranks.h"
 

@@ -1,9 +1,8 @@
 // What a GPU does for a bundle adjustment, run on the host, against the problem of the host.
-#include "problems/bundle_adjustment/observation_blocks.h"
-
 #include <gtest/gtest.h>
 
 #include "problems/bundle_adjustment/bundle_problem.h"
+#include "problems/bundle_adjustment/observation.h"
 #include "solver/device_functors.h"
 #include "solver/internal/blocks/row_transpose.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"

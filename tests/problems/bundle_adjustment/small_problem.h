@@ -1,8 +1,8 @@
 // Small bundle adjustments for tests.
 #pragma once
 
+#include "bench/collections/generate_bundle.h"
 #include "kernels/core/vector_backend.h"
-#include "problems/bundle_adjustment/generate.h"
 
 namespace vesta::bundle {
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/solver_race/snavely_error.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "problems/bundle_adjustment/bal_file.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "solver/levenberg_marquardt.h"

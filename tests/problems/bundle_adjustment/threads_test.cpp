@@ -4,7 +4,7 @@
 #include "kernels/core/parallel.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "solver/derivative_check.h"
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 #include "tests/problems/bundle_adjustment/small_problem.h"
 #include "tests/support/linearize_at.h"
 

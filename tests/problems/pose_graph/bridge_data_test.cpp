@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/solver_race/ceres_pose_graph.h"
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "solver/ceres/ceres_problem.h"
 #include "tests/support/test_files.h"

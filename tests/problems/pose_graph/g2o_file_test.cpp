@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kernels/core/atomic_file.h"
+#include "kernels/core/files.h"
 #include "tests/problems/pose_graph/ring_graph.h"
 #include "tests/support/test_files.h"
 

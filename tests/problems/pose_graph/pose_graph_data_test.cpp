@@ -1,7 +1,7 @@
 // Graphs of the field, against the best costs known.
 #include <gtest/gtest.h>
 
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "problems/pose_graph/g2o_file.h"
 #include "problems/pose_graph/pose_graph_problem.h"
 #include "solver/levenberg_marquardt.h"

@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "splatting/adam/schedule.h"
+#include "splatting/adam/adam_options.h"
 #include "tests/splatting/train/training_scene.h"
 
 namespace vesta::gs {

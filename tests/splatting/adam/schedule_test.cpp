@@ -1,9 +1,8 @@
-#include "splatting/adam/schedule.h"
-
 #include <gtest/gtest.h>
 
+#include "splatting/adam/adam_options.h"
 #include "splatting/adam/view_order.h"
-#include "splatting/density/schedule.h"
+#include "splatting/density/density_options.h"
 
 namespace vesta::gs {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/cameras/alignment/align_view.h"
 #include "splatting/cameras/unknowns/moved_view.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/density/density.h"
 #include "splatting/evaluate/quality.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"

@@ -36,7 +36,7 @@ After Iterate(const test::MadeUpViews& all, Ranks* ranks) {
     sum.Begin(all.layout, count, &density);
     std::vector<float> gradient(after.x.size());
     for (Index k = own.begin; k < own.end; ++k) {
-      const test::MadeUpViews::VectorView& view = all.views[static_cast<std::size_t>(k)];
+      const test::MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
       gradient = view.gradient;
       sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
     }

@@ -32,7 +32,7 @@ class ViewGradients : public testing::Test {
 
   // The views' gradients pass through one array, which is left as it was found.
   static void Add(const MadeUpViews& all, int k, Sum& sum) {
-    const MadeUpViews::VectorView& view = all.views[static_cast<std::size_t>(k)];
+    const MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
     std::vector<float> gradient = view.gradient;
     sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
     EXPECT_EQ(gradient, std::vector<float>(gradient.size())) << "is zero for the next view";
@@ -64,7 +64,7 @@ class ViewGradients : public testing::Test {
 // The tree in plain loops over dense arrays.
 Learned Plain(const MadeUpViews& all, std::size_t begin, std::size_t end) {
   if (end - begin == 1) {
-    const MadeUpViews::VectorView& view = all.views[begin];
+    const MadeUpViews::View& view = all.views[begin];
     Learned one{.gradient = view.gradient, .pull = {}, .seen = {}};
     one.objective = view.cost.objective, one.values = view.cost.values;
     for (Index i = 0; i < all.gaussians(); ++i) {

@@ -1,9 +1,11 @@
+#include "splatting/evaluate/quality.h"
+#include "splatting/evaluate/renderer.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
-#include "splatting/evaluate/renderer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

@@ -8,7 +8,6 @@
 #include <cstdlib>
 
 #include "kernels/core/check.h"
-#include "splatting/memory/engine_bytes.h"
 #include "splatting/memory/stage_bytes.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/memory/memory_run.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/math/spherical_harmonics.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/parsimony/worth.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <set>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
-#include "splatting/parsimony/schedule.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "splatting/parsimony/parsimony_options.h"
 #include "splatting/parsimony/worth.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"

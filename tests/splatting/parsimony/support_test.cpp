@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "kernels/gaussian_splatting/view/splat_view.h"
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

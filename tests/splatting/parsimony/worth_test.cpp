@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/evaluate/renderer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 

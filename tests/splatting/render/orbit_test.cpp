@@ -1,9 +1,8 @@
-#include "splatting/render/orbit.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "splatting/render/camera_paths.h"
 #include "splatting/render/look.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 #include "tests/support/test_files.h"

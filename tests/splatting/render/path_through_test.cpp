@@ -1,10 +1,9 @@
-#include "splatting/render/path_through.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "splatting/render/camera_paths.h"
 #include "splatting/render/look.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 

@@ -1,6 +1,6 @@
-#include "splatting/render/surface_colors.h"
-
 #include <gtest/gtest.h>
+
+#include "splatting/render/surface.h"
 
 namespace vesta::gs {
 namespace {

@@ -13,7 +13,7 @@
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/train/checkpoint_model.h"
-#include "splatting/train/lm_stage/lm_steps.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/session/evaluate_or_download.h"
 #include "tests/splatting/train/stopped_training.h"
 #include "tests/splatting/train/training_scene.h"

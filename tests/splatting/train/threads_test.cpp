@@ -131,7 +131,7 @@ TEST(GsThreads, SumsOfViewsAreTheSameOnAnyNumber) {
     sum.Begin(all.layout, 3, &density);
     std::vector<float> gradient;
     for (Index k = 0; k < 3; ++k) {
-      const test::MadeUpViews::VectorView& view = all.views[static_cast<std::size_t>(k)];
+      const test::MadeUpViews::View& view = all.views[static_cast<std::size_t>(k)];
       gradient = view.gradient;
       sum.Add(k, view.pulls(), gradient.data(), [&] { return view.cost; });
     }

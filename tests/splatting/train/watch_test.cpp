@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "problems/gaussian_splatting/model/to_kernel.h"
+#include "problems/gaussian_splatting/model/targets.h"
 #include "splatting/train/checkpoint_model.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/trainer.h"

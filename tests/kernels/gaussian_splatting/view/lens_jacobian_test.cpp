@@ -1,6 +1,4 @@
 // The image as a function of the lens: its derivative against Jets, differences and itself.
-#include "kernels/gaussian_splatting/view/lens_jacobian.h"
-
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/formulas/project.h"
+#include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "tests/kernels/gaussian_splatting/image_derivative.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/splat_scenes.h"

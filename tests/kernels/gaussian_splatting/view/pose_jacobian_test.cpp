@@ -1,6 +1,4 @@
 // The image as a function of the camera's pose: its derivative against Jets, differences and itself.
-#include "kernels/gaussian_splatting/view/pose_jacobian.h"
-
 #include <ceres/jet.h>
 #include <ceres/rotation.h>
 #include <gtest/gtest.h>
@@ -11,8 +9,8 @@
 #include "kernels/core/parallel.h"
 #include "kernels/gaussian_splatting/formulas/color.h"
 #include "kernels/gaussian_splatting/projection/camera_motion.h"
+#include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "kernels/gaussian_splatting/view/isa_kernels.h"
-#include "kernels/gaussian_splatting/view/lens_jacobian.h"
 #include "tests/kernels/gaussian_splatting/image_derivative.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/cpu_isas.h"

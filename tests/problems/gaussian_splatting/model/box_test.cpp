@@ -1,7 +1,7 @@
-#include "problems/gaussian_splatting/model/box.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "problems/gaussian_splatting/model/splat_model.h"
 
 namespace vesta::gs {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "problems/gaussian_splatting/scene/sample_cubic.h"
+#include "problems/gaussian_splatting/scene/undistort.h"
 
 namespace vesta::gs::test {
 namespace {

@@ -1,11 +1,10 @@
-#include "problems/gaussian_splatting/model/knn.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
 #include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/model/initialize.h"
 
 namespace vesta::gs {
 namespace {

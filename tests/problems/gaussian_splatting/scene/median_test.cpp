@@ -1,6 +1,6 @@
-#include "problems/gaussian_splatting/scene/median.h"
-
 #include <gtest/gtest.h>
+
+#include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::gs {
 namespace {

@@ -1,6 +1,6 @@
-#include "problems/gaussian_splatting/scene/sample_cubic.h"
-
 #include <gtest/gtest.h>
+
+#include "problems/gaussian_splatting/scene/undistort.h"
 
 namespace vesta::gs {
 namespace {

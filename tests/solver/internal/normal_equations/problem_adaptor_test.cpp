@@ -10,10 +10,9 @@
 #include "solver/bounds.h"
 #include "solver/check_problem.h"
 #include "solver/distributed/distributed_problem.h"
-#include "solver/distributed/hosted_parts.h"
 #include "solver/internal/normal_equations/preconditioner.h"
-#include "solver/internal/normal_equations/reduced_system.h"
 #include "solver/levenberg_marquardt.h"
+#include "solver/reduced_system.h"
 #include "tests/solver/dense_operator.h"
 #include "tests/support/thread_ranks.h"
 
@@ -289,18 +288,6 @@ TEST_F(Adapted, AndThroughBoundsOfAProblemWithNone) {
   SolveLm(bounded, x_);
   EXPECT_NEAR(x_[0], 2, 1e-4);
   EXPECT_EQ(x_[1], 2.5);
-}
-
-TEST_F(Adapted, AndThroughAnotherMemorySpace) {
-  all_.batches = 1;
-  HostedProblem<Cpu> hosted(std::make_shared<HostedVectors<Cpu>>(), all_);
-  const ProblemAdaptor<Cpu> problem(hosted);
-  ExpectSums(problem);
-  EXPECT_EQ(all_.last_turn, 8);
-  ExpectOwnBounds(problem);
-  ExpectPlainLinearization(problem);
-  EXPECT_EQ(problem.NameResidual(0, 0), "residual");
-  EXPECT_TRUE(problem.OnAnyProcess(false));
 }
 
 // One part that is the whole.

@@ -7,7 +7,7 @@
 
 #include "kernels/core/check.h"
 #include "solver/internal/normal_equations/normal_system.h"
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 #include "tests/solver/linear_problem.h"
 
 namespace vesta {

@@ -1,10 +1,10 @@
-#include "solver/internal/trust_region/step_doubt.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <string>
+
+#include "solver/internal/trust_region/step_control.h"
 
 namespace vesta {
 namespace {

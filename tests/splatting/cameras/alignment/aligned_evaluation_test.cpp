@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "splatting/evaluate/quality.h"
 #include "splatting/evaluate/renderer.h"
 #include "tests/splatting/cameras/perturbed_view.h"
 

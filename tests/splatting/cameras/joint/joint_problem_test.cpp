@@ -5,7 +5,7 @@
 #include "kernels/core/error.h"
 #include "solver/check_problem.h"
 #include "solver/internal/derivative_check.inl"
-#include "solver/internal/normal_equations/reduced_system.h"
+#include "solver/reduced_system.h"
 #include "tests/splatting/cameras/joint_setup.h"
 #include "tests/support/adjoint.h"
 #include "tests/support/linearize_at.h"

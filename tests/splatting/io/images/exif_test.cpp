@@ -1,7 +1,6 @@
-#include "splatting/io/images/exif.h"
-
 #include <gtest/gtest.h>
 
+#include "splatting/io/images/image_file.h"
 #include "tests/splatting/io/test_images.h"
 
 namespace vesta::gs {

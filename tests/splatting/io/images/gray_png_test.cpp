@@ -1,8 +1,6 @@
-#include "splatting/io/images/gray_png.h"
-
 #include <cstdint>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::gs {

@@ -2,7 +2,7 @@
 #include <png.h>
 #include <tiff.h>
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "tests/splatting/io/test_images.h"
 #include "tests/support/test_files.h"
 

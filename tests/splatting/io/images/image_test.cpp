@@ -1,11 +1,10 @@
-#include "splatting/io/images/image.h"
-
 #include <png.h>
 #include <tiff.h>
 
 #include <cmath>
 #include <cstring>
 
+#include "splatting/io/images/image_file.h"
 #include "tests/splatting/io/test_images.h"
 #include "tests/support/test_files.h"
 

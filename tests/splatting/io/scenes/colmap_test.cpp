@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "kernels/math/quaternion.h"
-#include "splatting/io/scenes/colmap_camera_models.h"
-#include "splatting/io/scenes/colmap_of_scene.h"
+#include "splatting/io/scenes/colmap_files.h"
 #include "tests/splatting/io/test_scene.h"
 
 namespace vesta::gs {

@@ -1,8 +1,7 @@
-#include "splatting/io/scenes/load_photographs.h"
-
 #include "splatting/io/bytes/byte_reader.h"
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
+#include "splatting/io/scenes/photographs.h"
 #include "tests/splatting/io/test_images.h"
 #include "tests/splatting/io/test_scene.h"
 

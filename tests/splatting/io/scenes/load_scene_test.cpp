@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/core/text_file.h"
+#include "kernels/core/files.h"
 #include "problems/gaussian_splatting/scene/undistort.h"
-#include "splatting/io/images/exif.h"
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/colmap.h"
 #include "tests/splatting/io/nine_views.h"
 

@@ -1,6 +1,6 @@
 #include "splatting/io/scenes/masks.h"
 
-#include "splatting/io/images/image.h"
+#include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
 #include "tests/splatting/io/nine_views.h"
 

@@ -1,10 +1,9 @@
 // What reading a photograph takes, foreseen for the store of photographs, against memory as it is allocated.
-#include "splatting/io/scenes/view_photograph.h"
-
 #include <gtest/gtest.h>
 
 #include <ostream>
 
+#include "splatting/io/scenes/photographs.h"
 #include "tests/splatting/io/test_images.h"
 #include "tests/support/counted_memory.h"
 #include "tests/support/test_files.h"

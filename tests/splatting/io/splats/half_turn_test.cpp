@@ -1,5 +1,3 @@
-#include "splatting/io/splats/half_turn.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -7,6 +5,7 @@
 
 #include "kernels/math/quaternion.h"
 #include "kernels/math/spherical_harmonics.h"
+#include "splatting/io/splats/packed_values.h"
 
 namespace vesta::gs {
 namespace {

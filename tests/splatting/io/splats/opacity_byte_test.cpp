@@ -1,6 +1,6 @@
-#include "splatting/io/splats/opacity_byte.h"
-
 #include <gtest/gtest.h>
+
+#include "splatting/io/splats/packed_values.h"
 
 namespace vesta::gs {
 namespace {

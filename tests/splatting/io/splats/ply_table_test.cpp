@@ -1,7 +1,6 @@
-#include "splatting/io/splats/ply_table.h"
-
 #include <array>
 
+#include "splatting/io/splats/ply_file.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::gs {

@@ -1,8 +1,8 @@
-#include "splatting/io/splats/smallest_three.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
+
+#include "splatting/io/splats/packed_values.h"
 
 namespace vesta::gs {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "splatting/parsimony/schedule.h"
+#include "splatting/parsimony/parsimony_options.h"
 
 namespace vesta::gs {
 namespace {

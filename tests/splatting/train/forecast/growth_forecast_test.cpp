@@ -1,6 +1,6 @@
-#include "splatting/train/forecast/growth_forecast.h"
-
 #include <gtest/gtest.h>
+
+#include "splatting/train/forecast/forecast.h"
 
 namespace vesta::gs {
 namespace {

@@ -1,9 +1,8 @@
-#include "splatting/train/forecast/stage_outlook.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "splatting/train/forecast/forecast.h"
 #include "tests/splatting/train/training_scene.h"
 
 namespace vesta::gs {

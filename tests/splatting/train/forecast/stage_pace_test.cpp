@@ -1,6 +1,6 @@
-#include "splatting/train/forecast/stage_pace.h"
-
 #include <gtest/gtest.h>
+
+#include "splatting/train/forecast/forecast.h"
 
 namespace vesta::gs {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "problems/gaussian_splatting/model/degrees.h"
-#include "splatting/train/lm_stage/lm_state.h"
+#include "splatting/train/lm_stage/lm_solve.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/test_files.h"

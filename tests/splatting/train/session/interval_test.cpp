@@ -1,6 +1,6 @@
-#include "splatting/train/session/interval.h"
-
 #include <gtest/gtest.h>
+
+#include "splatting/train/session/training_clock.h"
 
 namespace vesta::gs {
 namespace {

@@ -1,8 +1,8 @@
-#include "splatting/train/session/time_budget.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "splatting/train/session/early_end.h"
 
 namespace vesta::gs {
 namespace {

@@ -1,5 +1,3 @@
-#include "splatting/train/settings/options.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 
 #include "kernels/core/check.h"
 #include "problems/gaussian_splatting/lm/engine_options.h"
+#include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "splatting/adam/schedule.h"
+#include "splatting/adam/adam_options.h"
 #include "splatting/train/settings/fit_to_scene.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"

@@ -1,0 +1,94 @@
+#include "problems/gaussian_splatting/lm/lm_stage_options.h"
+
+#include "kernels/core/check.h"
+#include "solver/internal/normal_equations/damping_metric.h"
+
+namespace vesta::gs {
+namespace {
+
+using schema::Choice;
+
+constexpr Choice<BatchChoice> kBatchChoices[] = {{BatchChoice::kStrided, "strided"}, {BatchChoice::kRandom, "random"}};
+constexpr Choice<LmDamping> kDampings[] = {{LmDamping::kRates, "rates"}, {LmDamping::kDiagonal, "diag"}};
+constexpr Choice<LmPreconditioner> kPreconditioners[] = {{LmPreconditioner::kBlock, "block"},
+                                                         {LmPreconditioner::kJacobi, "jacobi"}};
+constexpr Choice<PreconditionerDamping> kPreconditionerDampings[] = {{PreconditionerDamping::kLambda, "lambda"},
+                                                                     {PreconditionerDamping::kOne, "one"}};
+constexpr Choice<PcgStart> kPcgStarts[] = {{PcgStart::kZero, "zero"}, {PcgStart::kPreconditioned, "preconditioned"}};
+constexpr Choice<StepRule> kStepRules[] = {
+    {StepRule::kCeres, "ceres"}, {StepRule::k3dgsLmV2, "v2"}, {StepRule::k3dgsLmCode, "code"}};
+constexpr Choice<PixelLinearization> kPixelLinearizations[] = {{PixelLinearization::kIrls, "irls"},
+                                                               {PixelLinearization::kSqrt, "sqrt"},
+                                                               {PixelLinearization::kHuber, "huber"},
+                                                               {PixelLinearization::kL2, "l2"}};
+constexpr Choice<SsimLinearization> kSsimLinearizations[] = {{SsimLinearization::kQuadratic, "quadratic"},
+                                                             {SsimLinearization::kRootCenter, "root_center"}};
+static_assert(schema::EachOnce(kJacobianKinds) && schema::EachOnce(kBatchChoices) && schema::EachOnce(kDampings) &&
+              schema::EachOnce(kPreconditioners) && schema::EachOnce(kPreconditionerDampings) &&
+              schema::EachOnce(kPcgStarts) && schema::EachOnce(kStepRules) && schema::EachOnce(kPixelLinearizations) &&
+              schema::EachOnce(kSsimLinearizations));
+
+}  // namespace
+
+const schema::Table<LmStageOptions>& LmStageFields() {
+  using O = LmStageOptions;
+  constexpr schema::Range kCount{1, 1e6}, kPositive{1e-30, 1e30}, kWeight{0, 1e6}, kFromZero{0, 1e30};
+  static const schema::Table<O> fields = {
+      {"iterations",
+       &O::iterations,
+       {0, 1e6},
+       "most iterations of Levenberg-Marquardt, all views each",
+       "lm_iterations"},
+      {"min_gain", &O::min_gain, {0, 1}, "end it where an iteration lowers the cost by a smaller part; 0: never"},
+      {"pcg_iterations", &O::pcg_iterations, kCount, "most conjugate-gradient iterations in each"},
+      {"pcg_tolerance",
+       &O::pcg_tolerance,
+       {0, 1},
+       "residual at which they stop; 0: where the quadratic model hardly falls any more"},
+      {"pcg_start", &O::pcg_start, kPcgStarts, "where they start: at zero, or at the preconditioned gradient"},
+      {"preconditioner", &O::preconditioner, kPreconditioners,
+       "11 x 11 blocks of JtJ for the geometry of Gaussians, or its diagonal"},
+      {"preconditioner_damping", &O::preconditioner_damping, kPreconditionerDampings,
+       "damping within it: lambda, or one"},
+      {"damping", &O::damping, kDampings, "metric of the damping: Adam's learning rates, or diag(JtJ)"},
+      {"step_control", &O::step_control, kStepRules, "rule for lambda: that of Ceres, of 3DGS-LM's paper, of its code"},
+      {"initial_lambda", &O::initial_lambda, kPositive, "damping at the start"},
+      {"min_lambda", &O::min_lambda, kPositive, "least damping"},
+      {"max_lambda", &O::max_lambda, kPositive, "most damping"},
+      {"min_diagonal", &O::min_diagonal, kFromZero, "least diag(JtJ) in the damping; 0: a millionth of the median"},
+      {"max_diagonal", &O::max_diagonal, kFromZero, "most diag(JtJ) in the damping; 0: no limit"},
+      {"view_agreement", &O::view_agreement, kWeight, "how strongly gradients are shrunk where views disagree; 0: not"},
+      {"line_search", &O::line_search, "search for the best length of each step"},
+      {"line_search_views", &O::line_search_views, {1e-6, 1}, "part of the views on which it searches"},
+      {"batches", &O::batches, kCount, "parts into which the training views are divided"},
+      {"batch_size", &O::batch_size, {0, 1e6}, "views in each part; 0: all views are divided"},
+      {"batch_choice", &O::batch_choice, kBatchChoices, "how views are dealt to parts: in order, or by chance"},
+      {"merge_batches", &O::merge_batches, "solve parts one by one and merge their steps, instead of all in one"},
+      {"jacobian", &O::jacobian, kJacobianKinds,
+       "products with J: from views held; from its entries in 32 or 16 bits; or from views built anew"},
+      {"loss_linearization", &O::loss_linearization, kPixelLinearizations,
+       "|error|: reweighted, as the square of its root, or Huber's, or its square"},
+      {"huber_threshold", &O::huber_threshold, {1e-6, 1e6}, "errors up to this count as squares with Huber's"},
+      {"l1_floor", &O::l1_floor, {1e-6, 1}, "errors below this count as squares in the reweighted |error|"},
+      {"l1_weight", &O::l1_weight, kWeight, "weight of |error|"},
+      {"ssim", &O::ssim, kSsimLinearizations,
+       "SSIM: a reweighted quadratic, or Gauss-Newton on its root by the centre of each window"},
+      {"ssim_weight", &O::ssim_weight, kWeight, "weight of 1 - SSIM"},
+  };
+  return fields;
+}
+
+void CheckTogether(const LmStageOptions& lm) {
+  if (lm.min_lambda > lm.initial_lambda || lm.initial_lambda > lm.max_lambda) {
+    Fail("lm.initial_lambda={}: it must be from lm.min_lambda, which is {}, to lm.max_lambda, which is {}",
+         lm.initial_lambda, lm.min_lambda, lm.max_lambda);
+  }
+  // Where there is none of ours the engine's holds.
+  const double least = lm.min_diagonal > 0 ? lm.min_diagonal : DampingMetricOptions{}.min_diagonal;
+  if (lm.max_diagonal > 0 && lm.max_diagonal < least) {
+    Fail("lm.max_diagonal={}: it must be 0 or at least {}, the least that lm.min_diagonal={} allows", lm.max_diagonal,
+         least, lm.min_diagonal);
+  }
+}
+
+}  // namespace vesta::gs

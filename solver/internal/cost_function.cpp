@@ -1,0 +1,76 @@
+#include "solver/cost_function.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kernels/core/check.h"
+
+namespace vesta {
+
+NumericDifferences::NumericDifferences(int num_residuals, std::vector<int> block_sizes,
+                                       const DifferenceOptions& options)
+    : CostFunction(num_residuals, std::move(block_sizes)), options_(options) {
+  if (!(options.relative_step > 0 && options.least_step > 0)) {
+    Fail("steps of differences are {} and {}; choose them above 0", options.relative_step, options.least_step);
+  }
+}
+
+bool NumericDifferences::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+  if (!Residuals(parameters, residuals)) return false;
+  if (jacobians == nullptr) return true;
+  const bool central = options_.method == DifferenceMethod::kCentral;
+  const auto m = static_cast<std::size_t>(num_residuals());
+  std::vector<double> ahead(m), behind(residuals, residuals + m);
+  std::vector<const double*> moved(parameters, parameters + block_sizes().size());
+  std::vector<double> block;
+  for (std::size_t b = 0; b < block_sizes().size(); ++b) {
+    if (jacobians[b] == nullptr) continue;
+    const auto size = static_cast<std::size_t>(block_sizes()[b]);
+    block.assign(parameters[b], parameters[b] + size);
+    moved[b] = block.data();
+    for (std::size_t c = 0; c < size; ++c) {
+      const double x = parameters[b][c];
+      const double h = std::max(options_.relative_step * std::abs(x), options_.least_step);
+      block[c] = x + h;
+      // What the sum has become in rounding is the step that was made.
+      double width = block[c] - x;
+      if (!Residuals(moved.data(), ahead.data())) return false;
+      if (central) {
+        block[c] = x - h;
+        width += x - block[c];
+        if (!Residuals(moved.data(), behind.data())) return false;
+      }
+      for (std::size_t i = 0; i < m; ++i) jacobians[b][i * size + c] = (ahead[i] - behind[i]) / width;
+      block[c] = x;
+    }
+    moved[b] = parameters[b];
+  }
+  return true;
+}
+
+namespace {
+
+int Rows(std::size_t entries, std::size_t columns) {
+  if (columns == 0 || entries == 0 || entries % columns != 0) {
+    Fail("a prior's A of {} entries for a mean of {}; give it rows of that size", entries, columns);
+  }
+  return static_cast<int>(entries / columns);
+}
+
+}  // namespace
+
+NormalPrior::NormalPrior(std::vector<double> A, std::vector<double> b)
+    : CostFunction(Rows(A.size(), b.size()), {static_cast<int>(b.size())}), a_(std::move(A)), b_(std::move(b)) {}
+
+bool NormalPrior::Evaluate(const double* const* parameters, double* residuals, double** jacobians) const {
+  const std::size_t n = b_.size();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(num_residuals()); ++i) {
+    residuals[i] = 0;
+    for (std::size_t c = 0; c < n; ++c) residuals[i] += a_[i * n + c] * (parameters[0][c] - b_[c]);
+  }
+  if (jacobians && jacobians[0]) std::copy(a_.begin(), a_.end(), jacobians[0]);
+  return true;
+}
+
+}  // namespace vesta

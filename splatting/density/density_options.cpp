@@ -1,0 +1,28 @@
+#include "splatting/density/density_options.h"
+
+namespace vesta::gs {
+
+const schema::Table<DensityOptions>& DensityFields() {
+  using O = DensityOptions;
+  constexpr schema::Range kPart{0, 1}, kSize{0, 1e9};
+  static const schema::Table<O> fields = {
+      {"max_gaussians",
+       &O::max_gaussians,
+       {1, 1e8},
+       "most Gaussians; of more points so many are taken",
+       "max_gaussians"},
+      {"enabled", &O::enabled, "whether Gaussians are cloned, split and pruned"},
+      {"begin", &O::begin, kPart, "part of the Adam stage after which that begins"},
+      {"end", &O::end, kPart, "part of it after which that ends"},
+      {"every", &O::every, {1e-6, 1}, "part of it between two times"},
+      {"gradient_threshold", &O::gradient_threshold, kSize,
+       "image-space gradient above which a Gaussian is cloned or split"},
+      {"split_above", &O::split_above, kSize, "standard deviation, in scene extents, above which it is split"},
+      {"prune_opacity", &O::prune_opacity, kPart, "opacity below which it is taken out"},
+      {"prune_size", &O::prune_size, kSize, "standard deviation, in scene extents, above which it is; 0: no limit"},
+      {"opacity_reset_every", &O::opacity_reset_every, kPart, "part of the stage between resets of opacity; 0: none"},
+  };
+  return fields;
+}
+
+}  // namespace vesta::gs

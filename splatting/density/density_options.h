@@ -1,0 +1,43 @@
+// Options of density control, and when it acts.
+#pragma once
+
+#include "kernels/core/schema.h"
+#include "kernels/core/span.h"
+#include "problems/gaussian_splatting/scene/stage_span.h"
+
+namespace vesta::gs {
+
+// Options of density control.
+
+// Clone, split and prune (Kerbl et al. 2023, section 5.2). Times are parts of the Adam stage.
+struct DensityOptions {
+  bool enabled = true;
+  double begin = 0.1;
+  double end = 0.6;
+  // As a part of the stage too: a longer training has more time for the same Gaussians, not more Gaussians.
+  double every = 0.05;
+  double gradient_threshold = 7e-4;  // mean norm of d loss / d mean in normalised device coordinates
+  double split_above = 0.01;         // standard deviation, in scene extents: split above, clone below
+  double prune_opacity = 0.005;
+  double prune_size = 0;             // standard deviation, in scene extents; 0: no limit
+  double opacity_reset_every = 0.0;  // 0: never
+  Index max_gaussians = 500000;      // hard cap
+};
+
+const schema::Table<DensityOptions>& DensityFields();
+
+// When density control does what in the course of the Adam stage. The same on every device.
+
+// Whether the pulls of the iteration's views are of use.
+inline bool Observes(const DensityOptions& density, const StageSpan& span) {
+  return density.enabled && span.IsWithin(density.end);
+}
+// Whether clone, split and prune follow it.
+inline bool Densifies(const DensityOptions& density, const StageSpan& span) {
+  return Observes(density, span) && span.Reaches(density.every) && span.HasReached(density.begin);
+}
+inline bool ResetsOpacity(const DensityOptions& density, const StageSpan& span) {
+  return span.Reaches(density.opacity_reset_every);
+}
+
+}  // namespace vesta::gs

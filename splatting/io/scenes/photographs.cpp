@@ -1,0 +1,218 @@
+#include "splatting/io/scenes/photographs.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/check.h"
+#include "kernels/core/parallel.h"
+#include "problems/gaussian_splatting/scene/undistort.h"
+#include "splatting/io/bytes/byte_reader.h"
+#include "splatting/io/images/image_file.h"
+#include "splatting/io/scenes/masks.h"
+
+namespace vesta::gs {
+namespace {
+
+// The pinhole that will stand for the view's camera, before --downscale.
+Camera UndistortedCamera(const View& view, const Camera& camera) {
+  const std::optional<Camera> pinhole = PinholeOf(camera, view.distortion);
+  if (pinhole) return *pinhole;
+  Fail(
+      "{}: the distortion of its camera leaves less than a fifth of the image's width or height to see undistorted; "
+      "calibrate the camera again, or remove its images from the model",
+      view.image_path);
+}
+
+// Whether an image of that size can be the camera's, but for the scale.
+bool HasShapeOf(const Camera& camera, ImageSize size) {
+  const double height_at_width = static_cast<double>(camera.height) * size.width / camera.width;
+  const double width_at_height = static_cast<double>(camera.width) * size.height / camera.height;
+  return std::abs(height_at_width - size.height) <= 1 || std::abs(width_at_height - size.width) <= 1;
+}
+
+// How an image of that size has to be turned to be the camera's: 1 where it is as the camera has it, else what its EXIF
+// says. Most programs find cameras of images as they are stored; those that turn them upright first leave a camera of
+// swapped sides.
+int OrientationFor(const View& view, ImageSize size) {
+  constexpr int kFirstThatSwapsSides = 5;
+  const Camera& camera = view.camera;
+  if (HasShapeOf(camera, size)) return 1;
+  if (HasShapeOf(camera, {size.height, size.width})) {
+    const int orientation = ExifOrientation(ReadFile(view.image_path));
+    if (orientation >= kFirstThatSwapsSides) return orientation;
+  }
+  Fail(
+      "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
+      "from",
+      view.image_path, size.width, size.height, camera.width, camera.height);
+}
+
+// most_bytes: gets the most that was held.
+Image LoadTurned(const View& view, const std::array<float, 3>& background, double* most_bytes) {
+  double samples = 0;
+  Image image = LoadImage(view.image_path, background, &samples);
+  *most_bytes = BytesOf(image) + samples;
+  const int orientation = OrientationFor(view, {image.width, image.height});
+  if (orientation == 1) return image;
+  *most_bytes = std::max(*most_bytes, 2 * BytesOf(image));
+  return TurnedUpright(image, orientation);
+}
+
+// From the photograph in its file, turned, to the one that is trained on.
+struct CameraSteps {
+  Camera in_file, undistorted, downscaled;
+};
+
+CameraSteps StepsFrom(const View& view, ImageSize turned, const PhotographRule& rule) {
+  CameraSteps steps;
+  steps.in_file = ResizeCamera(view.camera, turned.width, turned.height);
+  steps.undistorted = view.distortion.is_none() ? steps.in_file : UndistortedCamera(view, steps.in_file);
+  const ImageSize size = DownscaledSize({steps.undistorted.width, steps.undistorted.height}, rule.downscale);
+  steps.downscaled = ResizeCamera(steps.undistorted, size.width, size.height);
+  return steps;
+}
+
+// What making it will take at most beside the result: the decoder's samples, four of two bytes, and the planes made of
+// them; where planes are made of planes or turned, or have a mask, these.
+double MostWorkBytes(const View& view, const CameraSteps& steps, const PhotographRule& rule) {
+  constexpr double kMostSampleBytes = 8, kMaskedBytes = kImageBytes + 1;
+  const double in_file = steps.in_file.pixels(), undistorted = steps.undistorted.pixels(),
+               result = steps.downscaled.pixels();
+  double most = (kMaskedBytes + kMostSampleBytes) * in_file;
+  most = std::max(most, 2 * kMaskedBytes * in_file);
+  if (!view.mask_path.empty()) most = std::max(most, (2 * kMaskedBytes + kMostSampleBytes) * in_file);
+  if (!view.distortion.is_none()) most = std::max(most, kMaskedBytes * (in_file + undistorted));
+  if (rule.downscale > 1) most = std::max(most, kMaskedBytes * (undistorted + result));
+  return most - kImageBytes * result;
+}
+
+void CheckSomethingCounts(const View& view, const Image& image) {
+  if (CountedPixels(image) > 0) return;
+  Fail("{}: by its mask or its alpha nothing of it would be trained on or measured; remove it from the model",
+       view.image_path);
+}
+
+}  // namespace
+
+ViewPhotograph ReadPhotograph(const View& view, const PhotographRule& rule) {
+  double most_bytes = 0;
+  Image image = LoadTurned(view, rule.background, &most_bytes);
+  const auto replace_by = [&](Image made) {
+    most_bytes = std::max(most_bytes, BytesOf(image) + BytesOf(made));
+    image = std::move(made);
+  };
+  const CameraSteps steps = StepsFrom(view, {image.width, image.height}, rule);
+  if (!rule.alpha_is_mask) image.mask = std::vector<std::uint8_t>();
+  if (!view.mask_path.empty()) {
+    const double bytes = ApplyMask(view.mask_path, &image);
+    most_bytes = std::max(most_bytes, bytes + BytesOf(image));
+  }
+  if (!view.distortion.is_none()) {
+    replace_by(UndistortImage(image, steps.in_file, view.distortion, steps.undistorted));
+  }
+  if (rule.downscale > 1) replace_by(ResizeArea(image, steps.downscaled.width, steps.downscaled.height));
+  CheckSomethingCounts(view, image);
+  ViewPhotograph result;
+  result.work_bytes = most_bytes - BytesOf(image);
+  result.camera = steps.downscaled;
+  result.image = std::move(image);
+  return result;
+}
+
+ForeseenPhotograph ForeseePhotograph(const View& view, const PhotographRule& rule) {
+  ImageSize size = ReadImageSize(view.image_path);
+  if (OrientationFor(view, size) != 1) std::swap(size.width, size.height);
+  const CameraSteps steps = StepsFrom(view, size, rule);
+  const Camera& camera = steps.downscaled;
+  const bool may_have_mask = rule.alpha_is_mask || !view.mask_path.empty();
+  return {.camera = camera,
+          .bytes = (kImageBytes + (may_have_mask ? 1 : 0)) * camera.pixels(),
+          .work_bytes = MostWorkBytes(view, steps, rule)};
+}
+
+double ExpectedBytes(const View& view, const PhotographRule& rule) {
+  const Camera camera = UndistortedCamera(view, view.camera);
+  const ImageSize size = DownscaledSize({camera.width, camera.height}, rule.downscale);
+  return kImageBytes * size.pixels();
+}
+
+namespace {
+
+constexpr double kMib = 1 << 20;
+
+// Two photographs have to fit: one that is looked at, and one that is decoded.
+void CheckBudget(double budget, const std::vector<View>& views) {
+  double most = 0;
+  for (const View& view : views) most = std::max(most, kImageBytes * view.camera.pixels());
+  if (2 * most <= budget) return;
+  Fail(
+      "--photographs_mib: {:.1f} MiB are less than two photographs take, {:.1f}; allow so much (a half of "
+      "--memory_budget where that is given), or use --downscale",
+      budget / kMib, std::ceil(20 * most / kMib) / 10);
+}
+
+// The photograph once more, of the size that it had.
+Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& camera) {
+  Image image = ReadPhotograph(in_file, rule).image;
+  if (image.width != camera.width || image.height != camera.height) {
+    Fail("{}: it has another size than when the scene was loaded; do not change photographs while they are in use",
+         in_file.image_path);
+  }
+  return image;
+}
+
+}  // namespace
+
+void LoadPhotographs(const PhotographRule& rule, double budget_bytes, Scene* scene) {
+  double most = 1;  // by the sizes of the cameras, before any image is decoded
+  for (const View& view : scene->views) most = std::max(most, ExpectedBytes(view, rule));
+  const auto views = static_cast<Index>(scene->views.size());
+  const std::vector<View> in_files = scene->views;
+  std::vector<PhotographSource> sources(scene->views.size());
+  std::atomic<double> all_bytes = 0;
+  const auto load = [&](Index i) {
+    const auto v = static_cast<std::size_t>(i);
+    View& view = scene->views[v];
+    const bool is_read = all_bytes <= budget_bytes;
+    ViewPhotograph photograph;
+    ForeseenPhotograph foreseen;
+    if (is_read) {
+      photograph = ReadPhotograph(in_files[v], rule);
+      foreseen = {photograph.camera, BytesOf(photograph.image), photograph.work_bytes};
+    } else {
+      foreseen = ForeseePhotograph(in_files[v], rule);
+    }
+    view.camera = foreseen.camera;
+    if (!view.distortion.is_none()) view.bent = {in_files[v].camera, std::exchange(view.distortion, {})};
+    sources[v] = {
+        .decode = [in_file = in_files[v], rule, camera = view.camera] { return ReadAgain(in_file, rule, camera); },
+        .bytes = foreseen.bytes,
+        .work_bytes = foreseen.work_bytes};
+    const double so_far = all_bytes.fetch_add(foreseen.bytes) + foreseen.bytes;
+    if (is_read && so_far <= budget_bytes) view.image = std::move(photograph.image);
+  };
+  // As many at a time as the budget has room for.
+  const double together = budget_bytes / (3 * most);
+  const Index at_once = together < NumThreads() ? std::max<Index>(1, static_cast<Index>(together)) : views;
+  for (Index begin = 0; begin < views; begin += at_once) {
+    ParallelFor(std::min(at_once, views - begin), 1, [&](Index i) { load(begin + i); });
+  }
+  if (all_bytes <= budget_bytes) return;
+  CheckBudget(budget_bytes, scene->views);
+  scene->photographs = std::make_shared<PhotographStore>(budget_bytes);
+  for (std::size_t v = 0; v < sources.size(); ++v) {
+    View& view = scene->views[v];
+    view.stored = std::make_shared<const StoredPhotograph>(scene->photographs, std::move(sources[v]));
+    if (!view.image.empty()) scene->photographs->Offer(view.stored->number(), std::exchange(view.image, Image()));
+  }
+  scene->notes.push_back(fmt::format(
+      "{} photographs take {:.0f} MiB, of which {:.0f} are kept: the others are decoded when their turn comes", views,
+      all_bytes / kMib, budget_bytes / kMib));
+}
+
+}  // namespace vesta::gs

@@ -1,0 +1,104 @@
+// Options of pruning, and when it acts.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/core/schema.h"
+#include "kernels/core/span.h"
+#include "problems/gaussian_splatting/scene/stage_span.h"
+
+namespace vesta::gs {
+
+// Options of taking Gaussians out in the course of the Adam stage.
+
+// Times are parts of the Adam stage.
+struct ParsimonyOptions {
+  // What hardly any training view shows (Support::is_wanting) goes at `begin`, unless that is the start, and at `end`.
+  bool supported = true;
+  // What each parameter of a Gaussian must be worth (WorthTheirPrice, prune.h), and each coefficient of its harmonics
+  // above the constant, which go at `begin` (DegreesWorthTheirPrice, harmonics.h); 0: nothing.
+  double price = 1;
+  double sh_price = 0.5;
+  double keep = 1;  // below 1, in place of a price: part of the Gaussians there are at `begin` that is left at `end`
+  double begin = 0.6;
+  double end = 0.8;
+  double every = 0.025;
+
+  bool prunes_to_count() const { return keep < 1; }
+  bool prunes() const { return prunes_to_count() || price > 0; }
+  // Whether views judge Gaussians while Adam holds what it works with.
+  bool judges() const { return prunes() || sh_price > 0; }
+  // Options by which the model stays as it is.
+  static ParsimonyOptions None() {
+    ParsimonyOptions none;
+    none.supported = false, none.price = none.sh_price = 0;
+    return none;
+  }
+};
+
+const schema::Table<ParsimonyOptions>& ParsimonyFields();
+
+// Throws Error, one line, where what is asked for cannot be done.
+void CheckTogether(const ParsimonyOptions& parsimony);
+
+// When Gaussians are taken out in the course of the Adam stage, and how many. The same on every device.
+
+// Whether the iteration comes to a part of the stage.
+inline bool ComesTo(double part, const StageSpan& span) {
+  return !StageSpan{0, span.before}.HasReached(part) && span.HasReached(part);
+}
+
+// Whether what hardly any view shows goes after this iteration. Not at the last: what it showed of it is missed, and
+// nothing would make up for that.
+inline bool ChecksSupport(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  const bool is_time = ComesTo(parsimony.begin, span) || ComesTo(parsimony.end, span);
+  return parsimony.supported && !span.is_last() && is_time;
+}
+
+// Whether the degrees of the harmonics are lowered after this iteration, once; not before `every`, since the first
+// iterations are not those of a model at rest.
+inline bool LowersDegrees(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  return parsimony.sh_price > 0 && !span.is_last() && ComesTo(std::max(parsimony.begin, parsimony.every), span);
+}
+
+// Whether some go after this iteration. At the last it is too late: nothing would train on.
+inline bool Prunes(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  const bool is_within = span.HasReached(parsimony.begin) && span.IsWithin(parsimony.end);
+  const bool is_time = (is_within && span.Reaches(parsimony.every)) || ComesTo(parsimony.end, span);
+  return parsimony.prunes() && is_time && !span.is_last();
+}
+
+// The part of the time between begin and end that is over after the iteration.
+inline double PartDone(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  const double whole = parsimony.end - parsimony.begin;
+  return whole > 0 ? std::clamp((span.after - parsimony.begin) / whole, 0.0, 1.0) : 1;
+}
+
+// Of a time limit the part that may go into judging who is worth its price; what would take more is left out. A stage
+// of 15 s that judged as often as others spent most of it so, at a loss of 2.8 dB
+// (docs/results/2026-11-26-time-limits.md).
+inline constexpr double kJudgingPart = 0.2;
+
+// The price after it: by and by the whole.
+inline double PriceAt(const ParsimonyOptions& parsimony, const StageSpan& span) {
+  return parsimony.price * PartDone(parsimony, span);
+}
+
+// How many are left after it, of so many at the beginning: the same part of those left goes each time, so that each
+// time the rest has as much to make up for. Never more than the part, which may be of a size that is allowed.
+inline Index CountAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
+  const double left = std::pow(parsimony.keep, PartDone(parsimony, span)) * static_cast<double>(at_begin);
+  return std::max<Index>(1, static_cast<Index>(std::floor(left)));
+}
+
+// How many are likely to be left after it. What a price leaves is not known before: on most scenes about six tenths
+// (docs/results/2026-11-25-parsimony.md).
+inline double ExpectedAfter(const ParsimonyOptions& parsimony, const StageSpan& span, Index at_begin) {
+  constexpr double kPartWorthItsPrice = 0.6;
+  ParsimonyOptions expected = parsimony;
+  if (!parsimony.prunes_to_count()) expected.keep = kPartWorthItsPrice;
+  return static_cast<double>(CountAfter(expected, span, at_begin));
+}
+
+}  // namespace vesta::gs

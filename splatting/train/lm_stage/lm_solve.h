@@ -1,0 +1,187 @@
+// One solve of the LM stage: its saved state, where it starts, its loop, and the model that it leaves.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "kernels/core/archive.h"
+#include "kernels/core/check.h"
+#include "problems/gaussian_splatting/model/splat_model.h"
+#include "problems/gaussian_splatting/model/targets.h"
+#include "solver/levenberg_marquardt.h"
+#include "splatting/train/session/evaluate_or_download.h"
+#include "splatting/train/session/session.h"
+
+namespace vesta::gs {
+
+// What the LM stage goes on from, beside options and photographs: the model, its units of length, and the solve.
+
+// What stands before the saved solve (LmStepper::Save), whose x begins with the model's parameters.
+struct LmStageHeader {
+  splat::ModelLayout layout;
+  int done = 0;                   // iterations of solves before this one
+  std::vector<float> units;       // of length, as they were when the stage began
+  bool eliminates_views = false;  // where cameras are found
+
+  template <class Archive>
+  void Visit(Archive& archive) {
+    archive(layout, done, units, eliminates_views);
+  }
+};
+
+// The model in what such a stage saved.
+inline SplatModel ModelOfLmStage(std::string_view saved) {
+  ArchiveReader reader(saved);
+  LmStageHeader header;
+  SplatModel model;
+  reader(header, model.data);
+  static_cast<splat::ModelLayout&>(model) = header.layout;
+  VESTA_CHECK(model.IsOfModel() && static_cast<Index>(model.data.size()) >= model.Size(),
+              "a saved model of {} parameters for {} Gaussians", model.data.size(), model.count);
+  model.data.resize(static_cast<std::size_t>(model.Size()));  // then come views, where LM finds them too
+  return model;
+}
+
+// Where an LM stage starts: anew, or from what was saved.
+
+class LmStart {
+ public:
+  // Throws Error, which names the checkpoint, where what was saved is no state of this stage.
+  LmStart(TrainingSession& session, const SplatModel& model)
+      : session_(session), saved_(session.saved().Take(Stage::kLm)), reader_(saved_ ? *saved_ : std::string_view()) {
+    if (!saved_) {
+      header = {model, 0, TrainingUnits(session, model)};
+      return;
+    }
+    session.saved().OrRefuse([&] { reader_(header); });
+    if (header.done < 0 || header.done > session.saved().first_iteration()) session.saved().Refuse();
+  }
+  LmStart(const LmStart&) = delete;
+  LmStart& operator=(const LmStart&) = delete;
+
+  bool saved() const { return saved_.has_value(); }
+  // A stepper, by what it is made of and the saved solve; once. Throws as the constructor.
+  template <class Stepper, class... Args>
+  Stepper GoOn(Args&&... args) {
+    return session_.saved().OrRefuse([&] { return Stepper(std::forward<Args>(args)..., reader_); });
+  }
+  // Iterations of the saved solve, whose best the model is that the stage begins with.
+  int finished() const { return saved_ ? session_.saved().first_iteration() - header.done : 0; }
+
+  LmStageHeader header;
+
+ private:
+  TrainingSession& session_;
+  std::optional<std::string_view> saved_;
+  ArchiveReader reader_;
+};
+
+// The loop over the steps of the LM stage, whatever the memory the engine works in.
+
+// The best x of a stepper of a model so laid out, where it lies.
+template <Backend B>
+splat::Model<float> BestOf(const LmStepper<B>& stepper, const splat::ModelLayout& layout) {
+  return {stepper.x().data(), layout, layout.sh_degree};
+}
+
+// Runs the stepper to its end or until the session says stop. header: for the state that is saved; best: the stepper's
+// best x, for the history; moved: called when that has changed. Returns the engine's full report.
+template <Backend B>
+std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageHeader& header,
+                       const ModelToRecord& best, const std::function<void()>& moved) {
+  const int first = header.done;
+  const auto save = [&](ArchiveWriter& archive) {
+    archive(header);
+    stepper.Save(archive);
+  };
+  double values = 0;
+  for (const View* view : session.training_views()) {
+    values += static_cast<double>(ImageShape{view->camera.width, view->camera.height}.NumValues());
+  }
+  if (first == 0 && stepper.summary().iterations.size() == 1 && !session.history().ends_with(Stage::kLm)) {
+    session.history().Record(Stage::kLm, 0, best);
+    if (!stepper.done()) session.interim().SaveWhereDue(Stage::kLm, 0, save);
+  }
+  // The next step takes as long as the latest, its evaluation included.
+  for (double latest = 0; !stepper.done() && !session.early_end().ShouldStop(latest);) {
+    const double begin = session.clock().Total();
+    const LmIteration& row = stepper.Step();
+    moved();
+    session.history().Record(Stage::kLm, first + row.iteration, best);
+    session.Report({Stage::kLm, first + row.iteration, session.options().lm.iterations, session.Seconds(),
+                    row.cost / values, session.history().training_psnr(), best.gaussians,
+                    fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
+                                row.pcg_iterations, row.accepted ? "" : " rejected")});
+    session.interim().SnapshotWhereDue(Stage::kLm, first + row.iteration, best.on_host);
+    if (!stepper.done()) {
+      session.interim().SaveWhereDue(Stage::kLm, first + row.iteration, save);
+      session.interim().AttendToWatch(Stage::kLm, first + row.iteration, best.on_host, save);
+    }
+    latest = session.clock().Total() - begin;
+  }
+  if (session.early_end().stopped() && !stepper.done()) {
+    session.interim().SaveWhereDue(Stage::kLm, first + stepper.summary().iterations.back().iteration, save);
+  }
+  const LmSummary& summary = stepper.summary();
+  if (summary.status == LmStatus::kFunctionTolerance && session.options().lm.min_gain > 0) {
+    session.Note(fmt::format(
+        "LM ended after {} of {} iterations: the last one lowered the cost by less than "
+        "lm.min_gain={:g} of it",
+        first + summary.iterations.back().iteration, session.options().lm.iterations, session.options().lm.min_gain));
+  }
+  return summary.FullReport();
+}
+
+// The model that an LM stage works on, the first entries of the stepper's best x: where the engine has it, and on the
+// host.
+
+template <class B>
+class LmModel {
+ public:
+  // copies: of the training views' photographs, as they are to be evaluated; empty: the session's. workspace: free
+  // between the steps. model: its data are those of the iteration before until TakeBest(), or empty where the stepper's
+  // x lies on the host and serves. All must outlive this.
+  LmModel(TrainingSession& session, const LmStepper<B>& stepper, std::span<const TargetView<B>> copies,
+          typename SplatBackend<B>::Workspace& workspace, SplatModel& model)
+      : session_(session), stepper_(stepper), copies_(copies), workspace_(workspace), model_(model) {}
+
+  // The stepper has moved.
+  void AfterStep() {
+    if constexpr (!kOnHost) TakeBest();
+  }
+  // The model becomes the stepper's best.
+  void TakeBest() {
+    const Index n = model_.Size();
+    model_.data.resize(static_cast<std::size_t>(n));
+    B().ToHost(stepper_.x().subspan(0, n), {model_.data.data(), n});
+  }
+  // For the history.
+  ModelToRecord Recorded() {
+    return {model_.count, [this] { return Evaluate(); }, [this] { return OnHost(); }};
+  }
+
+ private:
+  static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+
+  splat::Model<float> OnHost() const { return kOnHost ? BestOf(stepper_, model_) : ToKernelModel(model_); }
+  Evaluation Evaluate() {
+    return EvaluateOrDownload<B>(
+        session_, copies_, [&] { return BestOf(stepper_, model_); }, workspace_, [this] { return OnHost(); });
+  }
+
+  TrainingSession& session_;
+  const LmStepper<B>& stepper_;
+  std::span<const TargetView<B>> copies_;
+  typename SplatBackend<B>::Workspace& workspace_;
+  SplatModel& model_;
+};
+
+}  // namespace vesta::gs
