@@ -151,8 +151,6 @@ class GpuBench {
     const Index count = workload_.model.count;
     gs::AdamStepArrays arrays{.blocks = {},
                               .layout = workload_.model,
-                              .begin = 0,
-                              .end = count,
                               .first_diagonal = 0,
                               .attributes = workload_.model.num_attributes(),
                               .views = 1,
