@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The `vesta` program: train | refine | prune | eval | render | view | convert | doctor | report | config |
 // bundle_adjust | help. `vesta help` says more.
 #include <glog/logging.h>

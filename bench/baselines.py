@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs the benchmarks that bench/baselines holds figures of, each as it was run there.
 
   bench/baselines.py BUILD_DIR OUT_DIR [--only NAME ...]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work in a process of its own: no contender is affected by an earlier one, and each has its own peak of memory.
 #pragma once
 

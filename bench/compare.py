@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Compares what a benchmark has written with a baseline, figure by figure, and fails where one is worse.
 
   bench/compare.py BASELINE NEW [--tolerance 0.02] [--time_tolerance 0.3]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time of the photometric loss of one view of 504 x 378 pixels in single precision, on one thread and on two.
 //
 //   image_loss [--json FILE]

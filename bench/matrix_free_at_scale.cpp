@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A problem whose Jacobian Ceres could not store: an image of 2048 x 2048 pixels from three coded exposures, solved by
 // products alone and held against the image that made the exposures.
 //

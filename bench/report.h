@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every benchmark prints: a table, and with --json FILE the same as JSON.
 #pragma once
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the benchmarks written in Python have in common with those of bench/report.h: targets printed, JSON written."""
 import functools
 import json

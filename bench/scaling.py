@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """How a problem scales over processes, and what a model foresees for more of them.
 
   bench/scaling.py SCALING OUT.json [--processes 1,2,4] [--threads 1] [--rounds 3] [--weak] [--networks 1:10,10:0.1,100:0.02]

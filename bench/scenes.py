@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Trains real scenes with the program and compares with what OpenSplat 1.1.5 (CPU mode, 2,000 iterations) reached on
 the same images: when its test PSNR and SSIM are passed, and where the run ends.
 

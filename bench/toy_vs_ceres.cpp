@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small problems solved to the last digit by vesta and by Ceres's DENSE_QR: NIST's regressions from both of their
 // starts, and the problems of More, Garbow and Hillstrom from 1, 10 and 100 times the standard start and within bounds.
 //

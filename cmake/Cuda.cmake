@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # nvcc and its options; included when VESTA_CUDA is ON. nvcc compiles kernels only (docs/architecture.md).
 if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES)
   set(CMAKE_CUDA_ARCHITECTURES 90 CACHE STRING "GPU architectures to compile for: 90 is Hopper")

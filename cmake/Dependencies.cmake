@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Every external package, with its floor, in one place. ./run installs them on Debian 12.
 find_package(Threads REQUIRED)
 find_package(fmt 9 REQUIRED)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # vesta_header_tests(name FOLDERS kernels solver ... [LINK targets ...])
 # A header that leans on what its user happened to include before, or lacks its guard, does not build. Each under the
 # folders is compiled on its own, but for those that a source of the same name includes before all else: builds that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake --install, and the package that find_package(vesta) reads (vestaConfig.cmake.in). A build with VESTA_CUDA
 # installs the same libraries: device code is in others beside them, which are not installed.
 include(CMakePackageConfigHelpers)

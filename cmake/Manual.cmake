@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The manual and the completions of shells, as the program itself prints them.
 set(manual_dir ${PROJECT_BINARY_DIR}/manual)
 set(manual_files "")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # `cpack -G DEB` in the build folder: the program as a Debian package, which depends on what it is linked with.
 set(CPACK_PACKAGE_NAME vesta)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})

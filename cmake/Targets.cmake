@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 include(GNUInstallDirs)
 
 # vesta_library(name SOURCES a.cpp ... [LINK targets ...])

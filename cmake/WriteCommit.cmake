@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Defines the string VARIABLE, which HEADER declares, in the source OUTPUT, by the state of the folder SOURCE. Run with
 # every build; the file is written only where it changes.
 cmake_minimum_required(VERSION 3.25)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Problems made of residual blocks of any kind over parameter blocks of any kind: what a Ceres user knows as
 // ceres::Problem, with the Jacobian held block by block.
 #pragma once

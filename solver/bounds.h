@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Box bounds around any problem whose step is of the size of its x.
 #pragma once
 

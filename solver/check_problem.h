@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One call that looks for mistakes in a problem, and says in words what is wrong: for its test, and where a solve does
 // not get anywhere.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Linear maps made of linear maps: products, row scaling, dropped columns. Operators such as
 // J = J_loss o J_raster o J_project are put together from these.
 #pragma once

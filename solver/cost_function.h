@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost functions of residual blocks: automatic, numeric and analytic derivatives, and normal priors. Ceres's contract.
 #pragma once
 

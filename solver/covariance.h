@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Covariance of an estimate: by a dense Jacobian, or of chosen blocks by a sparse factor.
 #pragma once
 

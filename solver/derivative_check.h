@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checks of a linearization, as a library: adjointness, diagonal and blocks against columns, finite differences.
 // Every problem's test calls them.
 #pragma once

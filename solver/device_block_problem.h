@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Problems of many like residual blocks on a GPU: least squares, the Jacobian kept in the memory of the device.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Residuals and Jacobian of one functor of a set, by dual numbers: the step that a GPU runs for each.
 #pragma once
 

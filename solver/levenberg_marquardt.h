@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Levenberg-Marquardt: (H + lambda D) step = -g by preconditioned conjugate gradients, H never formed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Linear operators and inner products.
 #pragma once
 

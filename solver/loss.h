@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Robust losses rho(s) of the squared norm s of a residual block; the cost is 1/2 sum rho(s). Names, forms and scales
 // are Ceres's, so that costs compare digit by digit.
 #pragma once

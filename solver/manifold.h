@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Manifolds: parameters that live in fewer dimensions than the numbers that hold them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a solve holds at its peak, foreseen: for who must fit one into a budget, or choose between ways by it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A least-squares problem as the engine sees it: two small classes to derive from. Everything else is optional
 // (solver/problem_interfaces.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Optional interfaces of problems and linearizations (solver/problem.h).
 //
 // A class derives from Problem or Linearization, and from each interface that fits it. The engine looks for the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Damped systems in reduced form: with a block-diagonal group eliminated, or in shards on several processes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Problems from residuals alone: many functors of one type, derivatives by dual numbers.
 #pragma once
 

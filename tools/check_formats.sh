@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Holds the compact formats of splats against other programs: spz-js and @playcanvas/splat-transform, from npm into a
 # folder of its own. Converts SPLAT to both formats, has them read by those programs and their files by vesta, and prints
 # sizes, counts, how far means are off, and the PSNR of SCENE. Needs node, npm and a network. No part of .ci/run.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Checks that what the guide shows is what is compiled and printed.
 
   tools/check_guide.py                 code in docs/guide, and in the README where it names a file, stands in its file

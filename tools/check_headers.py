@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Compiles each header by itself that changed since a base commit, or includes one that did, however indirectly.
 
   tools/check_headers.py BUILD_DIR [--base COMMIT]

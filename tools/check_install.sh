@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Installs a build and uses it as strangers would:   tools/check_install.sh BUILD_DIR WORK_DIR
 # The examples are built against the installed package and run, and one of them with this tree as its subdirectory.
 set -euo pipefail

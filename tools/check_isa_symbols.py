@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Checks that objects compiled for AVX2 or AVX-512 export no weak function that other code could be given.
 
 The linker keeps one copy of a weak function, from whichever object comes first. When that copy was compiled for

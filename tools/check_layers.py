@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Checks that the arrows of docs/architecture.md hold in every #include.
 
   tools/check_layers.py              checks the tree this script lies in

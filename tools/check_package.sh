@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Packs the program and installs it on a bare Debian 12, as root:   tools/check_package.sh BUILD_DIR WORK_DIR
 # Needs debootstrap and a mirror of Debian. The scene is the demo's; what it trains there is thrown away.
 set -euo pipefail

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Fails where code for a GPU repeats code for the host.
 
 A file device_X in kernels, solver, problems or splatting has a twin X where one lies in the same folder, or where its

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Puts PNG images of one size below each other: contact_sheet.py SHEET.png IMAGE.png..."""
 import os
 import sys

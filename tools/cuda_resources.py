@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What ptxas says of every kernel of a CUDA build: registers, stack, spills, shared memory.
 
   tools/cuda_resources.py BUILD_DIR [--markdown] [--by_architecture]

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # From the built programs to a trained scene: makes a small scene, trains it, renders its test views, draws how the
 # training converged.
 #   tools/demo.sh BUILD_DIR OUT_DIR

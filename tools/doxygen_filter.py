@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Doxygen's INPUT_FILTER: prints a header with its plain // comments turned into those that Doxygen reads.
 
   tools/doxygen_filter.py FILE         prints the header

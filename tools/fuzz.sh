@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Fuzzes each target for some seconds, so many at a time: docs/fuzzing.md. Fails where one finds something; the input
 # then lies in OUT, as do those that reached new code.
 #   tools/fuzz.sh SECONDS [AT_A_TIME [OUT [TARGET ...]]]     needs build/fuzz/fuzz; OUT: build/fuzz/found by default

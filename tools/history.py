@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The history of a training run, as `vesta train` and `vesta refine` leave it in metrics.json."""
 import json
 import sys

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Prints where each stage of a training run ended: history_table.py DIR/metrics.json"""
 import sys
 

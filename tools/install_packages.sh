@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Installs the Debian 12 packages that vesta is built with. Only those that are missing: with nothing missing it needs
 # neither the network nor root.
 #   tools/install_packages.sh [demo] [tutorial] [ci]     demo: also what the demo's plot needs; tutorial: also what

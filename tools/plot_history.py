@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Draws how a training run converged, cost and PSNR over time: plot_history.py DIR/metrics.json PLOT.png"""
 import os
 import sys

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs clang-tidy on the sources that changed since a base commit, newest changes first, within a time box.
 
   tools/run_clang_tidy.py BUILD_DIR [--base COMMIT] [--seconds N] [--jobs N]

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # From a film to a splat, as docs/guide/from_a_film.md has it, with a film that the demo's ray tracer makes: some minutes.
 #   tools/tutorial.sh BUILD_DIR OUT_DIR [--quick] [--given_cameras]
 #     --quick          fewer iterations of training

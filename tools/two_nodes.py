@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Runs a program by MPI on two nodes, which are network namespaces of this machine with a host name and a link of their own:
 what only shows between machines, without a second one. Needs root, iproute2 and Open MPI.
 

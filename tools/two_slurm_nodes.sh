@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # A Slurm of two nodes on this machine, for as long as a command takes that submits to it:
 #   tools/two_slurm_nodes.sh sbatch --wait job.sh
 # As root. Debian: slurm-wlm munge. Ends with 77 where it cannot be had. Nothing of /etc/slurm is read or written.

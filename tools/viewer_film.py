@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The moving picture of the README: the viewer's page in Chromium, which goes once round the demo's scene while that is
 trained. Needs Chromium, and ffmpeg with libwebp.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A command with its arguments, flags and options, as it was given.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The commands, and the flags that are no option of training. Those of options that have one are in the tables of the
 // options themselves (gs::TrainFields).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where results may go, checked before the work that makes them. One rule for all commands: an output never replaces a
 // file that the run reads, nor lies in a folder of its scene, and no two outputs are one file.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The running process: its age, and how Ctrl-C and other signals end it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What this program is, for reports of what it did.
 #pragma once
 

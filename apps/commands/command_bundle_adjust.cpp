@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bundle_adjust: a bundle adjustment problem, solved.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // config: the options that train would take, as JSON.
 #include "apps/cli/print.h"
 #include "apps/commands/commands.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // convert: a splat in another format, all of it or what filters leave.
 #include <filesystem>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // doctor: what a scene is, what is odd about it, what a training of it will take.
 #include <fmt/format.h>
 

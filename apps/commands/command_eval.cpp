@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // eval: the image quality of a splat.
 #include <optional>
 

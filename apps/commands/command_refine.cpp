@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // refine and prune: from a splat and its scene to DIR/point_cloud.ply and DIR/metrics.json.
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // render: a splat's images of the test views, or along a path of cameras, and that as a film.
 #include <fmt/format.h>
 

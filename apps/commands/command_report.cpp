@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // report: trainings that are over as one page.
 #include <fmt/format.h>
 #include <fmt/ranges.h>

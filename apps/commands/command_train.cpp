@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // train: from a scene to DIR/point_cloud.ply and DIR/metrics.json.
 #include <algorithm>
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // view: a splat, or the state of a training, in the browser.
 #include <poll.h>
 

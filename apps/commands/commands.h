@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The commands. Each reads its own arguments (as many as the table in flags.cpp says) and flags, prints to stdout, and
 // returns the exit status. Throws Error for input that cannot be used.
 #pragma once

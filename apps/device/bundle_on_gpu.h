@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bundle_adjust on a GPU. bundle_on_gpu_none.cpp or bundle_on_gpu_cuda.cpp, as the build has CUDA or not.
 #pragma once
 

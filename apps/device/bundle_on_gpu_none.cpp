@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds without CUDA.
 #include "apps/device/bundle_on_gpu.h"
 #include "kernels/core/check.h"

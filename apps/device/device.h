@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // --device: what a run computes on. device_cpu.cpp or device_cuda.cpp, as the build has CUDA or not.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Builds without CUDA.
 #include "apps/device/device.h"
 #include "kernels/core/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The processes that a program runs in together: `mpirun -n P vesta ...`. ranks_mpi.cpp or ranks_none.cpp, as the build
 // has MPI or not.
 #pragma once

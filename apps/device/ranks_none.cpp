@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Without MPI.
 #include "apps/device/ranks.h"
 #include "kernels/core/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is odd about a scene, before anything is trained on it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Signs of trouble in single views: poses, exposures.
 #pragma once
 

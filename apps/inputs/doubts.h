@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Doubts about what was given, where results are so bad, or so good, that it can hardly have been meant. A line each,
 // or nothing.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A splat and the scene it shows: what refine, eval and render start from.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scene that a command reads: its folder, and the flags that choose its photographs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What convert leaves out of a splat.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Films, by the program ffmpeg.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "apps/render/shown_views.h"
 
 #include <fmt/format.h>

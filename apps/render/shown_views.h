@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What --show shows of views: images for files and films.
 #pragma once
 

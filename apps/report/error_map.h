@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Errors of rendered views as images: colours, maps, and the worst views of a report.
 #pragma once
 

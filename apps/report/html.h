@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Text and images as parts of a page that stands alone.
 #pragma once
 

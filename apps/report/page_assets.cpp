@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "apps/report/page_assets.h"
 
 namespace vesta::app {

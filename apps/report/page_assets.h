@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the page of a report looks and moves: parts of the page itself, which asks nothing of a network.
 #pragma once
 

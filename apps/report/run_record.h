@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the files of a finished training say of it. They may be of another version, or written by hand: what is missing
 // or of another kind is not known, and no error.
 #pragma once

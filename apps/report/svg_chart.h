@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Curves as SVG, in the colours of the page (page_assets.h).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options of training as JSON: {"preset": NAME, "options": {"adam": {"iterations": 4000, ...}, "density": {...}, ...}}.
 // metrics.json has them among other things, `vesta config` prints them, --config reads either.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "apps/settings/train_settings.h"
 
 #include <optional>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a command line makes of the options of training: the preset's, over them those of --config's file, over them
 // what was given.
 #pragma once

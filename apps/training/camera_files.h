@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cameras that a training has found, beside its splat.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Checkpoints of `vesta train`: how often, where, and what they say of the run that wrote them.
 #pragma once
 

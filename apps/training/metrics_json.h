@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The numbers of a run as the text of a JSON file, for scripts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the commands that train have in common: they train by one of the trainer's functions, show it, and write
 // DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html.
 #pragma once

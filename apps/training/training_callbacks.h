@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a training does on the way: the progress line, checkpoints, snapshots and the page of --view.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A training that a command runs, and remarks on its result.
 #pragma once
 

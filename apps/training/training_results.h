@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What train and refine write: DIR/point_cloud.ply, DIR/metrics.json and DIR/report.html, which always belong to one
 // training; cameras that an earlier one has found go with its splat (camera_files.h).
 #pragma once

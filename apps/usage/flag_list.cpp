@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "apps/usage/flag_list.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The flags and options that a command takes, in the order of its help: what help, the manual and completions are made
 // from.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What `vesta help` prints, and the manual.
 #pragma once
 

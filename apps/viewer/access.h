@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who may read the viewer's pages, and how much is sent at once.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures for pages: by the rasterizer that trains.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the Gaussians of a model are to the training views, for pages that show it as colours. Measured beside the
 // program when a page first asks for it, since it takes as long as some passes over all photographs.
 #pragma once

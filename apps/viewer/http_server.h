@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The viewer's server: HTTP/1.1 on one address, whose requests are answered by a few functions. It reads no file.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a viewer's page is made of. It asks nothing of any other server.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a page has to know of a scene to move through it.
 #pragma once
 

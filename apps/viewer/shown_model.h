@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The model that pages see, and the cameras it was made with, handed from the thread that has them to those that draw.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A training as pages see it and hold it: how it goes, as JSON, and what they ask of it.
 #pragma once
 

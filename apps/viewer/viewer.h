@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The viewer: a page served to a browser, and its flags.
 #pragma once
 

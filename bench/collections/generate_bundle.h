@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bundle adjustments made up from a known answer, for tests and benchmarks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/collections/more_garbow_hillstrom.h"
 
 #include "bench/collections/more_garbow_hillstrom_models.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The problems of More, Garbow and Hillstrom (bench/collections/more_garbow_hillstrom_models.h) as problems.
 #pragma once
 

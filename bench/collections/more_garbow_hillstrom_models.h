@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The small test problems of More, Garbow and Hillstrom (Testing unconstrained optimization software, ACM TOMS 7(1),
 // 1981) that Ceres's examples/more_garbow_hillstrom.cc has: numbers 1 to 19 of the paper, from the paper's standard
 // starts, ten of them also with the bounds of Gay (A trust-region approach to linearly constrained optimization, 1984).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NIST's regressions (bench/collections/nist_data.h) as problems.
 #pragma once
 

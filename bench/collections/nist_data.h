@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The 27 nonlinear regression problems of NIST's Statistical Reference Datasets (itl.nist.gov/div898/strd, public
 // domain), with their certified solutions. Observations are in nist/, one file a problem; models in nist_models.h.
 #pragma once

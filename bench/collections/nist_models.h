@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The models of the NIST problems: Model::Predict(b, x) for any scalar.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A problem of a collection in the form that each engine takes, whatever the type of its functors: what solves it and
 // judges it is compiled once, and not once for each of fifty formulas.
 #pragma once

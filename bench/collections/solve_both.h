@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The same functors solved by vesta and by Ceres.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GPU at scale: whether it computes what the host does, an iteration of Adam and one of LM, and each pass beside
 // what the device can do at most.
 //

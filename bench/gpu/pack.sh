@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Gathers what bench/gpu/run.sh needs of a CUDA build, with its shared libraries, for a machine without them:
 #   bench/gpu/pack.sh build/cuda FOLDER     then there: FOLDER/run.sh
 # The programs find the libraries beside them ($ORIGIN/../lib, cmake/Cuda.cmake), wherever the folder lies. The C library

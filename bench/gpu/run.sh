@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Proves and measures the CUDA build on a machine with a GPU. No network is used, and the card's settings are left alone.
 #
 #   bench/gpu/run.sh [BUILD]      BUILD: a tree of the preset cuda, built first where it has no programs. The default

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole iterations of the trainer on the GPU, as a user waits for them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Time of each splatting pass, of the loss and of a whole iteration of Adam, beside the floors that docs/performance.md
 // derives:
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rate at which this CPU multiplies and adds vectors: the unit of the floors of docs/performance.md.
 #pragma once
 

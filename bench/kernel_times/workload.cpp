@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/kernel_times/workload.h"
 
 #include <fmt/format.h>

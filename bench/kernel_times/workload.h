@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the kernels are timed on: a model, views of it, and the photographs they are compared with.
 #pragma once
 

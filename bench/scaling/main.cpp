@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one process of several takes for the products and steps of a distributed problem, and what it hears from others.
 //
 //   mpirun -n P scaling bal [--cameras 200] [--points 100000] [--track 8] [--threads 1] [--repeats 5] [--parts 64]
@@ -16,13 +17,13 @@
 #include <string>
 #include <vector>
 
+#include "bench/collections/generate_bundle.h"
 #include "bench/report.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
 #include "kernels/mpi/mpi_ranks.h"
 #include "problems/bundle_adjustment/bundle_parts.h"
-#include "bench/collections/generate_bundle.h"
 #include "problems/gaussian_splatting/lm/engine_options.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "solver/distributed/distributed_problem.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The calibration of one camera by views of a flat target: few parameters, of which each residual has a twelfth.
 #include <ceres/rotation.h>
 

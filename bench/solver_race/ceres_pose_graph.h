@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pose graphs in Ceres: residuals written independently, by Eigen's rotations.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a user may choose in the solution of linear systems, crossed: the solver with its preconditioner, how far it
 // goes, and the precision.
 #pragma once

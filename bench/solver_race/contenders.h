@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The contenders on a problem: vesta natively, vesta through the bridge, and Ceres's solvers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The two engines behind one call: solve, and record the moments.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // vesta beside Ceres on bundle adjustments and pose graphs: how long each solver takes to come within 0.1 % of the best
 // cost any of them finds. Each solve runs in a process of its own; the solvers of one problem take turns.
 //
@@ -17,12 +18,12 @@
 #include <fstream>
 #include <limits>
 
+#include "bench/collections/generate_bundle.h"
 #include "bench/report.h"
 #include "bench/solver_race/contenders.h"
 #include "bench/solver_race/outcomes.h"
 #include "kernels/core/check.h"
 #include "problems/bundle_adjustment/bal_file.h"
-#include "bench/collections/generate_bundle.h"
 
 namespace vesta::bench {
 namespace {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What solvers did in a race, and how they are told: seconds to within a little of the best cost that is known.
 #pragma once
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Cost over time of every solver, one panel a problem, from the CSV that solver_vs_ceres --curves wrote.
 
   bench/solver_race/plot.py CURVES.csv OUT.png [--threads N]

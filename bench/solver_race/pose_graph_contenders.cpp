@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/solver_race/ceres_pose_graph.h"
 #include "bench/solver_race/contenders.h"
 #include "bench/solver_race/engines.h"

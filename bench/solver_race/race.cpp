@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/solver_race/race.h"
 
 #include <algorithm>

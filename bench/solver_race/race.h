@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One solve in a process of its own: how its cost fell with time, and how much memory it took.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reprojection error as Ceres's own functions have it: the oracle for the camera of projection.h.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What inner tolerance, precision and preconditioner do to the time in which vesta comes within 1 %, 0.1 % and 0.001 %
 // of the best known cost, on bundle adjustments, pose graphs and NIST's regressions. Each solve runs in a process of
 // its own; the choices of one problem take turns.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a training went: its evaluations, in the order of time.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Levenberg-Marquardt against Adam on one scene, from one start: how long each takes to Adam's best test quality.
 //
 //   lm_vs_adam SCENE [--methods ours,paper,adam] [--lengths N,...] [--rate_factors X,...]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The methods that lm_vs_adam compares.
 #pragma once
 

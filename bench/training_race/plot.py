@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Test PSNR and SSIM over seconds of training, from the CSV that lm_vs_adam --curves wrote: one row a scene. The dashed
 line is the target, the dotted one when Adam's fastest schedule held it.
 

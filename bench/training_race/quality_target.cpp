@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/training_race/quality_target.h"
 
 #include <algorithm>

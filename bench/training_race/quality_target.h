@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a training has to reach, and when it does.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/training_race/setup.h"
 
 #include <fmt/format.h>
@@ -7,8 +8,8 @@
 #include <filesystem>
 
 #include "apps/cli/command_line.h"
-#include "apps/usage/parse_command_line.h"
 #include "apps/settings/train_settings.h"
+#include "apps/usage/parse_command_line.h"
 #include "bench/training_race/curve.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"

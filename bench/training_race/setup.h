@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the benchmarks that train start from: `BENCH SCENE [flags of the benchmark] -- [flags of vesta train]`.
 #pragma once
 

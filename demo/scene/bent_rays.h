@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distorting lenses the other way round: where a ray comes from that the lens shows at a place of the image.
 #pragma once
 

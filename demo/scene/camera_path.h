@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the pictures of the demo scene are taken from.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distances, rays against the solids and the room.
 #include <limits>
 

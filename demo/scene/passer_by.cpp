@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "demo/scene/passer_by.h"
 
 #include <cmath>

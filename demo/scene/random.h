@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counter-based random numbers: each is a function of its indices alone, so images do not depend on the order of work.
 #pragma once
 

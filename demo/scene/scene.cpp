@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The arrangement of the objects. No other file knows it.
 #include "demo/scene/scene.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The demo scene: objects on a rug in a round, panelled room. Lengths are metres; y points down, as in a camera, so
 // the floor is y = 0 and heights are negative.
 #pragma once

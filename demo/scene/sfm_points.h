@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kind of point cloud that structure from motion leaves: surface points with some error.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Procedural surface colours of the demo scene.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vectors and rotations of the ray tracer, in double.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The demo scene as files, in COLMAP's layout.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fits y = a exp(-b t) to twenty readings: a whole program with vesta.
 #include <cmath>
 #include <cstdio>

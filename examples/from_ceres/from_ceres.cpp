@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A program with Ceres, its ceres::Problem solved by vesta instead: the marked lines are all that changed.
 #include <ceres/ceres.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A levelling network over several processes: mpirun -n 3 over_processes
 #include <cmath>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How one cloud of points lies in another: a rotation, a shift and a scale, from pairs of which every fifth is wrong.
 #include <cmath>
 #include <cstdio>

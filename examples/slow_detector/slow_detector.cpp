@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A detector that forgets slowly reads y_i = a y_(i-1) + exp(x_i), x_i the logarithm of the light that falls on it at
 // time i. Every reading depends on all times before it: for a million of them the Jacobian, stored, would have 5 *
 // 10^11 entries. As an operator it is one pass over the data.

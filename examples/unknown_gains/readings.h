@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Instruments look at one signal s, each for a while, through a smoothing B_k of its own, with a gain and an offset
 // that nobody knows: instrument k reads g_k (B_k s)_i + o_k. Of that, the residuals and the products with J.
 #pragma once

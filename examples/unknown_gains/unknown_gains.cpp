@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A signal, and the gains and offsets of the instruments that read it, all at once: with the instruments' unknowns
 // eliminated from each step, and without.
 #include <cmath>

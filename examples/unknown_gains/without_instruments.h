@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The damped system of the readings without the instruments' own unknowns.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an object consists of, written out byte by byte and read back: one list of members for both directions.
 //
 //   template <class Archive>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Work beside the program: the other door to threads (parallel.h has the loops).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Block-diagonal matrices on the host. Sixteen blocks are worked on side by side, one SIMD lane each: every inner loop
 // below runs over the lanes, so the time of a group of 11 x 11 blocks is that of its memory traffic.
 #include "kernels/core/block_diagonal.inl"

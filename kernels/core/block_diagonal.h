@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Symmetric block-diagonal matrices: the shape of block-Jacobi preconditioners.
 #pragma once
 

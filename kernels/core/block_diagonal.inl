@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of block_diagonal.h that are the same in every memory space.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Kernels of a GPU whose threads work together, as plain C++. A block kernel is a struct with
 //
 //   static constexpr int kThreads;            of a block, a multiple of 32

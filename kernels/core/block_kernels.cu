@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/core/block_kernels.h"
 #include "kernels/core/block_lanes.h"
 #include "kernels/core/error.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The device code of block-diagonal matrices (block_diagonal.h). Each thread works on one block; neighbouring threads
 // read neighbouring values. Declared for host code, defined in block_kernels.cu.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small symmetric matrices, several side by side: packed lower triangles, one matrix in each lane. The host works on
 // sixteen at once, in vector registers; a thread of a device on one.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Errors. Misuse and bad input throw vesta::Error with one line that says what to do; numerical trouble never throws,
 // it is a status in a summary.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Host bodies of the vector algebra. All are bound by memory; long vectors are worked on by all threads.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Device bodies of the vector algebra. All are bound by memory. Each thread works on one element, and neighbouring
 // threads on neighbouring elements.
 #include <limits>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The vector algebra in the memory of a GPU. Bodies are in cuda_backend.cu; programs link vesta::core_cuda for them.
 #pragma once
 

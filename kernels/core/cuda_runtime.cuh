@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The library's stream, and errors of the CUDA runtime as Error. For files that see CUDA's headers.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Owning arrays in the memory of the GPU.
 #pragma once
 

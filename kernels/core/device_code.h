@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a program has code that the GPU can run.
 #pragma once
 

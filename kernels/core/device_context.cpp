@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The GPU in use, its stream, its pool of memory, and the readings that lag behind.
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the compiler made of each kernel that has been launched, and how often the host launched and waited.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a launch does where the GPU has no memory for it: a kernel may need some for the stacks of its threads.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory of the GPU and its one stream of work, for host code that does not include CUDA's headers. The bodies are in
 // vesta::core_cuda.
 //

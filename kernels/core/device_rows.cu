@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/core/device_rows.h"
 #include "kernels/core/launch.cuh"
 

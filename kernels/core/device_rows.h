@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The launches of row_blocks.h on a GPU. All pointers are to the GPU's memory. No function waits.
 #pragma once
 

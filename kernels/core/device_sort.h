@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sorting and running sums in the memory of a GPU, by CUB. Results depend on the input alone.
 #pragma once
 

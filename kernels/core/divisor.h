@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Division of indices by a number that is the same for a whole pass. On a GPU a 64-bit division is a hundred
 // instructions, as long as a thread of a pass over memory has for everything; this is a handful.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exception of the library, without fmt: files for nvcc include this, all others check.h.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Files: read whole, and written under a temporary name that is renamed at the end.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compiles functors for ForEach on a device (kernels/core/for_each.h).
 #pragma once
 

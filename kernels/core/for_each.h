@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A function of an index, run for each of them where its data lie: one call for all memory spaces.
 #pragma once
 

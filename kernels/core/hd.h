@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // VESTA_HD marks a function for host and device. One of the project's few macros; empty outside nvcc.
 #pragma once
 

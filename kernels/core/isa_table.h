@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a *.simd.cpp defines once per instruction set, declared and chosen: one line each, in the .cpp beside it.
 //
 //   VESTA_DECLARE_PER_ISA(const RowKernels& CompiledRowKernels();)

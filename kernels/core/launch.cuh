@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Running code on the device, in the library's stream.
 #pragma once
 

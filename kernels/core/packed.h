@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Symmetric matrices as packed lower triangles, row by row.
 #pragma once
 

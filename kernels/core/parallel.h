@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The only door to threads. Results never depend on the number of threads: loops write disjoint data, and
 // reductions add partial sums of fixed chunks in a fixed order.
 #pragma once

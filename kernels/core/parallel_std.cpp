@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parallel loops on plain std::thread: the driver under which the thread sanitizer sees every access. (Debian's oneTBB
 // is not instrumented, and the sanitizer would report false races.)
 #include <atomic>

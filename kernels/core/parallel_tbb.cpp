@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parallel loops on oneTBB. (parallel_std.cpp is the same interface on std::thread, for the thread sanitizer.)
 #include <tbb/global_control.h>
 #include <tbb/info.h>

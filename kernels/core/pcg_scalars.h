@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scalar half of preconditioned conjugate gradients: steps, stop tests and breakdown, written once and run where
 // the scalars live (on a device by a kernel of one thread, so the host need not wait within an iteration).
 #pragma once

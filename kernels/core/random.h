@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random numbers as a function of where they are used, not of the order in which threads ask for them.
 #pragma once
 

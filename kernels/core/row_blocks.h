@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products with a Jacobian that is stored as small dense rows, for many residual blocks of one shape. A GPU uses them
 // for problems whose Jacobian is stored. Each step is a function of an index; the indices may run in any order.
 #pragma once

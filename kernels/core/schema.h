@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tables of options. A table says of each field of a struct what it is called, what it may be and what it is for;
 // flags, help, checks, files and benchmarks are made from that alone.
 #pragma once

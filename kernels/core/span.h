@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory spaces and views. The space is part of the type, so host code cannot be handed a device pointer.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The vector algebra of the engine, declared once for every memory space. Host bodies are in cpu_backend.cpp; a device
 // space defines the same members in its own file, so the engine has one text for both.
 #pragma once

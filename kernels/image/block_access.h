@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Blocks of a few rows by one vector of columns: how they are loaded and stored, whole and at the image's edges, and
 // turned to lie by columns. Included by image_kernels.simd.cpp.
 #pragma once

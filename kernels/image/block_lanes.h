@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Several vectors of pixels as the scalar of the formulas. Included by image_kernels.simd.cpp, before the formulas:
 // they call what is declared here.
 #pragma once

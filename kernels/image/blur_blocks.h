@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The operators of the photometric loss for a GPU as block kernels (kernels/core/block_kernel.h): a block blurs N
 // fields over a piece of one plane, 32 x 16 pixels with a border of five, and hands the result to the operator. The
 // formulas are those of photometric_formula.h.

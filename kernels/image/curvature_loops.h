@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products with the curvature of the loss, row by row. Included by image_kernels.simd.cpp.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/core/launch.cuh"
 #include "kernels/image/device_image_passes.h"
 #include "kernels/image/metrics.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The launches behind DevicePhotometricLoss, compiled by nvcc. All pointers are to memory of the GPU. No function
 // waits.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/device_metrics.h"
 
 #include "kernels/image/device_image_passes.h"

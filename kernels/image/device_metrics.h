@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image quality as reported, of images in the memory of a GPU.
 #pragma once
 

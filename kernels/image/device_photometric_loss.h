@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The photometric loss of one view in the memory of a GPU: the operators of PhotometricLoss, in float.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/gaussian_window.h"
 
 #include <cmath>

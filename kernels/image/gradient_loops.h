@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The gradient of the loss, and the parts of its curvature, row by row. Included by image_kernels.simd.cpp.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/image_kernels.h"
 
 #include "kernels/core/isa_table.h"

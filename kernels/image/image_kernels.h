@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Loops over image rows, compiled once per instruction set. Plain pointers: this is the seam between *.simd.cpp and the
 // classes that own memory and threads (photometric_loss.h), which are what others use.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The choice of loss, and of the quadratic that stands for it.
 #pragma once
 

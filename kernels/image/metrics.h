@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PSNR and SSIM of images, as 8-bit files have them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The formulas of the photometric loss for one pixel and channel, templates on the scalar.
 //
 // Notation: x rendered, y truth, e = x - y, u = x + y; G the Gaussian window, G f the weighted sum of f under it.

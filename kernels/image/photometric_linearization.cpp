@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/photometric_linearization.h"
 
 #include "kernels/core/parallel.h"

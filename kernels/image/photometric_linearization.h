@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The curvature operator W of the photometric loss at one rendered image, and the interface that makes and applies it.
 #pragma once
 

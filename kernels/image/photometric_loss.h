@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The photometric loss of one view: absolute differences and structural similarity of a rendered image and the truth.
 //
 //   cost = sum over pixels and channels of  l1 |e| + ssim (1 - SSIM),   e = rendered - truth

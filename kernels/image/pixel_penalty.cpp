@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/pixel_penalty.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loss of one pixel and channel by itself (loss_options.h), its derivative and the curvature of its quadratic.
 //
 // All choices are special cases of one form of Huber's function: with s = clamp(gain e, -limit, limit)

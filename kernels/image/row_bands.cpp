@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/image/row_bands.h"
 
 #include "kernels/core/buffer.h"

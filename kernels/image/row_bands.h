@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs an image kernel over all rows of all planes, in parallel.
 #pragma once
 

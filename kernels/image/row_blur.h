@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The separable Gaussian window over a few rows at a time, as a skeleton. The caller supplies the fields to blur and
 // takes the result, so every operator of the loss is two or three small lambdas. Included by image_kernels.simd.cpp.
 //

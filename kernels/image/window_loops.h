@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values of the loss and of the windows of SSIM, row by row, and the parts that the other loops share. Included by
 // image_kernels.simd.cpp.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Operations on scalars for which a GPU has instructions of its own. Shared code differs between host and device here
 // only, and only in rounding.
 #pragma once

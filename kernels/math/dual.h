@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Dual numbers: a value and one directional derivative. The forward mode of every tangent in the project; unlike
 // ceres::Jet it compiles for the device and nests around SIMD batches.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers of 16 bits in the layout of IEEE 754's binary16, without its subnormals, infinities and NaN.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The inline namespace of one instruction set.
 //
 // A template instantiated in a file compiled for AVX-512 becomes a weak symbol. Without this namespace the linker may

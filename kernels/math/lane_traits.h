@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a lane type is loaded, stored and summed. A plain scalar counts as a vector of one lane; lanes.h has SIMD
 // batches.
 #pragma once

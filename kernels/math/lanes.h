@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // SIMD batches as a scalar type of the templates: xsimd's batch<float> in the width of the instruction set this file is
 // compiled for, and plain double as a batch of one. Included by *.simd.cpp and the headers they share only.
 #pragma once

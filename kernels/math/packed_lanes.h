@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Vectors of which only some lanes are kept in memory, one after the other, as scalars or as Half.
 //
 // Load of PackedLanes<E, V> takes a pointer and bits: lane i is the next stored element where bit i is set, else 0; it

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Quaternions (w, x, y, z), and rotations from those that need not be normalised.
 #pragma once
 

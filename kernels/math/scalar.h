@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Elementary functions that mean the same on a scalar, a dual number, a ceres::Jet and a SIMD batch.
 //
 // Templates below kernels/math and kernels/gaussian_splatting never branch on values: they Select. Other scalar types

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real spherical harmonics, bands 0 to 3, as polynomials of a unit direction (Sloan, "Efficient Spherical Harmonic
 // Evaluation", JCGT 2013), with the signs of the 3DGS file format.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ranks over MPI: the only place that knows of it. Open MPI and MPICH do.
 #pragma once
 

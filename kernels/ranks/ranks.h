@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Processes that work on one task together, each its part: MPI's ranks, as the rest of vesta sees them.
 //
 // What is asked of them only moves bytes. Sums are formed by vesta itself, in an order that does not depend on how many

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sum of vectors that are spread over ranks, in the order of the tree of sum_tree.h: the same bits for any number
 // of ranks.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums in an order that does not depend on who forms them: a binary tree over the terms 0 .. count - 1.
 //
 // A node of level k covers 2^k terms, the i-th those from i 2^k on (the last of a level fewer), and is the sum of its

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the entries of a vector may differ from zero: a sorted list of ranges.
 #pragma once
 

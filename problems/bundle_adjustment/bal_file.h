@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Text files of "Bundle adjustment in the large": a line `cameras points observations`, a line `camera point x y` for
 // each observation, then the parameters, one a line (projection.h has their meaning).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bundle adjustment as data: the observations and the parameters.
 #pragma once
 

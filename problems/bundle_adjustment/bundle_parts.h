@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bundle adjustment cut into runs of points, to be spread over processes: each part has all cameras, its points and
 // their observations. Cameras are what parts share; points are eliminated part by part.
 #pragma once

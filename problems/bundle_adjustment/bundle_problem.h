@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bundle adjustment as a problem of the engine: x is the cameras, nine parameters each, then the points, three each.
 #pragma once
 

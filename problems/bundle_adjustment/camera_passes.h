@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Projection and linearization of a camera's observations, four side by side (kernels.h).
 #pragma once
 

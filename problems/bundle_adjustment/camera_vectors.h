@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cameras' parts of vectors: padded for the passes, and summed over chunks of points.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a bundle problem and its linearizations share.
 #pragma once
 

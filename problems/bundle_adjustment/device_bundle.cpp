@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/bundle_adjustment/device_bundle.h"
 
 #include <utility>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bundle adjustment on a GPU: the Jacobian of all observations is in the memory of the device; conjugate gradients run
 // on cameras and points together, with their diagonal blocks as the preconditioner.
 #pragma once

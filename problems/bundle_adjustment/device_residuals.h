@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The residuals of a bundle adjustment on a GPU.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Picks the kernels of an instruction set.
 #include "kernels/core/isa_table.h"
 #include "problems/bundle_adjustment/kernels.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Passes over ranges of observations, for the instruction set chosen at run time.
 //
 // Observations have two orders. In camera order they are projected and linearised, so that the camera stays in

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The passes of one instruction set; compiled once for each (cmake/Targets.cmake, vesta_simd_sources).
 #include "problems/bundle_adjustment/camera_passes.h"
 #include "problems/bundle_adjustment/point_passes.h"

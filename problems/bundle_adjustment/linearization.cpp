@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A bundle adjustment at one x.
 #include <algorithm>
 

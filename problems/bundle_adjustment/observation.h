@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Observations of points in images, and the blocks that kernels take them in.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products with the stored Jacobian, track after track (kernels.h).
 #pragma once
 

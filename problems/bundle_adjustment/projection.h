@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The camera of "Bundle adjustment in the large" (Agarwal, Snavely, Seitz, Szeliski, ECCV 2010), and its derivatives.
 //
 // Nine parameters: angle-axis vector w, translation t, focal length f, radial distortion k1, k2. A point X is seen at

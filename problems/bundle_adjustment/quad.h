@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Four doubles side by side: the SIMD type of this problem, the same width on every instruction set.
 //
 // A row of the Jacobian has 12 entries, three Quads; so wider registers would not help, and an AVX-512 object may not

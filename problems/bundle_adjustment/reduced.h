@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The damped system of a bundle adjustment with the points eliminated.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sparse Cholesky factor of the reduced matrix: with it conjugate gradients take one or two iterations, whatever
 // the size of the problem.
 #pragma once

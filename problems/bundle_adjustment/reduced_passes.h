@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products with, and blocks of, the reduced matrix S = B - E C^-1 E' (kernels.h).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A row of the Jacobian, or a padded camera vector, in three Quads.
 #pragma once
 

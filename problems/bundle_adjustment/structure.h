@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The observations in the two orders that the passes use: by camera and by track.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/deconvolution/coded_apertures.h"
 
 #include <cmath>

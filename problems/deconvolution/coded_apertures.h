@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Separable coded apertures: point spread functions of 25 x 25 pixels that are the product of a column and a row of
 // transmissions, as in mask-based cameras (Asif et al., FlatCam: thin, lensless cameras using coded aperture and
 // computation, 2017). Unlike a lens out of focus, a pseudo-random code keeps every spatial frequency; several codes

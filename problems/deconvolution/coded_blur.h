@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The linear part: blurs of a square image by coded apertures, and their adjoints, without a matrix.
 #pragma once
 

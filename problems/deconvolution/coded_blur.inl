@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of the templates of problems/deconvolution/coded_blur.h.
 #pragma once
 

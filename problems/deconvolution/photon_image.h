@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An image recovered from photon counts behind coded apertures: a matrix-free problem whose Jacobian has 625 entries a
 // row, and at 2048 x 2048 pixels and three frames would take 88 GiB to store.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Correlation of an image with a separable kernel of kTaps x kTaps, the one loop of this problem: a blur is the
 // correlation of the image, in a frame of zeros, with the kernel turned round; its adjoint that with the kernel itself.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/deconvolution/separable_correlation.h"
 
 #include "kernels/math/lanes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The edges of a pose graph in the form the solver evaluates: whitened residuals and Jacobian blocks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pose graphs in the text format of g2o (Kuemmerle et al., g2o: a general framework for graph optimization, 2011).
 #pragma once
 

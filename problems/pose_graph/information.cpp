@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/pose_graph/information.h"
 
 #include <Eigen/Eigenvalues>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Information matrices and their square roots.
 #pragma once
 

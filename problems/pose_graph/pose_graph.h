@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A pose graph: poses, and relative measurements between some pairs of them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the parts of a pose graph lie in vectors and matrices: made once for a problem.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/pose_graph/pose_graph_linearization.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A pose graph at one x: residuals, Jacobian blocks of the edges, and H = J^T J as a sparse matrix.
 #pragma once
 

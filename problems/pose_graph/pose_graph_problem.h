@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pose-graph optimisation as a least-squares problem: poses that agree best with their relative measurements.
 #pragma once
 

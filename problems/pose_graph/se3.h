@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Poses of space: position and unit quaternion (w, x, y, z), and the residual of a measurement between two of them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/toy/device_toy.h"
 #include "solver/device_functors.cuh"
 

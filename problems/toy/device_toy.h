@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Curve fits on a GPU: an example of how to write a problem for it (solver/device_functors.cuh).
 #pragma once
 

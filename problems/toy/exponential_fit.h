@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fitting exp(m t + c) to samples of a noisy exponential, on request with outliers.
 #pragma once
 

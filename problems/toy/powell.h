@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Powell's singular function (1962): minimum 0 at the origin, where the Jacobian has rank 2 of 4.
 #pragma once
 

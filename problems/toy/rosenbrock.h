@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rosenbrock's curved valley (1960) as residuals 10 (x2 - x1^2), 1 - x1, and its chain over many variables.
 #pragma once
 

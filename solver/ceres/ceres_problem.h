@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An existing ceres::Problem as a vesta Problem, unchanged: its cost functions, losses, manifolds, constant blocks and
 // bounds. Needs Ceres 2.1.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ceres::Solve's counterparts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Our residual functors inside ceres::AutoDiffCostFunction: the same formula solved by both engines. Needs Ceres;
 // nothing else of solver/ does.
 #pragma once

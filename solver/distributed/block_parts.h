@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A problem of residual blocks cut into parts, to be spread over processes.
 #pragma once
 

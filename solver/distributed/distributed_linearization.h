@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A distributed problem at one x: the linearizations of this process's parts, and their sums over all processes.
 #pragma once
 

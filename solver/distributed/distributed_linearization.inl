@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of solver/distributed/distributed_linearization.h.
 #pragma once
 

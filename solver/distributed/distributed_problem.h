@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A problem spread over processes: each has its share of the parts, their data, Jacobians and work, and its shard of
 // the vectors and the preconditioner of a conjugate gradient iteration; x, gradient and step are on all of them.
 //

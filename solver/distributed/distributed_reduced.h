@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A distributed problem with a group eliminated: each process eliminates the parameters of its parts, and only vectors
 // of the kept ones go between processes.
 //

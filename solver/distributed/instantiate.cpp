@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distributed problems in host memory.
 #include "solver/distributed/distributed_linearization.inl"
 #include "solver/distributed/distributed_problem.inl"

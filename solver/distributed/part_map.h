@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the entries of a part's vectors lie in those of the whole.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Problems that are a sum of parts, each a problem of its own over some of the parameters: what can be spread over
 // processes.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which entries of the vectors of a solve a process holds, where each holds some of them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The damped system of all batches at one x, solved exactly or batch by batch.
 #pragma once
 

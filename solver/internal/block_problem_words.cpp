@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a BlockProblem says of itself where a solve fails.
 #include <fmt/format.h>
 

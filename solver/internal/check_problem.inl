@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of solver/check_problem.h.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of solver/internal/check_problem.inl that compares derivatives with differences; included by it.
 #pragma once
 

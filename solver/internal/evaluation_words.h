@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers of an evaluation that went wrong, in words for messages.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a functor of residuals is called, everywhere.
 #pragma once
 

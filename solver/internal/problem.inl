@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of solver/problem.h and solver/problem_interfaces.h.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/internal/residual_block_layout.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which parameters each residual block reads, and which residual blocks make a batch: what ResidualBlocks knows of its
 // problem whatever the functors are.
 #pragma once

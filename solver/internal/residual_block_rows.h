@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rows of a batch of residual blocks at one x: small dense Jacobian blocks, all of one size, kept for as long as
 // the linearization lives. Of the functors it knows nothing: it is compiled once for each size.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Derivatives by differences, with a judgement of their own error: what others are compared with.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The value that entries hold before code of the user's is called to write them: a NaN of bits that no arithmetic
 // makes.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adam (Kingma and Ba 2015) on a model, a rate for each class of parameter, each parameter by itself or the geometric
 // ones of a Gaussian together. For every memory space.
 #pragma once

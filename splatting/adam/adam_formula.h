@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The update of Adam (Kingma and Ba 2015, algorithm 1) for one parameter, or a vector of them: host and device call the
 // same template.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/adam/adam_kernel.h"
 
 #include "kernels/core/isa_table.h"

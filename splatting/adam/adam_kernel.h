@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The updates of Adam on ranges of parameters and of Gaussians, compiled once per instruction set.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options of the Adam stage, and what they say at each part of it.
 #pragma once
 

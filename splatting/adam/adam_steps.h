@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One step of Adam over a whole model on the host: its factors and its loops.
 #pragma once
 

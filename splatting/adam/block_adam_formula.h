@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adam in the eigenbasis of each Gaussian's own gradients: host and device call the same templates.
 //
 // Mean, log-scales, quaternion and opacity of one Gaussian pull at the same pixels: their gradients go together, and an

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bases and covariances of Adam's blocks.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One step of Adam, and its bases, in the memory of a GPU.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The mean of the parameters over the last part of the Adam stage (Polyak and Juditsky 1992, "Acceleration of
 // stochastic approximation by averaging"): at high rates the iterates wander about a better place than any of them is
 // at. That place still moves, so the later ones weigh more: polynomial-decay averaging (Shamir and Zhang 2013,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // In which order the Adam stage takes the training views.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adaptive density control: where the images pull a Gaussian's mean about, clone it if small and split it if large;
 // drop what is transparent or huge (Kerbl et al. 2023, section 5.2). For every memory space.
 #pragma once

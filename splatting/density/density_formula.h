@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What adaptive density control decides of one Gaussian and makes of it: host and device call the same functions.
 //
 // x: parameters of `count` Gaussians, attribute a of Gaussian i at a * count + i.

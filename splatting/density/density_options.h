@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options of density control, and when it acts.
 #pragma once
 

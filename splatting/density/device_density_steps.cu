@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of density control nvcc compiles.
 #include "kernels/core/for_each.cuh"
 #include "splatting/density/density_steps.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How strongly an image pulls at the place of a splat: the norm of the view-space positional gradient, the score of
 // adaptive density control (Kerbl et al. 2023, section 5.2). In normalised device coordinates; called its pull.
 #pragma once

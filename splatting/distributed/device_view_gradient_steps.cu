@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of terms of a gradient nvcc compiles.
 #include "kernels/core/for_each.cuh"
 #include "splatting/distributed/view_gradient_steps.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splatting problem of the LM stage cut into runs of views, to be spread over processes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the views of an iteration tell of a model, added up in the order of a fixed tree (kernels/ranks/sum_tree.h): the
 // same bits whoever took which view. For every memory space.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bytes of a term of a gradient (view_gradient.h).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The views of an iteration of Adam, shared by processes: each takes a run of them, and all get all gradients.
 #pragma once
 

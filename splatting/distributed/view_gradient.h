@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What one training view tells of a model, or several together: a block-sparse gradient, and a term of the sum that an
 // iteration of Adam steps by.
 // A term holds what the view sees, block by block of neighbouring Gaussians, and one view sees a part of them: to make,

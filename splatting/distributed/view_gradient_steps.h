@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loops over terms of a gradient (view_gradient.h). All pointers of one of these are to one memory space.
 #pragma once
 

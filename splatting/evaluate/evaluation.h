@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image quality: its measures, and the views that they are taken over.
 #pragma once
 

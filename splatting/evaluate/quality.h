@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image quality of a model over the views of a scene.
 #pragma once
 

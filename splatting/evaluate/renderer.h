@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Views of models on the host, and their quality.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of a training's options decides how much memory it takes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Peak memory of a training run, predicted before it is asked for, and what is chosen to keep it within bounds.
 #pragma once
 

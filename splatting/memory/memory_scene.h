@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of a model and its views decides how much memory training takes.
 #pragma once
 

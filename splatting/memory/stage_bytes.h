@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bytes that each stage holds at its peak.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Floaters: Gaussians that belong to no surface, and hang before or around what a splat shows. None is wrong for sure;
 // these are signs of it, all far from what the Gaussians of a surface are like.
 #pragma once

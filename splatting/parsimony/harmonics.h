@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the higher degrees of each Gaussian's spherical harmonics are worth to the training views: by how much their
 // cost rises when they go and the coefficients that stay stand in for them.
 //

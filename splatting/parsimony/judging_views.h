@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The training views that judge Gaussians, rendered one after the other.
 #pragma once
 

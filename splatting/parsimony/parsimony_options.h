@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options of pruning, and when it acts.
 #pragma once
 

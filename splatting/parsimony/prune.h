@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which Gaussians go: by rank (Keepers) or by price (WorthTheirPrice), in a training as well; and Prune, which takes
 // them out of a finished model in rounds: what is worth little while others stand before or behind it may be worth much
 // once they are gone, so all are judged anew after each.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Support: how much of what a camera could see of a Gaussian the training views do show. What none of them shows no
 // photograph has asked for; it stands before cameras that come later (docs/results/2026-11-22-veils.md).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/parsimony/worth.h"
 
 #include "splatting/parsimony/judging_views.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What each Gaussian of a model is worth: by how much the photometric cost of the training views rises without it
 // (kernels/gaussian_splatting/raster/removal_pass.h).
 #pragma once

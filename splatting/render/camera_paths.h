@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Camera paths for films: around the scene, spirals, tours of the training cameras, paths through given poses.
 #pragma once
 

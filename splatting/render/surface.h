@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Depth and normals of a model in a view, and their colours.
 #pragma once
 

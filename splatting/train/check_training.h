@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a training refuses before it begins.
 #pragma once
 

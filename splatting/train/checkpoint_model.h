@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splat that a training had come to when its state was saved.
 #pragma once
 

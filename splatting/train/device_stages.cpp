@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/device_stages.h"
 
 #include "kernels/core/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/limit_gaussians.h"
 
 #include <fmt/format.h>

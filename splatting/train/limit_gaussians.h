@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How many Gaussians the Adam stage may come to.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/memory_report.h"
 
 #include "splatting/memory/memory_plan.h"

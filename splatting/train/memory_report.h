@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The memory of a training, as it was foreseen and as it was.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/trainer.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Training in two stages: Adam from points, then Levenberg-Marquardt by the engine; or LM alone, from a given model.
 #pragma once
 

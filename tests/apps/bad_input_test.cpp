@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whatever is wrong with flags or files is one line on stderr and a non-zero exit, and nothing is left behind.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // bundle_adjust as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +7,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "problems/bundle_adjustment/bal_file.h"
 #include "bench/collections/generate_bundle.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "tests/apps/run_program.h"
 
 namespace vesta::test {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options in and out: `vesta config`, --config, --set, and what metrics.json says of them.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // vesta convert with --box and --clean: what stays, and that nothing goes unsaid.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

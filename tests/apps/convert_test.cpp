@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats in other formats: one line says what became of them, and what is read stays.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // vesta doctor: each thing that can be odd about a scene, planted in one where nothing is.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

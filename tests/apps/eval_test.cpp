@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program measures a splat with test cameras that are fitted to it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

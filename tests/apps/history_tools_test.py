@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The demo's table, plot and contact sheet, on a made-up run. Usage: history_tools_test.py table|plot
 
 Exit status 77, which ctest reports as skipped, where the plot cannot be tested for want of matplotlib."""

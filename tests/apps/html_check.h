@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a page is sound and stands alone.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a program does with a command that it cannot follow.
 #pragma once
 

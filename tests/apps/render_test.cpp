@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // vesta render: paths of cameras, films, depth and normals. What goes wrong is one line, and nothing is left behind.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """A report in Chromium without a network: nothing is asked for, and its console stays empty. Skipped (77) where there is
 no Chromium. Beforehand a page with both faults, so that it is known that they would be seen.
 

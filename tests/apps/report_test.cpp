@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // report.html, by the program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs the built `vesta` program, as a user would.
 #pragma once
 

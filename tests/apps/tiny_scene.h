@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene small enough to train in no time.
 #pragma once
 

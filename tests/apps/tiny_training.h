@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings of the tiny scene by the program.
 #pragma once
 

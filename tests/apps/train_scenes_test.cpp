@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program on scenes whose cameras are found along, and on those of other hands.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

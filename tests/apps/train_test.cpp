@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program from a scene to its results.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

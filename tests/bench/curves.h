@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Curves by hand.
 #pragma once
 

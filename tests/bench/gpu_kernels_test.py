@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """bench/gpu's gpu_kernels, made for an emulated device, on a workload of a few tiles: it runs through, agrees with the
 host and reports what a GPU's run is judged by.
 

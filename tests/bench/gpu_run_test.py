@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """bench/gpu/run.sh and pack.sh without a GPU: a dry run with programs that stand in for the build's.
 
 Usage: gpu_run_test.py PROGRAM     PROGRAM: any that was linked with shared libraries, for pack.sh to gather"""

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "bench/training_race/methods.h"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adam on the GPU against Adam on the host.
 #include "splatting/adam/adam.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The vector algebra, block-diagonal matrices and sorting of the GPU against those of the host.
 #include <algorithm>
 #include <limits>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How views move with their cameras, and the curvature of that, on a GPU against the host.
 #include <utility>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Density control on the GPU against that of the host.
 #include "splatting/density/density.h"
 

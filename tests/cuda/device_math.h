@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The shared formulas, called once each: host and device evaluate this same template, and the test compares them.
 #pragma once
 

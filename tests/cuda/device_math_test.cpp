@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The formulas that host and device share give the same numbers on both.
 #include "tests/cuda/device_math.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene in a view on the device, with the members of test::RenderedView: vectors come from the host and go there.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // device_math.h where the device is the host.
 #include "tests/cuda/device_math.h"
 

@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 // The engine on a GPU: a toy problem and a bundle adjustment reach the minima of the host.
+#include "bench/collections/generate_bundle.h"
 #include "kernels/core/cuda_backend.h"
 #include "problems/bundle_adjustment/bundle_problem.h"
 #include "problems/bundle_adjustment/device_bundle.h"
-#include "bench/collections/generate_bundle.h"
 #include "problems/toy/device_toy.h"
 #include "solver/levenberg_marquardt.h"
 #include "solver/residual_blocks.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Evaluation on the GPU against that of the host.
 #include "splatting/evaluate/evaluation.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splatting problems at the limits of images and cameras on the device: the same checks as on the host.
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "tests/cuda/on_device.h"

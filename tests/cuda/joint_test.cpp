@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats and cameras as one problem on a GPU against the host.
 #include <memory>
 #include <utility>

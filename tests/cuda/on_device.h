@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tests that need a GPU: skipped where there is none, saying why, unless VESTA_REQUIRE_CUDA=1.
 #pragma once
 

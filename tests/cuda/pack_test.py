@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """bench/gpu/pack.sh on a CUDA build: once moved, its programs find in the folder all shared libraries but the C
 library's, and run. No GPU is needed.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Views, the loss and the splatting problem of the GPU against those of the host.
 #include "kernels/gaussian_splatting/device/device_splat_view.h"
 #include "kernels/image/device_photometric_loss.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Training on the GPU against that of the host.
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "splatting/train/device_stages.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Terms of a gradient on the GPU against those of the host, to the bit.
 #include "splatting/distributed/view_gradient.h"
 

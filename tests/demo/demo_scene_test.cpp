@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The demo's scene: geometry, pictures, and what is written agree with each other.
 #include <gtest/gtest.h>
 

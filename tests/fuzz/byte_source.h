@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers from the front of a target's bytes; zeros when they are used up.
 #pragma once
 

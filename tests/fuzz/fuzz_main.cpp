@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libFuzzer's way into the target that VESTA_FUZZ_TARGET names.
 #include <cstddef>
 #include <cstdint>

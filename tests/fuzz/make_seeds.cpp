@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Writes those seeds of the corpus that are not text, by the writers of the library and of its tests:
 //   fuzz_seeds tests/fuzz/corpus
 #include <png.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What holds of options that were read, from a file or from a command line.
 #pragma once
 

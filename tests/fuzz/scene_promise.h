@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What holds of every scene that a reader lets pass.
 #pragma once
 

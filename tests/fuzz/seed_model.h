@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A model of two cameras, three images and four points: what the files of the COLMAP target stand beside, and its
 // seeds.
 #pragma once

@@ -1,10 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <string>
 #include <vector>
 
 #include "apps/cli/command_line.h"
-#include "apps/usage/parse_command_line.h"
 #include "apps/cli/print.h"
 #include "apps/training/checkpointing.h"
+#include "apps/usage/parse_command_line.h"
 #include "tests/fuzz/options_promise.h"
 #include "tests/fuzz/promise.h"
 #include "tests/fuzz/targets.h"

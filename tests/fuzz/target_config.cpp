@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "apps/settings/config_json.h"
 #include "tests/fuzz/options_promise.h"
 #include "tests/fuzz/promise.h"

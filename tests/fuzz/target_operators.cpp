@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A few Gaussians in a small view. The bytes: whether they are wild, their number, degree and the size of the image, a
 // byte each; the camera; the Gaussians, attribute by attribute. Wild parameters are any floats, NaN and infinity
 // among them, and nothing may then break but the numbers. Others lie within the limits that are stated here, and the

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is fuzzed: one function a target, each in target_NAME.cpp, its seeds in corpus/NAME. libFuzzer feeds them by
 // fuzz_main.cpp, the ordinary tests by corpus_test.cpp. All throw Finding, or whatever else it is that must not be
 // thrown, where a promise does not hold.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The program in several processes, as a user starts it by mpirun.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "problems/bundle_adjustment/bal_file.h"
 #include "bench/collections/generate_bundle.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Trains the demo's scene in one process and on two nodes: the same splat.
 
 two_nodes_test.py link|slurm SOURCE_DIR VESTA VESTA_DEMO_SCENE

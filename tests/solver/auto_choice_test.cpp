@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What LinearSolverKind::kAuto takes for problems of blocks, and why.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bridge, with ceres::Problem::Evaluate and ceres::Solve as the oracles.
 #include "solver/ceres/ceres_problem.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What ceres::Solve promises beyond the minimum, held against ceres::Solve itself.
 #include "solver/ceres/ceres_solve.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cost functions beside AutoDiffCost: numeric differences, a prior.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small dense matrices as operators, for tests of the solver.
 #pragma once
 

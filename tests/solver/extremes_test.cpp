@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Solves at the limits of floating-point numbers. Whatever happens, a solve ends in a documented status, throws
 // nothing, and leaves no worse x than it was given.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Problems whose solve cannot succeed: it must not end as converged, and must say why.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A linear problem of three parameters with a mistake put into one of its parts.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Levenberg-Marquardt on problems of every kind: empty, solved already, on a manifold, in float, on many threads.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/levenberg_marquardt.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Linear least squares 1/2 |A x - b|^2 with dense A, in batches of rows: everything about it is known exactly.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/loss.h"
 
 #include <ceres/loss_function.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/manifold.h"
 
 #include <ceres/ceres.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is foreseen of a solve's memory, against what is counted as it is allocated.
 #include "solver/memory.h"
 

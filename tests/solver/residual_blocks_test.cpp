@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/residual_blocks.h"
 
 #include <ceres/jet.h>

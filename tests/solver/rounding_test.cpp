@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is left of accuracy where the cost itself is rounded.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options by which a solve goes on until rounding ends it.
 #pragma once
 

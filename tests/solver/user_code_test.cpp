@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Mistakes in the functions that a user writes: each is named, none is taken for a number.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adjointness of a linear map and its transpose, as a number to compare with a tolerance.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/support/counted_memory.h"
 
 #include <malloc.h>

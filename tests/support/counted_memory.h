@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory counted as it is allocated. Who links this has operator new and delete replaced: a program of its own, and not
 // for the sanitizers, which allocate in a way of their own.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The instruction sets that tests may call directly on this machine.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Dense linear algebra that tests compare with, compiled once: every file that instantiates one of Eigen's
 // decompositions or matrix products for itself compiles for many seconds, under the sanitizers for tens of them.
 #pragma once

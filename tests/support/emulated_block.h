@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Runs block kernels (kernels/core/block_kernel.h) on the host: one fiber a thread, switched at barriers only. The
 // order in which threads run between barriers is the caller's, so that a result that depends on it, which is what a
 // missing barrier looks like, shows up as a difference between two orders.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The bodies of device_memory.h and device_sort.h on the host.
 #include "tests/support/emulated_device.h"
 

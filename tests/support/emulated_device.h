@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A GPU for tests, made of the host: the device libraries with their kernels run thread by thread (emulated_block.h)
 // and a memory that is counted and can be made to run out. Programs link one of the libraries test_emulated_* in the
 // place of vesta::*_cuda. Some thousand times slower than a GPU: for scenes of a few tiles. Each thread of the host has

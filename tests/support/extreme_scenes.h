@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes at the limits of what a Gaussian, an image and a camera can be, each with what is expected of it.
 #pragma once
 

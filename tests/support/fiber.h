@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A fiber: a function with a stack of its own that is left and entered again at will.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Real spherical harmonics from associated Legendre functions, by recurrence: an evaluation that shares nothing with
 // the polynomials of kernels/math/spherical_harmonics.h.
 #pragma once

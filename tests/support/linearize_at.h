@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A problem's linearization with all that the engine may ask of it.
 #pragma once
 

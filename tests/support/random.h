@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random test data from a seed: the same on every machine.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/support/splat_scenes.h"
 
 #include "kernels/math/quaternion.h"

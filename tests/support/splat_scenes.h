@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random splat models in front of random views.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Folders and files for tests, and what an error must look like.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ranks that are threads of one program, so that what is spread over processes can be tested without any, and under the
 // thread sanitizer.
 #pragma once

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """tools/tutorial.sh where there is no colmap.
 
   tutorial_test.py missing SCRIPT BUILD_DIR    it names Debian's package, fails, and has written nothing

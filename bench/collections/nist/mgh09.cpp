@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NIST StRD, nonlinear regression, MGH09 (itl.nist.gov/div898/strd; public domain).
 #include "bench/collections/nist_data.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels of the cached Jacobian for one instruction set; compiled once for each.
 #include "kernels/gaussian_splatting/cache/cache_passes.h"
 

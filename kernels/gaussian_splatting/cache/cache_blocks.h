@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cached Jacobian of a view for a GPU, as block kernels (kernels/core/block_kernel.h): how entries are found,
 // counted and filled, and products with them. What an entry is: cache_entry.h.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An entry of the cached Jacobian of a view, written once for the loops of the host (cache_passes.h) and the kernels of
 // a GPU (cache_blocks.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Loops over the cached Jacobian of one view, for the instruction set chosen at run time (jacobian_cache.h).
 #pragma once
 

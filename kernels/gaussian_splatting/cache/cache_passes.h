@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cached Jacobian of a view: how entries (cache_entry.h) are made, and products with them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Jacobian of a view's raster pass, kept: the choice of 3DGS-LM (Höllein et al. 2025, section 3.3), for the
 // products of one linearisation.
 #pragma once

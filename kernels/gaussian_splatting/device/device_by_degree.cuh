@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Launches over the Gaussians of a model, those of a degree in one.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/gaussian_splatting/device/device_cache.h"
 
 #include "kernels/core/device_sort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Jacobian of a view's raster pass, kept in the memory of a GPU for the products of one linearisation.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cached Jacobian on a GPU: launches of cache_blocks.h.
 #include "kernels/core/launch.cuh"
 #include "kernels/gaussian_splatting/device/device_cache_passes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The launches behind DeviceJacobianCache: what nvcc compiles. All pointers are to memory of the GPU; nothing waits. E
 // is what the numbers of an entry are kept in: float or Half.
 #pragma once

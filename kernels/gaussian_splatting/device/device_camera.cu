@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How splats move with the camera of their view, on a GPU: a Gaussian or a splat a thread.
 #include <vector>
 

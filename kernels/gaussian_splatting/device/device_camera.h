@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The image of a view in the memory of a GPU as a function of its camera's pose and lens: the products of
 // pose_jacobian.h and lens_jacobian.h. Those that return a cotangent wait for the device.
 #pragma once

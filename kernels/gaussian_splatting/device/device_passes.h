@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The launches behind DeviceSplatView: what nvcc compiles. All pointers are to memory of the GPU; nothing waits but
 // what returns a sum.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Projection on a GPU: a Gaussian a thread, neighbours reading neighbouring values of each attribute.
 #include "kernels/gaussian_splatting/device/device_by_degree.cuh"
 #include "kernels/gaussian_splatting/device/device_passes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tile lists and raster passes on a GPU: launches of tile_pairs.h and raster_blocks.h.
 #include "kernels/core/launch.cuh"
 #include "kernels/gaussian_splatting/device/device_passes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One view of a model in the memory of a GPU: the same operators as SplatView, in float.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The per-pixel step of splatting: alpha, transmittance, and every decision on them (floor, cap, stop), in one place.
 // Forward, tangent, adjoint and Gram call these with the same arguments, so their decisions agree bit for bit.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Colour and opacity of one Gaussian seen from one view.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The order of a Gaussian's parameters, and where they lie. The table of the project: everything else asks here.
 //
 //   a  0..2   mean, world units

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lens of the cameras: what projection needs to know of how directions become pixels. A lens model is one file,
 // as pinhole.h is: plain data, and the same with constants in the scalar of the templates (LensModel).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pinhole, a lens (lens.h): pixel = f (x / z, y / z) + c.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What every raster pass does with one splat and one pixel, written once for the loops of the host (passes.h) and the
 // kernels of a GPU. With w = alpha T and S = what lies behind a splat, already weighted,
 //   d colour / d c = w,   d colour / d log alpha = w c - S alpha / (1 - alpha),   d log alpha = psi,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A camera in the world, in the form of the kernels: plain data, which may cross the boundary of an instruction set's
 // namespace.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Projection of one Gaussian to one view: value for any scalar (floats, SIMD batches, duals, Jets) and adjoint.
 //
 // First-order (EWA) projection as in 3DGS (Kerbl et al. 2023, eq. 5): screen covariance M M^T + h I with

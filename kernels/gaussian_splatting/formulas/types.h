@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plain data of the splatting kernels, shared by all instruction sets.
 #pragma once
 

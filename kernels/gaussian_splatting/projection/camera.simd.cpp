@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels of moving cameras for one instruction set; compiled once for each.
 #include "kernels/gaussian_splatting/projection/camera_block.h"
 #include "kernels/math/lanes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the splats of a block of Gaussians move with their camera: what CameraKernels points to.
 //
 // Seen from a camera that moves by (omega, tau) Gaussians move rigidly: in the world, about the camera's centre, with

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How splats move with the camera of their view, over ranges of Gaussians, for the instruction set chosen at run time.
 #pragma once
 

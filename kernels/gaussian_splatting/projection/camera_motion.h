@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rigid motions of a camera: the group SE(3) whose tangents are those of camera_kernels.h.
 #pragma once
 

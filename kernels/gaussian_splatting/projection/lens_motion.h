@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How a splat moves with the lens of its view.
 //
 // The lens moves splats alone: wider by a factor it stretches means and footprints about the principal point, all but

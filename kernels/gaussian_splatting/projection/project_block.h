@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Projection passes over blocks of neighbouring Gaussians, one in each lane: what ProjectKernels points to. On a device
 // a thread is a block of one.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Projection passes over ranges of Gaussians, for the instruction set chosen at run time.
 #pragma once
 

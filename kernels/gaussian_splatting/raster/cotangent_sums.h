@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cotangent of a splat from its pixels. A pixel has two numbers to add: g, the derivative of its part of u . image
 // by log alpha, and w, that of its colour by the splat's. With psi of pixel_steps.h
 //   cotangent = sum g (-p, -q, -p^2, -p q, -q^2, 1), then w u for each colour.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Gram sums of a splat from its pixels. For each colour of a pixel there is its curvature omega in the loss and d,
 // its derivative by log alpha; w, that by the splat's colour, is the same for all. What is summed:
 //   shape x shape   sum_c omega_c d_c^2, times the monomials p^a q^b of degree <= 4,

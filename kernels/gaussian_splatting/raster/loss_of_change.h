@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // By how much the loss of a view changes when its pixels do: for passes that predict the effect of removing or
 // recolouring a splat.
 #pragma once

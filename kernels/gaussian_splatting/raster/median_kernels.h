@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What stands in a pixel where half of the light is gone, for the instruction set chosen at run time.
 #pragma once
 

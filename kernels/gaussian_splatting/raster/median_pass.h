@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pass that blends nothing: of all splats of a pixel it takes the one at which the transmittance falls below a
 // half.
 #pragma once

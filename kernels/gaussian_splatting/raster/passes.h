@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The raster passes over one tile: image, tangent, adjoint, Gram sums, and what they visit. The formulas are those of
 // pixel_steps.h, cotangent_sums.h and gram_sums.h. What lies behind a splat is the final colour minus what has been
 // accumulated up to and including it, so adjoint and Gram go front to back too and no per-pixel state is stored between

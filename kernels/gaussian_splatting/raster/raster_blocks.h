@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The raster passes for a GPU as block kernels (kernels/core/block_kernel.h): one block a tile, one thread a pixel. The
 // formulas are those of the host's passes (passes.h), the walk is tile_block.h's. S is float on a device; tests run
 // double on the host.

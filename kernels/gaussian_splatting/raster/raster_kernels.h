@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Raster passes over single tiles, for the instruction set chosen at run time.
 #pragma once
 

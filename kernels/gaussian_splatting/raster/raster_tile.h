@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The passes bound to images: what RasterKernels points to.
 #pragma once
 

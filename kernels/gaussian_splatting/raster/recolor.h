@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the loss of a view would be were a splat of another colour c', of each splat by itself. Its pixels would change
 // by exactly delta = w (c' - c), w = alpha T; what that does to the loss: loss_of_change.h.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The raster passes of recolor.h over one tile.
 #pragma once
 

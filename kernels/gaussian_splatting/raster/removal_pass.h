@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The raster pass over one tile that tells what the loss of a view would be without a splat, of each splat by itself.
 //
 // A pixel is affine in the alpha of each splat. So without the splat its colour changes by exactly

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loop of the passes that add up over splats (image, tangent): row by row of a tile, so that what belongs to the
 // pixels of a row stays in registers while the splats go by, front to back.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loop of the passes that sum over the pixels of each splat (adjoint, Gram): the splats of a tile front to back,
 // and of each the vectors of pixels that it may touch, so that its sums stay in registers.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where splats reach in rows of a tile, and what stays the same along a row. One template for both orders of work: the
 // lanes are 16 rows of one splat (traverse_splats.h) or 16 splats in one row (traverse_rows.h), with the same bits; on
 // a device one row of one splat (tile_block.h).

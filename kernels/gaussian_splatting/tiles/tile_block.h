@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the block kernels over a tile have in common (kernels/core/block_kernel.h): one block a tile, one thread a
 // pixel, and the walk through the tile's splats in batches that lie in shared memory. The counterpart of the host's
 // traverse_rows.h and traverse_splats.h.

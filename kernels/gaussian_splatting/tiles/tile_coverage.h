@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which tiles a splat touches: those where the ellipse of its support meets the rectangle of the pixel centres.
 #pragma once
 

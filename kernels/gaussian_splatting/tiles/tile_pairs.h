@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lists of splats by tile as a GPU makes them: each step one function of an index, run for all indices in any
 // order, with stable sorts by key and sums of counts in between. The lists are those of TileBins.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pixels of one tile: where they lie in the image, what passes to them, and how planes are copied in and out.
 #pragma once
 

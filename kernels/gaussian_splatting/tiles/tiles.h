@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which splats touch which tile.
 #pragma once
 

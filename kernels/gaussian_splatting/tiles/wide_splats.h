@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats that lie in many tiles, as block kernels (kernels/core/block_kernel.h): a block of threads lists the tiles of
 // one and adds up its records, where a single thread would keep all others waiting.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/gaussian_splatting/view/camera_jacobian.h"
 
 #include "kernels/core/parallel.h"
@@ -76,10 +77,7 @@ template PoseTangent ApplyPoseJT(const SplatView<double>&, const Model<double>&,
 template PoseTangent PoseCotangent(const SplatView<float>&, const Model<float>&, const SplatTangent<float>*);
 template PoseTangent PoseCotangent(const SplatView<double>&, const Model<double>&, const SplatTangent<double>*);
 
-namespace {
-
-
-}  // namespace
+namespace {}  // namespace
 
 template <class S>
 void ApplyLensJ(const SplatView<S>& view, const LensTangent& delta, S* d_image, ViewWorkspace<S>& workspace) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The derivatives of a view's image by the pose and the lens of its camera, as products.
 #pragma once
 

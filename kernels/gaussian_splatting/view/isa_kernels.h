@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The float kernels of a named instruction set, past the choice made at run time: for the dispatch, and for tests that
 // compare one set with another.
 #pragma once

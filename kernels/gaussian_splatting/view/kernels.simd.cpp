@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splatting kernels of one instruction set; compiled once for each (cmake/Targets.cmake, vesta_simd_sources).
 #include "kernels/gaussian_splatting/projection/project_block.h"
 #include "kernels/gaussian_splatting/raster/raster_tile.h"

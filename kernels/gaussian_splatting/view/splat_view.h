@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One view of a model: the splats it sees, in order, and the operators between parameters and image.
 #pragma once
 

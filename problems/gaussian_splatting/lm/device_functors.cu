@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the splatting problem does index by index, compiled for a GPU.
 #include "kernels/core/for_each.cuh"
 #include "problems/gaussian_splatting/lm/length_metric.h"

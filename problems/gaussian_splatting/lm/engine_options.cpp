@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/gaussian_splatting/lm/engine_options.h"
 
 namespace vesta::gs {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LM stage's options in the terms of the loss, of the problem and of the engine.
 #pragma once
 

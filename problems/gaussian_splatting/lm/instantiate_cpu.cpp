@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splatting problem in the memory of the host.
 #include "problems/gaussian_splatting/lm/splat_linearization.inl"
 #include "problems/gaussian_splatting/lm/splat_problem.inl"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of the damping metric that goes by lengths: how far means move, and the ends of splats that turn. For both
 // memory spaces.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/gaussian_splatting/lm/lm_stage_options.h"
 
 #include "kernels/core/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Diagonal blocks of the splat problem: their layout, and their Gram matrices.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splatting problem at one x, for one batch of views.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of lm/splat_linearization.h.
 #pragma once
 

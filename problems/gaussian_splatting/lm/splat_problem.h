@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // 3D Gaussian splatting as a least-squares problem of the engine: x are the Gaussians' parameters
 // (kernels/gaussian_splatting/formulas/layout.h), a unit is a training view, the cost the photometric loss summed over
 // views, pixels and channels.

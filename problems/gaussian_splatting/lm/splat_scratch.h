@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a linearization of the splatting problem goes through its views in.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The part of a gradient that the views agree on. For both memory spaces.
 //
 // The gradient g = sum_i g_i of n views is a sum of samples, whose variance is estimated from the samples themselves:

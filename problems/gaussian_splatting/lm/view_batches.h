@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which views make up the batches of an LM step.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Models whose Gaussians have harmonics of different degrees.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of the model's passes nvcc compiles.
 #include "kernels/core/for_each.cuh"
 #include "problems/gaussian_splatting/model/gather_rows.h"

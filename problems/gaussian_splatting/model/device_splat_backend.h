@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the trainer uses in the memory of a GPU.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rows of what is laid out as a model (kernels/gaussian_splatting/formulas/layout.h), for when Gaussians change places.
 #pragma once
 

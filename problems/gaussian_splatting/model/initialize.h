@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The first model of a training: one Gaussian at each point, as large as its neighbours are near.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // In what unit of length one Gaussian's position is trained: host and device call the same function.
 #pragma once
 

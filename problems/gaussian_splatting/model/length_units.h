@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // In what unit of length a Gaussian's position is trained.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The photometric loss of a view of which not every pixel counts.
 //
 // A pixel that is left out shows the photograph: with m the mask (1: counts) it is the loss of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a scene lies in the world of its files. Positions of points and Gaussians are floats, which far from their
 // origin are coarse: a georeferenced scene is trained about an origin of its own.
 #pragma once

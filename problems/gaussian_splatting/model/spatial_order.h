@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gaussians in an order in which neighbours in memory are neighbours in space.
 #pragma once
 

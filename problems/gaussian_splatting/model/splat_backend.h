@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the trainer uses in a memory space, beside vectors (kernels/core/vector_backend.h). The problem, the stages and
 // the evaluation are templates over a vector backend B and take all that differs from SplatBackend<B>: here the host's,
 // in device_splat_backend.h the GPU's.

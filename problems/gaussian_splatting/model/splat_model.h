@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Gaussians of a scene as parameters, and boxes around them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Views and models in the form of the kernels, and photographs as targets in any memory space.
 #pragma once
 

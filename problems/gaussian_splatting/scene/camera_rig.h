@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the cameras of a scene stand together.
 #pragma once
 

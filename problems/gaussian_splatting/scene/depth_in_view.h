@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far in front of a camera a point lies: host and device call the same function.
 #pragma once
 

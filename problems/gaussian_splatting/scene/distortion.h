@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How real lenses bend what a pinhole would show: the models of photographs' cameras, as COLMAP and OpenCV state them.
 // Training sees pinholes alone; photographs are undistorted when they are loaded (undistort.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is done to the pixels that do not count (masked_loss.h), for every memory space.
 #pragma once
 

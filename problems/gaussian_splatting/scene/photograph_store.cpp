@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/gaussian_splatting/scene/photograph_store.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Photographs that do not all fit into memory: decoded when they are looked at, ahead of their turn where that is
 // known, and kept as far as a budget goes. A photograph is the same however often it is decoded, so nothing but time
 // depends on what is kept.

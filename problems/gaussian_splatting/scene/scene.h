@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene is: posed images, their cameras, and a cloud of points to start from.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where an iteration lies in its stage. All that changes in the course of a stage does so at parts of it, however many
 // iterations they take.
 #pragma once

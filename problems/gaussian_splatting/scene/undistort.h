@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Photographs of distorting lenses resampled as those of pinholes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A block-sparse Jacobian held in memory, and its products.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Schur complement of a block-sparse Jacobian, never formed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where everything of a block-sparse least-squares problem lies: worked out once, used by every linearization.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which residual blocks there are: thousands to millions of them, in three arrays.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The columns of small dense row blocks by parameter (kernels/core/row_blocks.h), made on the host.
 #pragma once
 

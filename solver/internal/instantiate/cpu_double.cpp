@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The engine for host memory, in double.
 #include "kernels/core/vector_backend.h"
 

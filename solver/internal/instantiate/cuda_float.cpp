@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The engine for the memory of a GPU, in float.
 #include "kernels/core/cuda_backend.h"
 

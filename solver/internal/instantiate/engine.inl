@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Explicit instantiation of the whole engine. A source file for one backend says
 //   namespace vesta { using InstantiatedBackend = ...; }
 // and includes this, once.

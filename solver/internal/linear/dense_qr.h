@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Dense least squares by Householder QR, for small problems: the accuracy of J's own condition number.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // LSMR: least squares by the Golub-Kahan bidiagonalisation (Fong and Saunders, LSMR: an iterative algorithm for sparse
 // least-squares problems, SIAM J. Sci. Comput. 33, 2011). It sees the condition number of A, not its square, and
 // |A^T r| falls in every iteration.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Preconditioned conjugate gradients for symmetric positive definite operators, in any memory space.
 #pragma once
 

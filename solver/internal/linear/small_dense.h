@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products with the small dense matrices that block-sparse Jacobians are made of, unrolled for the sizes that occur.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Column scales, and the metric D of the damped normal equations (H + lambda D) step = -g.
 //
 // Columns are scaled in effect, not in memory: with S the scales, solving (S H S + lambda D') y = -S g, D' = diag(S H

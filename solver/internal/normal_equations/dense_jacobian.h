@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // J column by column, for problems small enough to hold it.
 #pragma once
 

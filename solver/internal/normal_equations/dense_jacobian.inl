@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Body of solver/internal/normal_equations/dense_jacobian.h.
 #pragma once
 

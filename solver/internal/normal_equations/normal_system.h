@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The damped normal equations (H + lambda D) step = d, d = -g as a rule, of a set of batches at one x.
 #pragma once
 

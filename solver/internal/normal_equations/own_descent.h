@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A right-hand side that is not the negative gradient; only the splatting problems have one.
 #pragma once
 

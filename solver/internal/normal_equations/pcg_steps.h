@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Solvers of a damped step by conjugate gradients: on all parameters, in shards on several processes, and with a group
 // of parameters eliminated.
 #pragma once

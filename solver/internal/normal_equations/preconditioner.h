@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Preconditioners of the damped normal equations H + lambda D. Each is told the diagonal, and the linearizations, once
 // for each x, and the damping as often as it changes.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A problem, and a linearization, with all that the engine may ask of them: each adaptor looks once for the optional
 // interfaces of what it is made of (solver/problem_interfaces.h), and gives the defaults where there are none.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the ways to solve for a step cost, from counts of their operations: what LinearSolverKind::kAuto compares.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One interface to the linear solvers of a damped step.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of solver/internal/normal_equations/step_solver.h: solvers of a damped step by J itself, and the choice
 // between these and conjugate gradients.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What no gradient and no diagonal of H can be: mistakes in a problem that would else pass for convergence.
 #pragma once
 

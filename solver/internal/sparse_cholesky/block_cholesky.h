@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sparse Cholesky factors of symmetric positive definite block matrices, by the multifrontal method.
 #pragma once
 

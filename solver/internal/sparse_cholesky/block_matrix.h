@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Symmetric sparse matrices of small dense blocks. Each row of blocks has a size of its own, that of its column too.
 #pragma once
 

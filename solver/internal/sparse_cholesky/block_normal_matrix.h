@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // H = J^T J of a block-sparse Jacobian, summed up as a sparse matrix.
 #pragma once
 

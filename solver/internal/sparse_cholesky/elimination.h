@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The plan of a sparse Cholesky factorisation: which rows of blocks are eliminated together, in which order, and where
 // each result goes. Depends on the pattern alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Dense kernels of the multifrontal Cholesky factorisation, compiled once per instruction set. Plain pointers: this is
 // the seam between *.simd.cpp and the class that owns memory and threads (block_cholesky.h).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/internal/sparse_cholesky/front_kernels.h"
 
 #include <cmath>

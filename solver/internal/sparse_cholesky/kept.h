@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An object whose memory goes from one owner to the next.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exact sparse Cholesky factor of H + lambda D as a preconditioner: conjugate gradients then take an iteration or
 // two.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The factor along a step, by the cost over a subset of the units.
 #pragma once
 

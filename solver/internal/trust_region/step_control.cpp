@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/internal/trust_region/step_control.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How lambda follows the gain ratio, and when a gain is within rounding.
 #pragma once
 

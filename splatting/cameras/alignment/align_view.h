@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fits a view's camera, and its exposure, to a splat that stays as it is.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/cameras/alignment/aligned_evaluation.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image quality of a splat over test views whose cameras are fitted to it: what is left of their error when the poses
 // of the photographs are not to blame, as methods without given poses report it; and the exposures.
 #pragma once

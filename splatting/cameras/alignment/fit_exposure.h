@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exposure that brings one image to another.
 #pragma once
 

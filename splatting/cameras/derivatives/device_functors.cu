@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What of finding cameras nvcc compiles.
 #include "kernels/core/for_each.cuh"
 #include "splatting/cameras/derivatives/view_curvature.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Sums over images, in double; the same bits for any number of threads.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The gradient of a view's cost by its own unknowns, from what the passes for the splats' gradient left.
 #pragma once
 

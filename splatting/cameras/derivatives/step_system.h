@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The small systems that steps of views and lenses come from.
 #pragma once
 

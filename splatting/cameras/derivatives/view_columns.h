@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The derivatives of a view's image by its own unknowns, held as images.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The curvature of a view's cost by its own unknowns, in the memory of B.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The body of view_curvature.h. Included where it is instantiated; where columns are not yet, after view_columns.inl.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/cameras/derivatives/view_linearization.h"
 
 #include <algorithm>

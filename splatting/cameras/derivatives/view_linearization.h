@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A view's problem at one x: the image's derivatives by its unknowns, six to twelve, held as images.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One view as a least-squares problem of the engine: x are the motion of its camera and its exposure
 // (view_unknowns.h), the Gaussians stand still; the cost is the photometric loss of the image with the exposure
 // applied. Direct image alignment (Lucas and Kanade 1981; Engel et al. 2018) against a splat.

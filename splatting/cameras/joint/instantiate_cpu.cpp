@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats and cameras as one problem, in the memory of the host.
 #include "kernels/gaussian_splatting/view/camera_jacobian.h"
 #include "splatting/cameras/joint/joint_linearization.inl"

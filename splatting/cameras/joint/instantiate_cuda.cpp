@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats and cameras as one problem, in the memory of a GPU.
 #include "kernels/gaussian_splatting/device/device_camera.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the numbers of splats and views lie in a vector of the engine.
 #pragma once
 

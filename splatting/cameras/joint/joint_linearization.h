@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats, cameras and exposures at one x.
 #pragma once
 

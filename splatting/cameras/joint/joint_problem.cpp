@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/cameras/joint/joint_problem.h"
 
 #include "problems/gaussian_splatting/lm/splat_blocks.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats, cameras and exposures as one least-squares problem of the engine: bundle adjustment by photographs, with
 // Gaussians for points.
 //

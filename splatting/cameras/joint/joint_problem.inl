@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bodies of joint_problem.h. Included where they are instantiated, as joint_linearization.inl.
 #pragma once
 

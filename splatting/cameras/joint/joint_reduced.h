@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The damped joint system with the views' unknowns eliminated.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The end of a vector of the engine, in the memory of the host: of a vector of the host its own, of a device's a copy.
 #pragma once
 

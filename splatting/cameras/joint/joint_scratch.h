@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a joint problem and its linearizations go through their views in, one call at a time.
 #pragma once
 

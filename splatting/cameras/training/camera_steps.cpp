@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/cameras/training/camera_steps.h"
 
 #include <Eigen/Cholesky>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Steps of views' cameras and exposures while the splat is trained view by view: each time that a view is seen its own
 // unknowns take a step by the gradient that is there anyway.
 #pragma once

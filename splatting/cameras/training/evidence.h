@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether the cameras of a scene are worth finding along with its splat: what views that the splat has not seen gain by
 // being fitted to it.
 #pragma once

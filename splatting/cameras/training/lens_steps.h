@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Steps of lenses that views share while the splat is trained view by view: of some views that are seen the unknowns of
 // their own are eliminated, what is left of their systems is summed, and solved.
 #pragma once

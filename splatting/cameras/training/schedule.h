@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens to cameras when, in the course of the Adam stage.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far what was found of cameras and exposures lies from what was given.
 #pragma once
 

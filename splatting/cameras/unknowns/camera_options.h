@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Options of finding cameras and exposures in the course of a training.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an exposure (affine_color.h) does to images of three planes, for every memory space.
 #pragma once
 

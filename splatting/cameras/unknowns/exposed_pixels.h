@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pixels as an exposure changes them, for every memory space.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What no photograph tells: where the whole of cameras and splat lies, how it is turned, how large it is, and how
 // bright all photographs are; and what an unfinished splat tells wrongly.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A view whose camera is not as it was given.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/cameras/unknowns/shared_lenses.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Which views were taken through one lens.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What holds the freedoms that no photograph tells of (gauge.h) where cameras, exposures and splats are found at once:
 // a weak pull of each view to where it was given.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The unknowns of a view beside the Gaussians: the motion of its camera, its lens, its exposure.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reading of files whose contents are not trusted.
 #pragma once
 

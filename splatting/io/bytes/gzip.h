@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bytes compressed by gzip (RFC 1952), in memory. Its header has room for a comment, which readers pass over.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image codecs, and the interleaved samples that they read and write.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image files: photographs with their orientation, and 16-bit grey images.
 #pragma once
 

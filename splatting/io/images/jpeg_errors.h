@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // libjpeg, whose errors leave by longjmp: what may fail is a function of its own that holds no object with a
 // destructor.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // PNG by libpng. Its errors leave by longjmp, so each stage that may fail is a function of its own that holds no
 // object with a destructor.
 #include <png.h>

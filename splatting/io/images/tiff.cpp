@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // TIFF in, by libtiff.
 #include <tiffio.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // WebP in, by libwebp.
 #include <webp/decode.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // COLMAP sparse models, binary and text, read and written. Format: COLMAP's documentation, "Output Format".
 #pragma once
 

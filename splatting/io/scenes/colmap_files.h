@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The pieces that COLMAP's two formats share, and its camera models. Internal to the reader.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a scene folder to what training needs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Masks of photographs: which of their pixels take part.
 #pragma once
 

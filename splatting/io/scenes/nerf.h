@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // NeRF scenes: transforms.json (instant-ngp, nerfstudio) or transforms_train.json and transforms_test.json (Blender).
 #pragma once
 

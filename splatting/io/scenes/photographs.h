@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Photographs of a scene: loaded into its views, or into a store that decodes them when they are needed.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Points for scenes that have none.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gaussians in chunks that take up little space: numbers that are stored as parts of a chunk's bounds are then finer.
 #pragma once
 

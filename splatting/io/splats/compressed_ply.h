@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats in compressed .ply files: the format of PlayCanvas and SuperSplat (developer.playcanvas.com, "Compressed
 // PLY"), 16 to 61 bytes a Gaussian. Chunks of 256 Gaussians have bounds, between which the numbers of each Gaussian
 // lie.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The 24 rotations that bring axes onto axes. A Gaussian's principal axes may be named and directed in as many ways,
 // and its quaternion chosen among as many that mean the same.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values as compact files store them: frames, opacities, rotations.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats and point clouds in .ply files.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A .ply file in memory: its header, and its elements as tables.
 #pragma once
 

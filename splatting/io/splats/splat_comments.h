@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What vesta tells of a splat besides its Gaussians, as lines of text that files can carry and other programs ignore:
 // "vesta background R G B", the colour it was trained over, "vesta low_pass H", the filter it is to be rendered with
 // where that is not the usual one (pixels^2), and "vesta origin X Y Z", the point of the world that the means are

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats in files of any known format; Gaussians that cannot be drawn are left out.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats in .spz files: the compact format of Niantic Labs (github.com/nianticlabs/spz), 19 to 64 bytes a Gaussian and
 // those compressed by gzip.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stage one: Adam on one view an iteration, or a few, with adaptive density. For every memory space: parameters,
 // gradient and moments stay in it throughout.
 #pragma once

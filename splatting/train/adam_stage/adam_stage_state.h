@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the Adam stage goes on from after a break.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of the Adam stage before its Gaussians last became more: what it goes back to where a GPU runs out of
 // memory.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Adam stage on a GPU.
 #include "kernels/core/device_sort.h"
 #include "kernels/gaussian_splatting/device/device_camera.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Adam stage from its start to its end, and what becomes of it where the memory of a device does not suffice.
 #pragma once
 

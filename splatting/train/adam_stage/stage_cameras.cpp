@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/adam_stage/stage_cameras.h"
 
 #include <fmt/format.h>

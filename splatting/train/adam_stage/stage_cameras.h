@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cameras and exposures of the training views in the course of the Adam stage: each moves when its view is trained
 // on, by the gradient that the splats get theirs from (cameras/training/camera_steps.h); a lens once some of its views
 // were (cameras/training/lens_steps.h). Passes over views are in the memory of the stage's backend B, all else is on

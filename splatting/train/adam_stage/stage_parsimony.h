@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is taken out of the model in the course of the Adam stage (parsimony/parsimony_options.h). Judged on the host,
 // by the training views at full size whatever the iterations see.
 #pragma once

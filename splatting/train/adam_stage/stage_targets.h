@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The photographs that a stage is at, in whatever memory it computes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The training views of the Adam stage: their photographs at the size that iterations see, the passes over them, and
 // their cameras, which may move. What an iteration learns of the model is summed here.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A model while Adam trains it, with all that goes with each Gaussian. For every memory space.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The passes over one view: from a model to the gradient of the view's cost.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the rest of the Adam stage will take: seconds per iteration, growth of the Gaussians, and both over the parts of
 // the schedule that are left.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The options of the LM stage that finds cameras, and the stage on the host.
 #include "splatting/train/lm_stage/joint_lm_stage.h"
 

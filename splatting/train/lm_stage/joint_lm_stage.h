@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stage two where LM finds cameras and exposures too (FindsCamerasByLm): splats and views at once
 // (cameras/joint/joint_problem.h). For every memory space, by one process.
 #pragma once

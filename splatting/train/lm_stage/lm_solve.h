@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One solve of the LM stage: its saved state, where it starts, its loop, and the model that it leaves.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LM stage's options, in the terms of the problem and of the engine, and the stage on the host.
 #include "splatting/train/lm_stage/lm_stage.h"
 

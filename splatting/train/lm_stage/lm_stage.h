@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stage two: Levenberg-Marquardt on all training views, by the engine. For every memory space.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/lm_stage/run_lm.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The LM stage as memory allows (memory/memory_plan.h).
 #pragma once
 

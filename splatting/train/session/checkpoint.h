@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The state of a training in a file, from which it goes on to the same bits.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What ends a training before its iterations are done, and what a time limit leaves for each part.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The quality of a model in any memory space, for a session.
 #pragma once
 

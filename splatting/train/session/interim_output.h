@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What leaves a training before its end: checkpoints, snapshots, and what its watch asks for.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The rows of a training's history, the evaluations that they come from, and notes for the user.
 #pragma once
 

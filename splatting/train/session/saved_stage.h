@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stage in the midst of which a training was saved, to go on from.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/session/session.h"
 
 #include "kernels/core/check.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the stages of a training run share, each part in a file of its own: the views, the clock, the history, the
 // processes, what ends it early and what time is left, what leaves it on the way, its memory and its notes.
 #pragma once

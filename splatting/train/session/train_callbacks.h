@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a training tells its caller on the way, and is asked by it.
 #pragma once
 

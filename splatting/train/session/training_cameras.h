@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The views of a training as they are now: where cameras and exposures are found along with the splat, training views
 // move from where they were given, and their photographs are brought to one exposure.
 #pragma once

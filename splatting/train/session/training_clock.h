@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The time of a training, and what is done at intervals of it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/session/training_memory.h"
 
 namespace vesta::gs {

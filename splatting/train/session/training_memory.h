@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // By what sizes the memory of a training is planned, and what it has held.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the Adam stage trains on at its start.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/settings/fit_to_scene.h"
 
 #include <algorithm>

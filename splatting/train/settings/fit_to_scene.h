@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a scene requires, where the options leave it open.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All options of a training as plain data with defaults, and their table.
 #pragma once
 

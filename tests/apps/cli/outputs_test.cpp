@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Results never harm what was read, are noticed to be impossible before the work, and are whole whenever a run ends.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -13,8 +14,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "problems/bundle_adjustment/bal_file.h"
 #include "bench/collections/generate_bundle.h"
+#include "problems/bundle_adjustment/bal_file.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/splats/ply.h"
 #include "tests/apps/run_program.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The line that shows how training goes: a bar on a terminal, plain lines in a file.
 #include "apps/cli/progress.h"
 

@@ -1,11 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
 // bundle_adjust's solve on a GPU, on one that is emulated.
 #include "apps/device/bundle_on_gpu.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kernels/core/device_memory.h"
 #include "bench/collections/generate_bundle.h"
+#include "kernels/core/device_memory.h"
 #include "tests/support/emulated_device.h"
 
 namespace vesta::app {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // --device of a program with CUDA, on a device that is emulated.
 #include "apps/device/device.h"
 

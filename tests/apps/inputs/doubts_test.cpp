@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What can hardly have been meant is doubted in one line, what was done otherwise than asked is told, and a figure that
 // has no end is none.
 #include <fmt/format.h>

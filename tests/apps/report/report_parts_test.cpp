@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The parts of a report, and pages made of records that nobody would write.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What shells and man make of the scripts and the manual that the program prints. Each is skipped where it is missing.
 #include <fmt/format.h>
 #include <gmock/gmock.h>

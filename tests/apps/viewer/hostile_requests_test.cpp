@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ten thousand requests that no page sends: the server lives on, tells nothing, and does nothing for them.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pictures of a training are drawn by other threads while it goes on, and its Gaussians measured, and change nothing of
 // it.
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The viewer in Chromium: the page loads, a drag changes the picture, photographs and their difference are shown, two
 pages look at once, and a training, whose cameras move, is paused, saved and stopped from its page. No page complains
 or asks elsewhere.

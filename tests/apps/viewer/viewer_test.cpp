@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A viewer as its page asks it.
 #include "apps/viewer/viewer.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Label threads: run under the thread sanitizer too (preset tsan).
 #include "kernels/core/background.h"
 
@@ -36,9 +37,7 @@ TEST(Background, EndsAfterTheTaskThatRuns) {
   EXPECT_TRUE(is_over);
 }
 
-TEST(Background, MayHaveNothingToDo) {
-  EXPECT_NO_THROW(const Background background);
-}
+TEST(Background, MayHaveNothingToDo) { EXPECT_NO_THROW(const Background background); }
 
 }  // namespace
 }  // namespace vesta

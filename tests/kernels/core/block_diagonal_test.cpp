@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/core/block_diagonal.h"
 
 #include <gtest/gtest.h>

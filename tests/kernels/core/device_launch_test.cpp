@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Launches for which the GPU has no memory, on a device that is emulated.
 #include "kernels/core/device_launch.h"
 

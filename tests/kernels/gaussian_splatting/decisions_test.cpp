@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What happens to an image and its derivatives where a decision turns along a step: the floor, the cap and the stop of
 // the per-pixel step, and the tiles of a splat.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lists of a view made on the host by the steps of a GPU (tile_pairs.h).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the errors of float grow: the image, J v, J^T u and Gram matrices in float against double, as a function of the
 // splats that a ray meets, of their opacity, and of the condition of their screen covariance. docs/numerics.md has the
 // table; --gtest_output=xml:FILE writes it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How the errors of float grow, on the host.
 #include "tests/kernels/gaussian_splatting/error_growth.h"
 

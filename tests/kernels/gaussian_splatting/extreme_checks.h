@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What is checked of every extreme scene in every precision and memory: of a view under test V this needs what
 // test::RenderedView has.
 #pragma once

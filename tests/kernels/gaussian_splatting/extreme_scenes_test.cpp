@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gaussians and cameras at their limits, in both precisions. The same on a device: tests/cuda/extreme_scenes_test.cpp.
 #include <gtest/gtest.h>
 

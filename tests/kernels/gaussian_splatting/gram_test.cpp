@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Diagonal blocks of J^T diag(omega) J against columns of J.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A derivative of the image by something of the view against central differences.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene seen from elsewhere, in other units or in another order is the same scene: its image and its derivatives
 // stay.
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products with the Jacobian: against exact derivatives of the reference, and against each other.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Images of many pixels, in float: places in the far corner of one, and sums over all of it.
 #include <gtest/gtest.h>
 

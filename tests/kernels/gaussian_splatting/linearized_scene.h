@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene with a photograph of how it ought to look, and the loss between them, for the passes that ask what changes of
 // it.
 #pragma once

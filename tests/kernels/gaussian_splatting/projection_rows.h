@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The derivative K of a splat's whitened shape by its parameters, twice: by Jets, and by the adjoint.
 #pragma once
 

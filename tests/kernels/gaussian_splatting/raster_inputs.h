@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the tests of a GPU's raster kernels feed them, and how they compare.
 #pragma once
 

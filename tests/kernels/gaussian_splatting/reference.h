@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A slow, plain rasterizer in double precision: every pixel against every Gaussian, textbook formulas, nothing shared
 // with the kernels but the parameter layout and the constants of the method. A template, so that ceres::Jet gives the
 // exact derivative under the same decisions.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the removal pass foretells, against the loss of an image rendered without the splat.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loss's kernels of a GPU, run on the host thread by thread, against the loss of the host.
 #include "kernels/image/blur_blocks.h"
 

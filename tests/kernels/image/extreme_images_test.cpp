@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loss of images at the limits, in both precisions, for every choice of loss and instruction set.
 #include <gtest/gtest.h>
 

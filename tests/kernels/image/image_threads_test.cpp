@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every operator gives the same bits for any number of threads, and nearly the same for any instruction set.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every choice of cost and curvature (loss_options.h) against its definition by direct sums and jets.
 #include <ceres/jet.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // W, the curvature of the reweighted quadratic, against its definition written out with direct sums.
 #include <gtest/gtest.h>
 

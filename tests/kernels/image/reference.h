@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The loss by direct sums over two-dimensional windows, in the textbook form: slow, plain, on any scalar.
 #pragma once
 

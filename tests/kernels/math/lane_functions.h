@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The functions of kernels/math/lanes.h of one instruction set, over arrays, for the test.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/kernels/math/lane_functions.h"
 
 #include "kernels/math/lanes.h"

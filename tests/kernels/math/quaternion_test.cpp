@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/math/quaternion.h"
 
 #include <ceres/jet.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/math/spherical_harmonics.h"
 
 #include <ceres/jet.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the environment says of the processes that were started together.
 #include "kernels/ranks/ranks.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a GPU does for a bundle adjustment, run on the host, against the problem of the host.
 #include <gtest/gtest.h>
 

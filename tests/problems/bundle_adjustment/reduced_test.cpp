@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The reduced system against dense algebra.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small bundle adjustments for tests.
 #pragma once
 

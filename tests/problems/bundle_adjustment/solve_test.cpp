@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Solved by this engine and by Ceres: the same minimum.
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>

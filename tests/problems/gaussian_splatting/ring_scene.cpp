@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 #include <cmath>

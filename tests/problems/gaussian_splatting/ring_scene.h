@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes with a known answer: a random model at the origin, and a ring of cameras around it that look at it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Graphs of the field through the bridge, as cost functions that vesta knows nothing of, beside Ceres itself.
 #include <gtest/gtest.h>
 

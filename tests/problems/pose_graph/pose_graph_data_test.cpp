@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Graphs of the field, against the best costs known.
 #include <gtest/gtest.h>
 

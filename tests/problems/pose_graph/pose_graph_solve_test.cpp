@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pose graphs solved by vesta and by Ceres.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 

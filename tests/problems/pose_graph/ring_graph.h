@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Pose graphs made for tests: a walk round a ring with chords across it, measured with noise.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/distributed/block_parts.h"
 
 #include <gmock/gmock.h>

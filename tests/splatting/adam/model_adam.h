@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Adam and density control on the models of the host, as tests like to call them.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/adam/parameter_mean.h"
 
 #include <gtest/gtest.h>

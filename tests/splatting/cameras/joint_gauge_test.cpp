@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What no photograph tells of splats and views at once: images stay as they are along it, and the prior holds it.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats before views, some way off in every unknown.
 #pragma once
 

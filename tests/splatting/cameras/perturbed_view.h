@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Views whose pose is known, and is not the one they state.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A model in front of one camera, and density control that is told how hard each Gaussian is pulled.
 #pragma once
 

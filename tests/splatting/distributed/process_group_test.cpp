@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/distributed/process_group.h"
 
 #include <gmock/gmock.h>

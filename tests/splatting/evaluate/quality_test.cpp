@@ -1,11 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/evaluate/quality.h"
-#include "splatting/evaluate/renderer.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "kernels/gaussian_splatting/formulas/layout.h"
+#include "splatting/evaluate/renderer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
 
 namespace vesta::gs {

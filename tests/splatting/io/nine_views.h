@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A COLMAP scene in a folder: 9 photographs of 60 x 40 by one camera.
 #pragma once
 

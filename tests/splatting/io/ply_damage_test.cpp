@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splats that cannot be used: each gives one line, none crashes.
 #include "tests/splatting/io/test_ply.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A splat as a training may leave it, for formats that have no numbers for just any.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "tests/splatting/io/test_images.h"
 
 #include <png.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Encoders of image files that the library itself never writes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A splat of random but usable values.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small COLMAP model with awkward numbers, and a scene folder around it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the planner foresees of the memory of a GPU, against what is allocated on one that is emulated.
 #include "kernels/core/device_memory.h"
 

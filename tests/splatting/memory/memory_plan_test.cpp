@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The planner's sums against memory that is counted as it is allocated, and what it chooses.
 #include "splatting/memory/memory_plan.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cameras that are found along on a GPU, as on the host, and where its memory runs out on the way. On a device that is
 // emulated.
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stages of a GPU where its memory runs out on the way: the run goes on with what it has. On a device that is
 // emulated.
 #include "splatting/train/device_stages.h"

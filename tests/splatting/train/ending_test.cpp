@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where a training ends: by time, by a target, and what it says of its end before.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

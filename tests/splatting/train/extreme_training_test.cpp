@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whole trainings, short ones, at the limits of scenes, and of one scene in other frames, units and orders.
 #include <gtest/gtest.h>
 

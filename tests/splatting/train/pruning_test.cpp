@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings that take Gaussians out on the way.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings that are broken off, to go on from what they saved.
 #pragma once
 

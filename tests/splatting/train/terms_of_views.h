@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Gradients and pulls of views that are made up: of Gaussians of different degrees, of which each view sees some.
 #pragma once
 

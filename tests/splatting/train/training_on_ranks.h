@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings by several processes, which are threads of the test.
 #pragma once
 

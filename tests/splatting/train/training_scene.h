@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A scene that trains in a blink: a random model rendered into a ring of views, its means with noise as points.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Who watches a training, and holds it, changes nothing of what comes out of it.
 #include <gtest/gtest.h>
 #include <unistd.h>

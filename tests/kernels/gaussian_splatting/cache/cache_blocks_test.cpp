@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The cached Jacobian of a GPU, its kernels run on the host thread by thread, against the cache of the host.
 #include "kernels/gaussian_splatting/cache/cache_blocks.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Products with the cached Jacobian: against those that recompute it, and against each other.
 #include "kernels/gaussian_splatting/cache/jacobian_cache.h"
 

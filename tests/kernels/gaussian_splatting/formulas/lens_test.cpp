@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A lens that is no pinhole, in one struct: the projection and its adjoint need nothing else of it.
 #include "kernels/gaussian_splatting/formulas/lens.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Images against the slow reference.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/gaussian_splatting/projection/camera_motion.h"
 
 #include <ceres/rotation.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What stands where half of the light is gone, against sums of weights.
 #include <gtest/gtest.h>
 

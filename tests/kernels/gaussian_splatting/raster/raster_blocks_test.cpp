@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels of a GPU, run on the host thread by thread, against the passes of the host.
 #include "kernels/gaussian_splatting/raster/raster_blocks.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the passes of recolor.h foretell of a splat in another colour, against the loss of an image that has it.
 #include <gtest/gtest.h>
 

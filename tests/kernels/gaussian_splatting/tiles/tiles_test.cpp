@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "kernels/gaussian_splatting/tiles/tiles.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels of every instruction set this CPU has, against the baseline's.
 #include <gtest/gtest.h>
 

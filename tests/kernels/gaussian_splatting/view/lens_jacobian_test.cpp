@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The image as a function of the lens: its derivative against Jets, differences and itself.
 #include <ceres/jet.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Splatting problems at the limits of images and cameras, and what is checked of each in every precision and memory
 // space.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splatting problem at the limits of images, cameras and steps: its operators are finite and those of one
 // quadratic, and a solve ends in a status with a model that is finite and no worse.
 #include <limits>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Views of which not every pixel counts, in the problem of LM and in what asks for the loss of a change.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splatting problem of Gaussians whose harmonics have different degrees.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The splatting problem's operators against each other, against finite differences and against their columns.
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 

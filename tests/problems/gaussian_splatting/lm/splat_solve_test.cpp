@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The engine on a splatting problem: a perturbed model is fitted back to its own images.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The options of the splatting problem: each keeps what holds for its operators.
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Photographs as a distorting lens would have taken them, made from those of a pinhole, for tests that undistort them
 // again.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "problems/gaussian_splatting/model/length_units.h"
 
 #include <gtest/gtest.h>

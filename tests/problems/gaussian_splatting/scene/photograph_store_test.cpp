@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Label threads: run under the thread sanitizer too (preset tsan).
 #include "problems/gaussian_splatting/scene/photograph_store.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/internal/normal_equations/normal_system.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/internal/normal_equations/step_solver.h"
 
 #include <gtest/gtest.h>

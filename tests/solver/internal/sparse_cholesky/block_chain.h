@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A problem of blocks whose graph is a long chain with loops: what block Jacobi is slow on, and a sparse factor fast.
 #pragma once
 

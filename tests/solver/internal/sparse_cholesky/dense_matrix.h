@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Block-sparse matrices for tests, and their dense forms.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "solver/internal/sparse_cholesky/sparse_cholesky_preconditioner.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Cameras and exposures of known answer.
 #include "splatting/cameras/alignment/align_view.h"
 

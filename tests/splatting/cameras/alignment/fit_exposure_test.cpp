@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/cameras/alignment/fit_exposure.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What all views share is taken out, and nothing else.
 #include "splatting/cameras/unknowns/gauge.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // .spz files that cannot be used: each gives one line, none crashes or takes much memory.
 #include <cstring>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Image files that cannot be used: each gives one line, none crashes.
 #include <png.h>
 #include <tiff.h>

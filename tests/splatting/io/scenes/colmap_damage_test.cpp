@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // COLMAP models that cannot be used: each gives one line, none crashes.
 #include <cmath>
 #include <functional>

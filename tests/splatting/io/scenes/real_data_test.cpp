@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scenes and splats of the field, where the optional data folder is present.
 #include <array>
 

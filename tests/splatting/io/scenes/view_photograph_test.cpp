@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What reading a photograph takes, foreseen for the store of photographs, against memory as it is allocated.
 #include <gtest/gtest.h>
 

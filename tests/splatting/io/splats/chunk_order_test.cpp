@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/io/splats/chunk_order.h"
 
 #include <gtest/gtest.h>

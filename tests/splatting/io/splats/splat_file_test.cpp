@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/io/splats/splat_file.h"
 
 #include "problems/gaussian_splatting/model/degrees.h"

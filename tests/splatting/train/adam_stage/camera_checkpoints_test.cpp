@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Saved states of trainings that find cameras, as no training could have had them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

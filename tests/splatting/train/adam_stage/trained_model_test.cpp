@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Degrees of the harmonics that change while Adam trains.
 #include "splatting/train/adam_stage/trained_model.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings whose LM stage finds cameras and exposures at once with the splats.
 #include "splatting/train/lm_stage/joint_lm_stage.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the LM stage asks of the engine.
 #include "splatting/train/lm_stage/lm_stage.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings that find cameras and exposures along.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

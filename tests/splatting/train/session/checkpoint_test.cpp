@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/session/checkpoint.h"
 
 #include <gmock/gmock.h>

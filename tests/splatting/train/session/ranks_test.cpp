@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings by several processes, which are threads of this one. Label threads: run under the thread sanitizer too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/session/recorded_history.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/settings/coarse_views.h"
 
 #include <gtest/gtest.h>

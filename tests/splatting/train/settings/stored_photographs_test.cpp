@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trainings on photographs that are decoded when their turn comes. Label threads: run under the thread sanitizer too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The Adam stage with several views an iteration.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Stands in the place of kernels/core/launch.cuh where files for nvcc are compiled as plain C++: kernels run on the
 // host, thread by thread (tests/support/emulated_device.h).
 #pragma once
