@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every file of the corpus through its target: seeds, and what fuzzing has found.
 #include <gtest/gtest.h>
 
