@@ -63,13 +63,13 @@ def app_rooms():
         "device": "cli",
         "inputs": "cli device",
         "settings": "cli device inputs",
-        "help": "cli settings",
+        "usage": "cli settings",
         "render": "cli inputs",
         "doctor": "",
         "report": "cli inputs settings",
         "viewer": "cli inputs report",
         "training": "cli device inputs settings report viewer",
-        "commands": "cli device inputs settings help render doctor report viewer training",
+        "commands": "cli device inputs settings usage render doctor report viewer training",
     }
     return {"apps/" + room: ["apps/" + below for below in lower.split()] + base for room, lower in rooms.items()}
 
@@ -187,6 +187,12 @@ def needless(name, quoted):
     return None
 
 
+def namesake(included, quoted):
+    """Why a file may not include this header beside those it includes already, or None: two of one base name."""
+    other = included.setdefault(quoted.rsplit("/", 1)[-1], quoted) if quoted else quoted
+    return None if other == quoted else f'"{quoted}" and "{other}" have one base name: rename one'
+
+
 def faults_in(root):
     """(number of files read, one line for each fault)"""
     files = [p for top in sorted({room.split("/")[0] for room in ALLOWED}) for p in sorted((root / top).rglob("*"))
@@ -198,9 +204,11 @@ def faults_in(root):
         if room is None:
             found.append(f"{name}: lies in no known room; add its room to {pathlib.Path(__file__).name}")
             continue
+        included = {}  # base name -> path
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
             match = INCLUDE.match(line)
-            why = match and (fault(room, *match.groups()) or needless(name, match.group(1)))
+            why = match and (fault(room, *match.groups()) or needless(name, match.group(1)) or
+                             namesake(included, match.group(1)))
             if why:
                 found.append(f"{name}:{number}: {why}")
     return len(files), found
@@ -258,6 +266,7 @@ def self_test():
         "apps/cli/k.cpp": '#include "apps/viewer/viewer.h"',
         "apps/k.cpp": '#include "tests/support/scene.h"',
         "problems/l.cpp": "",
+        "apps/m.cpp": '#include "splatting/adam/options.h"\n#include "splatting/density/options.h"',
     }
     sound = {
         "kernels/math/ok.h": '#include "kernels/core/hd.h"\n#include <cmath>',

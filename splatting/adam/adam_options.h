@@ -21,7 +21,7 @@ enum class AdamMetric {
 };
 
 struct AdamOptions {
-  // The length of the stage in iterations of one view each (NumIterations, schedule.h). None: what the scene requires
+  // The length of the stage in iterations of one view each (NumIterations). None: what the scene requires
   // (FitToScene), times `length`.
   std::optional<int> iterations = {};
   double length = 1;
@@ -40,7 +40,7 @@ struct AdamOptions {
   // The first part of the stage, this long, sees the views at half their size (coarse_views.h).
   double coarse_part = 0.5;
   // One more band of spherical harmonics after each of these parts of the run; twice as long where exposures are found
-  // along (cameras/training/schedule.h).
+  // along (train/settings/training_schedule.h).
   double sh_band_every = 0.08;
   // Rows of the history, evenly spaced.
   int evaluations = 20;

@@ -59,7 +59,7 @@ class SplatProblem : public Problem<B>, public InUnits<B>, public InBatches<B>, 
   std::unique_ptr<Linearization<B>> Linearize(ConstVectorView x) override { return this->LinearizeOnlyBatch(x); }
   std::unique_ptr<Linearization<B>> LinearizeBatch(ConstVectorView x, int batch) override;
   bool DampingMetric(ConstVectorView x, ConstVectorView diag_h, VectorView D) override;
-  void OnNewPoint(int turn) override { batches_.BeginTurn(turn); }
+  void OnNewPoint(int turn) override { batches_.OnNewPoint(turn); }
 
   const SplatProblemOptions& options() const { return options_; }
   std::span<const TargetView<B>> views() const { return views_; }

@@ -19,10 +19,10 @@ ViewBatches::ViewBatches(const ViewBatchOptions& options, Index num_views) : opt
   const Index count = CutCount(options.count, options.size, num_views);
   num_used_ = options.size > 0 ? std::min<Index>(count * options.size, num_views) : num_views;
   batches_.resize(static_cast<std::size_t>(count));
-  BeginTurn(0);
+  OnNewPoint(0);
 }
 
-void ViewBatches::BeginTurn(int turn) {
+void ViewBatches::OnNewPoint(int turn) {
   std::vector<Index> order(static_cast<std::size_t>(num_views_));
   std::iota(order.begin(), order.end(), Index{0});
   if (options_.choice == BatchChoice::kRandom) {

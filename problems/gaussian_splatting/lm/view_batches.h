@@ -33,7 +33,7 @@ class ViewBatches {
   // the views fill, at least one.
   static Index CutCount(int count, int size, Index num_views);
   int num_batches() const { return static_cast<int>(batches_.size()); }
-  void BeginTurn(int turn);
+  void OnNewPoint(int turn);
   // Ascending.
   const std::vector<Index>& views(int batch) const { return batches_[static_cast<std::size_t>(batch)]; }
   // Views there are over views in the batches: what their sum is to be multiplied by.

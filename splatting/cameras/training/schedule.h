@@ -22,14 +22,6 @@ inline double MeanTurnFree(double low_pass) {
   return kSoonest + kLater * std::min(low_pass / splat::kLowPass, 1.0);
 }
 
-// The part of the stage after which one more band of the harmonics comes, each time. Exposures that differ from side to
-// side can be shown by harmonics as well; so where they are found bands come later, but before it is judged what bands
-// are worth (ParsimonyOptions::begin).
-inline double BandEvery(const AdamOptions& adam, const FreeUnknowns& free) {
-  constexpr double kLater = 2;
-  return free.color ? kLater * adam.sh_band_every : adam.sh_band_every;
-}
-
 // Every eighth training view from the fourth on is held back, but at most eight.
 inline bool IsHeldBack(std::size_t view, std::size_t views) {
   constexpr std::size_t kEvery = 8, kMost = 8, kFirst = 3;

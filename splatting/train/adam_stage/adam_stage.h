@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,10 +16,6 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
-#include "splatting/adam/adam_options.h"
-#include "splatting/cameras/training/schedule.h"
-#include "splatting/cameras/unknowns/camera_options.h"
-#include "splatting/density/density_options.h"
 #include "splatting/memory/memory_plan.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/before_growth.h"
@@ -55,7 +52,7 @@ class AdamStage {
     views_.FreePasses();
     if constexpr (!kOnHost) before_growth_.GoBack(&*state_);
     // What that iteration did besides.
-    if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
+    if (session_.schedule().At(state_->span).resets_opacity) state_->model.ResetOpacity();
     return true;
   }
   // Leaves the model after the last iteration, recorded.
@@ -96,7 +93,7 @@ class AdamStage {
       throw;
     }
     if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
-    const int n = NumIterations(options_.adam), views = options_.adam.views_per_iteration;
+    const int n = session_.schedule().iterations(), views = options_.adam.views_per_iteration;
     if (state_->iteration >= n) {
       Fail("{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
            session_.saved().path(), state_->iteration * views, n * views);
@@ -108,31 +105,31 @@ class AdamStage {
   }
 
   void Iterate() {
-    const StageSpan span = outlook_.NextSpan(Progress());
-    const int degree = DegreeOf(span);
-    Step(span, degree);
+    const IterationPlan plan = session_.schedule().At(outlook_.NextSpan(Progress()));
+    const int degree = DegreeOf(plan);
+    Step(plan, degree);
     // Before Gaussians change: right after they were cloned or split the splat is worse.
-    const bool is_stopped = RecordWhereDue();
+    const bool is_stopped = RecordWhereDue(plan);
     const auto on_host = [&] { return OnHost(state_->model.result(degree)); };
     session_.interim().SnapshotWhereDue(Stage::kAdam, state_->iteration, on_host);
-    if (span.is_last() || session_.early_end().has_reached_target()) {
+    if (plan.span.is_last() || session_.early_end().has_reached_target()) {
       Report();
       return Finish();
     }
-    if (is_stopped) return Stop(degree);
-    ChangeGaussians(degree);
+    if (is_stopped) return Stop(plan, degree);
+    ChangeGaussians(plan, degree);
     Report();
-    PredictWhereDue(degree);
+    PredictWhereDue(plan, degree);
     Save();
     session_.interim().AttendToWatch(Stage::kAdam, state_->iteration, on_host, Writer());
   }
   // Leaves the model after this iteration, which was recorded. What is saved, to go on from, is of after its change of
   // the Gaussians; what is said of the end is not in it, as the stage will have another.
-  void Stop(int degree) {
+  void Stop(const IterationPlan& plan, int degree) {
     state_->model.DownloadResult(result_);
     finished_ = true;
     const Index gaussians = state_->model.count();
-    if (session_.processes().OnAny(session_.interim().Saves())) ChangeGaussians(degree);
+    if (session_.processes().OnAny(session_.interim().Saves())) ChangeGaussians(plan, degree);
     Report();
     Save();
     parsimony_.NoteWhoStayed(*state_, gaussians);
@@ -147,23 +144,19 @@ class AdamStage {
   }
 
   // Of the harmonics that are in use.
-  int DegreeOf(const StageSpan& span) const {
-    return ActiveShDegree(BandEvery(options_.adam, FreeBy(options_.cameras.refine)), state_->model.sh_degree(), span);
-  }
+  int DegreeOf(const IterationPlan& plan) const { return std::min(plan.most_sh_degree, state_->model.sh_degree()); }
 
   // The gradient is that of a sum over pixels and views; Adam's steps do not depend on its scale.
-  void Step(const StageSpan& span, int degree) {
-    views_.ChooseSize(span);
-    views_.DecideOnCamerasWhereDue(span, &*state_);
+  void Step(const IterationPlan& plan, int degree) {
+    views_.ChooseSize(plan.is_coarse);
+    views_.DecideOnCamerasWhereDue(plan.span, &*state_);
     const double begin = session_.Seconds();
-    const double cost = views_.AddGradients(span, degree, &*state_);
-    views_.MoveSharedCameras(span, &*state_);
-    state_->model.Step(splat::NumAttributes(degree), RateFactor(options_.adam, span));
+    const double cost = views_.Step(plan, degree, &*state_);
     const int it = ++state_->iteration;
-    state_->span = span;
+    state_->span = plan.span;
     state_->mean_cost = it == 1 ? cost : 0.95 * state_->mean_cost + 0.05 * cost;
     before_growth_.ForgetWhatHolds(it);
-    if (state_->averages && Averages(options_.adam, span, it)) Average();
+    if (state_->averages && session_.schedule().Averages(plan.span, it)) Average();
     outlook_.ObserveIteration(views_.are_coarse(), state_->model.count(), views_.pixels(), session_.Seconds() - begin);
   }
   // The mean is an improvement; for want of its room training does not end.
@@ -177,16 +170,15 @@ class AdamStage {
   }
 
   // Whether the stage is to stop; the last row is of what it leaves.
-  bool RecordWhereDue() {
-    const StageSpan& span = state_->span;
+  bool RecordWhereDue(const IterationPlan& plan) {
     const double ahead = outlook_.EvaluationSeconds();
-    const bool is_due = span.Reaches(1.0 / options_.adam.evaluations);
     const bool is_stopped = session_.early_end().ShouldStop(ahead);
-    if (span.is_last() || is_stopped || (is_due && session_.time().HasTimeToRecord(ahead))) Record();
+    const bool is_end = plan.span.is_last() || is_stopped;
+    if (is_end || (plan.is_recorded && session_.time().HasTimeToRecord(ahead))) Record();
     return is_stopped;
   }
   void Record() {
-    const int degree = DegreeOf(state_->span);
+    const int degree = DegreeOf(session_.schedule().At(state_->span));
     const splat::Model<float> result = state_->model.result(degree);
     const auto on_host = [&] { return OnHost(result); };
     views_.LendPhotographs();
@@ -207,12 +199,10 @@ class AdamStage {
     }
   }
 
-  void ChangeGaussians(int degree) {
-    if (Observes(options_.density, state_->span)) {
-      if (Densifies(options_.density, state_->span)) Densify();
-      if (ResetsOpacity(options_.density, state_->span)) state_->model.ResetOpacity();
-    }
-    parsimony_.Thin(*state_, degree, [&] {
+  void ChangeGaussians(const IterationPlan& plan, int degree) {
+    if (plan.densifies) Densify();
+    if (plan.resets_opacity) state_->model.ResetOpacity();
+    parsimony_.Thin(*state_, plan, degree, [&] {
       views_.LendPhotographs();
       views_.FreePasses();
       before_growth_.Forget();  // of more than there are now
@@ -229,8 +219,8 @@ class AdamStage {
   }
 
   // Tells what the whole stage will take.
-  void PredictWhereDue(int degree) {
-    const auto telling = outlook_.WhatToTell(Observes(options_.density, state_->span));
+  void PredictWhereDue(const IterationPlan& plan, int degree) {
+    const auto telling = outlook_.WhatToTell(plan.observes);
     if (telling == StageOutlook::Telling::kNothing) return;
     const bool is_first_guess = telling == StageOutlook::Telling::kFirstGuess;
     if (!is_first_guess && views_.are_coarse()) {

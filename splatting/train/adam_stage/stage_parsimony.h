@@ -26,19 +26,18 @@ class StageParsimony {
   StageParsimony(TrainingSession& session, StagePace& pace)
       : session_(session), options_(session.options().parsimony), pace_(pace) {}
 
-  // What goes after the iteration that state.span says; Gaussians have been added before, by what was observed of them.
+  // What goes after the iteration of that plan; Gaussians have been added before, by what was observed of them.
   // degree: of the harmonics in use. before() is called where views judge, and may free what iterations work in.
   template <class Before>
-  void Thin(AdamStageState<B>& state, int degree, const Before& before) {
-    const bool checks = ChecksSupport(options_, state.span);
-    const bool prunes = Prunes(options_, state.span) && ClaimTime(1, PartDone(options_, state.span), state);
+  void Thin(AdamStageState<B>& state, const IterationPlan& plan, int degree, const Before& before) {
+    const bool prunes = plan.prunes && ClaimTime(1, plan.pruning_done, state);
     // Not while bands wait for their turn.
-    const bool lowers = LowersDegrees(options_, state.span) && degree > 0 && degree == state.model.sh_degree() &&
+    const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
-    if (!checks && !prunes && !lowers) return;
+    if (!plan.prunes_unseen && !prunes && !lowers) return;
     before();
     session_.memory().NoteModel(state.model.layout());
-    if (checks) KeepOnly(Supported(OnHost(state, degree), Judges()), state);
+    if (plan.prunes_unseen) KeepOnly(Supported(OnHost(state, degree), Judges()), state);
     // First, since Gaussians of a lower degree cost less.
     if (lowers) LowerDegrees(state, degree);
     if (prunes) Prune(state, degree);

@@ -12,8 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "splatting/adam/adam_options.h"
-#include "splatting/density/density_options.h"
 #include "splatting/distributed/term_exchange.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/stage_cameras.h"
@@ -21,6 +19,7 @@
 #include "splatting/train/adam_stage/view_passes.h"
 #include "splatting/train/session/session.h"
 #include "splatting/train/settings/coarse_views.h"
+#include "splatting/train/settings/training_schedule.h"
 
 namespace vesta::gs {
 
@@ -35,8 +34,7 @@ class StageViews {
     if (full_.empty()) full_.Load(session_.training_views(), near_);
   }
   // That which an iteration is to see.
-  void ChooseSize(const StageSpan& span) {
-    const bool wants_coarse = IsCoarse(options_.adam, span);
+  void ChooseSize(bool wants_coarse) {
     if (!wants_coarse) coarse_.Clear();
     if (!wants_coarse || !coarse_.empty() || lacks_coarse_) return;
     std::vector<View> views = CoarseViews(session_.training_views());
@@ -57,38 +55,13 @@ class StageViews {
     full_.Release(), coarse_.Release();
     cameras_.Decide(model, &state->cameras);
   }
-  // Forward and backward passes over the next iteration's views. Leaves the sum of their gradients in the model's, and
-  // their cameras moved; returns their mean cost, per pixel and channel. Several processes divide the views among them,
-  // and all get the whole sum. Then come MoveSharedCameras and the model's step.
-  double AddGradients(const StageSpan& span, int degree, AdamStageState<B>* state) {
-    cameras_.BeginIteration(state->cameras);
-    const splat::Model<float> x = state->model.kernel_model(degree);
-    const int attributes = splat::NumAttributes(degree), views = options_.adam.views_per_iteration;
-    float* const gradient = state->model.gradient(attributes);
-    passes().views.Begin({x, attributes}, views, Observes(options_.density, span) ? &state->model.density() : nullptr);
-    const ProcessGroup& processes = session_.processes();
-    const bool are_shared = views > 1 && !processes.is_alone();
-    const Share own = are_shared ? processes.OwnShare(views) : Share{0, views};
-    for (int k = 0; k < views; ++k) {
-      Prefetch(*state);
-      const std::size_t next = NextView(state->order, *state);
-      if (k >= own.begin && k < own.end) AddView(k, next, x, span, gradient, state);
-    }
-    if constexpr (kOnHost) {
-      if (are_shared) exchange_.AllGather(*processes.ranks(), &passes().views);
-    }
-    const ViewCost sum = passes().views.Finish(gradient);
-    pixels_ = sum.values / ImageShape::kChannels;
-    return sum.objective / sum.values;
-  }
-  // What views share of their cameras.
-  void MoveSharedCameras(const StageSpan& span, AdamStageState<B>* state) {
-    if (!cameras_.moves(span, state->cameras)) return;
-    if (cameras_.MoveShared(span, &state->cameras)) {
-      moved_.resize(full_.size());
-      std::iota(moved_.begin(), moved_.end(), std::size_t{0});
-    }
-    UpdateMovedCameras();
+  // One iteration: the gradients of its views, their cameras, and the step of the model. Returns the mean cost of the
+  // views, per pixel and channel. This is the only place where these three are called, so their order stands here.
+  double Step(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
+    const double cost = AddGradients(plan, degree, state);
+    MoveSharedCameras(plan.span, state);
+    state->model.Step(splat::NumAttributes(degree), plan.lr_factor);
+    return cost;
   }
   // Of the latest iteration's views.
   double pixels() const { return pixels_; }
@@ -132,6 +105,40 @@ class StageViews {
 
  private:
   static constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+
+  // Forward and backward passes over the next iteration's views. Leaves the sum of their gradients in the model's, and
+  // their cameras moved; returns their mean cost, per pixel and channel. Several processes divide the views among them,
+  // and all get the whole sum.
+  double AddGradients(const IterationPlan& plan, int degree, AdamStageState<B>* state) {
+    cameras_.BeginIteration(state->cameras);
+    const splat::Model<float> x = state->model.kernel_model(degree);
+    const int attributes = splat::NumAttributes(degree), views = options_.adam.views_per_iteration;
+    float* const gradient = state->model.gradient(attributes);
+    passes().views.Begin({x, attributes}, views, plan.observes ? &state->model.density() : nullptr);
+    const ProcessGroup& processes = session_.processes();
+    const bool are_shared = views > 1 && !processes.is_alone();
+    const Share own = are_shared ? processes.OwnShare(views) : Share{0, views};
+    for (int k = 0; k < views; ++k) {
+      Prefetch(*state);
+      const std::size_t next = NextView(state->order, *state);
+      if (k >= own.begin && k < own.end) AddView(k, next, x, plan.span, gradient, state);
+    }
+    if constexpr (kOnHost) {
+      if (are_shared) exchange_.AllGather(*processes.ranks(), &passes().views);
+    }
+    const ViewCost sum = passes().views.Finish(gradient);
+    pixels_ = sum.values / ImageShape::kChannels;
+    return sum.objective / sum.values;
+  }
+  // What views share of their cameras.
+  void MoveSharedCameras(const StageSpan& span, AdamStageState<B>* state) {
+    if (!cameras_.moves(span, state->cameras)) return;
+    if (cameras_.MoveShared(span, &state->cameras)) {
+      moved_.resize(full_.size());
+      std::iota(moved_.begin(), moved_.end(), std::size_t{0});
+    }
+    UpdateMovedCameras();
+  }
 
   StageTargets<B>& targets() { return are_coarse() ? coarse_ : full_; }
   ViewPasses<B>& passes() { return passes_ ? *passes_ : passes_.emplace(); }

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "splatting/adam/adam_options.h"
-#include "splatting/density/density_options.h"
 #include "splatting/parsimony/parsimony_options.h"
 
 namespace vesta::gs {
 
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options,
+StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
                          const StageProgress& now, double judging) {
+  const TrainOptions& options = schedule.options();
   constexpr int kPieces = 100;  // of the whole stage; those that are left are looked at one by one
   const double done = now.span.after;
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
@@ -24,22 +23,22 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
   int changes = 0;
   double judged_seconds = 0;
   for (int k = 0; k < pieces; ++k) {
-    const StageSpan span{done + k * piece, done + (k + 1) * piece};
-    const bool is_coarse = now.has_coarse_views && IsCoarse(options.adam, span);
+    const IterationPlan plan = schedule.At({done + k * piece, done + (k + 1) * piece});
+    const bool is_coarse = now.has_coarse_views && plan.is_coarse;
     ahead.seconds += pace.Seconds(is_coarse, ahead.gaussians) / pieces;
     ahead.full_seconds += pace.Seconds(false, ahead.gaussians) / pieces;
-    if (Densifies(options.density, span)) {
+    if (plan.densifies) {
       ahead.gaussians = std::min(limit, growth.After(gaussians, ++changes));
       ahead.most_gaussians = std::max(ahead.most_gaussians, ahead.gaussians);
       ahead.change_seconds += pace.ChangeSeconds(ahead.gaussians);
     }
-    if (LowersDegrees(options.parsimony, span)) {
+    if (plan.lowers_sh_degrees) {
       judged_seconds += 2 * judging * pace.Seconds(false, ahead.gaussians);  // two passes
     }
-    if (Prunes(options.parsimony, span)) {
+    if (plan.prunes) {
       if (before_pruning == 0) before_pruning = static_cast<Index>(ahead.gaussians);
       judged_seconds += pace.JudgingSeconds(ahead.gaussians, judging);
-      const double left = ExpectedAfter(options.parsimony, span, before_pruning);
+      const double left = ExpectedAfter(options.parsimony, plan.span, before_pruning);
       ahead.gaussians = std::min(ahead.gaussians, left);
     }
   }
@@ -62,7 +61,7 @@ void StageOutlook::ObserveGrowth(Index before, Index after, double seconds) {
 
 StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
   const TrainOptions& options = session_.options();
-  const int n = NumIterations(options.adam), done = now.iteration;
+  const int n = session_.schedule().iterations(), done = now.iteration;
   const double before = now.span.after, planned = 1.0 * done / n;
   const bool is_limited = options.time_limit > 0;
   const double left = n - done, in_time = is_limited ? session_.processes().OfFirst(IterationsInTime(now)) : left;
@@ -74,9 +73,9 @@ StageSpan StageOutlook::NextSpan(const StageProgress& now) const {
 }
 
 int StageOutlook::ExpectedIterations(const StageProgress& now) const {
-  const double left = now.span.is_last() ? 0
-                                         : std::min<double>(NumIterations(session_.options().adam) - now.iteration,
-                                                            IterationsInTime(now));
+  const double left = now.span.is_last()
+                          ? 0
+                          : std::min<double>(session_.schedule().iterations() - now.iteration, IterationsInTime(now));
   return now.iteration + static_cast<int>(std::ceil(left));
 }
 
@@ -96,7 +95,7 @@ StageOutlook::Telling StageOutlook::WhatToTell(bool grows) {
 }
 
 StageAhead StageOutlook::Ahead(const StageProgress& now) const {
-  return ForecastStage(pace_, growth_, session_.options(), now, session_.IterationsPerEpoch());
+  return ForecastStage(pace_, growth_, session_.schedule(), now, session_.IterationsPerEpoch());
 }
 
 Prediction StageOutlook::Foretell(const StageProgress& now, const StageAhead& ahead, bool is_first_guess,
@@ -105,7 +104,8 @@ Prediction StageOutlook::Foretell(const StageProgress& now, const StageAhead& ah
   const double rows = std::ceil((1 - now.span.after) * options.adam.evaluations);
   const double row =
       EvaluationSeconds() * ahead.full_seconds / pace_.Seconds(false, static_cast<double>(now.gaussians));
-  const double left = (NumIterations(options.adam) - now.iteration) * ahead.seconds + ahead.change_seconds + rows * row;
+  const double left =
+      (session_.schedule().iterations() - now.iteration) * ahead.seconds + ahead.change_seconds + rows * row;
   const double total = session_.clock().Total();
   const double seconds = options.time_limit > 0 ? std::min(options.time_limit, total + left) : total + left;
   return {is_first_guess, total, seconds, mib, ahead.gaussians};

@@ -13,7 +13,7 @@
 #include "kernels/core/span.h"
 #include "problems/gaussian_splatting/scene/stage_span.h"
 #include "splatting/train/session/session.h"
-#include "splatting/train/settings/train_options.h"
+#include "splatting/train/settings/training_schedule.h"
 
 namespace vesta::gs {
 
@@ -147,7 +147,7 @@ struct StageAhead {
 };
 
 // judging: iterations that look at as many views as judge Gaussians. Needs pace.is_known(), and now before the end.
-StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainOptions& options,
+StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, const TrainingSchedule& schedule,
                          const StageProgress& now, double judging = 0);
 
 // What the rest of the Adam stage will take, by what its iterations have taken: how many of them there is time for, and

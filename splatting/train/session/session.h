@@ -17,6 +17,7 @@
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"
 #include "splatting/train/session/training_memory.h"
+#include "splatting/train/settings/training_schedule.h"
 
 namespace vesta::gs {
 
@@ -31,6 +32,8 @@ class TrainingSession {
   const TrainOptions& options() const { return options_; }
   // For who cannot do what was asked for; all that comes later goes by it.
   TrainOptions& AdaptOptions() { return options_; }
+  // Of the Adam stage, by these options.
+  const TrainingSchedule& schedule() const { return schedule_; }
 
   TrainingCameras& cameras() { return cameras_; }
   const TrainingCameras& cameras() const { return cameras_; }
@@ -74,6 +77,7 @@ class TrainingSession {
   void Resume(const Checkpoint& checkpoint);
 
   TrainOptions options_;
+  TrainingSchedule schedule_{options_};
   const TrainCallbacks& callbacks_;
   TrainingCameras cameras_;
   std::uint64_t fingerprint_;  // of the scene as it was given

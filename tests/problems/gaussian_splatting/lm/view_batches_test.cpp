@@ -28,7 +28,7 @@ TEST(ViewBatches, EveryChoiceDealsEachViewOnce) {
   for (const BatchChoice choice : kChoices) {
     ViewBatches batches({.count = 3, .choice = choice, .seed = 5}, kViews);
     for (int turn = 0; turn < 3; ++turn) {
-      batches.BeginTurn(turn);
+      batches.OnNewPoint(turn);
       ASSERT_EQ(batches.num_batches(), 3);
       const std::vector<Index> all = All(batches);
       ASSERT_EQ(all.size(), std::size_t{kViews});
@@ -53,7 +53,7 @@ TEST(ViewBatches, AStepOfFewerViewsGoesRoundThemAll) {
     EXPECT_DOUBLE_EQ(batches.scale(), 20.0 / 6);
     std::set<Index> met;
     for (int turn = 0; turn < 40; ++turn) {
-      batches.BeginTurn(turn);
+      batches.OnNewPoint(turn);
       ASSERT_EQ(batches.num_batches(), 2);
       const std::vector<Index> all = All(batches);
       ASSERT_EQ(std::set<Index>(all.begin(), all.end()).size(), 6u) << "without replacement";
@@ -80,13 +80,13 @@ TEST(ViewBatches, DrawsDependOnSeedAndTurnAlone) {
   constexpr Index kViews = 20;
   ViewBatches a({.count = 2, .size = 4, .choice = BatchChoice::kRandom, .seed = 1}, kViews), b = a;
   ViewBatches other({.count = 2, .size = 4, .choice = BatchChoice::kRandom, .seed = 2}, kViews);
-  a.BeginTurn(7);
-  b.BeginTurn(3);
+  a.OnNewPoint(7);
+  b.OnNewPoint(3);
   EXPECT_NE(All(a), All(b));
-  b.BeginTurn(7);
+  b.OnNewPoint(7);
   EXPECT_EQ(a.views(0), b.views(0));
   EXPECT_EQ(a.views(1), b.views(1));
-  other.BeginTurn(7);
+  other.OnNewPoint(7);
   EXPECT_NE(All(a), All(other));
 }
 

@@ -24,7 +24,7 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   DensityOptions& density = options.density;
   density.enabled = false;
   const auto ahead = [&](double done, bool has_coarse_views = true) {
-    return ForecastStage(pace, {}, options, After(done, has_coarse_views));
+    return ForecastStage(pace, {}, TrainingSchedule(options), After(done, has_coarse_views));
   };
   EXPECT_NEAR(ahead(0).seconds, 2, 0.03);
   EXPECT_NEAR(ahead(0.25).seconds, (1 + 2 * 3) / 3.0, 0.03);
@@ -39,12 +39,12 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   density.max_gaussians = 150;
   GrowthForecast growth;
   growth.Observe(90, 100);
-  const StageAhead growing = ForecastStage(pace, growth, options, After(0.1));
+  const StageAhead growing = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
   EXPECT_EQ(growing.gaussians, 150) << "the cap";
   EXPECT_GT(growing.seconds, 1.1 * without_growth);
 
   options.parsimony.price = 2;
-  const StageAhead pruned = ForecastStage(pace, growth, options, After(0.1));
+  const StageAhead pruned = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));
   EXPECT_EQ(pruned.gaussians, 90) << "six tenths of them";
   EXPECT_EQ(pruned.most_gaussians, 150);
   EXPECT_LT(pruned.seconds, growing.seconds);
@@ -56,7 +56,9 @@ TEST(ForecastStage, JudgesInAPartOfALimitedTime) {
   TrainOptions options;
   options.density.enabled = false;
   constexpr double kViews = 20;
-  const auto changes = [&] { return ForecastStage(pace, {}, options, After(0), kViews).change_seconds; };
+  const auto changes = [&] {
+    return ForecastStage(pace, {}, TrainingSchedule(options), After(0), kViews).change_seconds;
+  };
   const double all = changes();
   EXPECT_GT(all, 8 * kViews * 0.1 * 0.6) << "of at least eight rounds";
   options.time_limit = 2 * all;
@@ -87,7 +89,8 @@ TEST(ForecastStage, EndsTheStageInTime) {
   int coarse = 0, fine = 0;
   while (done < 1) {
     double left = 1e300;
-    if (pace.is_known()) left = (kTime - clock) / ForecastStage(pace, {}, options, After(done)).seconds;
+    if (pace.is_known())
+      left = (kTime - clock) / ForecastStage(pace, {}, TrainingSchedule(options), After(done)).seconds;
     done += (1 - done) / std::max(1.0, left);
     const bool is_coarse = done <= options.adam.coarse_part;
     ++(is_coarse ? coarse : fine);
