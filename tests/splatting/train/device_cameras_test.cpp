@@ -183,14 +183,14 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
 // The last that there was room for are of images of half the size.
 TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
   const SplatModel model = test::RandomModel(60, 1, 7);
-  const Scene scene = CamerasOff(test::RingWithImages(model, 4, 144, 128));
+  const Scene scene = CamerasOff(test::RingWithImages(model, 8, 144, 128));
   TrainOptions options = FindingCameras();
   options.cameras.refine = CameraChoice::kPose;
-  options.adam.iterations = 16;
+  options.adam.iterations = 24;
   const auto train = [&](bool is_limited) {
     TrainCallbacks callbacks;
     callbacks.progress = [&](const TrainProgress& p) {
-      if (is_limited && p.iteration == 9) vesta::test::SetDeviceMemory(device::BytesInUse() + 500000);
+      if (is_limited && p.iteration == 13) vesta::test::SetDeviceMemory(device::BytesInUse() + 500000);
     };
     const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
     return Refine(scene, model, options, 0, callbacks, DeviceStages());
