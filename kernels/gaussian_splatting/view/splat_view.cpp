@@ -21,7 +21,7 @@ void EnsureSize(HostBuffer<T>& buffer, Index size) {
 // scalars and nothing else.
 template <class S, class Record>
 void SumPairs(const TileBins& bins, Index num_splats, const Record* pair_sums, Record* splat_sums) {
-  constexpr Index kN = sizeof(Record) / sizeof(S);
+  constexpr Index kRecordBytes = sizeof(Record), kN = kRecordBytes / static_cast<Index>(sizeof(S));
   ParallelFor(num_splats, kGaussianGrain, [&](Index k) {
     const auto add = [](const Record& from, Record& to) {
       for (Index i = 0; i < kN; ++i) reinterpret_cast<S*>(&to)[i] += reinterpret_cast<const S*>(&from)[i];
