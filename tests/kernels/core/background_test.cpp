@@ -37,7 +37,5 @@ TEST(Background, EndsAfterTheTaskThatRuns) {
   EXPECT_TRUE(is_over);
 }
 
-TEST(Background, MayHaveNothingToDo) { EXPECT_NO_THROW(const Background background); }
-
 }  // namespace
 }  // namespace vesta
