@@ -20,10 +20,10 @@ TEST(CheckTraining, RefusesBadOptionsAndScenesWithoutTrainingViews) {
   Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(10, 1);
   options.sh_degree = 7;
-  EXPECT_THROW(Refine(scene, test::RandomModel(1, 1, 8), options, 0, {}), Error);
+  EXPECT_THROW(Refine(scene, test::RandomModel(1, 1, 8), options, {}, {}), Error);
   scene.views.resize(1);
   ASSERT_TRUE(scene.views[0].is_test());
-  EXPECT_THROW(Train(scene, ShortTraining(10, 1), 0, {}), Error);
+  EXPECT_THROW(Train(scene, ShortTraining(10, 1), {}, {}), Error);
 }
 
 TEST(CheckTraining, NamesTheViewThatHasNoImageOfItsCamerasSize) {
@@ -31,7 +31,7 @@ TEST(CheckTraining, NamesTheViewThatHasNoImageOfItsCamerasSize) {
   View& view = scene.views.back();
   const auto refusal = [&] {
     try {
-      Train(scene, ShortTraining(10, 1), 0, {});
+      Train(scene, ShortTraining(10, 1), {}, {});
     } catch (const Error& error) {
       return std::string(error.what());
     }
@@ -47,7 +47,7 @@ TEST(CheckTraining, ATargetNeedsViewsHeldOut) {
   TrainOptions options = ShortTraining(2, 0);
   options.target_psnr = 20;
   try {
-    Train(TrainingScene(), options, 0, {});
+    Train(TrainingScene(), options, {}, {});
     FAIL() << "no error";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("LoadSceneOptions::hold_out"));
@@ -59,14 +59,14 @@ TEST(CheckTraining, TheFilterIsThatOfTheScene) {
   options.low_pass = 0.1;
   Scene scene = TrainingScene();
   try {
-    Train(scene, options, 0, {});
+    Train(scene, options, {}, {});
     FAIL() << "no error";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("train.low_pass=0.1: the camera of view"));
     EXPECT_THAT(error.what(), testing::HasSubstr("has 0.3; load the scene with LoadSceneOptions::low_pass"));
   }
   for (View& view : scene.views) view.camera.low_pass = 0.1;
-  EXPECT_EQ(Train(scene, options, 0, {}).model.low_pass, 0.1);
+  EXPECT_EQ(Train(scene, options, {}, {}).model.low_pass, 0.1);
 }
 
 }  // namespace
