@@ -108,7 +108,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   const std::string note = change(settings.options, posed);
-  options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
+  const double held_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
   const TrainingJob job{.line = line,
                         .path = path,
@@ -120,7 +120,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
                         .out = out ? &*out : nullptr};
   return TrainAndWrite(job, [&](const gs::TrainCallbacks& callbacks) {
     gs::TrainResult result =
-        gs::Refine(posed.scene, std::move(posed.model), options, SecondsSinceStart(), callbacks, stages);
+        gs::Refine(posed.scene, std::move(posed.model), options, {SecondsSinceStart(), held_mib}, callbacks, stages);
     if (!note.empty()) result.notes.push_back(note);
     return result;
   });

@@ -81,7 +81,7 @@ int RunTrain(const CommandLine& given) {
   });
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
-  options.memory.before_mib = MemoryMib();
+  const double held_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
   const TrainingJob job{.line = line,
                         .path = path,
@@ -95,7 +95,7 @@ int RunTrain(const CommandLine& given) {
     callbacks.checkpoint.origin =
         OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
     callbacks.resume = checkpoint ? &*checkpoint : nullptr;
-    return gs::Train(scene, options, SecondsSinceStart(), callbacks, stages);
+    return gs::Train(scene, options, {SecondsSinceStart(), held_mib}, callbacks, stages);
   });
 }
 

@@ -41,9 +41,9 @@ void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
   if (job.start) {
     gs::TrainOptions lm_alone = job.options;
     lm_alone.adam.iterations = 0;
-    gs::Refine(scene, *job.start, lm_alone, job.seconds_before, callbacks);
+    gs::Refine(scene, *job.start, lm_alone, {job.seconds_before, 0}, callbacks);
   } else {
-    gs::Train(scene, job.options, job.seconds_before, callbacks);
+    gs::Train(scene, job.options, {job.seconds_before, 0}, callbacks);
   }
 }
 

@@ -5,7 +5,6 @@
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "splatting/train/adam_stage/run_adam_stage.h"
-#include "splatting/train/lm_stage/joint_lm_stage.h"
 #include "splatting/train/lm_stage/lm_stage.h"
 
 namespace vesta::gs {
@@ -23,7 +22,6 @@ StageRunners DeviceStages() {
   return {.device = "cuda",
           .adam = RunAdamStage<CudaBackend<float>>,
           .lm = RunLmStage<CudaBackend<float>>,
-          .joint_lm = RunJointLmStage<CudaBackend<float>>,
           .device_memory = memory};
 }
 

@@ -29,7 +29,7 @@ TEST(DeviceFlag, AutoSaysWhyAGpuWithoutCodeIsNotUsed) {
   const test::WithoutDeviceCode without;
   const gs::StageRunners stages = StagesOf(Device::kAuto);
   EXPECT_EQ(stages.device, "cpu");
-  const gs::TrainResult result = gs::Train(gs::test::TrainingScene(), gs::test::ShortTraining(2, 0), 0, {}, stages);
+  const gs::TrainResult result = gs::Train(gs::test::TrainingScene(), gs::test::ShortTraining(2, 0), {}, {}, stages);
   EXPECT_THAT(result.notes, ElementsAre(AllOf(StartsWith("on the CPU: "), HasSubstr("CMAKE_CUDA_ARCHITECTURES=75"))));
   EXPECT_THAT(StagesOf(Device::kCpu).note, IsEmpty()) << "as asked for";
 }

@@ -262,7 +262,7 @@ TEST(TrainingViewTest, CommandsAndState) {
   view.monitor().Follow(&callbacks);
   gs::TrainOptions options;
   options.adam.iterations = 1000;
-  const gs::TrainResult result = gs::Train(scene, options, 0, callbacks);
+  const gs::TrainResult result = gs::Train(scene, options, {}, callbacks);
   EXPECT_TRUE(result.stopped);
   view.monitor().End();
   const json now = state();

@@ -43,7 +43,7 @@ struct MemoryRun {
 
   // Train makes its model, from as many points.
   TrainResult Run(const StageRunners& stages = HostStages()) const {
-    return options.adam.runs() ? Train(scene, options, 0, {}, stages) : Refine(scene, model, options, 0, {}, stages);
+    return options.adam.runs() ? Train(scene, options, {}, {}, stages) : Refine(scene, model, options, {}, {}, stages);
   }
 };
 

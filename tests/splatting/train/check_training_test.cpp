@@ -21,16 +21,16 @@ TEST(CheckTraining, RefusesBadOptionsAndScenesWithoutTrainingViews) {
   Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(10, 1);
   options.sh_degree = 7;
-  EXPECT_THROW(Refine(scene, test::RandomModel(1, 1, 8), options, 0, {}), Error);
+  EXPECT_THROW(Refine(scene, test::RandomModel(1, 1, 8), options, {}, {}), Error);
   scene.views.resize(1);
   ASSERT_TRUE(scene.views[0].is_test());
-  EXPECT_THROW(Train(scene, ShortTraining(10, 1), 0, {}), Error);
+  EXPECT_THROW(Train(scene, ShortTraining(10, 1), {}, {}), Error);
 }
 
 TEST(CheckTraining, NamesTheViewThatHasNoImageOfItsCamerasSize) {
   Scene scene = TrainingScene();
   View& view = scene.views.back();
-  const auto train = [&] { Train(scene, ShortTraining(10, 1), 0, {}); };
+  const auto train = [&] { Train(scene, ShortTraining(10, 1), {}, {}); };
   view.image.rgb.pop_back();
   EXPECT_THAT(train, ThrowsError(kBadArgument, view.name));
   view.image.rgb.clear();
@@ -40,7 +40,7 @@ TEST(CheckTraining, NamesTheViewThatHasNoImageOfItsCamerasSize) {
 TEST(CheckTraining, ATargetNeedsViewsHeldOut) {
   TrainOptions options = ShortTraining(2, 0);
   options.target_psnr = 20;
-  EXPECT_THAT([&] { Train(TrainingScene(), options, 0, {}); },
+  EXPECT_THAT([&] { Train(TrainingScene(), options, {}, {}); },
               ThrowsError(kBadArgument, "train.target_psnr=20", "LoadSceneOptions::hold_out"));
 }
 
@@ -48,10 +48,10 @@ TEST(CheckTraining, TheFilterIsThatOfTheScene) {
   TrainOptions options = ShortTraining(2, 0);
   options.low_pass = 0.1;
   Scene scene = TrainingScene();
-  EXPECT_THAT([&] { Train(scene, options, 0, {}); },
+  EXPECT_THAT([&] { Train(scene, options, {}, {}); },
               ThrowsError(kBadArgument, "train.low_pass=0.1", "0.3", "LoadSceneOptions::low_pass"));
   for (View& view : scene.views) view.camera.low_pass = 0.1;
-  EXPECT_EQ(Train(scene, options, 0, {}).model.low_pass, 0.1);
+  EXPECT_EQ(Train(scene, options, {}, {}).model.low_pass, 0.1);
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ class CheckpointsOfCameras : public testing::Test {
     TrainOptions options = test::ShortTraining(40, 0);
     options.cameras.refine = choice;
     options.density.enabled = false;
-    return [this, options](const TrainCallbacks& callbacks) { return Train(scene_, options, 0, callbacks); };
+    return [this, options](const TrainCallbacks& callbacks) { return Train(scene_, options, {}, callbacks); };
   }
   // Of the training that goes on where another has been stopped, whose state was changed.
   static std::optional<Error> ErrorFrom(const test::TrainBy& stopped, int after, const test::TrainBy& train,

@@ -54,7 +54,7 @@ class Checkpoints : public testing::Test {
       checkpoint = ReadCheckpoint(Path("checkpoint"));
       callbacks.resume = &checkpoint;
     }
-    return Train(scene_, options, 0, callbacks, stages);
+    return Train(scene_, options, {}, callbacks, stages);
   }
   // With a checksum that is right.
   void Save(RunState run, const std::string& state) const {
@@ -75,7 +75,7 @@ class Checkpoints : public testing::Test {
 };
 
 TEST_F(Checkpoints, ATrainingGoesOnToTheSameBits) {
-  const TrainResult whole = Train(scene_, Options(), 0, {});
+  const TrainResult whole = Train(scene_, Options(), {}, {});
   ASSERT_GT(whole.model.count, 60) << "densification is part of it";
   struct Break {
     Stage stage;
@@ -105,7 +105,7 @@ TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
   degrees.reserve(60);
   for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
   const SplatModel start = WithDegrees(test::Perturbed(test::RandomModel(60, 3, 7), 0.02, 8), degrees);
-  const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(scene_, start, Options(), 0, callbacks); };
+  const auto refine = [&](const TrainCallbacks& callbacks) { return Refine(scene_, start, Options(), {}, callbacks); };
   const TrainResult whole = refine({});
   EXPECT_FALSE(whole.model.is_uniform());
   EXPECT_EQ(whole.model.WithBand(3), 15);
@@ -133,7 +133,7 @@ TEST_F(Checkpoints, OfDifferentDegreesGoOnToTheSameBits) {
 }
 
 TEST_F(Checkpoints, ManyBreaksChangeNothing) {
-  const TrainResult whole = Train(scene_, Options(), 0, {});
+  const TrainResult whole = Train(scene_, Options(), {}, {});
   bool resume = false;
   for (const int iteration : {5, 20, 21, 40, 58})
     TrainUntil(Options(), Stage::kAdam, iteration, std::exchange(resume, true));
@@ -144,7 +144,7 @@ TEST_F(Checkpoints, ManyBreaksChangeNothing) {
 TEST_F(Checkpoints, WhilePruningGoOnToTheSameBits) {
   TrainOptions options = test::ShortTraining(kAdam, 0);
   options.parsimony = {.keep = 0.5, .begin = 0.6, .end = 0.9, .every = 0.1};
-  const TrainResult whole = Train(scene_, options, 0, {});
+  const TrainResult whole = Train(scene_, options, {}, {});
   for (const int iteration : {35, 36, 42, 48, 54}) {
     TrainUntil(options, Stage::kAdam, iteration, false);
     const TrainResult resumed = TrainUntil(options, Stage::kAdam, 1000, true);
@@ -175,7 +175,7 @@ TEST_F(Checkpoints, OfMoreIterationsThanAreAskedForAreRefused) {
 TEST_F(Checkpoints, LmGoesOnForLonger) {
   TrainOptions longer = Options();
   longer.lm.iterations = kLm + 3;
-  const TrainResult whole = Train(scene_, longer, 0, {});
+  const TrainResult whole = Train(scene_, longer, {}, {});
   TrainUntil(Options(), Stage::kLm, 2, false);
   EXPECT_EQ(TrainUntil(longer, Stage::kLm, 1000, true).model.data, whole.model.data);
 }
@@ -293,8 +293,8 @@ TEST_F(Checkpoints, OfLmThatAreImpossibleAreRefused) {
 TEST_F(Checkpoints, ThatCannotBeWrittenDoNotEndTheTraining) {
   TrainCallbacks callbacks;
   callbacks.checkpoint = {.path = Path("no_folder/checkpoint"), .every = {.iterations = 20}, .origin = ""};
-  const TrainResult result = Train(scene_, Options(), 0, callbacks);
-  EXPECT_EQ(result.model.data, Train(scene_, Options(), 0, {}).model.data);
+  const TrainResult result = Train(scene_, Options(), {}, callbacks);
+  EXPECT_EQ(result.model.data, Train(scene_, Options(), {}, {}).model.data);
   ASSERT_EQ(result.notes.size(), 1u);
   EXPECT_THAT(result.notes[0], HasSubstr("no_folder/checkpoint"));
 }
@@ -303,8 +303,8 @@ TEST_F(Checkpoints, SnapshotsThatCannotBeWrittenDoNotEndTheTraining) {
   TrainCallbacks callbacks;
   callbacks.snapshot_every.iterations = 20;
   callbacks.snapshot = [](Stage, int, const splat::Model<float>&) { throw Error(kOutOfMemory, "no room"); };
-  const TrainResult result = Train(scene_, Options(), 0, callbacks);
-  EXPECT_EQ(result.model.data, Train(scene_, Options(), 0, {}).model.data);
+  const TrainResult result = Train(scene_, Options(), {}, callbacks);
+  EXPECT_EQ(result.model.data, Train(scene_, Options(), {}, {}).model.data);
   EXPECT_THAT(result.notes, testing::ElementsAre("no snapshot: no room"));
 }
 
@@ -316,7 +316,7 @@ TEST_F(Checkpoints, SnapshotsAreTheModelOnTheWay) {
     taken.emplace_back(stage, iteration);
     EXPECT_GT(model.count, 0);
   };
-  Train(scene_, Options(), 0, callbacks);
+  Train(scene_, Options(), {}, callbacks);
   EXPECT_THAT(taken,
               testing::ElementsAre(std::pair(Stage::kAdam, 25), std::pair(Stage::kAdam, 50), std::pair(Stage::kLm, 1),
                                    std::pair(Stage::kLm, 2), std::pair(Stage::kLm, 3), std::pair(Stage::kLm, 4)));

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "splatting/adam/adam_options.h"
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/test_files.h"
@@ -31,7 +31,7 @@ TEST(ViewsAnIteration, MakeFewerIterations) {
 
   TrainOptions options = test::ShortTraining(40, 0);
   options.adam.views_per_iteration = 4;
-  EXPECT_EQ(Train(test::TrainingScene(), options, 0, {}).history.back().iteration, 10);
+  EXPECT_EQ(Train(test::TrainingScene(), options, {}, {}).history.back().iteration, 10);
 }
 
 TEST(ViewsAnIteration, AreNoMoreThanThereAre) {
@@ -39,7 +39,7 @@ TEST(ViewsAnIteration, AreNoMoreThanThereAre) {
   const auto training = [&](int views) {
     TrainOptions options = test::ShortTraining(40, 0);
     options.adam.views_per_iteration = views;
-    return [&scene, options] { Train(scene, options, 0, {}); };
+    return [&scene, options] { Train(scene, options, {}, {}); };
   };
   ASSERT_EQ(NumTrainingViews(scene), 10);
   EXPECT_NO_THROW(training(10)());
