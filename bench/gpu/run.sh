@@ -31,8 +31,8 @@ each() {
   "$1" device_math 15 "$build/tests/device_math_test"
   "$1" backend 20 "$build/tests/cuda_backend_test"
   "$1" engine 20 "$build/tests/cuda_engine_test"
-  "$1" splat 25 "$build/tests/cuda_splat_test"
-  "$1" training 35 "$build/tests/cuda_training_test"
+  "$1" splat 16 "$build/tests/cuda_splat_test"
+  "$1" training 30 "$build/tests/cuda_training_test"
   "$1" gpu_kernels 150 "$kernels" "${workload[@]}" --json "$work/gpu_kernels.json"
   local tool
   # Not whole trainings, which launch the same kernels for minutes.
