@@ -12,9 +12,7 @@
 
 namespace vesta::gs {
 
-// The exposure of a photograph: an affine map of each colour channel.
-
-// value of channel c -> gain[c] value + offset[c]. Colours as stored in the file, 0 to 1. None by default.
+// An exposure: value of channel c -> gain[c] value + offset[c]. Colours as stored in the file, 0 to 1. None by default.
 struct AffineColor {
   std::array<double, 3> gain{1, 1, 1}, offset{};
 
@@ -30,10 +28,8 @@ struct AffineColor {
   void Apply(HostSpan<S> image) const;
 };
 
-// What is found of a lens: its focal lengths and its principal point.
-
-// From as it was given: focal lengths by factors exp(log_focal), the principal point by `shift`, in focal lengths as
-// given. The same for the image at any size. Nothing by default.
+// The change of a lens from as it was given: focal lengths by factors exp(log_focal), the principal point by `shift`,
+// in focal lengths as given. The same for the image at any size. No change by default.
 struct LensChange {
   double log_focal[2] = {}, shift[2] = {};
 
@@ -47,8 +43,6 @@ struct LensChange {
 
 // The retraction: the change, then that of the tangent at the lens as it is then.
 LensChange Compose(const splat::LensTangent& delta, const LensChange& change);
-
-// What is unknown of a view, beside the Gaussians: how its camera moves, its lens, and the exposure of its photograph.
 
 // A point of the manifold, from where a view starts.
 struct ViewUnknowns {
