@@ -35,7 +35,8 @@ double PartIn(double mib, const gs::SplatModel& model) {
   constexpr double kHeader = 4096;  // more than it takes, bytes
   const auto all = static_cast<double>(gs::SplatPlyBytes(model.count, model.sh_degree));
   const double part = (mib * (1 << 20) - kHeader) / all;
-  if (part * static_cast<double>(model.count) < 1) Fail("--size_mib={}: has no room for one Gaussian", mib);
+  if (part * static_cast<double>(model.count) < 1)
+    Fail(kBadArgument, "--size_mib={}: has no room for one Gaussian", mib);
   return std::min(part, 1.0);
 }
 

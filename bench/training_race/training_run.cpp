@@ -75,9 +75,9 @@ TrainingRun TrainAlone(const gs::Scene& scene, const TrainingJob& job, int threa
     SetNumThreads(threads);
     Train(scene, job, send);
   });
-  if (child.failed) Fail("{}: the training failed", job.name);
+  if (child.failed) Fail(kUnavailable, "{}: the training failed", job.name);
   TrainingRun run = Receive(child.bytes);
-  if (run.curve.empty()) Fail("{}: the training left no history", job.name);
+  if (run.curve.empty()) Fail(kUnavailable, "{}: the training left no history", job.name);
   run.peak_mib = child.peak_mib;
   return run;
 }

@@ -82,7 +82,7 @@ LmPlan PlanLm(const MemoryScene& scene, const LmStageOptions& lm, const StageMem
   if (takes(holds ? JacobianKind::kRecompute : lm.jacobian, true, fits) || lm.iterations == 0) return plan;
   if (takes(JacobianKind::kRecompute, true, fits) || takes(JacobianKind::kRebuild, true, memory.bytes)) return plan;
   if (MayHoldOneBatch(lm) && takes(JacobianKind::kRebuild, false, memory.bytes)) return plan;
-  throw Error(memory.refusal("LM with one view at a time", plan.bytes));
+  throw Error(kOutOfMemory, memory.refusal("LM with one view at a time", plan.bytes));
 }
 
 LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
@@ -93,7 +93,7 @@ LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const 
     return plan.bytes <= room;
   };
   if (takes(true, std::min(memory.bytes, memory.comfortable_bytes)) || takes(false, memory.bytes)) return plan;
-  throw Error(memory.refusal("LM with cameras", plan.bytes));
+  throw Error(kOutOfMemory, memory.refusal("LM with cameras", plan.bytes));
 }
 
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
@@ -106,7 +106,7 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
     return std::max(adam, options.lm.iterations > 0 ? FrugalLmBytes(scaled, options.lm, memory) : 0.0);
   };
   if (bytes_of(scene.layout.count) > memory.bytes) {
-    throw Error(memory.refusal("this scene", bytes_of(scene.layout.count)));
+    throw Error(kOutOfMemory, memory.refusal("this scene", bytes_of(scene.layout.count)));
   }
   Index fits = scene.layout.count, too_many = most + 1;
   while (too_many - fits > 1) {

@@ -13,7 +13,7 @@ extern template void RunAdamStage<CudaBackend<float>>(TrainingSession& session, 
 
 StageRunners DeviceStages() {
   const DeviceInfo& device = QueryDevice();
-  if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
+  if (!device.usable) Fail(kUnavailable, "--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
   device::ResetPeak();
   const auto memory = [] {
     return DeviceMemoryUse{.free_bytes = static_cast<double>(device::FreeBytes()),

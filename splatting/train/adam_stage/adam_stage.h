@@ -97,7 +97,8 @@ class AdamStage {
     if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
     const int n = session_.schedule().iterations(), views = options_.adam.views_per_iteration;
     if (state_->iteration >= n) {
-      Fail("{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
+      Fail(kBadArgument,
+           "{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
            session_.saved().path(), state_->iteration * views, n * views);
     }
   }

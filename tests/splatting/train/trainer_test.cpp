@@ -282,7 +282,7 @@ TEST(Trainer, AdamsResultIsHandedOutBeforeLm) {
   EXPECT_EQ(handed_out.data, Train(scene, adam_alone, {}, {}).model.data);
   EXPECT_EQ(handed_out.background[0], 0.25f);
   // Where it cannot be kept LM is left out, and it is the result.
-  callbacks.before_lm = [](const SplatModel&) { throw Error("no room"); };
+  callbacks.before_lm = [](const SplatModel&) { throw Error(kOutOfMemory, "no room"); };
   const TrainResult result = Train(scene, options, {}, callbacks);
   EXPECT_EQ(result.lm_left_out, "no room");
   EXPECT_EQ(result.history.back().stage, Stage::kAdam);

@@ -11,6 +11,7 @@
 #include "splatting/train/session/checkpoint.h"
 #include "tests/splatting/train/training_on_ranks.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::gs {
 namespace {
@@ -57,8 +58,7 @@ TEST(TrainingOverRanks, FindsNoCameras) {
   TrainOptions options = Options();
   for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAll, CameraChoice::kAuto}) {
     options.cameras.refine = choice;
-    EXPECT_THAT([&] { TrainOn(2, test::TrainingScene(), options); },
-                testing::ThrowsMessage<Error>(testing::HasSubstr("one process finds cameras, not 2")));
+    EXPECT_THAT([&] { TrainOn(2, test::TrainingScene(), options); }, ThrowsError(kUnsupported, "2"));
   }
 }
 
@@ -136,19 +136,18 @@ TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
 TEST(TrainingOverRanks, RefusesWhatOneProcessAloneCanDo) {
   const Scene scene = test::TrainingScene();
   const auto expect_refusal = [&](const Scene& given, const TrainOptions& options, const StageRunners& stages,
-                                  const char* words) {
-    EXPECT_THAT([&] { TrainOn(2, given, options, stages); }, testing::ThrowsMessage<Error>(testing::HasSubstr(words)));
+                                  ErrorCode code, const char* token) {
+    EXPECT_THAT([&] { TrainOn(2, given, options, stages); }, ThrowsError(code, token));
   };
   StageRunners on_gpu = HostStages();
   on_gpu.device_memory = [] { return DeviceMemoryUse{}; };
-  expect_refusal(scene, Options(), on_gpu, "--device=cuda: several processes train on CPUs alone");
+  expect_refusal(scene, Options(), on_gpu, kUnsupported, "--device=cuda");
   TrainOptions with_budget = Options();
   with_budget.memory.budget_gib = 1;
-  expect_refusal(scene, with_budget, HostStages(),
-                 "--memory_budget=1: memory is planned for a training without mpirun");
+  expect_refusal(scene, with_budget, HostStages(), kUnsupported, "--memory_budget=1");
   Scene stored = scene;
   stored.photographs = std::make_shared<PhotographStore>(1e6);
-  expect_refusal(stored, Options(), HostStages(), "each of several processes needs all photographs in memory");
+  expect_refusal(stored, Options(), HostStages(), kOutOfMemory, "--photographs_mib");
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "splatting/train/settings/coarse_views.h"
 #include "splatting/train/settings/resolved_plan.h"
 #include "tests/splatting/train/training_scene.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::gs {
 namespace {
@@ -117,21 +118,16 @@ TEST(StoredPhotographs, MemoryIsForeseenWithTheStoreFull) {
 
 TEST(StoredPhotographs, WhatNeedsThemAllIsRefused) {
   const Scene stored = Stored(CoarseScene(), 2);
-  const auto refusal = [&](const TrainOptions& options) {
-    try {
-      Train(stored, options, {}, {});
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+  const auto training = [&](const TrainOptions& options) {
+    return [&stored, options] { Train(stored, options, {}, {}); };
   };
   TrainOptions options = Options();
   options.lm.iterations = 2;
-  EXPECT_THAT(refusal(options), testing::HasSubstr("lm.iterations=2: Levenberg-Marquardt needs all photographs"));
+  EXPECT_THAT(training(options), ThrowsError(kOutOfMemory, "lm.iterations=2", "--photographs_mib"));
   for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAll}) {
     options = Options();
     options.cameras.refine = choice;
-    EXPECT_THAT(refusal(options), testing::HasSubstr("to find exposures"));
+    EXPECT_THAT(training(options), ThrowsError(kOutOfMemory, "cameras.refine=pose", "--photographs_mib"));
   }
 }
 
