@@ -115,6 +115,17 @@ TEST(TrainOptions, PresetsAreValid) {
   EXPECT_LT(PresetOptions("balanced").adam.length, PresetOptions("best").adam.length);
 }
 
+TEST(TrainOptions, NothingIsRemovedWhileGaussiansAreAdded) {
+  TrainOptions options;
+  options.density.end = 0.7;
+  EXPECT_THAT(MessageOf([&] { ValidateOptions(options); }),
+              HasSubstr("density.end=0.7 lies behind parsimony.begin=0.6"));
+  options.parsimony.begin = 0.7;
+  EXPECT_EQ(MessageOf([&] { ValidateOptions(options); }), "no error");
+  options.parsimony = ParsimonyOptions::None();
+  EXPECT_EQ(MessageOf([&] { ValidateOptions(options); }), "no error");
+}
+
 TEST(TrainOptions, RefiningIsBySingleViewsUnlessAskedOtherwise) {
   const auto stages = [](const char* preset, std::optional<RefineMethod> method) {
     const TrainOptions options = RefinePresetOptions(preset, method);
