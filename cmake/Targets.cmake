@@ -95,9 +95,10 @@ endfunction()
 # test takes over 10 s alone on two cores, and its limit is ten times that at least: on a busy machine it may take
 # longer, but not be broken.
 set(VESTA_TEST_LABELS
-  unit      # the default; runs under the address sanitizer
-  threads   # runs under the thread sanitizer
-  ceres     # compares with Ceres, or compiles for long: not under the sanitizers
+  unit      # the default
+  asan      # runs under the address sanitizer: each mechanism once
+  threads   # runs under the thread sanitizer: likewise
+  ceres     # compares with Ceres, or compiles for long
   numerics  # many numbers through code that unit tests run too
   data      # whole problems of the field
   memory    # how much memory is taken

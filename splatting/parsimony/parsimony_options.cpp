@@ -32,7 +32,8 @@ const schema::Table<ParsimonyOptions>& ParsimonyFields() {
 void CheckTogether(const ParsimonyOptions& parsimony) {
   if (!parsimony.prunes()) return;
   if (parsimony.begin > parsimony.end) {
-    Fail("parsimony.begin={} lies behind parsimony.end={}: none would go", parsimony.begin, parsimony.end);
+    Fail(kBadArgument, "parsimony.begin={} lies behind parsimony.end={}: none would go", parsimony.begin,
+         parsimony.end);
   }
 }
 

@@ -124,7 +124,8 @@ WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& ra
         position[j] += view.rotation[3 * c + j] * (in_camera[c] - view.translation[c]);
       }
       if (!(std::abs(position[j]) <= static_cast<double>(std::numeric_limits<float>::max()))) {
-        Fail("{}: its camera is too far away to start from points that it sees; give the model points", view.name);
+        Fail(kBadFile, "{}: its camera is too far away to start from points that it sees; give the model points",
+             view.name);
       }
     }
     cloud.positions.push_back(position);

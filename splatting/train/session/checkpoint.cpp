@@ -89,16 +89,19 @@ bool IsCheckpoint(const std::string& path) {
 Checkpoint ReadCheckpoint(const std::string& path) {
   const std::string bytes = ReadFile(path);
   std::string_view rest = bytes;
-  if (!rest.starts_with(kMagic)) Fail("{}: not a checkpoint of vesta", path);
+  if (!rest.starts_with(kMagic)) Fail(kBadFile, "{}: not a checkpoint of vesta", path);
   rest.remove_prefix(kMagic.size());
   std::uint32_t version = 0, checksum = 0;
-  const auto damaged = [&] { Fail("{}: cut short or damaged; resume from another checkpoint, or train anew", path); };
+  const auto damaged = [&] {
+    Fail(kBadFile, "{}: cut short or damaged; resume from another checkpoint, or train anew", path);
+  };
   if (rest.size() < sizeof(version) + sizeof(checksum)) damaged();
   std::memcpy(&version, rest.data(), sizeof(version));
   std::memcpy(&checksum, bytes.data() + bytes.size() - sizeof(checksum), sizeof(checksum));
   if (checksum != Checksum(0, std::string_view(bytes).substr(0, bytes.size() - sizeof(checksum)))) damaged();
   if (version != kVersion) {
     Fail(
+        kUnsupported,
         "{}: a checkpoint of version {}, where this program reads version {}; resume it with the program that wrote it",
         path, version, kVersion);
   }

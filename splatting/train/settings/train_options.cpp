@@ -66,7 +66,7 @@ const schema::Table<TrainOptions>& TrainFields() {
 
 void ValidateOptions(const TrainOptions& options) {
   for (const schema::Field<TrainOptions>& field : TrainFields()) {
-    if (!field.IsValid(options)) Fail("{}={}: {}", field.name, field.Text(options), field.Requirement());
+    if (!field.IsValid(options)) Fail(kBadArgument, "{}={}: {}", field.name, field.Text(options), field.Requirement());
   }
   CheckTogether(options.lm);
   CheckTogether(options.parsimony);

@@ -151,7 +151,7 @@ Report WithoutScenes(const std::vector<std::string>& metrics, const std::string&
   std::vector<RunSource> runs;
   runs.reserve(metrics.size());
   for (const std::string& text : metrics) runs.push_back({RunRecord(name, text, 0), "nowhere"});
-  return GatherReport(std::move(runs), [](std::size_t) -> PosedSplat { throw Error("<b>lost</b>"); });
+  return GatherReport(std::move(runs), [](std::size_t) -> PosedSplat { throw Error(kNotFound, "<b>lost</b>"); });
 }
 
 TEST(ReportPage, IsSoundWithoutAnything) {
