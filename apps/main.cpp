@@ -69,7 +69,7 @@ int Run(int argc, char** argv) {
   if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
   UseComputeFlags(line.flags);
   if (NumStartedRanks() > 1 && !MayRunInRanks(line.command->command)) {
-    Fail("vesta {} runs in one process; start it without mpirun", line.command->name);
+    Fail(kUnsupported, "vesta {} runs in one process; start it without mpirun", line.command->name);
   }
   std::optional<Profile> profile;  // of the first process
   if (line.flags.profile && IsFirstRank()) profile.emplace(ProfileClock(line.flags.device));

@@ -18,7 +18,7 @@ void WriteAll(int file, const void* data, std::size_t bytes) {
   const char* at = static_cast<const char*>(data);
   while (bytes > 0) {
     const ssize_t written = write(file, at, bytes);
-    if (written <= 0) Fail("the parent process does not listen");
+    if (written <= 0) Fail(kUnavailable, "the parent process does not listen");
     at += written;
     bytes -= static_cast<std::size_t>(written);
   }
@@ -41,10 +41,10 @@ void WriteAll(int file, const void* data, std::size_t bytes) {
 
 ChildResult RunInChild(const std::string& name, const std::function<void(const Send&)>& work) {
   int ends[2];
-  if (pipe(ends) != 0) Fail("no pipe for a child process");
+  if (pipe(ends) != 0) Fail(kUnavailable, "no pipe for a child process");
   std::fflush(nullptr);
   const pid_t child = fork();
-  if (child < 0) Fail("no child process could be made");
+  if (child < 0) Fail(kUnavailable, "no child process could be made");
   if (child == 0) {
     close(ends[0]);
     Child(name, work, ends[1]);

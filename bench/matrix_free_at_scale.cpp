@@ -55,7 +55,8 @@ int PositiveFlag(const Arguments& arguments, const std::string& name, const std:
   } catch (const std::exception&) {
     used = 0;
   }
-  if (used != text.size() || text.empty() || value < least) Fail("--{} is {}; choose {} or more", name, text, least);
+  if (used != text.size() || text.empty() || value < least)
+    Fail(kBadArgument, "--{} is {}; choose {} or more", name, text, least);
   return value;
 }
 

@@ -92,8 +92,8 @@ Arguments::Arguments(int argc, char** argv, std::vector<std::string> known) {
     }
     const auto equals = argument.find('=');
     const std::string name = argument.substr(2, equals == std::string::npos ? equals : equals - 2);
-    if (std::find(known.begin(), known.end(), name) == known.end()) Fail("unknown flag --{}", name);
-    if (equals == std::string::npos && i + 1 >= argc) Fail("--{} needs a value", name);
+    if (std::find(known.begin(), known.end(), name) == known.end()) Fail(kBadArgument, "unknown flag --{}", name);
+    if (equals == std::string::npos && i + 1 >= argc) Fail(kBadArgument, "--{} needs a value", name);
     flags_.emplace_back(name, equals == std::string::npos ? argv[++i] : argument.substr(equals + 1));
   }
 }
@@ -123,7 +123,7 @@ int ParseCount(const std::string& flag, const std::string& text) {
   char* end = nullptr;
   const long value = std::strtol(text.c_str(), &end, 10);
   if (text.empty() || *end != 0 || value < 1 || value > 10'000'000) {
-    Fail("--{}={}: choose a whole number above 0", flag, text);
+    Fail(kBadArgument, "--{}={}: choose a whole number above 0", flag, text);
   }
   return static_cast<int>(value);
 }

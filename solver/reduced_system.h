@@ -69,7 +69,7 @@ class ShardedSystem : public Linearization<B>, public WithProductH<B>, public Wi
   virtual const InnerProducts<B>& products() const = 0;
 
   // No process has J: these throw Error.
-  ConstVectorView residuals() const override { Fail("a system in shards has H alone"); }
+  ConstVectorView residuals() const override { Fail(kUnsupported, "a system in shards has H alone"); }
   void ApplyJ(ConstVectorView, VectorView) override { residuals(); }
   void ApplyJT(ConstVectorView, VectorView) override { residuals(); }
   void DiagJTJ(VectorView) override { residuals(); }

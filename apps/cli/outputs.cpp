@@ -90,7 +90,8 @@ void RunFiles::CheckPlace(const Output& output) const {
   const auto holds = [&](const std::string& scene) { return IsWithin(folder, scene); };
   if (std::find(scenes_.begin(), scenes_.end(), folder.string()) != scenes_.end() ||
       std::any_of(scene_folders_.begin(), scene_folders_.end(), holds)) {
-    Fail("{}: {} is a folder of the scene; choose one that holds none of its files", output.given, folder.string());
+    Fail(kBadArgument, "{}: {} is a folder of the scene; choose one that holds none of its files", output.given,
+         folder.string());
   }
 }
 
@@ -98,30 +99,33 @@ void RunFiles::CheckFolder(const Output& output) const {
   std::error_code error;
   const fs::file_status status = fs::status(output.path, error);
   if (fs::exists(status) && !fs::is_directory(status)) {
-    Fail("{}: {} is no folder, which it is to become; rename it or choose another folder", output.given, output.path);
+    Fail(kCannotWrite, "{}: {} is no folder, which it is to become; rename it or choose another folder", output.given,
+         output.path);
   }
   for (const std::string& file : read_) {
     if (output.kind != Kind::kFolder || !IsWithin(Canonical(file), Canonical(output.path))) continue;
-    Fail("{}: {} lies in {}, which is written anew; choose another folder", output.given, file, output.path);
+    Fail(kBadArgument, "{}: {} lies in {}, which is written anew; choose another folder", output.given, file,
+         output.path);
   }
 }
 
 void RunFiles::CheckFile(const Output& output) const {
   std::error_code error;
   const fs::file_status status = fs::status(output.path, error);
-  if (fs::is_directory(status)) Fail("{}: {} is a folder; name or make room for a file", output.given, output.path);
+  if (fs::is_directory(status))
+    Fail(kCannotWrite, "{}: {} is a folder; name or make room for a file", output.given, output.path);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    Fail("{}: {} is no ordinary file; choose another name", output.given, output.path);
+    Fail(kCannotWrite, "{}: {} is no ordinary file; choose another name", output.given, output.path);
   }
   for (const std::string& file : read_) {
     if (IsSameFile(file, output.path)) {
-      Fail("{}: it would replace {}, which is read; choose another name or folder", output.given, file);
+      Fail(kBadArgument, "{}: it would replace {}, which is read; choose another name or folder", output.given, file);
     }
   }
   for (const Output& other : outputs_) {
     if (&other == &output) break;
     if (other.kind == Kind::kFile && IsSameFile(other.path, output.path)) {
-      Fail("{}: it is the same file as {}; choose another name", output.given, other.given);
+      Fail(kBadArgument, "{}: it is the same file as {}; choose another name", output.given, other.given);
     }
   }
 }
@@ -159,14 +163,15 @@ void OutputFolder::Make() {
   fs::create_directories(path_, error);
   // create_directories is content with a file that is no directory on some systems.
   if (!error && !FolderExists(path_)) error = std::make_error_code(std::errc::not_a_directory);
-  if (error) Fail("--out={}: cannot be made: {}; choose a folder you can write", path_, error.message());
+  if (error) Fail(kCannotWrite, "--out={}: cannot be made: {}; choose a folder you can write", path_, error.message());
 }
 
 void OutputFolder::Lock() {
   lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   // Where there are no locks there is none.
   if (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    Fail("--out={}: another run writes to this folder; wait for its end, or choose another folder", path_);
+    Fail(kCannotWrite, "--out={}: another run writes to this folder; wait for its end, or choose another folder",
+         path_);
   }
 }
 
@@ -191,14 +196,14 @@ RunFiles FilesOf(const CommandLine& line) {
 std::string Given(const char* flag, const std::string& value) { return fmt::format("--{}={}", flag, value); }
 
 void CheckWritable(const char* flag, const std::string& file) {
-  if (FolderExists(file)) Fail("{}: is a folder; name a file", Given(flag, file));
+  if (FolderExists(file)) Fail(kCannotWrite, "{}: is a folder; name a file", Given(flag, file));
   const fs::path path(file);
   const std::string name = path.filename().string();
   RemoveAbandonedTemporaries(FolderOf(path).string(), [&](const std::string& other) { return other == name; });
   try {
     const AtomicFile probe(file);  // makes a temporary file and removes it
   } catch (const Error& error) {
-    Fail("--{}={}", flag, error.what());  // which begins with the file
+    Fail(kCannotWrite, "--{}={}", flag, error.what());  // which begins with the file
   }
 }
 

@@ -52,7 +52,8 @@ void SetOptions(const Flags& flags, LmOptions& options) {
 bool SolvesOnGpu(const Flags& flags) {
   CheckDevice(flags.device);
   if (flags.device != Device::kCuda) return false;
-  if (flags.loss != "none") Fail("--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", flags.loss);
+  if (flags.loss != "none")
+    Fail(kUnsupported, "--device=cuda: a GPU has no --loss={}; use --device=cpu or --loss=none", flags.loss);
   return true;
 }
 
@@ -164,7 +165,8 @@ int RunBundleAdjust(const CommandLine& line) {
         fmt::format("--loss_scale={}: does nothing without --loss; say which, as --loss=huber", flags.loss_scale));
   }
   const bool on_gpu = SolvesOnGpu(flags), over_ranks = IsStartedInRanks() && !on_gpu;
-  if (on_gpu && NumStartedRanks() > 1) Fail("--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
+  if (on_gpu && NumStartedRanks() > 1)
+    Fail(kUnsupported, "--device=cuda: several processes adjust on CPUs alone; use --device=cpu");
   bundle::BundleData data = FirstRankFirst([&] {
     if (IsFirstRank()) {
       RunFiles files = FilesOf(line);
@@ -193,7 +195,7 @@ int RunBundleAdjust(const CommandLine& line) {
                                          : SolveAlone(problem_options, options, data, after_iteration);
   if (logs) PrintText(stderr, fmt::format("{}", adjusted.summary.FullReport()));
   if (adjusted.summary.status == LmStatus::kNonFinite) {
-    Fail("{}: {}; a point may lie in the plane of a camera that sees it", file, adjusted.summary.message);
+    Fail(kBadFile, "{}: {}; a point may lie in the plane of a camera that sees it", file, adjusted.summary.message);
   }
   if (out) WriteAdjusted(flags, adjusted, data, *out, on_gpu);
   return Interrupted() ? kInterruptedStatus : 0;

@@ -16,7 +16,7 @@
 #include "kernels/core/process_memory.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
 #include "splatting/io/scenes/load_scene.h"
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 #include "splatting/train/trainer.h"
 
 namespace vesta::app {
@@ -53,7 +53,7 @@ std::optional<gs::Prediction> Foresee(const gs::Scene& scene, const gs::TrainOpt
   gs::TrainCallbacks callbacks;
   callbacks.predicted = [&](const gs::Prediction& foreseen) { prediction = foreseen; };
   callbacks.stop = [&] { return prediction || SecondsSinceStart() - start > kPatience; };
-  const gs::TrainResult result = gs::Train(scene, options, 0, callbacks, StagesOf(device));
+  const gs::TrainResult result = gs::Train(scene, options, {0, MemoryMib()}, callbacks, StagesOf(device));
   if (!prediction && !result.stopped) {  // over before it could be foreseen
     const gs::HistoryRow& last = result.history.back();
     prediction = {.seconds = last.seconds + result.eval_seconds,
@@ -86,7 +86,6 @@ int RunDoctor(const CommandLine& line) {
   Print("{}", doubts.empty() ? "Nothing odd is seen\n" : "To look at:\n");
   for (const std::string& doubt : doubts) Print("  {}\n", OneLine(doubt));
   std::fflush(stdout);
-  settings.options.memory.before_mib = MemoryMib();
   PrintWhatItTakes(scene, settings, line.flags.device);
   return 0;
 }

@@ -35,7 +35,8 @@ double PartIn(double mib, const gs::SplatModel& model) {
   constexpr double kHeader = 4096;  // more than it takes, bytes
   const auto all = static_cast<double>(gs::SplatPlyBytes(model.count, model.sh_degree));
   const double part = (mib * (1 << 20) - kHeader) / all;
-  if (part * static_cast<double>(model.count) < 1) Fail("--size_mib={}: has no room for one Gaussian", mib);
+  if (part * static_cast<double>(model.count) < 1)
+    Fail(kBadArgument, "--size_mib={}: has no room for one Gaussian", mib);
   return std::min(part, 1.0);
 }
 
@@ -107,7 +108,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
   PrintScene(posed.scene);
   const double load_seconds = SecondsSinceStart();
   const std::string note = change(settings.options, posed);
-  options.memory.before_mib = MemoryMib() - ModelMib(posed.model);
+  const double held_mib = MemoryMib() - ModelMib(posed.model);
   const gs::StageRunners stages = StagesOf(line.flags.device);
   const TrainingJob job{.line = line,
                         .path = path,
@@ -119,7 +120,7 @@ int RefineChanged(const CommandLine& line, const Change& change) {
                         .out = out ? &*out : nullptr};
   return TrainAndWrite(job, [&](const gs::TrainCallbacks& callbacks) {
     gs::TrainResult result =
-        gs::Refine(posed.scene, std::move(posed.model), options, SecondsSinceStart(), callbacks, stages);
+        gs::Refine(posed.scene, std::move(posed.model), options, {SecondsSinceStart(), held_mib}, callbacks, stages);
     if (!note.empty()) result.notes.push_back(note);
     return result;
   });

@@ -51,8 +51,8 @@ std::unique_ptr<Film> BeginFilm(const Flags& flags, const Frames& frames) {
   const gs::Camera& first = frames.views.front()->camera;
   for (const gs::View* view : frames.views) {
     if (view->camera.width == first.width && view->camera.height == first.height) continue;
-    Fail("{}: the cameras of {} have images of different sizes; give --size=WxH", Given("film", flags.film),
-         flags.path);
+    Fail(kBadArgument, "{}: the cameras of {} have images of different sizes; give --size=WxH",
+         Given("film", flags.film), flags.path);
   }
   return std::make_unique<Film>(flags.film, gs::ImageSize{first.width, first.height}, flags.fps.value_or(kUsualRate));
 }

@@ -48,7 +48,7 @@ class FinishedRuns {
 
   PosedSplat Load(std::size_t number) {
     const Run& run = runs_[number];
-    if (run.scene.empty()) Fail("metrics.json does not name the scene; give --scene=SCENE");
+    if (run.scene.empty()) Fail(kBadArgument, "metrics.json does not name the scene; give --scene=SCENE");
     model_ = gs::ReadSplat(SplatFile(run.folder));
     gs::TrainOptions options = gs::PresetOptions(kDefaultPreset);
     const ConfigFile metrics(run.folder + "/metrics.json", run.metrics);
@@ -57,7 +57,7 @@ class FinishedRuns {
     std::string flag_texts;
     for (const auto& [name, value] : metrics.Texts("scene_flags")) {
       if (!RestoreSceneFlag(name, value, &flags))
-        Fail("--{}={} of its training is no flag of this program", name, value);
+        Fail(kBadFile, "--{}={} of its training is no flag of this program", name, value);
       flag_texts += fmt::format(" --{}={}", name, value);
     }
     gs::LoadSceneOptions how = SceneOptions(flags, options);

@@ -37,14 +37,16 @@ int RunTrain(const CommandLine& given) {
   Flags& flags = line.flags;
   if (!flags.view.empty()) {
     PlaceOfTrainingsView(flags);  // refused before anything is read
-    if (NumStartedRanks() > 1) Fail("--view: a training by several processes has no page; start one, or leave it out");
+    if (NumStartedRanks() > 1)
+      Fail(kUnsupported, "--view: a training by several processes has no page; start one, or leave it out");
   }
   std::optional<gs::Checkpoint> checkpoint;
   std::optional<Origin> origin;
   CheckIntervals(flags);
   if (!flags.resume.empty()) {
     const std::string file = CheckpointFile(flags.resume);
-    if (!FileExists(file)) Fail("{}: no such file; a training saves it where --checkpoint_every is given", file);
+    if (!FileExists(file))
+      Fail(kNotFound, "{}: no such file; a training saves it where --checkpoint_every is given", file);
     checkpoint = gs::ReadCheckpoint(file);
     origin = ReadOrigin(*checkpoint);
     // Who goes on is saved as before, so that the next interruption loses no more.
@@ -52,7 +54,8 @@ int RunTrain(const CommandLine& given) {
     if (flags.snapshot_every.empty()) flags.snapshot_every = origin->snapshot_every;
     for (const auto& [name, value] : origin->scene_flags) {
       if (!RestoreSceneFlag(name, value, &flags)) {
-        Fail("{}: --{}={} of its training is no flag of this program; train anew", checkpoint->path, name, value);
+        Fail(kBadFile, "{}: --{}={} of its training is no flag of this program; train anew", checkpoint->path, name,
+             value);
       }
     }
   }
@@ -78,7 +81,7 @@ int RunTrain(const CommandLine& given) {
   });
   PrintScene(scene);
   const double load_seconds = SecondsSinceStart();
-  options.memory.before_mib = MemoryMib();
+  const double held_mib = MemoryMib();
   const gs::StageRunners stages = StagesOf(flags.device);
   const TrainingJob job{.line = line,
                         .path = path,
@@ -92,7 +95,7 @@ int RunTrain(const CommandLine& given) {
     callbacks.checkpoint.origin =
         OriginText({path, settings, flags.checkpoint_every, flags.snapshot_every, SceneFlagTexts(flags)});
     callbacks.resume = checkpoint ? &*checkpoint : nullptr;
-    return gs::Train(scene, options, SecondsSinceStart(), callbacks, stages);
+    return gs::Train(scene, options, {SecondsSinceStart(), held_mib}, callbacks, stages);
   });
 }
 

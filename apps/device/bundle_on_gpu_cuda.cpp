@@ -22,7 +22,7 @@ LmSummary SolveBundleOnGpu(bundle::BundleData& data, const LmOptionsEdit& edit, 
     on_device.CopyTo(x);
     return summary;
   } catch (const OutOfDeviceMemory& error) {
-    Fail("{}; use --device=cpu", error.what());
+    Fail(kOutOfMemory, "{}; use --device=cpu", error.what());
   }
 }
 

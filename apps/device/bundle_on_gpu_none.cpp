@@ -7,7 +7,7 @@ namespace vesta::app {
 
 LmSummary SolveBundleOnGpu(bundle::BundleData& /*data*/, const LmOptionsEdit& /*edit*/,
                            const LmCallback& /*callback*/) {
-  Fail("--device=cuda: this build has no CUDA; use --device=cpu");
+  Fail(kUnavailable, "--device=cuda: this build has no CUDA; use --device=cpu");
 }
 
 }  // namespace vesta::app

@@ -6,7 +6,7 @@
 namespace vesta::app {
 
 void CheckDevice(Device device) {
-  if (device == Device::kCuda) Fail("--device=cuda: this build has no CUDA; use --device=cpu");
+  if (device == Device::kCuda) Fail(kUnavailable, "--device=cuda: this build has no CUDA; use --device=cpu");
 }
 
 gs::StageRunners StagesOf(Device device) {

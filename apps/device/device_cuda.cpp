@@ -10,7 +10,7 @@ namespace vesta::app {
 
 void CheckDevice(Device device) {
   if (device == Device::kCuda && !QueryDevice().usable) {
-    Fail("--device=cuda: no GPU to use ({}); use --device=cpu", QueryDevice().name);
+    Fail(kUnavailable, "--device=cuda: no GPU to use ({}); use --device=cpu", QueryDevice().name);
   }
 }
 

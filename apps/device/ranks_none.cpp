@@ -8,7 +8,8 @@ namespace vesta::app {
 Ranks& WorldRanks() {
   static SoloRank alone;
   if (NumStartedRanks() > 1) {
-    Fail("this vesta was started by mpirun, but built without MPI; build it with -DVESTA_MPI=ON, or start it alone");
+    Fail(kUnavailable,
+         "this vesta was started by mpirun, but built without MPI; build it with -DVESTA_MPI=ON, or start it alone");
   }
   return alone;
 }

@@ -71,8 +71,9 @@ bool RestoreSceneFlag(const std::string& name, const std::string& value, Flags* 
 
 void CheckSceneFolder(const std::string& path) {
   if (FolderExists(path)) return;
-  if (FileExists(path)) Fail("{}: a file, where the scene's folder is to be named; `vesta help` shows the order", path);
-  Fail("{}: no such scene folder", path);
+  if (FileExists(path))
+    Fail(kNotFound, "{}: a file, where the scene's folder is to be named; `vesta help` shows the order", path);
+  Fail(kNotFound, "{}: no such scene folder", path);
 }
 
 void PrintScene(const gs::Scene& scene) {

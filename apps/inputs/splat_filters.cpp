@@ -55,7 +55,7 @@ std::string ExtentText(const gs::SplatModel& model) {
 gs::SplatModel Cropped(const std::string& given, const gs::Box& box, gs::SplatModel model, std::string* said) {
   const std::vector<Index> within = gs::GaussiansWithin(model, box);
   if (within.empty()) {
-    Fail("{}: no Gaussian lies within; their centres lie in {}", Given("box", given), ExtentText(model));
+    Fail(kBadArgument, "{}: no Gaussian lies within; their centres lie in {}", Given("box", given), ExtentText(model));
   }
   *said += fmt::format("box: {} of {} Gaussians lie within\n", within.size(), model.count);
   return gs::InOrder(std::move(model), within);
@@ -77,7 +77,7 @@ gs::FloaterCount FloatersOf(const Flags& flags, const gs::SplatModel& model, Run
 
 gs::SplatModel Cleaned(const Flags& flags, gs::SplatModel model, RunFiles* files, std::string* said) {
   const gs::FloaterCount found = FloatersOf(flags, model, files);
-  if (found.kept.empty()) Fail("--clean: all {} Gaussians would go; leave the flag out", model.count);
+  if (found.kept.empty()) Fail(kBadArgument, "--clean: all {} Gaussians would go; leave the flag out", model.count);
   *said += fmt::format("clean: {} of {} Gaussians stay; {} too faint, {} around everything, {} alone",
                        found.kept.size(), model.count, found.faint, found.huge, found.isolated);
   *said += flags.scene.empty() ? "\n" : fmt::format(", {} in no photograph\n", found.unsupported);

@@ -36,7 +36,8 @@ std::string FindProgram(const std::string& name) {
 std::string FindFfmpeg(const std::string& film) {
   std::string program = FindProgram("ffmpeg");
   if (program.empty()) {
-    Fail("{}: there is no program ffmpeg; install it, or leave the flag out: the images are frames in order",
+    Fail(kUnavailable,
+         "{}: there is no program ffmpeg; install it, or leave the flag out: the images are frames in order",
          Given("film", film));
   }
   return program;
@@ -71,14 +72,14 @@ std::vector<std::string> ArgumentsOf(const AtomicFile& file, gs::ImageSize size,
 }  // namespace
 
 void CheckFilm(const std::string& file) {
-  if (!file.ends_with(".mp4")) Fail("{}: films are .mp4; name it so", Given("film", file));
+  if (!file.ends_with(".mp4")) Fail(kBadArgument, "{}: films are .mp4; name it so", Given("film", file));
   FindFfmpeg(file);
   CheckWritable("film", file);
 }
 
 Film::Film(const std::string& file, gs::ImageSize size, double frames_per_second)
     : file_(file), size_(size), complaints_(std::tmpfile(), std::fclose) {
-  if (!complaints_) Fail("{}: no temporary file can be made; free some space", Given("film", file));
+  if (!complaints_) Fail(kCannotWrite, "{}: no temporary file can be made; free some space", Given("film", file));
   Start(FindFfmpeg(file), frames_per_second);
 }
 
@@ -96,7 +97,7 @@ void Film::Start(const std::string& program, double frames_per_second) {
   // A socket and no pipe: where ffmpeg ends early, writing is an error and no signal.
   std::array<int, 2> ends;
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    Fail("{}: {}", Given("film", file_.path()), std::generic_category().message(errno));
+    Fail(kCannotWrite, "{}: {}", Given("film", file_.path()), std::generic_category().message(errno));
   }
   SpawnActions actions;
   posix_spawn_file_actions_adddup2(actions.get(), ends[1], STDIN_FILENO);
@@ -108,7 +109,8 @@ void Film::Start(const std::string& program, double frames_per_second) {
   if (error != 0) {
     process_ = -1;
     Wait();
-    Fail("{}: {} does not run: {}", Given("film", file_.path()), program, std::generic_category().message(error));
+    Fail(kUnavailable, "{}: {} does not run: {}", Given("film", file_.path()), program,
+         std::generic_category().message(error));
   }
 }
 
@@ -145,7 +147,7 @@ void Film::FailWithReason() {
   if (!std::fgets(line.data(), line.size(), complaints_.get())) line = {"it ended without a reason"};
   std::string reason = line.data();
   if (reason.ends_with('\n')) reason.pop_back();
-  Fail("{}: ffmpeg failed: {}", Given("film", file_.path()), reason);
+  Fail(kCannotWrite, "{}: ffmpeg failed: {}", Given("film", file_.path()), reason);
 }
 
 }  // namespace vesta::app

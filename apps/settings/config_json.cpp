@@ -70,27 +70,29 @@ ConfigFile::ConfigFile(const std::string& path, const std::string& text) : path_
   try {
     json_ = Json::parse(text);
   } catch (const Json::parse_error& error) {
-    Fail("{}: not JSON from byte {} on{}: no number, text or bracket that belongs there, or its end is missing", path,
+    Fail(kBadFile,
+         "{}: not JSON from byte {} on{}: no number, text or bracket that belongs there, or its end is missing", path,
          error.byte, AfterWhichKey(text, error.byte));
   } catch (const Json::out_of_range&) {
-    Fail("{}: a number in it is larger than any that can be stored; correct it", path);
+    Fail(kBadFile, "{}: a number in it is larger than any that can be stored; correct it", path);
   }
   if (!json_.is_object() || !json_.contains("options") || !json_["options"].is_object()) {
-    Fail("{}: it has no \"options\"; choose the metrics.json of a training, or what `vesta config` prints", path);
+    Fail(kBadFile, "{}: it has no \"options\"; choose the metrics.json of a training, or what `vesta config` prints",
+         path);
   }
 }
 
 std::string ConfigFile::Text(const char* key) const {
-  if (!json_.contains(key) || !json_[key].is_string()) Fail("{}: it does not say its {}", path_, key);
+  if (!json_.contains(key) || !json_[key].is_string()) Fail(kBadFile, "{}: it does not say its {}", path_, key);
   return json_[key].get<std::string>();
 }
 
 std::vector<std::pair<std::string, std::string>> ConfigFile::Texts(const char* key) const {
   std::vector<std::pair<std::string, std::string>> texts;
   if (!json_.contains(key)) return texts;
-  if (!json_[key].is_object()) Fail("{}: its {} are no object", path_, key);
+  if (!json_[key].is_object()) Fail(kBadFile, "{}: its {} are no object", path_, key);
   for (const auto& [name, value] : json_[key].items()) {
-    if (!value.is_string()) Fail("{}: its {}.{} is no text", path_, key, Printable(name));
+    if (!value.is_string()) Fail(kBadFile, "{}: its {}.{} is no text", path_, key, Printable(name));
     texts.emplace_back(name, value.get<std::string>());
   }
   return texts;
@@ -103,23 +105,24 @@ std::string ConfigFile::preset() const {
     names.emplace_back(preset.name);
     if (json_["preset"] == preset.name) return preset.name;
   }
-  Fail("{}: preset={}: it must be one of {}", path_, Shown(json_["preset"]), fmt::join(names, ", "));
+  Fail(kBadFile, "{}: preset={}: it must be one of {}", path_, Shown(json_["preset"]), fmt::join(names, ", "));
 }
 
 void ConfigFile::Apply(gs::TrainOptions& options) const {
   for (const auto& [room, values] : json_["options"].items()) {
-    if (!values.is_object()) Fail("{}: {}: it must hold options of its own, in braces", path_, Printable(room));
+    if (!values.is_object())
+      Fail(kBadFile, "{}: {}: it must hold options of its own, in braces", path_, Printable(room));
     for (const auto& [key, value] : values.items()) {
       const std::string name = fmt::format("{}.{}", room, key);
       const schema::Field<gs::TrainOptions>* field = schema::Find(gs::TrainFields(), name);
       if (!field) {
         const std::vector<std::string> nearest = schema::Nearest(name, schema::Names(gs::TrainFields()));
-        Fail("{}: {}: no such option; {}`vesta config` prints all", path_, Printable(name),
+        Fail(kBadFile, "{}: {}: no such option; {}`vesta config` prints all", path_, Printable(name),
              nearest.empty() ? "" : fmt::format("nearest: {}; ", fmt::join(nearest, ", ")));
       }
       const std::optional<std::string> text = ToText(*field, value);
       if (!text || !field->Set(*text, options)) {
-        Fail("{}: {}={}: {}", path_, name, Shown(value), field->Requirement());
+        Fail(kBadFile, "{}: {}={}: {}", path_, name, Shown(value), field->Requirement());
       }
     }
   }

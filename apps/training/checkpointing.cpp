@@ -83,14 +83,15 @@ void CheckResumable(const gs::Checkpoint& checkpoint, const TrainSettings& befor
   for (const schema::Field<gs::TrainOptions>& field : gs::TrainFields()) {
     const std::string old_value = field.Text(before.options), new_value = field.Text(now.options);
     if (old_value == new_value || !IsFixed(field.name, checkpoint.run.stage)) continue;
-    Fail("{}: trained with {}={}, which cannot become {}{} {}; leave it, or train anew", checkpoint.path, field.name,
-         old_value, new_value, before.preset == now.preset ? "" : fmt::format(", as --preset={} has it,", now.preset),
+    Fail(kBadArgument, "{}: trained with {}={}, which cannot become {}{} {}; leave it, or train anew", checkpoint.path,
+         field.name, old_value, new_value,
+         before.preset == now.preset ? "" : fmt::format(", as --preset={} has it,", now.preset),
          checkpoint.run.stage == gs::Stage::kLm ? "in the stage of LM" : "in the middle of a training");
   }
   const int done = checkpoint.run.stage == gs::Stage::kAdam ? checkpoint.iteration() : 0;
   const gs::AdamOptions& adam = now.options.adam;
   if (adam.iterations && gs::NumIterations(adam) <= done) {
-    Fail("{}: {} iterations of Adam are done; --iterations={} must be more", checkpoint.path,
+    Fail(kBadArgument, "{}: {} iterations of Adam are done; --iterations={} must be more", checkpoint.path,
          done * adam.views_per_iteration, *adam.iterations);
   }
 }

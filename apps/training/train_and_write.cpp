@@ -80,7 +80,7 @@ gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, Training
   } catch (const Error& error) {
     if (!results->has_saved_model()) throw;
     progress.Finish();
-    Fail("{}; Adam's result is in {}", error.what(), results->model_path());
+    Fail(error.code(), "{}; Adam's result is in {}", error.what(), results->model_path());
   }
   progress.Finish();
   if (view) view->monitor().End();
@@ -162,7 +162,7 @@ void TrainAsFirst(const TrainingJob& job, const TrainRun& run) {
         result.stopped ? HowToGoOn(job, result) : "");
   if (job.line.flags.report) WriteOwnReport(job, results, &result.model);
   if (!no_cameras.empty())
-    Fail("{}; without the cameras that were found, the splat is in {}", no_cameras, results.model_path());
+    Fail(kCannotWrite, "{}; without the cameras that were found, the splat is in {}", no_cameras, results.model_path());
 }
 
 }  // namespace

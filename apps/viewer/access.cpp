@@ -36,7 +36,7 @@ bool IsEqualIgnoringCase(std::string_view a, std::string_view b) {
 std::string MakeToken() {
   std::array<unsigned char, 16> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    Fail("the system gives no random numbers for the viewer's token");
+    Fail(kUnavailable, "the system gives no random numbers for the viewer's token");
   }
   std::string token;
   for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);

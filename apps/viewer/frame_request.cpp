@@ -29,7 +29,7 @@ constexpr schema::Range kSide{16, 4096}, kFocal{0.05, 50}, kCoordinate{-1e12, 1e
 
 const std::string& TextOf(const HttpQuery& query, const char* name) {
   const auto found = query.find(name);
-  if (found == query.end()) Fail("{}: missing", name);
+  if (found == query.end()) Fail(kBadArgument, "{}: missing", name);
   return found->second;
 }
 
@@ -37,7 +37,7 @@ template <class V>
 V ValueOf(const HttpQuery& query, const char* name, schema::Range range) {
   V value{};
   if (!schema::Numbers<V>::FromText(TextOf(query, name), range, value)) {
-    Fail("{}: not a value from {} to {}", name, range.min, range.max);
+    Fail(kBadArgument, "{}: not a value from {} to {}", name, range.min, range.max);
   }
   return value;
 }
@@ -46,7 +46,7 @@ FrameKind KindOf(const std::string& name) {
   for (const auto& choice : kKinds) {
     if (name == choice.name) return choice.value;
   }
-  Fail("kind: must be render, truth, difference, depth, median_depth, normals, count, worth or support");
+  Fail(kBadArgument, "kind: must be render, truth, difference, depth, median_depth, normals, count, worth or support");
 }
 
 gs::View FreeView(const HttpQuery& query, gs::ImageSize size) {
@@ -55,7 +55,7 @@ gs::View FreeView(const HttpQuery& query, gs::ImageSize size) {
   const double focal = ValueOf<double>(query, "focal", kFocal) * size.height;
   double length = 0;
   for (const double q : rotation) length += q * q;
-  if (length < 1e-12) Fail("rotation: a quaternion of zero turns nothing");
+  if (length < 1e-12) Fail(kBadArgument, "rotation: a quaternion of zero turns nothing");
   gs::View view;
   view.camera = {size.width, size.height, {focal, focal, 0.5 * size.width, 0.5 * size.height}};
   double to_camera[4];
@@ -79,19 +79,20 @@ gs::View ViewOfPhoto(const gs::View& photo, gs::ImageSize size) {
 FrameRequest ParseFrameRequest(const HttpQuery& query, const gs::Scene& scene, const std::vector<gs::View>& moved) {
   FrameRequest request;
   request.kind = KindOf(TextOf(query, "kind"));
-  if (ShowsValues(request.kind) && scene.views.empty()) Fail("kind: worth and support are to views; there is no scene");
+  if (ShowsValues(request.kind) && scene.views.empty())
+    Fail(kBadArgument, "kind: worth and support are to views; there is no scene");
   const bool shows_photo = request.kind == FrameKind::kTruth || request.kind == FrameKind::kDifference;
   gs::ImageSize size{ValueOf<int>(query, "width", kSide), ValueOf<int>(query, "height", kSide)};
   if (!query.contains("photo")) {
-    if (shows_photo) Fail("photo: missing; truth and difference are those of a photograph");
+    if (shows_photo) Fail(kBadArgument, "photo: missing; truth and difference are those of a photograph");
     request.view = FreeView(query, size);
     return request;
   }
-  if (scene.views.empty()) Fail("photo: there is no scene");
+  if (scene.views.empty()) Fail(kBadArgument, "photo: there is no scene");
   request.photo = ValueOf<std::size_t>(query, "photo", {0, static_cast<double>(scene.views.size()) - 1});
   const gs::View& photo = scene.views[*request.photo];
   if (shows_photo) {
-    if (photo.image.empty() && !photo.stored) Fail("photo: not in memory");
+    if (photo.image.empty() && !photo.stored) Fail(kNotFound, "photo: not in memory");
     size = {std::min(size.width, photo.camera.width), std::min(size.height, photo.camera.height)};
   }
   request.view = ViewOfPhoto(moved.empty() ? photo : moved[*request.photo], size);

@@ -36,7 +36,7 @@ std::shared_ptr<const MeasuredValues> GaussianValues::Ask(GaussianValue value, c
   const std::lock_guard lock(mutex_);
   State& state = states_[value];
   const bool is_known = state.latest && state.latest->of.version == shown.version;
-  if (!is_known && state.failed_version == shown.version) Fail("{}", state.failure);
+  if (!is_known && state.failed_version == shown.version) Fail(kUnavailable, "{}", state.failure);
   if (!is_known && !state.is_measuring && Clock::now() >= state.rests_until) {
     background_work_.Run([this, &state, value, shown] { MeasureInto(state, value, shown); });
     state.is_measuring = true;
@@ -82,7 +82,7 @@ std::vector<gs::View> GaussianValues::TrainingViews(const ShownModel::Shown& sho
     const gs::ViewUnknowns found = shown.cameras ? (*shown.cameras)[views.size()] : gs::ViewUnknowns();
     gs::View& view = views.emplace_back(gs::AsFound(given, found));
     const auto copy = [this, &given, color = found.color] {
-      if (ends_) Fail("{}: not read any more, as the page is over", given.image_path);
+      if (ends_) Fail(kUnavailable, "{}: not read any more, as the page is over", given.image_path);
       gs::Image image = given.stored ? *given.stored->Read() : given.image;
       const HostSpan<float> values{image.rgb.data(), static_cast<Index>(image.rgb.size())};
       if (!color.is_none()) color.Inverse().Apply(values);

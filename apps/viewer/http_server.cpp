@@ -38,7 +38,8 @@ class KeepSigpipe {
 };
 
 [[noreturn]] void FailWithoutThreads(const std::system_error& error) {
-  Fail("the page needs {} threads, and the system starts no more: {}; end other programs, or allow more (ulimit -u)",
+  Fail(kUnavailable,
+       "the page needs {} threads, and the system starts no more: {}; end other programs, or allow more (ulimit -u)",
        kMostConnections + 1, error.code().message());
 }
 
@@ -220,7 +221,7 @@ class HttpServer::Impl {
     const std::string ports = count > 1
                                   ? fmt::format("none of its ports from {} to {} is free", first, first + count - 1)
                                   : fmt::format("its port {} is not free", first);
-    Fail("--bind={}: no address of this machine, or {}; give another", address_, ports);
+    Fail(kUnavailable, "--bind={}: no address of this machine, or {}; give another", address_, ports);
   }
 
   HttpReply Answer(const httplib::Request& request) const {

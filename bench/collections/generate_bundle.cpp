@@ -212,7 +212,8 @@ void AddObservations(const GenerateOptions& options, const World& world,
   const std::vector<Index> lengths = TrackLengths(options, seeing);
   std::vector<Index> first(lengths.size() + 1, 0);
   for (std::size_t p = 0; p < lengths.size(); ++p) first[p + 1] = first[p] + lengths[p];
-  if (first.back() > std::numeric_limits<std::int32_t>::max()) Fail("{} observations are too many", first.back());
+  if (first.back() > std::numeric_limits<std::int32_t>::max())
+    Fail(kBadArgument, "{} observations are too many", first.back());
   data.observations.resize(static_cast<std::size_t>(first.back()));
   ParallelFor(options.num_points, kGrain, [&](Index p) {
     const auto k = static_cast<std::size_t>(p);
@@ -261,12 +262,15 @@ void WriteStart(const GenerateOptions& options, const World& world, BundleData& 
 
 void Validate(const GenerateOptions& o) {
   constexpr Index kMost = std::numeric_limits<std::int32_t>::max();
-  if (o.num_cameras < 8 || o.num_cameras > kMost) Fail("num_cameras is {}; choose at least 8", o.num_cameras);
-  if (o.num_points < 1 || o.num_points > kMost) Fail("num_points is {}; choose at least 1", o.num_points);
-  if (!(o.mean_track >= 2 && o.mean_track <= 1e6)) Fail("mean_track is {}; choose at least 2", o.mean_track);
-  if (!(o.outliers >= 0 && o.outliers <= 1)) Fail("outliers is {}; choose 0 to 1", o.outliers);
+  if (o.num_cameras < 8 || o.num_cameras > kMost)
+    Fail(kBadArgument, "num_cameras is {}; choose at least 8", o.num_cameras);
+  if (o.num_points < 1 || o.num_points > kMost) Fail(kBadArgument, "num_points is {}; choose at least 1", o.num_points);
+  if (!(o.mean_track >= 2 && o.mean_track <= 1e6))
+    Fail(kBadArgument, "mean_track is {}; choose at least 2", o.mean_track);
+  if (!(o.outliers >= 0 && o.outliers <= 1)) Fail(kBadArgument, "outliers is {}; choose 0 to 1", o.outliers);
   for (const double factor : {o.pixel_noise, o.start_noise, o.start_drift}) {
-    if (!(factor >= 0 && std::isfinite(factor))) Fail("a factor on noise or drift is {}; choose at least 0", factor);
+    if (!(factor >= 0 && std::isfinite(factor)))
+      Fail(kBadArgument, "a factor on noise or drift is {}; choose at least 0", factor);
   }
 }
 
@@ -281,7 +285,8 @@ BundleData Generate(const GenerateOptions& options) {
   ParallelFor(options.num_cameras, kGrain, [&](Index i) { PlaceCamera(options, i, world); });
   const auto seeing = PlacePoints(options, world);
   for (const auto& cameras_of_point : seeing) {
-    if (cameras_of_point.size() < 2) Fail("no place on the facades that two of {} cameras see", options.num_cameras);
+    if (cameras_of_point.size() < 2)
+      Fail(kBadArgument, "no place on the facades that two of {} cameras see", options.num_cameras);
   }
   BundleData data;
   data.num_cameras = options.num_cameras;

@@ -227,7 +227,7 @@ void Scaling(int threads, int repeats, double rate, Report& report) {
 
 void Run(const Arguments& arguments) {
   if (arguments.positional.size() != 0 && arguments.positional.size() != 2) {
-    Fail("usage: kernels [SCENE PLY] [--threads 1,2 --repeats N --scaling yes --json FILE]");
+    Fail(kBadArgument, "usage: kernels [SCENE PLY] [--threads 1,2 --repeats N --scaling yes --json FILE]");
   }
   const int repeats = std::stoi(arguments.Flag("repeats", "11"));
   const std::vector<int> threads = ThreadCounts(arguments.Flag("threads", "1,2"));

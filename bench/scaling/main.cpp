@@ -134,7 +134,7 @@ Row MeasureBundle(Ranks& ranks, const Arguments& arguments) {
 }
 
 Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
-  if (arguments.positional.size() != 3) Fail("the form is `scaling splats SCENE SPLAT.ply`");
+  if (arguments.positional.size() != 3) Fail(kBadArgument, "the form is `scaling splats SCENE SPLAT.ply`");
   gs::LoadSceneOptions loading;
   loading.downscale = Whole(arguments, "downscale", "1");
   const gs::SplatModel model = gs::ReadSplatPly(arguments.positional[2]);
@@ -143,7 +143,7 @@ Row MeasureSplats(Ranks& ranks, const Arguments& arguments) {
   using Cpu = CpuBackend<float>;
   std::vector<const gs::View*> views = gs::TrainingViews(scene.views);
   const auto wanted = static_cast<std::size_t>(Whole(arguments, "views", "0"));
-  if (wanted > views.size()) Fail("--views {}: the scene has {} training views", wanted, views.size());
+  if (wanted > views.size()) Fail(kBadArgument, "--views {}: the scene has {} training views", wanted, views.size());
   if (wanted > 0) views.resize(wanted);
   const std::vector<gs::TargetView<Cpu>> targets = gs::MakeTargets<Cpu>(views, gs::NearPlane(scene));
   gs::LmStageOptions lm;
@@ -165,7 +165,7 @@ int Main(int argc, char** argv) {
   SetNumThreads(Whole(arguments, "threads", "1"));
   const std::unique_ptr<Ranks> ranks = IsStartedInRanks() ? StartMpi() : std::make_unique<SoloRank>();
   const std::string what = arguments.positional.empty() ? "" : arguments.positional[0];
-  if (what != "bal" && what != "splats") Fail("`scaling bal` or `scaling splats SCENE SPLAT.ply`");
+  if (what != "bal" && what != "splats") Fail(kBadArgument, "`scaling bal` or `scaling splats SCENE SPLAT.ply`");
   try {
     Report report("scaling");
     report.Add(what == "bal" ? MeasureBundle(*ranks, arguments) : MeasureSplats(*ranks, arguments));

@@ -34,7 +34,7 @@ bundle::GenerateOptions Generated(const std::string& text) {
   bundle::GenerateOptions options;
   int cameras = 0, points = 0;
   if (std::sscanf(text.c_str(), "%dx%dx%lf", &cameras, &points, &options.mean_track) != 3) {
-    Fail("--generated={}: write CAMERASxPOINTSxTRACK, as 100x10000x8", text);
+    Fail(kBadArgument, "--generated={}: write CAMERASxPOINTSxTRACK, as 100x10000x8", text);
   }
   options.num_cameras = cameras;
   options.num_points = points;
@@ -116,7 +116,7 @@ int Main(int argc, char** argv) {
   const std::string curves_path = arguments.Flag("curves", "");
   if (!curves_path.empty()) {
     curves.open(curves_path);
-    if (!curves) Fail("--curves={}: the file cannot be written", curves_path);
+    if (!curves) Fail(kCannotWrite, "--curves={}: the file cannot be written", curves_path);
     curves << "problem,threads,solver,seconds,cost,inner\n";
   }
   for (const std::string& threads : SplitAtCommas(arguments.Flag("threads", "1,2"))) {
@@ -141,7 +141,7 @@ int Main(int argc, char** argv) {
     for (const std::string& text : SplitAtCommas(arguments.Flag("calibration", ""))) {
       int views = 0, corners = 0;
       if (std::sscanf(text.c_str(), "%dx%d", &views, &corners) != 2 || views < 1 || corners < 1) {
-        Fail("--calibration={}: write VIEWSxCORNERS, as 15x63", text);
+        Fail(kBadArgument, "--calibration={}: write VIEWSxCORNERS, as 15x63", text);
       }
       run("calibration " + text, CalibrationContenders(views, corners, options), Sort::kCalibration);
     }

@@ -72,7 +72,7 @@ class Tradeoff {
                             [&](const std::string& part) { return choice.solver.find(part) != std::string::npos; });
       });
     }
-    if (choices.empty()) Fail("--solvers: none of {} has such a name", problem);
+    if (choices.empty()) Fail(kBadArgument, "--solvers: none of {} has such a name", problem);
     Race race{problem, race_.threads, {}};
     for (const Choice& choice : choices) race.contenders.push_back(choice.contender);
     const std::vector<Outcome> outcomes = RunRace(race, repeats_, times_);
@@ -151,7 +151,7 @@ int Main(int argc, char** argv) {
     tradeoff.Run("pose graphs", name, KnownCost(name), PoseGraphChoices(path, tradeoff.race()));
   }
   for (const std::string& start : SplitAtCommas(arguments.Flag("nist", ""))) {
-    if (start != "1" && start != "2") Fail("--nist={}: choose 1, 2, or 1,2", start);
+    if (start != "1" && start != "2") Fail(kBadArgument, "--nist={}: choose 1, 2, or 1,2", start);
     for (SmallRace& race : NistChoices(start == "1" ? 1 : 2, tradeoff.race())) {
       if (tradeoff.Wants(race.problem)) tradeoff.Run("NIST", race.problem, race.known, std::move(race.choices));
     }

@@ -60,7 +60,7 @@ void RunRound(const RaceSetup& setup, std::vector<Outcome>* outcomes) {
     if (outcome.is_settled) continue;
     const bool starts_at_lm = StartsAtLm(outcome.method.kind);
     if (starts_at_lm) {
-      if (start.count == 0) Fail("ours did not come to its LM stage; give it more time");
+      if (start.count == 0) Fail(kUnavailable, "ours did not come to its LM stage; give it more time");
       job.start = &start;
       job.seconds_before = start_seconds;
     }

@@ -28,7 +28,7 @@ std::vector<double> RateFactors(const Arguments& arguments, double ours) {
   for (const std::string& text : SplitAtCommas(arguments.Flag("rate_factors", ""))) {
     char* end = nullptr;
     factors.push_back(std::strtod(text.c_str(), &end));
-    if (*end != 0 || !(factors.back() > 0)) Fail("--rate_factors={}: choose numbers above 0", text);
+    if (*end != 0 || !(factors.back() > 0)) Fail(kBadArgument, "--rate_factors={}: choose numbers above 0", text);
   }
   if (factors.empty()) factors = {ours / 2, ours, 2 * ours};
   std::sort(factors.begin(), factors.end());
@@ -87,12 +87,12 @@ std::vector<Method> SelectMethods(const Arguments& arguments, const gs::TrainOpt
       }
       if (!has_ours) methods.push_back(AdamMethod(ours, *ours.adam.iterations, ours.adam.rate_factor));
     } else {
-      Fail("--methods={}: choose among ours, paper, adam", group);
+      Fail(kBadArgument, "--methods={}: choose among ours, paper, adam", group);
     }
   }
   std::stable_sort(methods.begin(), methods.end(), [](const auto& a, const auto& b) { return a.kind < b.kind; });
   if (!methods.empty() && StartsAtLm(methods[0].kind)) {
-    Fail("--methods: paper starts where ours begins its LM; add ours");
+    Fail(kBadArgument, "--methods: paper starts where ours begins its LM; add ours");
   }
   const int evaluations = arguments.Count("evaluations", 40);
   for (Method& method : methods) method.options.adam.evaluations = evaluations;

@@ -13,7 +13,7 @@
 #include "bench/training_race/curve.h"
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 
 namespace vesta::bench {
 namespace {
@@ -37,7 +37,8 @@ RaceSetup SetUpRace(int argc, char** argv, const std::vector<std::string>& known
   char** const end = argv + argc;
   char** const dashes = std::find_if(argv, end, [](const char* word) { return std::string(word) == "--"; });
   RaceSetup setup{Arguments(static_cast<int>(dashes - argv), argv, known), {}, {}, {}, 0};
-  if (setup.arguments.positional.size() != 1) Fail("the form is: SCENE [flags] [-- flags of vesta train]");
+  if (setup.arguments.positional.size() != 1)
+    Fail(kBadArgument, "the form is: SCENE [flags] [-- flags of vesta train]");
   const std::string& path = setup.arguments.positional[0];
   const app::CommandLine line = CommandLineOf(path, {dashes == end ? end : dashes + 1, end});
   setup.options = app::SettingsOf(line).options;
@@ -59,7 +60,7 @@ std::ofstream OpenCurves(const Arguments& arguments) {
   std::ofstream curves;
   if (path.empty()) return curves;
   curves.open(path);
-  if (!curves) Fail("--curves={}: the file cannot be written", path);
+  if (!curves) Fail(kCannotWrite, "--curves={}: the file cannot be written", path);
   WriteCsvHeader(curves);
   return curves;
 }

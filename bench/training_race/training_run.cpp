@@ -41,9 +41,9 @@ void Train(const gs::Scene& scene, const TrainingJob& job, const Send& send) {
   if (job.start) {
     gs::TrainOptions lm_alone = job.options;
     lm_alone.adam.iterations = 0;
-    gs::Refine(scene, *job.start, lm_alone, job.seconds_before, callbacks);
+    gs::Refine(scene, *job.start, lm_alone, {job.seconds_before, 0}, callbacks);
   } else {
-    gs::Train(scene, job.options, job.seconds_before, callbacks);
+    gs::Train(scene, job.options, {job.seconds_before, 0}, callbacks);
   }
 }
 
@@ -75,9 +75,9 @@ TrainingRun TrainAlone(const gs::Scene& scene, const TrainingJob& job, int threa
     SetNumThreads(threads);
     Train(scene, job, send);
   });
-  if (child.failed) Fail("{}: the training failed", job.name);
+  if (child.failed) Fail(kUnavailable, "{}: the training failed", job.name);
   TrainingRun run = Receive(child.bytes);
-  if (run.curve.empty()) Fail("{}: the training left no history", job.name);
+  if (run.curve.empty()) Fail(kUnavailable, "{}: the training left no history", job.name);
   run.peak_mib = child.peak_mib;
   return run;
 }

@@ -38,10 +38,10 @@ gs::Distortion ParseLens(const std::string& text) {
   }
   const std::size_t count = numbers.size();
   if (!is_list || count == 3 || count > 4)
-    Fail("--lens={} is no lens; give k1 or k1,k2 or k1,k2,p1,p2, as --lens=-0.1,0.02,0.001,-0.001", text);
+    Fail(kBadArgument, "--lens={} is no lens; give k1 or k1,k2 or k1,k2,p1,p2, as --lens=-0.1,0.02,0.001,-0.001", text);
   numbers.resize(4);
   const gs::Distortion lens{.radial = {numbers[0], numbers[1]}, .tangential = {numbers[2], numbers[3]}};
-  if (!lens.is_finite()) Fail("--lens={} has a coefficient that is no number; give finite ones", text);
+  if (!lens.is_finite()) Fail(kBadArgument, "--lens={} has a coefficient that is no number; give finite ones", text);
   return lens;
 }
 

@@ -26,9 +26,11 @@ int main(int argc, char** argv) {
   gflags::SetUsageMessage("renders a small scene and writes it in COLMAP's layout\n  vesta_demo_scene --out FOLDER");
   gflags::ParseCommandLineFlags(&argc, &argv, true);
   try {
-    if (FLAGS_out.empty() || argc > 1) vesta::Fail("give the folder to write to: vesta_demo_scene --out FOLDER");
+    if (FLAGS_out.empty() || argc > 1)
+      vesta::Fail(vesta::kBadArgument, "give the folder to write to: vesta_demo_scene --out FOLDER");
     if (FLAGS_threads < 0)
-      vesta::Fail("--threads={} is out of range; give 0 (one for each core) or more", FLAGS_threads);
+      vesta::Fail(vesta::kBadArgument, "--threads={} is out of range; give 0 (one for each core) or more",
+                  FLAGS_threads);
     vesta::SetNumThreads(FLAGS_threads);
     vesta::demo::WriteDemoScene({.views = FLAGS_views,
                                  .width = FLAGS_width,

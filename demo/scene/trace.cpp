@@ -107,7 +107,7 @@ Vec3 Pixel(const Scene& scene, const View& view, int i, int j, std::uint64_t str
 Vec3 RayDirection(const View& view, double u, double v) {
   const double x = (u - 0.5 * view.width) / view.focal, y = (v - 0.5 * view.height) / view.focal;
   const auto unbent = Undistort(view.lens, x, y);
-  if (!unbent) Fail("the lens shows nothing at pixel ({}, {})", u, v);
+  if (!unbent) Fail(kBadArgument, "the lens shows nothing at pixel ({}, {})", u, v);
   return Normalized(Unrotate(view.cam_from_world, {(*unbent)[0], (*unbent)[1], 1}));
 }
 

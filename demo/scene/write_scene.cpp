@@ -16,7 +16,7 @@ namespace vesta::demo {
 namespace {
 
 void CheckRange(const char* name, int value, int low, int high) {
-  if (value < low || value > high) Fail("--{}={} is out of range; give {} to {}", name, value, low, high);
+  if (value < low || value > high) Fail(kBadArgument, "--{}={} is out of range; give {} to {}", name, value, low, high);
 }
 
 // Unit quaternion (w, x, y, z) of a rotation.
@@ -49,7 +49,8 @@ void CheckLens(const View& view) {
   for (const double u : {0, view.width}) {
     for (const double v : {0, view.height}) {
       const double x = (u - 0.5 * view.width) / view.focal, y = (v - 0.5 * view.height) / view.focal;
-      if (!Undistort(view.lens, x, y)) Fail("--lens folds within the picture; give coefficients nearer to 0");
+      if (!Undistort(view.lens, x, y))
+        Fail(kBadArgument, "--lens folds within the picture; give coefficients nearer to 0");
     }
   }
 }
@@ -57,7 +58,9 @@ void CheckLens(const View& view) {
 std::filesystem::path MakeFolder(const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) Fail("{}: cannot make this folder ({}); give --out a writable place", folder.string(), error.message());
+  if (error)
+    Fail(kCannotWrite, "{}: cannot make this folder ({}); give --out a writable place", folder.string(),
+         error.message());
   return folder;
 }
 

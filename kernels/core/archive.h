@@ -87,7 +87,7 @@ class ArchiveReader {
     (Read(values), ...);
   }
   void Bytes(void* data, std::size_t size) {
-    if (rest_.size() < size) throw Error("cut short");
+    if (rest_.size() < size) throw Error(kBadFile, "cut short");
     if (size > 0) std::memcpy(data, rest_.data(), size);
     rest_.remove_prefix(size);
   }
@@ -99,7 +99,7 @@ class ArchiveReader {
   Index ReadSize(std::size_t element) {
     Index size = 0;
     Bytes(&size, sizeof(size));
-    if (size < 0 || static_cast<std::size_t>(size) > rest_.size() / element) throw Error("cut short");
+    if (size < 0 || static_cast<std::size_t>(size) > rest_.size() / element) throw Error(kBadFile, "cut short");
     return size;
   }
   void Read(std::string& value) {

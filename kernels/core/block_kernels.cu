@@ -41,8 +41,8 @@ void WithOrder(const BlockGroup& group, const Call& call) {
     default:
       if (group.size <= kMiddleOrder) return call(std::integral_constant<int, -kMiddleOrder>{});
       if (group.size > kMaxBlockOrder) {
-        throw Error("blocks of order " + std::to_string(group.size) + " on a GPU, where " +
-                    std::to_string(kMaxBlockOrder) + " is the largest; use the CPU");
+        throw Error(kUnsupported, "blocks of order " + std::to_string(group.size) + " on a GPU, where " +
+                                      std::to_string(kMaxBlockOrder) + " is the largest; use the CPU");
       }
       return call(std::integral_constant<int, -kMaxBlockOrder>{});
   }

@@ -9,7 +9,7 @@ void FailCheck(const char* condition, const char* file, int line, const std::str
   std::string_view path(file);
   const auto slash = path.rfind('/');
   if (slash != std::string_view::npos) path.remove_prefix(slash + 1);
-  throw Error(fmt::format("{} (check '{}' failed at {}:{})", message, condition, path, line));
+  throw Error(kBadArgument, fmt::format("{} (check '{}' failed at {}:{})", message, condition, path, line));
 }
 
 }  // namespace vesta

@@ -13,12 +13,12 @@ namespace vesta {
 
 // Throws Error with a message formatted by fmt.
 template <class... Args>
-[[noreturn]] void Fail(fmt::format_string<Args...> format, Args&&... args) {
-  throw Error(fmt::format(format, std::forward<Args>(args)...));
+[[noreturn]] void Fail(ErrorCode code, fmt::format_string<Args...> format, Args&&... args) {
+  throw Error(code, fmt::format(format, std::forward<Args>(args)...));
 }
 
 }  // namespace vesta
 
-// Throws Error when a precondition of the programmer's does not hold: VESTA_CHECK(n > 0, "n is {}", n).
+// Throws Error of kBadArgument when a precondition of the programmer's does not hold: VESTA_CHECK(n > 0, "n is {}", n).
 #define VESTA_CHECK(condition, ...) \
   ((condition) ? (void)0 : ::vesta::FailCheck(#condition, __FILE__, __LINE__, fmt::format(__VA_ARGS__)))

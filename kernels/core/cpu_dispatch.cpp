@@ -28,10 +28,10 @@ Isa Choose() {
     const std::string_view name(forced);
     for (const Isa isa : {Isa::kBaseline, Isa::kAvx2, Isa::kAvx512}) {
       if (name != IsaName(isa)) continue;
-      if (!IsaAvailable(isa)) Fail("VESTA_SIMD={}: this CPU does not have it; unset VESTA_SIMD", name);
+      if (!IsaAvailable(isa)) Fail(kUnavailable, "VESTA_SIMD={}: this CPU does not have it; unset VESTA_SIMD", name);
       return isa;
     }
-    Fail("VESTA_SIMD={}: not one of sse2, avx2, avx512", name);
+    Fail(kBadArgument, "VESTA_SIMD={}: not one of sse2, avx2, avx512", name);
   }
   return IsaAvailable(Isa::kAvx512) ? Isa::kAvx512 : IsaAvailable(Isa::kAvx2) ? Isa::kAvx2 : Isa::kBaseline;
 }

@@ -12,7 +12,8 @@ namespace {
 template <class X, class Y>
 void CheckSizes(const X& x, const Y& y) {
   if (x.size() != y.size()) {
-    throw Error("vectors of different sizes, " + std::to_string(x.size()) + " and " + std::to_string(y.size()));
+    throw Error(kBadArgument,
+                "vectors of different sizes, " + std::to_string(x.size()) + " and " + std::to_string(y.size()));
   }
 }
 

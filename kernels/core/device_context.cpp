@@ -44,7 +44,7 @@ struct Context {
 
   Context() {
     const DeviceInfo& info = QueryDevice();
-    if (!info.usable) Fail("no GPU to use: {}", info.name);
+    if (!info.usable) Fail(kUnavailable, "no GPU to use: {}", info.name);
     CheckCuda(cudaSetDevice(kDevice), "cudaSetDevice");
     CheckCuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "cudaStreamCreate");
     CheckCuda(cudaMallocHost(reinterpret_cast<void**>(&landing), kMaxReadings * sizeof(double)), "cudaMallocHost");
@@ -70,7 +70,7 @@ bool FoundMemory(cudaError_t status, const char* what) {
   if (status == cudaSuccess) return true;
   cudaGetLastError();  // an error that is not sticky must not surface at the next launch
   if (status == cudaErrorMemoryAllocation) return false;
-  Fail("{}: {}", what, cudaGetErrorString(status));
+  Fail(kUnavailable, "{}: {}", what, cudaGetErrorString(status));
 }
 
 void CheckCuda(cudaError_t status, const char* what) {

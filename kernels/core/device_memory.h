@@ -16,7 +16,7 @@ namespace vesta {
 // The device has no room for an allocation. The request left nothing behind: smaller batches may be tried.
 class OutOfDeviceMemory : public Error {
  public:
-  using Error::Error;
+  explicit OutOfDeviceMemory(const std::string& message) : Error(kOutOfMemory, message) {}
 };
 
 // What is known of the GPU without using it.

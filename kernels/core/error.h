@@ -7,10 +7,26 @@
 
 namespace vesta {
 
-// The one exception type of the library. what() is a single line fit to be shown to a user.
+enum class ErrorCode {
+  kBadArgument,  // an option, flag or argument is out of range, contradicts another, or does not fit the data
+  kNotFound,     // a file, folder or view is missing or cannot be opened
+  kBadFile,      // a file is damaged, truncated, of another format, or contradicts itself
+  kUnsupported,  // vesta does not do this combination or read this variant of a format
+  kOutOfMemory,  // a memory limit or the device has no room for it
+  kCannotWrite,  // an output cannot be made or written
+  kUnavailable,  // a GPU, another process, a program, a library or a resource of the system is missing or has failed
+};
+using enum ErrorCode;
+
+// The one exception type of the library. A program acts on code(). what() is a single line fit to be shown to a user;
+// its words may change.
 class Error : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ErrorCode code() const { return code_; }
+
+ private:
+  ErrorCode code_;
 };
 
 [[noreturn]] void FailCheck(const char* condition, const char* file, int line, const std::string& message);

@@ -32,14 +32,14 @@ bool FolderExists(const std::string& path) {
 std::string ReadFile(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) Fail("{}: no such file", path);
-  if (!std::filesystem::is_regular_file(status)) Fail("{}: not a file", path);
+  if (!std::filesystem::exists(status)) Fail(kNotFound, "{}: no such file", path);
+  if (!std::filesystem::is_regular_file(status)) Fail(kNotFound, "{}: not a file", path);
   const auto size = std::filesystem::file_size(path, error);
   std::ifstream file(path, std::ios::binary);
-  if (error || !file) Fail("{}: cannot be opened; check its permissions", path);
+  if (error || !file) Fail(kNotFound, "{}: cannot be opened; check its permissions", path);
   std::string bytes(size, '\0');
   file.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (!file) Fail("{}: reading failed after {} of {} bytes", path, file.gcount(), size);
+  if (!file) Fail(kBadFile, "{}: reading failed after {} of {} bytes", path, file.gcount(), size);
   return bytes;
 }
 
@@ -169,7 +169,7 @@ void AtomicFile::FailWrite(int error) const {
   if (error == ENOSPC || error == EDQUOT || error == EFBIG) advice = "; free some space";
   if (error == EACCES || error == EROFS || error == ENOENT || error == ENOTDIR)
     advice = "; choose a folder you can write";
-  Fail("{}: cannot be written: {}{}", path_, std::generic_category().message(error), advice);
+  Fail(kCannotWrite, "{}: cannot be written: {}{}", path_, std::generic_category().message(error), advice);
 }
 
 void WriteFileAtomically(const std::string& path, std::string_view bytes) {

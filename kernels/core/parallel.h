@@ -20,7 +20,7 @@ int NumThreads();
 // What SetNumThreads checks.
 inline void CheckNumThreads(int num_threads) {
   if (num_threads < 0)
-    throw Error("num_threads is " + std::to_string(num_threads) + "; choose 0 for all cores, or more");
+    throw Error(kBadArgument, "num_threads is " + std::to_string(num_threads) + "; choose 0 for all cores, or more");
 }
 
 // Calls body(begin, end) for consecutive chunks of `grain` indices that cover [0, count), on all threads, in any

@@ -29,7 +29,7 @@ void CheckMpi(int code, const char* what) {
   std::array<char, MPI_MAX_ERROR_STRING> words{};
   int length = 0;
   MPI_Error_string(code, words.data(), &length);
-  Fail("MPI failed in {}: {}", what, std::string(words.data(), static_cast<std::size_t>(length)));
+  Fail(kUnavailable, "MPI failed in {}: {}", what, std::string(words.data(), static_cast<std::size_t>(length)));
 }
 
 // MPI counts in int: in units of four bytes, where all sizes are such.
@@ -56,7 +56,8 @@ struct Pieces {
   }
   static int Count(std::size_t count) {
     if (count > INT_MAX)
-      Fail("a message of {} values between processes; MPI takes {}: the problem is too large", count, INT_MAX);
+      Fail(kUnsupported, "a message of {} values between processes; MPI takes {}: the problem is too large", count,
+           INT_MAX);
     return static_cast<int>(count);
   }
   std::vector<int> counts, offsets;
@@ -67,7 +68,8 @@ class MpiRanks final : public Ranks {
   explicit MpiRanks(const MpiOptions& options) : options_(options) {
     int provided = 0;
     CheckMpi(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided), "MPI_Init_thread");
-    if (provided < MPI_THREAD_FUNNELED) Fail("this MPI allows no threads beside the one that calls it; use another");
+    if (provided < MPI_THREAD_FUNNELED)
+      Fail(kUnavailable, "this MPI allows no threads beside the one that calls it; use another");
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
     // News of abandonment on a communicator of their own, so that they never meet other messages.
     CheckMpi(MPI_Comm_dup(MPI_COMM_WORLD, &news_), "MPI_Comm_dup");
@@ -192,7 +194,8 @@ void CheckSameInstructions(Ranks& ranks) {
   const std::vector<std::string> names = GatherWords(ranks, IsaName(ActiveIsa()));
   for (std::size_t r = 1; r < names.size(); ++r) {
     if (names[r] != names[0]) {
-      Fail("process 0 runs {} and process {} {}: their results would differ; set VESTA_SIMD to what all have", names[0],
+      Fail(kUnavailable,
+           "process 0 runs {} and process {} {}: their results would differ; set VESTA_SIMD to what all have", names[0],
            r, names[r]);
     }
   }

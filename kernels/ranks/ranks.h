@@ -18,7 +18,7 @@ namespace vesta {
 // What calls throw where another rank gave up: its words, "process 2 of 4: no room".
 class OthersGaveUp : public Error {
  public:
-  using Error::Error;
+  explicit OthersGaveUp(const std::string& words) : Error(kUnavailable, words) {}
 };
 
 // What a rank has received from others.

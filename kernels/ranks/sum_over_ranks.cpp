@@ -34,7 +34,7 @@ std::vector<Support> GatherSupports(Ranks& ranks, Index terms, const std::vector
 
 void CheckTerms(Index terms, const Ranks& ranks) {
   if (ranks.size() > terms) {
-    Fail("{} processes for a problem of {} parts; start at most {}", ranks.size(), terms, terms);
+    Fail(kBadArgument, "{} processes for a problem of {} parts; start at most {}", ranks.size(), terms, terms);
   }
 }
 

@@ -26,7 +26,8 @@ class Reader {
     end_ = next_ + text_.size();
     // Such files are handed round compressed.
     for (const std::string_view packed : {"BZh", "\37\213", "PK\3\4", "\3757zXZ"}) {
-      if (text_.starts_with(packed)) Fail("{}: compressed; unpack it first (bunzip2, gunzip, unzip, unxz)", path_);
+      if (text_.starts_with(packed))
+        Fail(kUnsupported, "{}: compressed; unpack it first (bunzip2, gunzip, unzip, unxz)", path_);
     }
   }
 
@@ -34,7 +35,8 @@ class Reader {
   T Read(const char* what) {
     SkipSpace();
     if (next_ == end_) {
-      Fail("{}: line {}: the file ends where {} should stand; it is cut short, copy it again", path_, line_, what);
+      Fail(kBadFile, "{}: line {}: the file ends where {} should stand; it is cut short, copy it again", path_, line_,
+           what);
     }
     T value{};
     const auto [after, error] = std::from_chars(next_ + (*next_ == '+' ? 1 : 0), end_, value);
@@ -72,7 +74,7 @@ class Reader {
   }
   [[noreturn]] void Refuse(const char* what, const char* rule) const {
     std::string_view rest(next_, static_cast<std::size_t>(end_ - next_));
-    Fail("{}: line {}: '{}' where {} should stand; {}", path_, line_, Printable(NextWord(&rest)), what, rule);
+    Fail(kBadFile, "{}: line {}: '{}' where {} should stand; {}", path_, line_, Printable(NextWord(&rest)), what, rule);
   }
 
   std::string path_, text_;
@@ -83,7 +85,7 @@ class Reader {
 Index ReadCount(Reader& in, const char* what) {
   const auto count = in.Read<Index>(what);
   if (count < 0 || count > std::numeric_limits<std::int32_t>::max()) {
-    Fail("{}: line {}: {} is {}; it must be 0 to {}", in.path(), in.line(), what, count,
+    Fail(kBadFile, "{}: line {}: {} is {}; it must be 0 to {}", in.path(), in.line(), what, count,
          std::numeric_limits<std::int32_t>::max());
   }
   return count;
@@ -101,10 +103,10 @@ BundleData ReadBal(const std::string& path) {
   // Every number takes at least one digit and one space. No memory is allocated for a count before it has passed this
   // check.
   if (4 * observations + parameters > (in.bytes() + 1) / 2) {
-    Fail(
-        "{}: line {}: {} cameras, {} points and {} observations do not fit into {} bytes; the file is cut short or no "
-        "BAL file",
-        path, in.line(), data.num_cameras, data.num_points, observations, in.bytes());
+    Fail(kBadFile,
+         "{}: line {}: {} cameras, {} points and {} observations do not fit into {} bytes; the file is cut short or no "
+         "BAL file",
+         path, in.line(), data.num_cameras, data.num_points, observations, in.bytes());
   }
   data.observations.resize(static_cast<std::size_t>(observations));
   for (Observation& o : data.observations) {

@@ -11,11 +11,12 @@ namespace vesta::bundle {
 
 BundleParts::BundleParts(const BundleData& data, int num_parts, BundleProblemOptions options)
     : data_(data), options_(std::move(options)) {
-  if (num_parts < 1) Fail("a bundle adjustment in {} parts; choose at least 1", num_parts);
+  if (num_parts < 1) Fail(kBadArgument, "a bundle adjustment in {} parts; choose at least 1", num_parts);
   const auto points = static_cast<std::size_t>(data.num_points);
   first_.assign(points + 1, 0);
   for (const Observation& o : data.observations) {
-    if (o.point < 0 || o.point >= data.num_points) Fail("an observation of point {} of {}", o.point, data.num_points);
+    if (o.point < 0 || o.point >= data.num_points)
+      Fail(kBadArgument, "an observation of point {} of {}", o.point, data.num_points);
     ++first_[static_cast<std::size_t>(o.point) + 1];
   }
   for (std::size_t i = 0; i < points; ++i) first_[i + 1] += first_[i];

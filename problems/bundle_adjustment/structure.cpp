@@ -37,14 +37,15 @@ Structure::Structure(const BundleData& data) : num_cameras_(data.num_cameras), n
   const auto& observations = data.observations;
   const Index count = static_cast<Index>(observations.size());
   if (num_cameras_ < 0 || num_points_ < 0 || static_cast<Index>(data.x.size()) != num_parameters()) {
-    Fail("a bundle adjustment of {} cameras and {} points with {} parameters", num_cameras_, num_points_,
+    Fail(kBadArgument, "a bundle adjustment of {} cameras and {} points with {} parameters", num_cameras_, num_points_,
          data.x.size());
   }
-  if (count > std::numeric_limits<std::int32_t>::max()) Fail("{} observations are more than 2^31 - 1", count);
+  if (count > std::numeric_limits<std::int32_t>::max())
+    Fail(kUnsupported, "{} observations are more than 2^31 - 1", count);
   for (const Observation& o : observations) {
     if (o.camera < 0 || o.camera >= num_cameras_ || o.point < 0 || o.point >= num_points_) {
-      Fail("an observation of point {} by camera {}, of {} points and {} cameras", o.point, o.camera, num_points_,
-           num_cameras_);
+      Fail(kBadArgument, "an observation of point {} by camera {}, of {} points and {} cameras", o.point, o.camera,
+           num_points_, num_cameras_);
     }
   }
   // By camera, then stably by track: track order. Going through that by camera again: camera order, tracks ascending.

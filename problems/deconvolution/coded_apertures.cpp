@@ -43,7 +43,7 @@ std::array<double, kFrequencies> PowerSpectrum(const Code& code) {
 }  // namespace
 
 std::vector<Aperture> CodedApertures(int frames) {
-  if (frames < 1) Fail("{} frames; choose 1 or more", frames);
+  if (frames < 1) Fail(kBadArgument, "{} frames; choose 1 or more", frames);
   std::vector<Aperture> apertures;
   apertures.reserve(static_cast<std::size_t>(frames));
   for (int f = 0; f < frames; ++f) apertures.push_back({RandomCode(f, 0), RandomCode(f, 1)});

@@ -28,7 +28,7 @@ Aperture Squared(Aperture aperture) {
 
 CodedBlur::CodedBlur(Index side, std::vector<Aperture> apertures)
     : side_(side), apertures_(std::move(apertures)), correlate_rows_(CorrelateRowsFor(ActiveIsa())) {
-  if (side < 1) Fail("an image of {} x {} pixels; choose 1 or more", side, side);
+  if (side < 1) Fail(kBadArgument, "an image of {} x {} pixels; choose 1 or more", side, side);
   for (const Aperture& aperture : apertures_) {
     turned_.push_back(Turned(aperture));
     squared_.push_back(Squared(aperture));

@@ -92,8 +92,8 @@ class PhotonImage::AtX final : public Linearization<CpuBackend<double>>, public 
 PhotonImage::PhotonImage(Index side, std::vector<Aperture> apertures, HostBuffer<double> counts)
     : blur_(side, std::move(apertures)), counts_(std::move(counts)), plane_(blur_.frame_size()) {
   if (counts_.size() != blur_.num_frames() * blur_.frame_size()) {
-    Fail("{} counts for {} frames of {} x {} pixels", counts_.size(), blur_.num_frames(), blur_.frame_side(),
-         blur_.frame_side());
+    Fail(kBadArgument, "{} counts for {} frames of {} x {} pixels", counts_.size(), blur_.num_frames(),
+         blur_.frame_side(), blur_.frame_side());
   }
 }
 

@@ -33,7 +33,8 @@ class Reader {
       const std::string_view tag = NextWord(&line_);
       if (!tag.empty() && tag.front() != '#') ReadRecord(tag);
     }
-    if (!space_) Fail("{}: holds no vertices; give a g2o file with VERTEX_SE2 or VERTEX_SE3:QUAT lines", path_);
+    if (!space_)
+      Fail(kBadFile, "{}: holds no vertices; give a g2o file with VERTEX_SE2 or VERTEX_SE3:QUAT lines", path_);
     Resolve();
     semidefinite_.Note("are only semidefinite: they say nothing of some direction", graph_.notes);
     clipped_.Note("were indefinite, and are replaced by the nearest semidefinite ones", graph_.notes);
@@ -72,23 +73,24 @@ class Reader {
         SkipSpace();
       } while (!line_.empty());
     } else {
-      Fail("{}: unknown tag {}; known are VERTEX_SE2, EDGE_SE2, VERTEX_SE3:QUAT, EDGE_SE3:QUAT and FIX", Where(),
-           Printable(tag));
+      Fail(kBadFile, "{}: unknown tag {}; known are VERTEX_SE2, EDGE_SE2, VERTEX_SE3:QUAT, EDGE_SE3:QUAT and FIX",
+           Where(), Printable(tag));
     }
     SkipSpace();
-    if (!line_.empty()) Fail("{}: more words than {} takes", Where(), Printable(tag));
+    if (!line_.empty()) Fail(kBadFile, "{}: more words than {} takes", Where(), Printable(tag));
   }
   void ReadVertex(PoseSpace space) {
     SetSpace(space);
     const Index id = Whole("the vertex's id");
-    if (!positions_.try_emplace(id, graph_.num_poses()).second) Fail("{}: vertex {} comes twice", Where(), id);
+    if (!positions_.try_emplace(id, graph_.num_poses()).second)
+      Fail(kBadFile, "{}: vertex {} comes twice", Where(), id);
     graph_.ids.push_back(id);
     ReadPose(&graph_.poses);
   }
   void ReadEdge(PoseSpace space) {
     SetSpace(space);
     const Index from = Whole("the edge's first vertex"), to = Whole("the edge's second vertex");
-    if (from == to) Fail("{}: the edge goes from vertex {} to itself", Where(), from);
+    if (from == to) Fail(kBadFile, "{}: the edge goes from vertex {} to itself", Where(), from);
     ends_.push_back({from, number_});
     ends_.push_back({to, number_});
     ReadPose(&graph_.measurements);
@@ -102,10 +104,10 @@ class Reader {
     const Spectrum spectrum = SpectrumOf(information, size);
     if (spectrum.semidefinite) return semidefinite_.Add(number_);
     if (!options_.clip_indefinite) {
-      Fail(
-          "{}: the information matrix is indefinite: eigenvalues from {:.3g} to {:.3g}; mend it, or read with "
-          "clip_indefinite",
-          Where(), spectrum.least, spectrum.largest);
+      Fail(kBadFile,
+           "{}: the information matrix is indefinite: eigenvalues from {:.3g} to {:.3g}; mend it, or read with "
+           "clip_indefinite",
+           Where(), spectrum.least, spectrum.largest);
     }
     clipped_.Add(number_);
     for (int row = 0; row < size; ++row) {
@@ -123,12 +125,12 @@ class Reader {
     for (int k = 0; k < size; ++k) pose[FileOrder(*space_)[k]] = Number("the pose");
     if (*space_ == PoseSpace::kSe2) return;
     const double norm = std::hypot(std::hypot(pose[3], pose[4]), std::hypot(pose[5], pose[6]));
-    if (!(norm > 1e-3 && norm < 1e3)) Fail("{}: the quaternion is not of unit length, nor near it", Where());
+    if (!(norm > 1e-3 && norm < 1e3)) Fail(kBadFile, "{}: the quaternion is not of unit length, nor near it", Where());
     for (int k = 3; k < size; ++k) pose[k] /= norm;
   }
   void SetSpace(PoseSpace space) {
     if (!space_) space_ = graph_.space = space;
-    if (*space_ != space) Fail("{}: poses of the plane and of space in one file; split it", Where());
+    if (*space_ != space) Fail(kUnsupported, "{}: poses of the plane and of space in one file; split it", Where());
   }
   // Replaces ids by positions.
   void Resolve() {
@@ -142,28 +144,29 @@ class Reader {
   Index PositionOf(const Reference& reference) const {
     const auto found = positions_.find(reference.id);
     if (found == positions_.end()) {
-      Fail("{}: line {}: there is no vertex {}; add its VERTEX line", path_, reference.line, reference.id);
+      Fail(kBadFile, "{}: line {}: there is no vertex {}; add its VERTEX line", path_, reference.line, reference.id);
     }
     return found->second;
   }
 
   std::string_view Word(const char* what) {
     const std::string_view word = NextWord(&line_);
-    if (word.empty()) Fail("{}: the line ends before the end of {}", Where(), what);
+    if (word.empty()) Fail(kBadFile, "{}: the line ends before the end of {}", Where(), what);
     return word;
   }
   double Number(const char* what) {
     const std::string_view word = Word(what);
     double value = 0;
     if (!ParseNumber(word, &value) || !std::isfinite(value)) {
-      Fail("{}: {} in {} is not a finite number", Where(), Printable(word), what);
+      Fail(kBadFile, "{}: {} in {} is not a finite number", Where(), Printable(word), what);
     }
     return value;
   }
   Index Whole(const char* what) {
     const std::string_view word = Word(what);
     Index value = 0;
-    if (!ParseNumber(word, &value)) Fail("{}: {} as {} is not a whole number", Where(), Printable(word), what);
+    if (!ParseNumber(word, &value))
+      Fail(kBadFile, "{}: {} as {} is not a whole number", Where(), Printable(word), what);
     return value;
   }
   void SkipSpace() { line_.remove_prefix(std::min(line_.find_first_not_of(" \t\r"), line_.size())); }

@@ -25,19 +25,19 @@ void CheckSizes(const PoseGraph& graph) {
   const auto information_size = static_cast<std::size_t>(InformationSize(graph.space));
   if (graph.poses.size() != poses * pose_size || graph.measurements.size() != edges * pose_size ||
       graph.information.size() != edges * information_size) {
-    Fail(
-        "pose graph: {} numbers for {} poses, {} for {} measurements, {} for their information; each pose takes {}, "
-        "each information matrix {}",
-        graph.poses.size(), poses, graph.measurements.size(), edges, graph.information.size(), pose_size,
-        information_size);
+    Fail(kBadArgument,
+         "pose graph: {} numbers for {} poses, {} for {} measurements, {} for their information; each pose takes {}, "
+         "each information matrix {}",
+         graph.poses.size(), poses, graph.measurements.size(), edges, graph.information.size(), pose_size,
+         information_size);
   }
   for (const Index pose : graph.fixed) {
-    if (pose < 0 || pose >= graph.num_poses()) Fail("pose graph: fixed pose {} of {}", pose, poses);
+    if (pose < 0 || pose >= graph.num_poses()) Fail(kBadArgument, "pose graph: fixed pose {} of {}", pose, poses);
   }
   for (std::size_t e = 0; e < edges; ++e) {
     const auto [from, to] = graph.edges[e];
     if (std::min(from, to) < 0 || std::max(from, to) >= graph.num_poses() || from == to) {
-      Fail("pose graph: edge {} joins poses {} and {} of {}", e, from, to, poses);
+      Fail(kBadArgument, "pose graph: edge {} joins poses {} and {} of {}", e, from, to, poses);
     }
   }
 }
@@ -55,7 +55,8 @@ EdgeTerms MakeTerms(const PoseGraph& graph, const PoseGraphModel& model) {
     if (!FactorInformation(information, d, root)) {
       const Spectrum spectrum = SpectrumOf(information, d);
       if (!spectrum.semidefinite) {
-        Fail("pose graph: the information matrix of edge {} is indefinite: eigenvalues from {:.3g} to {:.3g}", e,
+        Fail(kBadArgument,
+             "pose graph: the information matrix of edge {} is indefinite: eigenvalues from {:.3g} to {:.3g}", e,
              spectrum.least, spectrum.largest);
       }
     }
@@ -94,7 +95,8 @@ class PoseGraphProblem::Impl {
  public:
   Impl(const PoseGraph& graph, const PoseGraphModel& model)
       : start(graph.poses), layout(LayOut(graph, model)), max_factor_gib(model.max_factor_gib) {
-    if (!(max_factor_gib > 0)) Fail("pose graph: max_factor_gib is {}; it must be positive", max_factor_gib);
+    if (!(max_factor_gib > 0))
+      Fail(kBadArgument, "pose graph: max_factor_gib is {}; it must be positive", max_factor_gib);
   }
 
   // Null where the factor would be too large. Planned once.
@@ -155,7 +157,9 @@ std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakePrecon
 
 std::unique_ptr<Preconditioner<CpuBackend<double>>> PoseGraphProblem::MakeSparseCholesky() {
   auto made = MakePreconditioner();
-  if (!made) Fail("pose graph: its factor would take more than max_factor_gib = {}; raise that", impl_->max_factor_gib);
+  if (!made)
+    Fail(kOutOfMemory, "pose graph: its factor would take more than max_factor_gib = {}; raise that",
+         impl_->max_factor_gib);
   return made;
 }
 

@@ -27,7 +27,8 @@ DistributedLinearization<B>::DistributedLinearization(DistributedProblem<B>& pro
 
 template <Backend B>
 auto DistributedLinearization<B>::residuals() const -> ConstVectorView {
-  Fail("no process has all residuals of a distributed problem: choose PCG, and check derivatives part by part");
+  Fail(kUnsupported,
+       "no process has all residuals of a distributed problem: choose PCG, and check derivatives part by part");
 }
 
 template <Backend B>

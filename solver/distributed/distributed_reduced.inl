@@ -16,12 +16,14 @@ DistributedReducedSystem<B>::DistributedReducedSystem(DistributedLinearization<B
   const TreeNode terms = problem_.own_terms();
   for (Index term = terms.begin; term < terms.end; ++term) {
     auto system = linearization.of(term).MakeReducedSystem();
-    if (!system) Fail("part {} has no group to eliminate; ProblemParts::eliminates says that all have", term);
+    if (!system)
+      Fail(kUnsupported, "part {} has no group to eliminate; ProblemParts::eliminates says that all have", term);
     if (term == terms.begin) kept_ = system->size();
     const Support& support = problem_.part(term).tangent.support();
     const bool keeps_first =
         system->size() == kept_ && support.CountBefore(kept_) == kept_ && problem_.part(term).tangent.is_compact();
-    if (!keeps_first) Fail("part {} keeps {} parameters that are not the first of the problem", term, system->size());
+    if (!keeps_first)
+      Fail(kBadArgument, "part {} keeps {} parameters that are not the first of the problem", term, system->size());
     systems_.push_back(std::move(system));
   }
   kept_sum_ = std::make_unique<SumOverRanks<S>>(problem_.ranks(), problem_.parts().num_parts(), kept_,

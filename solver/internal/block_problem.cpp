@@ -63,7 +63,8 @@ void BlockProblem::SetConstant(int block, bool constant) {
 void BlockProblem::SetBounds(int block, int entry, double lower, double upper) {
   VESTA_CHECK(entry >= 0 && entry < Parameter(block).ambient_size, "entry {} of block {}", entry, block);
   if (!(lower < upper)) {
-    Fail("block {}, entry {}: the lower bound {} is not below the upper bound {}", block, entry, lower, upper);
+    Fail(kBadArgument, "block {}, entry {}: the lower bound {} is not below the upper bound {}", block, entry, lower,
+         upper);
   }
   lower_.resize(static_cast<std::size_t>(num_parameters_), -std::numeric_limits<double>::infinity());
   upper_.resize(static_cast<std::size_t>(num_parameters_), std::numeric_limits<double>::infinity());
@@ -246,7 +247,8 @@ const StepCounts* BlockProblem::CountSteps(bool eliminating) {
 std::unique_ptr<Preconditioner<BlockProblem::B>> BlockProblem::MakeSparseCholesky() {
   if (!cholesky_) cholesky_ = PlanCholesky(std::numeric_limits<double>::infinity());
   if (!cholesky_) {
-    Fail("preconditioner = {}: the factor would take more than max_factor_gib = {}; raise that or choose kBlockJacobi",
+    Fail(kOutOfMemory,
+         "preconditioner = {}: the factor would take more than max_factor_gib = {}; raise that or choose kBlockJacobi",
          ToString(PreconditionerKind::kSparseCholesky), options_.max_factor_gib);
   }
   return std::make_unique<SparseCholeskyPreconditioner>(cholesky_);
@@ -259,7 +261,7 @@ BlockNormalMatrix& BlockProblem::NormalMatrix() const {
 
 std::shared_ptr<SparseCholesky> BlockProblem::PlanCholesky(double max_multiplications) const {
   const double max_bytes = options_.max_factor_gib * 0x1p30;
-  if (!(max_bytes > 0)) Fail("max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
+  if (!(max_bytes > 0)) Fail(kBadArgument, "max_factor_gib is {}; choose more than 0", options_.max_factor_gib);
   if (BlockNormalMatrix::Bytes(Structure()) > max_bytes) return nullptr;
   return SparseCholesky::Plan(NormalMatrix().pattern(), max_bytes, max_multiplications);
 }

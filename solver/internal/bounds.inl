@@ -21,7 +21,7 @@ BoundedProblem<B>::BoundedProblem(Problem<B>& inner, std::vector<double> lower, 
               upper_.size(), n);
   for (std::size_t k = 0; k < n; ++k) {
     if (!(lower_[k] < upper_[k])) {
-      Fail("parameter {}: the lower bound {} is not below the upper bound {}", k, lower_[k], upper_[k]);
+      Fail(kBadArgument, "parameter {}: the lower bound {} is not below the upper bound {}", k, lower_[k], upper_[k]);
     }
   }
 }

@@ -35,7 +35,7 @@ class ProblemChecker {
 
   ProblemChecker(B& backend, ProblemAdaptor<B> problem, ConstVectorView x, const CheckProblemOptions& options)
       : backend_(backend), problem_(problem), x_(x), options_(options), n_(problem.num_tangent()) {
-    if (options_.max_columns < 1) Fail("max_columns is {}; choose 1 or more", options_.max_columns);
+    if (options_.max_columns < 1) Fail(kBadArgument, "max_columns is {}; choose 1 or more", options_.max_columns);
     stride_ = std::max<Index>(1, (n_ + options_.max_columns - 1) / options_.max_columns);
     if (options_.rounding == 0) options_.rounding = kDouble ? 1e-8 : 1e-3;
     if (options_.derivatives == 0) options_.derivatives = kDouble ? 1e-5 : 1e-2;

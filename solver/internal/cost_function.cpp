@@ -13,7 +13,8 @@ NumericDifferences::NumericDifferences(int num_residuals, std::vector<int> block
                                        const DifferenceOptions& options)
     : CostFunction(num_residuals, std::move(block_sizes)), options_(options) {
   if (!(options.relative_step > 0 && options.least_step > 0)) {
-    Fail("steps of differences are {} and {}; choose them above 0", options.relative_step, options.least_step);
+    Fail(kBadArgument, "steps of differences are {} and {}; choose them above 0", options.relative_step,
+         options.least_step);
   }
 }
 
@@ -54,7 +55,7 @@ namespace {
 
 int Rows(std::size_t entries, std::size_t columns) {
   if (columns == 0 || entries == 0 || entries % columns != 0) {
-    Fail("a prior's A of {} entries for a mean of {}; give it rows of that size", entries, columns);
+    Fail(kBadArgument, "a prior's A of {} entries for a mean of {}; give it rows of that size", entries, columns);
   }
   return static_cast<int>(entries / columns);
 }

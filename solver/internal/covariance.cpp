@@ -27,11 +27,11 @@ Covariance EstimateCovariance(Problem<CpuBackend<double>>& of, CpuBackend<double
   for (int b = 0; b < problem.num_batches(); ++b) {
     batches.push_back(problem.CheckedLinearize(x, b));
     pointers.push_back(batches.back().get());
-    if (batches.back()->weighted()) Fail("a covariance needs a problem without weights W");
+    if (batches.back()->weighted()) Fail(kUnsupported, "a covariance needs a problem without weights W");
     rows += batches.back()->num_residuals();
   }
   if (rows * problem.num_tangent() > kMaxEntries) {
-    Fail("a covariance needs the dense Jacobian, here {} x {}: too large", rows, problem.num_tangent());
+    Fail(kUnsupported, "a covariance needs the dense Jacobian, here {} x {}: too large", rows, problem.num_tangent());
   }
   const DenseJacobian dense = MakeDenseJacobian<CpuBackend<double>>(backend, pointers);
   Covariance covariance{.size = dense.cols};

@@ -65,7 +65,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
     : LmStepper(options, backend, problem) {
   x_ = std::move(x);
   if (x_.size() != problem_.num_parameters()) {
-    Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x_.size(),
+    Fail(kBadArgument, "x has {} entries, the problem {} parameters; give x one entry a parameter", x_.size(),
          problem_.num_parameters());
   }
   x_norm_ = std::sqrt(backend_.Dot(x_, x_));

@@ -12,7 +12,7 @@ namespace vesta {
 namespace {
 
 double PositiveScale(double a) {
-  if (!(a > 0 && std::isfinite(a))) Fail("the scale of a loss is {}; choose it above 0", a);
+  if (!(a > 0 && std::isfinite(a))) Fail(kBadArgument, "the scale of a loss is {}; choose it above 0", a);
   return a;
 }
 
@@ -59,7 +59,7 @@ Loss::Value TukeyLoss::Evaluate(double s) const {
 }
 
 TolerantLoss::TolerantLoss(double a, double b) : a_(a), b_(PositiveScale(b)), at_zero_(Softplus(-a / b)) {
-  if (!(a >= 0 && std::isfinite(a))) Fail("the tolerance of a loss is {}; choose 0 or more", a);
+  if (!(a >= 0 && std::isfinite(a))) Fail(kBadArgument, "the tolerance of a loss is {}; choose 0 or more", a);
 }
 Loss::Value TolerantLoss::Evaluate(double s) const {
   // The logistic function of t, and one less it, each without cancellation.
@@ -77,7 +77,8 @@ Loss::Value ComposedLoss::Evaluate(double s) const {
 }
 
 ScaledLoss::ScaledLoss(std::shared_ptr<const Loss> loss, double weight) : loss_(std::move(loss)), weight_(weight) {
-  if (!(weight >= 0 && std::isfinite(weight))) Fail("the weight of a loss is {}; choose 0 or more", weight);
+  if (!(weight >= 0 && std::isfinite(weight)))
+    Fail(kBadArgument, "the weight of a loss is {}; choose 0 or more", weight);
 }
 Loss::Value ScaledLoss::Evaluate(double s) const {
   const Value value = loss_ ? loss_->Evaluate(s) : Value{s, 1, 0};

@@ -58,7 +58,7 @@ void QuaternionManifold::PlusJacobian(const double* x, double* jacobian) const {
 }
 
 UnitVectorManifold::UnitVectorManifold(int size) : size_(size) {
-  if (size < 2) Fail("a unit vector of {} numbers; it needs 2 or more", size);
+  if (size < 2) Fail(kBadArgument, "a unit vector of {} numbers; it needs 2 or more", size);
 }
 
 void UnitVectorManifold::Plus(const double* x, const double* delta, double* out) const {
@@ -87,13 +87,13 @@ void UnitVectorManifold::PlusJacobian(const double* x, double* jacobian) const {
 
 SubsetManifold::SubsetManifold(int size, const std::vector<int>& constant) : size_(size) {
   for (const int k : constant) {
-    if (k < 0 || k >= size) Fail("constant entry {} of a block of {}", k, size);
+    if (k < 0 || k >= size) Fail(kBadArgument, "constant entry {} of a block of {}", k, size);
   }
   for (int k = 0; k < size; ++k) {
     if (std::find(constant.begin(), constant.end(), k) == constant.end()) free_.push_back(k);
   }
-  if (size - tangent_size() != static_cast<int>(constant.size())) Fail("a constant entry is named twice");
-  if (free_.empty()) Fail("all {} entries are constant; make the block constant instead", size);
+  if (size - tangent_size() != static_cast<int>(constant.size())) Fail(kBadArgument, "a constant entry is named twice");
+  if (free_.empty()) Fail(kBadArgument, "all {} entries are constant; make the block constant instead", size);
 }
 
 void SubsetManifold::Plus(const double* x, const double* delta, double* out) const {
@@ -137,7 +137,7 @@ void ProductManifold::PlusJacobian(const double* x, double* jacobian) const {
 }
 
 EuclideanManifold::EuclideanManifold(int size) : size_(size) {
-  if (size < 1) Fail("a Euclidean space of {} dimensions", size);
+  if (size < 1) Fail(kBadArgument, "a Euclidean space of {} dimensions", size);
 }
 
 void EuclideanManifold::Plus(const double* x, const double* delta, double* out) const {

@@ -10,25 +10,27 @@ namespace vesta {
 template <Backend B>
 void Problem<B>::CheckSize(ConstVectorView x) const {
   if (x.size() != num_parameters()) {
-    Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(), num_parameters());
+    Fail(kBadArgument, "x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(),
+         num_parameters());
   }
 }
 
 template <Backend B>
 void InUnits<B>::CheckUnits(std::span<const Index> units) const {
   for (const Index unit : units) {
-    if (unit < 0 || unit >= num_units()) Fail("unit {} of {}; they count from 0", unit, num_units());
+    if (unit < 0 || unit >= num_units()) Fail(kBadArgument, "unit {} of {}; they count from 0", unit, num_units());
   }
 }
 
 template <Backend B>
 void InBatches<B>::CheckBatch(int batch) const {
-  if (batch < 0 || batch >= num_batches()) Fail("batch {} of {}; they count from 0", batch, num_batches());
+  if (batch < 0 || batch >= num_batches())
+    Fail(kBadArgument, "batch {} of {}; they count from 0", batch, num_batches());
 }
 
 template <Backend B>
 std::unique_ptr<Linearization<B>> InBatches<B>::LinearizeOnlyBatch(typename B::ConstVectorView x) {
-  if (num_batches() != 1) Fail("a problem in {} batches is linearized by LinearizeBatch", num_batches());
+  if (num_batches() != 1) Fail(kUnsupported, "a problem in {} batches is linearized by LinearizeBatch", num_batches());
   return LinearizeBatch(x, 0);
 }
 

@@ -70,7 +70,7 @@ void Layout::CheckDifferent(Index block) const {
   const Index* read = parameters(block);
   for (int c = 1; c < parameters_per_block_; ++c) {
     if (std::find(read, read + c, read[c]) != read + c) {
-      Fail("functor {} reads parameter {} twice; give it different parameters", block, read[c]);
+      Fail(kBadArgument, "functor {} reads parameter {} twice; give it different parameters", block, read[c]);
     }
   }
 }

@@ -24,7 +24,8 @@ inline int NumSplatParts(Index views) {
 // Throws Error where views are in several batches, or in some that change from turn to turn.
 inline void CheckOneBatch(const ViewBatchOptions& batches) {
   if (batches.count > 1 || batches.size > 0) {
-    Fail("LM over several processes takes all views as one batch; leave lm.batches=1 and lm.batch_size=0");
+    Fail(kUnsupported,
+         "LM over several processes takes all views as one batch; leave lm.batches=1 and lm.batch_size=0");
   }
 }
 

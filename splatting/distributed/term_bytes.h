@@ -54,7 +54,7 @@ inline Header ReadHeader(HostSpan<const unsigned char> bytes) {
   const bool has_header = bytes.size() >= kHeaderBytes;
   if (has_header) std::memcpy(&header, bytes.data(), sizeof(header));
   if (!has_header || header.blocks < 0 || header.rows < 0 || SizeOf(header) != bytes.size()) {
-    Fail("{} bytes are not the gradient of a view: they were cut short on their way", bytes.size());
+    Fail(kUnavailable, "{} bytes are not the gradient of a view: they were cut short on their way", bytes.size());
   }
   return header;
 }

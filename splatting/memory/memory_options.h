@@ -12,8 +12,6 @@ namespace vesta::gs {
 
 struct MemoryOptions {
   double budget_gib = 0;  // of the process; 0: none
-  // Measured, not chosen: what the process holds without the model, program and images. So it is no field.
-  double before_mib = 0;
 };
 
 const schema::Table<MemoryOptions>& MemoryFields();
@@ -27,7 +25,7 @@ struct StageOptions {
   LmStageOptions lm;
 };
 
-// Whether LM solves for cameras and exposures along with the splats (train/lm_stage/joint_lm_stage.h): after an Adam
+// Whether LM solves for cameras and exposures along with the splats (train/lm_stage/joint_lm.h): after an Adam
 // stage, which finds them, it does not.
 inline bool FindsCamerasByLm(const StageOptions& options) {
   return options.lm.iterations > 0 && options.cameras.refines() && !options.adam.runs();

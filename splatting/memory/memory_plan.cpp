@@ -33,9 +33,9 @@ double FrugalLmBytes(const MemoryScene& scene, LmStageOptions lm, const StageMem
 
 }  // namespace
 
-StageMemory HostMemory(const MemoryOptions& memory) {
+StageMemory HostMemory(const MemoryOptions& memory, double held_mib) {
   StageMemory result;
-  const double before = memory.before_mib * kMib;
+  const double before = held_mib * kMib;
   if (memory.budget_gib > 0) result.bytes = memory.budget_gib * kGib - before;
   result.comfortable_bytes = 0.75 * AvailableMemoryMib() * kMib / NumRanksOnThisMachine();
   result.refusal = [memory, before](const char* what, double needed) {
@@ -69,12 +69,12 @@ StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes) {
   return result;
 }
 
-LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
-  const LmStageOptions& lm = options.lm;
-  LmPlan plan{lm};
+LmPlan PlanLm(const MemoryScene& scene, const LmStageOptions& lm, const StageMemory& memory) {
+  LmPlan plan;
+  LmStageOptions tried = lm;
   const auto takes = [&](JacobianKind jacobian, bool hold_batches, double room) {
-    plan.lm.jacobian = jacobian, plan.hold_batches = hold_batches;
-    plan.bytes = memory.lm_bytes(scene, plan.lm, hold_batches);
+    plan.jacobian = tried.jacobian = jacobian, plan.hold_batches = hold_batches;
+    plan.bytes = memory.lm_bytes(scene, tried, hold_batches);
     return plan.bytes <= room;
   };
   const double fits = std::min(memory.bytes, memory.comfortable_bytes);
@@ -82,18 +82,18 @@ LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const Stage
   if (takes(holds ? JacobianKind::kRecompute : lm.jacobian, true, fits) || lm.iterations == 0) return plan;
   if (takes(JacobianKind::kRecompute, true, fits) || takes(JacobianKind::kRebuild, true, memory.bytes)) return plan;
   if (MayHoldOneBatch(lm) && takes(JacobianKind::kRebuild, false, memory.bytes)) return plan;
-  throw Error(memory.refusal("LM with one view at a time", plan.bytes));
+  throw Error(kOutOfMemory, memory.refusal("LM with one view at a time", plan.bytes));
 }
 
 LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
-  LmPlan plan{options.lm};
+  LmPlan plan;
   const auto takes = [&](bool eliminate_views, double room) {
     plan.eliminate_views = eliminate_views;
     plan.bytes = memory.joint_lm_bytes(scene, options, eliminate_views);
     return plan.bytes <= room;
   };
   if (takes(true, std::min(memory.bytes, memory.comfortable_bytes)) || takes(false, memory.bytes)) return plan;
-  throw Error(memory.refusal("LM with cameras", plan.bytes));
+  throw Error(kOutOfMemory, memory.refusal("LM with cameras", plan.bytes));
 }
 
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory) {
@@ -106,7 +106,7 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
     return std::max(adam, options.lm.iterations > 0 ? FrugalLmBytes(scaled, options.lm, memory) : 0.0);
   };
   if (bytes_of(scene.layout.count) > memory.bytes) {
-    throw Error(memory.refusal("this scene", bytes_of(scene.layout.count)));
+    throw Error(kOutOfMemory, memory.refusal("this scene", bytes_of(scene.layout.count)));
   }
   Index fits = scene.layout.count, too_many = most + 1;
   while (too_many - fits > 1) {
@@ -118,15 +118,14 @@ Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const
 
 double PredictedMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes) {
   const double adam = options.adam.runs() ? AdamBytes(scene, options) : 0;
-  return options.memory.before_mib + StageMib(adam, lm_bytes, ModelBytes(scene));
+  return StageMib(adam, lm_bytes, ModelBytes(scene));
 }
 
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options) {
   // Parameters, moments and bases of before Gaussians become more, in case the GPU has no room for the new ones.
   const bool grows = options.adam.runs() && options.density.enabled;
   const double copies = grows ? 3 * VectorBytes(scene) + BasesBytes(scene, options.adam) : 0;
-  return options.memory.before_mib +
-         (std::max(ModelBytes(scene), JudgingBytes(scene, options.parsimony)) + copies) / kMib;
+  return (std::max(ModelBytes(scene), JudgingBytes(scene, options.parsimony)) + copies) / kMib;
 }
 
 double PredictedDeviceMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes, double kept_bytes) {

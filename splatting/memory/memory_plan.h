@@ -25,24 +25,24 @@ struct StageMemory {
   // One line for the user: that `what` needs so many bytes, and what to do.
   std::function<std::string(const char* what, double needed)> refusal;
 };
-// memory.budget_gib, less what the process holds already; comfortable is three quarters of what the machine has free
-// now, a share of them where several processes of one training run on it.
-StageMemory HostMemory(const MemoryOptions& memory);
+// memory.budget_gib less held_mib, which the process holds beside the stages. comfortable_bytes is three quarters of
+// what the machine has free now, a share of them where several processes of one training run on it.
+StageMemory HostMemory(const MemoryOptions& memory, double held_mib);
 // Of a GPU with so many bytes free: most of them, and no more than memory.budget_gib.
 StageMemory DeviceMemory(const MemoryOptions& memory, double free_bytes);
 
 // How LM runs within the memory.
 struct LmPlan {
-  LmStageOptions lm;  // with jacobian as chosen
+  JacobianKind jacobian = JacobianKind::kRecompute;
   bool hold_batches = true;
   bool eliminate_views = true;  // where it finds cameras too
   double bytes = 0;             // lm_bytes of that
 };
 
-// options.lm as it is where that fits, comfortably; else with the Jacobian recomputed; else with views rebuilt, which
+// lm as it is where that fits, comfortably; else with the Jacobian recomputed; else with views rebuilt, which
 // takes longer and changes no number; else of merged batches with one held at a time. Throws Error, one line that says
 // how much would do, where one view at a time does not fit.
-LmPlan PlanLm(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
+LmPlan PlanLm(const MemoryScene& scene, const LmStageOptions& lm, const StageMemory& memory);
 
 // The same where LM finds cameras too: with views eliminated where that fits, comfortably, else solved for along.
 // Throws Error where that does not fit.
@@ -52,9 +52,9 @@ LmPlan PlanJointLm(const MemoryScene& scene, const StageOptions& options, const 
 // Error where not even those that `scene` has do.
 Index PlanGaussians(const MemoryScene& scene, const StageOptions& options, const StageMemory& memory);
 
-// Most that the process holds in a run with these options: what it held before, and the larger of the stages. lm_bytes:
-// of LmPlan, 0 without LM. Stages that compute on a GPU leave to the host the model, a copy of what was before the
-// last growth where the GPU does not keep it, and evaluation where the GPU has no room for it.
+// Most that the process holds in a run with these options beside what it held before: the larger of the stages.
+// lm_bytes: of LmPlan, 0 without LM. Stages that compute on a GPU leave to the host the model, a copy of what was
+// before the last growth where the GPU does not keep it, and evaluation where the GPU has no room for it.
 double PredictedMib(const MemoryScene& scene, const StageOptions& options, double lm_bytes);
 double PredictedMibBesideDevice(const MemoryScene& scene, const StageOptions& options);
 // Most that the GPU holds. kept_bytes: of the copy of what was before the last growth, where that is kept there.

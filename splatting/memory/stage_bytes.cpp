@@ -191,7 +191,7 @@ double LmBytesIn(const MemoryScene& scene, const LmStageOptions& lm, bool hold_b
 template <class B>
 double JointLmBytesIn(const MemoryScene& scene, const StageOptions& options, bool eliminate_views) {
   LmStageOptions lm = options.lm;
-  lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0;
+  lm.jacobian = JacobianKind::kRecompute, lm.batches = 1, lm.batch_size = 0, lm.line_search = false;
   const FreeUnknowns free = FreeBy(options.cameras.refine);
   // Columns of the pose, and of gains and offsets, of which each is of a channel. Where they are made, as they are
   // rendered and as columns, then as columns and W J, the workspace of Gram matrices is free.

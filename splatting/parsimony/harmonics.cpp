@@ -19,11 +19,10 @@ constexpr Index kGrain = 256;
 int DegreeOf(const splat::Model<float>& model, Index i) { return std::min(model.DegreeOf(i), model.active_sh_degree); }
 
 // The basis functions in the direction in which a camera sees a Gaussian.
-std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i,
-                                    const splat::CameraConstants<float>& camera) {
+std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, const splat::PosedCamera& camera) {
   float mean[3], dir[3];
   for (int k = 0; k < 3; ++k) mean[k] = model.x[model.Offset(splat::kMean + k) + i];
-  splat::ViewDirection(camera, mean, dir);
+  splat::ViewDirection(camera.centre, mean, dir);
   std::array<float, kBases> basis{};
   ShBasis<3>(dir[0], dir[1], dir[2], basis.data());
   return basis;
@@ -49,7 +48,7 @@ std::vector<Curvature> Curvatures(const splat::Model<float>& model, const Judgin
         });
       },
       [&](const View& view) {
-        return [&, camera = splat::ConstantsOf<float>(ToPosedCamera(view, judges.near))](Index i, float bend) {
+        return [&, camera = ToPosedCamera(view, judges.near)](Index i, float bend) {
           const std::array<float, kBases> basis = BasisSeen(model, i, camera);
           Curvature& sum = sums[static_cast<std::size_t>(i)];
           const int bases = ShCoefficients(DegreeOf(model, i));
@@ -97,7 +96,7 @@ HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingVi
   JudgedLoss judged;
   using Rises = splat::RecolorRises<double>;
   const auto ask = [&](const View& view, Rises* rows) {
-    const auto camera = splat::ConstantsOf<float>(rendered.view().camera());
+    const splat::PosedCamera& camera = rendered.view().camera();
     const auto recolor = [&](Index i) {
       const std::array<float, kBases> basis = BasisSeen(model, i, camera);
       splat::Recolors<float> to;

@@ -123,7 +123,7 @@ std::vector<Index> WorthTheirPrice(const splat::Model<float>& model, const Judgi
 }
 
 PruneResult Prune(SplatModel model, const JudgingViews& judges, const PruneOptions& options) {
-  if (judges.views.empty()) Fail("the scene has no training view to judge Gaussians by");
+  if (judges.views.empty()) Fail(kBadArgument, "the scene has no training view to judge Gaussians by");
   VESTA_CHECK(options.goal.count.has_value() != options.goal.max_rise.has_value(), "one goal is to be given");
   PruneResult result;
   result.model = std::move(model);

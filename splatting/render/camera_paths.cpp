@@ -71,6 +71,7 @@ std::vector<View> SpiralOf(const Scene& scene, const Camera& camera, int frames)
   const Point3 mean = MeanDirection(scene.views), up = UpOf(scene.views);
   if (Eigen::Vector3d(mean.data()).norm() < kLeastAgreement) {
     Fail(
+        kBadArgument,
         "the cameras face different ways, and a spiral is for those that face one; take the path orbit or photographs");
   }
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();

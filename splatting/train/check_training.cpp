@@ -13,7 +13,7 @@
 #include "kernels/ranks/sum_over_ranks.h"
 #include "splatting/distributed/splat_parts.h"
 #include "splatting/train/session/checkpoint.h"
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 
 namespace vesta::gs {
 namespace {
@@ -27,7 +27,7 @@ void CheckPixels(const std::vector<View>& views) {
   });
   const auto bad = std::ranges::find(is_bad, 1);
   if (bad == is_bad.end()) return;
-  Fail("view {}: a colour of its image is not a finite number; mend it or leave the view out",
+  Fail(kBadArgument, "view {}: a colour of its image is not a finite number; mend it or leave the view out",
        views[static_cast<std::size_t>(bad - is_bad.begin())].name);
 }
 
@@ -39,12 +39,12 @@ void CheckViews(const Scene& scene) {
     const bool is_of_camera = image.width == camera.width && image.height == camera.height;
     const bool is_there = is_of_camera && !image.empty() && image.rgb.size() == 3 * image.num_pixels();
     if (!view.stored && !is_there) {
-      Fail("view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it", view.name,
-           camera.width, camera.height);
+      Fail(kBadArgument, "view {}: training needs its image, of its camera's {} x {} pixels: LoadScene reads it",
+           view.name, camera.width, camera.height);
     }
     has_training = has_training || view.is_trained();
   }
-  if (!has_training) Fail("the scene has no training view: every 8th is held out for testing");
+  if (!has_training) Fail(kBadArgument, "the scene has no training view: every 8th is held out for testing");
   CheckPixels(scene.views);
 }
 
@@ -61,10 +61,10 @@ double StoredBytes(const Scene& scene) {
 void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_device) {
   if (!scene.photographs) return;
   const auto refuse = [](const std::string& what) {
-    Fail(
-        "{} needs all photographs in memory, which has no room for them; allow more by --photographs_mib, or use "
-        "--downscale",
-        what);
+    Fail(kOutOfMemory,
+         "{} needs all photographs in memory, which has no room for them; allow more by --photographs_mib, or use "
+         "--downscale",
+         what);
   };
   const bool have_room = StoredBytes(scene) <= scene.photographs->budget_bytes();
   if (options.lm.iterations > 0 && !is_on_device && !have_room) {
@@ -81,7 +81,8 @@ void CheckStored(const Scene& scene, const TrainOptions& options, bool is_on_dev
 void CheckLowPass(const Scene& scene, const TrainOptions& options) {
   for (const View& view : scene.views) {
     if (view.camera.low_pass == options.low_pass) continue;
-    Fail("train.low_pass={}: the camera of view {} has {}; load the scene with LoadSceneOptions::low_pass",
+    Fail(kBadArgument,
+         "train.low_pass={}: the camera of view {} has {}; load the scene with LoadSceneOptions::low_pass",
          options.low_pass, view.name, view.camera.low_pass);
   }
 }
@@ -89,7 +90,8 @@ void CheckLowPass(const Scene& scene, const TrainOptions& options) {
 void CheckTarget(const Scene& scene, const TrainOptions& options) {
   const auto is_held_out = [](const View& view) { return view.role == ViewRole::kHeldOut; };
   if (options.target_psnr <= 0 || std::ranges::any_of(scene.views, is_held_out)) return;
-  Fail("train.target_psnr={}: the scene has no views held out to judge by; load it with LoadSceneOptions::hold_out",
+  Fail(kBadArgument,
+       "train.target_psnr={}: the scene has no views held out to judge by; load it with LoadSceneOptions::hold_out",
        options.target_psnr);
 }
 
@@ -99,17 +101,18 @@ void CheckCameras(const Scene& scene, const TrainOptions& options, const Process
   if (!options.cameras.refines()) return;
   const char* const name = schema::NameOf(refined, kCameraChoices);
   if (!processes.is_alone()) {
-    Fail("--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name,
+    Fail(kUnsupported, "--refine_cameras={}: one process finds cameras, not {}; start one, or choose none", name,
          processes.ranks()->size());
   }
   if (FindsCamerasByLm(options) && (refined == CameraChoice::kAuto || refined == CameraChoice::kAll)) {
-    Fail("--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or find them in an Adam stage", name,
-         refined == CameraChoice::kAuto ? "decides nothing" : "finds no lenses");
+    Fail(kUnsupported, "--refine_cameras={}: LM {}; choose pose, pose+exposure or none, or find them in an Adam stage",
+         name, refined == CameraChoice::kAuto ? "decides nothing" : "finds no lenses");
   }
   if (!FreeBy(refined).lens) return;
   const auto bent = std::ranges::find_if(scene.views, [](const View& view) { return view.bent.has_value(); });
   if (bent == scene.views.end()) return;
   Fail(
+      kUnsupported,
       "--refine_cameras={}: the lens of view {} distorts, and no such one is found; choose pose+exposure, or undistort "
       "the photographs before",
       name, bent->name);
@@ -124,20 +127,23 @@ void CheckProcesses(const Scene& scene, const TrainOptions& options, const Stage
     CheckTerms(NumSplatParts(NumTrainingViews(scene)), *processes.ranks());
   }
   if (options.memory.budget_gib > 0) {
-    Fail("--memory_budget={}: memory is planned for a training without mpirun; start it so, or leave the budget out",
+    Fail(kUnsupported,
+         "--memory_budget={}: memory is planned for a training without mpirun; start it so, or leave the budget out",
          options.memory.budget_gib);
   }
   if (processes.is_alone()) return;
-  if (stages.device_memory) Fail("--device=cuda: several processes train on CPUs alone; use --device=cpu");
+  if (stages.device_memory)
+    Fail(kUnsupported, "--device=cuda: several processes train on CPUs alone; use --device=cpu");
   if (scene.photographs) {
-    Fail(
-        "each of several processes needs all photographs in memory, which has no room for them; start fewer, allow "
-        "more "
-        "by --photographs_mib, or use --downscale");
+    Fail(kOutOfMemory,
+         "each of several processes needs all photographs in memory, which has no room for them; start fewer, allow "
+         "more "
+         "by --photographs_mib, or use --downscale");
   }
   const std::vector<std::uint64_t> scenes = processes.Gather(std::vector<std::uint64_t>{FingerprintOf(scene)});
   for (std::size_t r = 1; r < scenes.size(); ++r) {
-    if (scenes[r] != scenes[0]) Fail("process {} reads another scene than process 0; give all the same", r);
+    if (scenes[r] != scenes[0])
+      Fail(kBadArgument, "process {} reads another scene than process 0; give all the same", r);
   }
 }
 

@@ -31,7 +31,7 @@ SplatModel ModelOfCheckpoint(const Checkpoint& checkpoint, const TrainOptions& o
     const bool is_of_adam = checkpoint.run.stage == Stage::kAdam;
     model = is_of_adam ? ModelOfAdamStage(checkpoint.stage_state, options) : ModelOfLmStage(checkpoint.stage_state);
   } catch (const Error&) {
-    Fail("{}: holds no state of a training of which a splat could be shown", checkpoint.path);
+    Fail(kBadFile, "{}: holds no state of a training of which a splat could be shown", checkpoint.path);
   }
   TellRenderSettings(options, &model);
   return model;

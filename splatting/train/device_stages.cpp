@@ -5,7 +5,6 @@
 #include "problems/gaussian_splatting/lm/splat_problem.h"
 #include "problems/gaussian_splatting/model/device_splat_backend.h"
 #include "splatting/train/adam_stage/run_adam_stage.h"
-#include "splatting/train/lm_stage/joint_lm_stage.h"
 #include "splatting/train/lm_stage/lm_stage.h"
 
 namespace vesta::gs {
@@ -14,7 +13,7 @@ extern template void RunAdamStage<CudaBackend<float>>(TrainingSession& session, 
 
 StageRunners DeviceStages() {
   const DeviceInfo& device = QueryDevice();
-  if (!device.usable) Fail("--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
+  if (!device.usable) Fail(kUnavailable, "--device=cuda: no GPU to use ({}); choose --device=cpu", device.name);
   device::ResetPeak();
   const auto memory = [] {
     return DeviceMemoryUse{.free_bytes = static_cast<double>(device::FreeBytes()),
@@ -23,7 +22,6 @@ StageRunners DeviceStages() {
   return {.device = "cuda",
           .adam = RunAdamStage<CudaBackend<float>>,
           .lm = RunLmStage<CudaBackend<float>>,
-          .joint_lm = RunJointLmStage<CudaBackend<float>>,
           .device_memory = memory};
 }
 

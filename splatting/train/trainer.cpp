@@ -11,13 +11,10 @@
 #include "splatting/memory/stage_bytes.h"
 #include "splatting/train/adam_stage/run_adam_stage.h"
 #include "splatting/train/check_training.h"
-#include "splatting/train/limit_gaussians.h"
-#include "splatting/train/lm_stage/joint_lm_stage.h"
 #include "splatting/train/lm_stage/lm_stage.h"
-#include "splatting/train/lm_stage/run_lm.h"
-#include "splatting/train/memory_report.h"
+#include "splatting/train/memory_limits.h"
 #include "splatting/train/session/session.h"
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 #include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
@@ -55,13 +52,8 @@ void TakeFindings(TrainingSession& session, TrainResult* result) {
 struct TrainingStart {
   SplatModel model;
   bool is_given;  // by the caller, who is told the gain
-  double seconds_before;
+  BeforeTraining before;
 };
-
-// What the process holds before the stages, as memory is planned by; unfilled_mib: of photographs that will be kept.
-void CountWhatIsHeld(TrainingSession& session, double unfilled_mib) {
-  session.AdaptOptions().memory.before_mib += session.cameras().CopiedMib() + unfilled_mib;
-}
 
 // Where the training goes on in the stage of LM, its model.
 void GoOnFromLm(TrainingSession& session, SplatModel* model) {
@@ -84,14 +76,14 @@ std::string RunAdam(TrainingSession& session, const StageRunners& stages, const 
   stages.adam(session, *model);
   const bool ends = session.early_end().stopped() || session.early_end().has_reached_target();
   std::string left_out;
-  if (callbacks.before_lm && session.options().lm.iterations > 0 && !ends) {
+  if (callbacks.before_lm && session.plan().lm.iterations > 0 && !ends) {
     try {
       callbacks.before_lm(*model);
     } catch (const Error& error) {
       left_out = error.what();
     }
   }
-  if (session.processes().OnAny(!left_out.empty())) session.AdaptOptions().lm.iterations = 0;
+  if (session.processes().OnAny(!left_out.empty())) session.Decide().lm.iterations = 0;
   return left_out;
 }
 
@@ -99,8 +91,8 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
                       const TrainCallbacks& callbacks, const StageRunners& stages) {
   CheckTraining(scene, asked, stages, ProcessGroup(callbacks.ranks));
   const double unfilled_mib = UnfilledMib(scene);  // before anything is taken from it
-  TrainingSession session(scene, asked, start.seconds_before, callbacks);
-  CountWhatIsHeld(session, unfilled_mib);
+  TrainingSession session(scene, asked, start.before.seconds, callbacks);
+  session.Decide().held_mib = start.before.mib + session.cameras().CopiedMib() + unfilled_mib;
   if (!stages.note.empty()) session.Note(stages.note);
   const double begin = session.Seconds();
   SplatModel model = std::move(start.model);
@@ -131,27 +123,25 @@ TrainResult RunStages(const Scene& scene, TrainingStart start, const TrainOption
 
 }  // namespace
 
-StageRunners HostStages() {
-  return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>, RunJointLmStage<CpuBackend<float>>};
-}
+StageRunners HostStages() { return {"cpu", RunAdamStage<CpuBackend<float>>, RunLmStage<CpuBackend<float>>}; }
 
-TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
+TrainResult Train(const Scene& scene, const TrainOptions& options, const BeforeTraining& before,
                   const TrainCallbacks& callbacks, const StageRunners& stages) {
   const TrainOptions fitted = FitToScene(options, NumTrainingViews(scene));
   SplatModel model = InitializeFromPoints(scene.points, scene.extent, *fitted.sh_degree, fitted.density.max_gaussians);
   const std::vector<Index> order = SpatialOrder(model);
   model = InOrder(std::move(model), order);
-  return RunStages(scene, {std::move(model), false, seconds_before}, fitted, callbacks, stages);
+  return RunStages(scene, {std::move(model), false, before}, fitted, callbacks, stages);
 }
 
-TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
+TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, const BeforeTraining& before,
                    const TrainCallbacks& callbacks, const StageRunners& stages) {
   const std::vector<Index> order = SpatialOrder(model);
   const splat::ModelLayout layout = model;
   TrainOptions without_growth = FitToScene(options, NumTrainingViews(scene));
   without_growth.density.enabled = false;
   TrainResult result =
-      RunStages(scene, {InOrder(std::move(model), order), true, seconds_before}, without_growth, callbacks, stages);
+      RunStages(scene, {InOrder(std::move(model), order), true, before}, without_growth, callbacks, stages);
   // Some were taken out, or have a lower degree now: those left stay in the order of space.
   if (result.model.layout() != layout) return result;
   // Neither stage moves a Gaussian elsewhere among the others: theirs is the order they came in.

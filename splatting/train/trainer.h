@@ -11,14 +11,20 @@
 
 namespace vesta::gs {
 
-// seconds_before: since the start of the process (loading). The scene's images must be loaded. With callbacks.resume
+// What the process has spent before the training: seconds since its start (loading), and memory in MiB, the scene's
+// included, a model to refine not.
+struct BeforeTraining {
+  double seconds = 0, mib = 0;
+};
+
+// The scene's images must be loaded. With callbacks.resume
 // the training goes on with these options, to the same bits as without the break where they are those of before; throws
 // Error where the checkpoint is of another scene, or no iterations are asked for beyond those that it has.
-TrainResult Train(const Scene& scene, const TrainOptions& options, double seconds_before,
+TrainResult Train(const Scene& scene, const TrainOptions& options, const BeforeTraining& before,
                   const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 // From `model`, whose SH degree is kept, and count and order too where none are to be taken out; stages as the options
 // have them.
-TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, double seconds_before,
+TrainResult Refine(const Scene& scene, SplatModel model, const TrainOptions& options, const BeforeTraining& before,
                    const TrainCallbacks& callbacks, const StageRunners& stages = HostStages());
 
 }  // namespace vesta::gs

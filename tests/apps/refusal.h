@@ -5,24 +5,25 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "tests/apps/run_program.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::test {
 
-// One line, which has that part, this status, and nothing at `out`.
-inline void ExpectRefusal(const std::vector<std::string>& arguments, int status, const std::string& part,
-                          const std::string& out) {
+constexpr int kFailed = 1, kUsage = 2;  // exit statuses
+
+// One line on stderr with these tokens (HasTokens), this status, and nothing on stdout.
+inline void ExpectRefusal(const std::vector<std::string>& arguments, int status,
+                          const std::vector<std::string>& tokens) {
   SCOPED_TRACE(testing::PrintToString(arguments));
   const ProgramOutput output = RunProgram(arguments);
   EXPECT_EQ(output.status, status);
   EXPECT_EQ(CountLines(output.err), 1) << output.err;
-  EXPECT_THAT(output.err, testing::HasSubstr(part));
+  EXPECT_THAT(output.err, testing::AllOf(testing::StartsWith("vesta: "), HasEachToken(tokens)));
   EXPECT_EQ(output.out, "");
-  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 }  // namespace vesta::test

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/apps/html_check.h"
+#include "tests/apps/refusal.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
 
@@ -141,7 +142,7 @@ TEST_F(TinyReport, PutsRunsSideBySide) {
   EXPECT_THAT(PageText(page), HasSubstr("train.seed"));
   const ProgramOutput output = RunProgram({"report", out_, other});
   EXPECT_EQ(output.status, 2);
-  EXPECT_THAT(output.err, HasSubstr("--out=FILE"));
+  EXPECT_THAT(output.err, HasTokens("--out=FILE"));
 }
 
 TEST_F(TinyReport, NamesOfViewsAreText) {
@@ -160,15 +161,10 @@ TEST_F(TinyReport, NamesOfViewsAreText) {
 TEST_F(TinyReport, RefusesWhatItCannotReadOrReplace) {
   WriteTinyScene(scene_);
   Train(out_);
-  ProgramOutput output = RunProgram({"report", scene_});
-  EXPECT_EQ(output.status, 1);
-  EXPECT_THAT(output.err, HasSubstr("metrics.json"));
-  output = RunProgram({"report", out_, "--out=" + out_ + "/metrics.json"});
-  EXPECT_EQ(output.status, 1);
-  EXPECT_THAT(output.err, HasSubstr("it would replace"));
-  output = RunProgram({"report", out_, "--out=" + scene_ + "/images/report.html"});
-  EXPECT_EQ(output.status, 1);
-  EXPECT_THAT(output.err, HasSubstr("is a folder of the scene"));
+  ExpectRefusal({"report", scene_}, kFailed, {scene_ + "/metrics.json"});
+  for (const std::string& out : {out_ + "/metrics.json", scene_ + "/images/report.html"}) {
+    ExpectRefusal({"report", out_, "--out=" + out}, kFailed, {"--out=" + out});
+  }
   EXPECT_EQ(RunProgram({"report"}).status, 2);
 }
 

@@ -9,6 +9,7 @@
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/colmap.h"
 #include "tests/apps/tiny_training.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::test {
 namespace {
@@ -49,7 +50,7 @@ TEST_F(TinyTraining, FindsCamerasAlong) {
   fs::copy(fs::path(scene_) / "images", folder_ / "again/images");
   fs::copy(out_ + "/cameras", folder_ / "again/sparse/0");
   EXPECT_EQ(RunProgram({"train", folder_ / "again", "--out=" + (folder_ / "out2"), "--iterations=5"}).status, 0);
-  EXPECT_THAT(Train(out_, {"--refine_cameras=everything"}).err, HasSubstr("refine_cameras"));
+  EXPECT_THAT(Train(out_, {"--refine_cameras=everything"}).err, HasTokens("--refine_cameras=everything"));
 }
 
 // Photographs of a lens that distorts: the camera of their files stays, so that they are read by it again.
@@ -74,7 +75,7 @@ TEST_F(TinyTraining, WritesLensesAsPhotographsHaveThem) {
   fs::copy(out_ + "/cameras", again + "/sparse/0");
   EXPECT_EQ(RunProgram({"eval", out_ + "/point_cloud.ply", again}).status, 0);
   EXPECT_THAT(RunProgram({"train", bent, "--out=" + (folder_ / "all"), "--refine_cameras=all"}).err,
-              HasSubstr("--refine_cameras=all: the lens of view 00"));
+              HasTokens("--refine_cameras=all"));
 }
 
 // Folder, test views, missing photographs and points: what scenes of others lack or have otherwise.
@@ -86,7 +87,7 @@ TEST_F(TinyTraining, TakesScenesOfOtherHands) {
   fs::rename(scene + "/images", scene + "/images_1");
   fs::remove(scene + "/images_1/003.png");
   const std::vector<std::string> train = {"train", scene, "--out=" + out_, "--iterations=2", "--images=images_1"};
-  EXPECT_THAT(RunProgram(train).err, HasSubstr("003.png"));
+  EXPECT_THAT(RunProgram(train).err, HasTokens("003.png"));
   const auto with = [&](std::vector<std::string> flags) {
     flags.insert(flags.begin(), train.begin(), train.end());
     return RunProgram(flags);
@@ -96,8 +97,8 @@ TEST_F(TinyTraining, TakesScenesOfOtherHands) {
   EXPECT_THAT(output.out, HasSubstr("6 views to train on, 3 to test"));
   EXPECT_THAT(output.out, HasSubstr("random"));
   EXPECT_THAT(with({"--allow_missing", "--test_every=0"}).out, HasSubstr("9 views to train on, 0 to test"));
-  EXPECT_THAT(with({"--allow_missing", "--test_every=-1"}).err, HasSubstr("test_every"));
-  EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasSubstr("none"));
+  EXPECT_THAT(with({"--allow_missing", "--test_every=-1"}).err, HasTokens("--test_every=-1"));
+  EXPECT_THAT(with({"--allow_missing", "--test_list=" + (folder_ / "none")}).err, HasTokens(folder_ / "none"));
 }
 
 // Photographs that are decoded when their turn comes: the same splat and figures, less memory.
@@ -138,7 +139,8 @@ TEST_F(TinyTraining, KeepsAsManyPhotographsAsIsAsked) {
                       same = RunProgram({"eval", Ply(few), scene_});
   EXPECT_EQ(eval.status, 0) << eval.err;
   EXPECT_EQ(eval.out.substr(eval.out.find("test ")), same.out.substr(same.out.find("test ")));
-  EXPECT_THAT(Train(out_, {"--photographs_mib=8", "--lm_iterations=1"}).err, HasSubstr("needs all photographs"));
+  EXPECT_THAT(Train(out_, {"--photographs_mib=8", "--lm_iterations=1"}).err,
+              HasTokens("lm.iterations=1", "--photographs_mib"));
 }
 
 }  // namespace

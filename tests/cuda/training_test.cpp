@@ -27,8 +27,8 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   const gs::Scene scene = gs::test::TrainingScene();
   gs::TrainOptions options = ShortDeviceTraining(60, 1);
   options.adam.metric = GetParam();
-  const gs::TrainResult host = gs::Train(scene, options, 0, {});
-  const gs::TrainResult device = gs::Train(scene, options, 0, {}, gs::DeviceStages());
+  const gs::TrainResult host = gs::Train(scene, options, {}, {});
+  const gs::TrainResult device = gs::Train(scene, options, {}, {}, gs::DeviceStages());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
   EXPECT_EQ(device.history.size(), host.history.size());
   // Without densification rounding has less influence. But Adam steps as far for a gradient that is only rounding, so
@@ -36,8 +36,8 @@ TEST_P(CudaTrainingByMetric, ReachesTheQualityOfTheHost) {
   gs::TrainOptions fixed = options;
   fixed.density.enabled = false;
   fixed.adam.rate_factor = 1;
-  EXPECT_NEAR(gs::Train(scene, fixed, 0, {}, gs::DeviceStages()).history.back().train.psnr,
-              gs::Train(scene, fixed, 0, {}).history.back().train.psnr, 0.1);
+  EXPECT_NEAR(gs::Train(scene, fixed, {}, {}, gs::DeviceStages()).history.back().train.psnr,
+              gs::Train(scene, fixed, {}, {}).history.back().train.psnr, 0.1);
 }
 
 class CudaTraining : public test::OnDevice {};
@@ -49,8 +49,8 @@ TEST_F(CudaTraining, DegreesStayWhatTheyAre) {
   const gs::SplatModel start = gs::WithDegrees(gs::test::RandomModel(60, 3, 8), degrees);
   gs::TrainOptions options = ShortDeviceTraining(20, 1);
   options.adam.rate_factor = 1;
-  const gs::TrainResult host = gs::Refine(scene, start, options, 0, {}),
-                        device = gs::Refine(scene, start, options, 0, {}, gs::DeviceStages());
+  const gs::TrainResult host = gs::Refine(scene, start, options, {}, {}),
+                        device = gs::Refine(scene, start, options, {}, {}, gs::DeviceStages());
   EXPECT_EQ(device.model.layout(), start.layout());
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 0.1);
 }
@@ -61,9 +61,9 @@ TEST_F(CudaTraining, RunsAreTheSameToTheBit) {
   options.density.every = 0.3;
   options.adam.views_per_iteration = 2;
   options.adam.iterations = 60;
-  const gs::TrainResult first = gs::Train(scene, options, 0, {}, gs::DeviceStages());
+  const gs::TrainResult first = gs::Train(scene, options, {}, {}, gs::DeviceStages());
   EXPECT_GT(first.model.count, scene.points.size()) << "so that density control has a part in it";
-  EXPECT_EQ(gs::Train(scene, options, 0, {}, gs::DeviceStages()).model.data, first.model.data);
+  EXPECT_EQ(gs::Train(scene, options, {}, {}, gs::DeviceStages()).model.data, first.model.data);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "problems/bundle_adjustment/bal_file.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::test {
 namespace {
@@ -106,7 +107,9 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     const std::string out = folder_ / ("trained" + std::to_string(count));
     const ProgramOutput output =
         RunProgram(Vesta(count, {"train", folder_ / "scene", "--out=" + out, "--iterations=120", "--threads=1", "--set",
-                                 "adam.views_per_iteration=3", "--lm_iterations=1", "--noreport"}));
+                                 "adam.views_per_iteration=3", "--lm_iterations=1", "--noreport", "--profile"}));
+    EXPECT_EQ(output.out.find("\nphase "), output.out.rfind("\nphase ")) << "the first process alone prints one";
+    EXPECT_NE(output.out.find("\nphase "), std::string::npos);
     ASSERT_EQ(output.status, 0) << output.err;
     const std::string splat = ReadFile(out + "/point_cloud.ply");
     if (count == 1) alone = splat;
@@ -143,8 +146,7 @@ TEST_F(UnderMpi, SaysWhatIsWrongForAllOnce) {
   const ProgramOutput output = RunProgram(Adjust(3, folder_ / "out.txt"));
   EXPECT_NE(output.status, 0);
   EXPECT_EQ(Complaints(output.err), 1) << output.err;
-  EXPECT_THAT(output.err, HasSubstr("vesta: process 0 of 3: "));
-  EXPECT_THAT(output.err, HasSubstr("in.txt"));
+  EXPECT_THAT(output.err, HasTokens("0", "3", "in.txt"));
 }
 
 TEST_F(UnderMpi, EndsAllWhereOneFails) {
@@ -156,8 +158,7 @@ TEST_F(UnderMpi, EndsAllWhereOneFails) {
   const ProgramOutput output = RunProgram(On(2, {"sh", "-c", command}));
   EXPECT_NE(output.status, 0);
   EXPECT_EQ(Complaints(output.err), 1) << output.err;
-  EXPECT_THAT(output.err, HasSubstr("vesta: process 1 of 2: "));
-  EXPECT_THAT(output.err, HasSubstr("in1.txt"));
+  EXPECT_THAT(output.err, HasTokens("1", "2", "in1.txt"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out.txt"));
 }
 
@@ -170,7 +171,7 @@ TEST_F(UnderMpi, RefusesProblemsThatDiffer) {
                               "${OMPI_COMM_WORLD_RANK:-$PMI_RANK}.txt --out=" + (folder_ / "out.txt");
   const ProgramOutput output = RunProgram(On(2, {"sh", "-c", command}));
   EXPECT_NE(output.status, 0);
-  EXPECT_THAT(output.err, HasSubstr("all must be given the same problem"));
+  EXPECT_THAT(output.err, HasTokens("0", "1"));
 }
 
 TEST_F(UnderMpi, LeavesNothingHalfDoneWhereOneIsKilled) {
@@ -213,14 +214,12 @@ TEST_F(UnderMpi, RefusesWhatSeveralProcessesCannotDo) {
     return output.err;
   };
   const std::string scene = folder_ / "scene", out = "--out=" + (folder_ / "out");
-  EXPECT_THAT(refusal(2, {"doctor", scene}), HasSubstr("vesta doctor runs in one process; start it without mpirun"));
-  EXPECT_THAT(refusal(2, {"train", scene, out, "--memory_budget=0.001"}),
-              HasSubstr("--memory_budget=0.001: memory is planned for a training without mpirun"));
-  EXPECT_THAT(refusal(2, {"train", scene, out, "--view=8123"}), HasSubstr("--view: a training by several processes"));
-  EXPECT_THAT(refusal(9, {"train", scene, out, "--iterations=2", "--lm_iterations=1"}),
-              HasSubstr("9 processes for a problem of 8 parts; start at most 8"));
+  EXPECT_THAT(refusal(2, {"doctor", scene}), HasTokens("doctor", "mpirun"));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--memory_budget=0.001"}), HasTokens("--memory_budget=0.001", "mpirun"));
+  EXPECT_THAT(refusal(2, {"train", scene, out, "--view=8123"}), HasTokens("--view"));
+  EXPECT_THAT(refusal(9, {"train", scene, out, "--iterations=2", "--lm_iterations=1"}), HasTokens("9", "8"));
   EXPECT_THAT(refusal(2, {"train", scene, out, "--iterations=2", "--lm_iterations=1", "--set", "lm.batches=2"}),
-              HasSubstr("leave lm.batches=1"));
+              HasTokens("lm.batches=1"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/point_cloud.ply"));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Problems whose solve cannot succeed: it must not end as converged, and must say why.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,15 +11,12 @@
 #include "solver/block_problem.h"
 #include "solver/levenberg_marquardt.h"
 #include "tests/solver/faulty_problem.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-bool Says(const LmSummary& summary, const std::string& text) {
-  return summary.message.find(text) != std::string::npos && summary.message.find('\n') == std::string::npos;
-}
 
 class FalseConvergence : public ::testing::TestWithParam<LinearSolverKind> {
  protected:
@@ -36,7 +34,7 @@ TEST_P(FalseConvergence, ADiagonalOfZerosFreezesColumnsThatHaveAGradient) {
   problem.on_diagonal = [](Cpu::VectorView d) { Cpu().Fill(0, d); };
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kFrozenGradient) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "DiagJTJ")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("DiagJTJ"));
   EXPECT_EQ(x_[0], 1);
 }
 
@@ -46,7 +44,7 @@ TEST_P(FalseConvergence, OneColumnFrozenThoughItHasAGradient) {
   const double before = problem.Cost(x_);
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kFrozenGradient) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "entry 1")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("1"));
   EXPECT_LT(summary.final_cost, before) << "the others move all the same";
 }
 
@@ -55,7 +53,7 @@ TEST_P(FalseConvergence, ANegativeDiagonal) {
   problem.on_diagonal = [](Cpu::VectorView d) { d[2] = -d[2]; };
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kBadDiagonal) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "entry 2")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("2"));
 }
 
 TEST_P(FalseConvergence, ADiagonalOfNaN) {
@@ -63,7 +61,7 @@ TEST_P(FalseConvergence, ADiagonalOfNaN) {
   problem.on_diagonal = [](Cpu::VectorView d) { d[1] = kNaN; };
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kBadDiagonal) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "entry 1")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("1"));
 }
 
 TEST_P(FalseConvergence, ADiagonalThatNobodyWrites) {
@@ -71,7 +69,7 @@ TEST_P(FalseConvergence, ADiagonalThatNobodyWrites) {
   problem.skips_diagonal = true;
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kBadDiagonal) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "not written")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("DiagJTJ", "0", "nan"));
 }
 
 TEST_P(FalseConvergence, AGradientThatNobodyWrites) {
@@ -79,8 +77,7 @@ TEST_P(FalseConvergence, AGradientThatNobodyWrites) {
   problem.skips_transpose = true;
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kNonFinite) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "gradient")) << summary.message;
-  EXPECT_TRUE(Says(summary, "not written")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("0", "nan"));
 }
 
 // A point turned by a unit quaternion, seen from where it is not.
@@ -100,7 +97,7 @@ TEST_P(FalseConvergence, AQuaternionOfZerosAtTheStart) {
   x_ = Vector({0, 0, 0, 0, 0, 0});
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kDegenerateStart) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "parameter block 1")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("1"));
   // Held constant it does not matter.
   problem.SetConstant(rotation);
   EXPECT_TRUE(IsConverged(Solve(problem).status));
@@ -121,7 +118,7 @@ TEST_P(FalseConvergence, AGradientOfTheWrongSign) {
   (GetParam() == LinearSolverKind::kDenseQr ? problem.on_jacobian : problem.on_transpose) = negate;
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "CheckProblem")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("CheckProblem"));
   EXPECT_EQ(summary.num_accepted, 0);
 }
 
@@ -141,13 +138,13 @@ TEST_P(FalseConvergence, ADerivativeOfTheWrongSign) {
   x_ = Vector({2});
   const LmSummary summary = Solve(problem);
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "are the derivatives right?")) << summary.message;
+  EXPECT_THAT(summary.message, testing::AllOf(IsLineWith("CheckProblem"), testing::Not(HasTokens("J^T"))));
   // Nor by its rounding.
   options_.function_tolerance = options_.gradient_tolerance = options_.parameter_tolerance = 0;
   x_ = Vector({2});
   const LmSummary endless = Solve(problem);
   EXPECT_FALSE(IsConverged(endless.status)) << endless.message;
-  EXPECT_TRUE(Says(endless, "are the derivatives right?")) << endless.message;
+  EXPECT_THAT(endless.message, testing::AllOf(IsLineWith("CheckProblem"), testing::Not(HasTokens("J^T"))));
 }
 
 // LSMR solves with J and J^T, and where these are not adjoint its steps go uphill by the model too.
@@ -160,7 +157,7 @@ TEST(FalseConvergenceOfLsmr, AModelThatPredictsAnIncrease) {
   Cpu::Vector x = Vector({1, 2, 3});
   const LmSummary summary = SolveLm<Cpu>(options, backend, problem, x.view());
   EXPECT_EQ(summary.status, LmStatus::kNoDecrease) << summary.BriefReport();
-  EXPECT_TRUE(Says(summary, "J and J^T are not adjoint?")) << summary.message;
+  EXPECT_THAT(summary.message, IsLineWith("CheckProblem", "J^T"));
   // The gain ratio has the sign of the change.
   for (const LmIteration& row : summary.iterations) EXPECT_GE(row.rho * row.cost_change, 0) << summary.FullReport();
   // The same where a limit ends it.
@@ -168,7 +165,7 @@ TEST(FalseConvergenceOfLsmr, AModelThatPredictsAnIncrease) {
   x = Vector({1, 2, 3});
   const LmSummary limited = SolveLm<Cpu>(options, backend, problem, x.view());
   EXPECT_EQ(limited.status, LmStatus::kMaxIterations);
-  EXPECT_TRUE(Says(limited, "J and J^T are not adjoint?")) << limited.message;
+  EXPECT_THAT(limited.message, IsLineWith("CheckProblem", "J^T"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, FalseConvergence,

@@ -20,7 +20,7 @@ class TempFolder {
     const bool in_memory = std::getenv("TMPDIR") == nullptr && ::access("/dev/shm", W_OK) == 0;
     const std::filesystem::path parent = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
     std::string name = (parent / "vesta_io_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw Error(name + ": cannot be created; set TMPDIR");
+    if (::mkdtemp(name.data()) == nullptr) throw Error(kCannotWrite, name + ": cannot be created; set TMPDIR");
     path_ = name;
   }
   ~TempFolder() {

@@ -89,7 +89,8 @@ class ThreadRanks final : public Ranks {
       std::size_t before = 0;
       for (int s = 0; s < rank_; ++s) before += sizes[static_cast<std::size_t>(s)];
       const std::size_t size = sizes[static_cast<std::size_t>(rank_)];
-      if (size != receive_sizes[static_cast<std::size_t>(r)]) throw Error("a piece of another size than expected");
+      if (size != receive_sizes[static_cast<std::size_t>(r)])
+        throw Error(kBadArgument, "a piece of another size than expected");
       if (size > 0) std::memcpy(to, board_.of(r).data + before, size);
       to += size;
     }

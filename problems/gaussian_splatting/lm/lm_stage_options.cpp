@@ -81,14 +81,15 @@ const schema::Table<LmStageOptions>& LmStageFields() {
 
 void CheckTogether(const LmStageOptions& lm) {
   if (lm.min_lambda > lm.initial_lambda || lm.initial_lambda > lm.max_lambda) {
-    Fail("lm.initial_lambda={}: it must be from lm.min_lambda, which is {}, to lm.max_lambda, which is {}",
+    Fail(kBadArgument,
+         "lm.initial_lambda={}: it must be from lm.min_lambda, which is {}, to lm.max_lambda, which is {}",
          lm.initial_lambda, lm.min_lambda, lm.max_lambda);
   }
   // Where there is none of ours the engine's holds.
   const double least = lm.min_diagonal > 0 ? lm.min_diagonal : DampingMetricOptions{}.min_diagonal;
   if (lm.max_diagonal > 0 && lm.max_diagonal < least) {
-    Fail("lm.max_diagonal={}: it must be 0 or at least {}, the least that lm.min_diagonal={} allows", lm.max_diagonal,
-         least, lm.min_diagonal);
+    Fail(kBadArgument, "lm.max_diagonal={}: it must be 0 or at least {}, the least that lm.min_diagonal={} allows",
+         lm.max_diagonal, least, lm.min_diagonal);
   }
 }
 

@@ -65,7 +65,8 @@ void HoldOut(std::vector<View>* views) {
   for (View& view : *views) {
     if (view.is_trained()) trained.push_back(&view);
   }
-  if (trained.size() < 2) Fail("of {} training views none can be held out to judge by; add images", trained.size());
+  if (trained.size() < 2)
+    Fail(kBadArgument, "of {} training views none can be held out to judge by; add images", trained.size());
   // The middle of each eight, and of fewer.
   for (std::size_t i = std::min<std::size_t>(3, trained.size() / 2); i < trained.size(); i += 8) {
     trained[i]->role = ViewRole::kHeldOut;

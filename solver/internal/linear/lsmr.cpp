@@ -6,9 +6,9 @@
 namespace vesta {
 
 void LsmrOptions::Validate() const {
-  if (max_iterations < 0) Fail("lsmr.max_iterations is {}; choose 0 or more", max_iterations);
+  if (max_iterations < 0) Fail(kBadArgument, "lsmr.max_iterations is {}; choose 0 or more", max_iterations);
   if (!(relative_tolerance > 0 && relative_tolerance < 1)) {
-    Fail("lsmr.relative_tolerance is {}; choose a value within (0, 1)", relative_tolerance);
+    Fail(kBadArgument, "lsmr.relative_tolerance is {}; choose a value within (0, 1)", relative_tolerance);
   }
 }
 

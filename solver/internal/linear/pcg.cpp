@@ -22,11 +22,12 @@ const char* ToString(PcgStatus status) {
 }
 
 void PcgOptions::Validate() const {
-  if (max_iterations < 0) Fail("pcg.max_iterations is {}; choose 0 or more", max_iterations);
-  if (min_iterations < 0) Fail("pcg.min_iterations is {}; choose 0 or more", min_iterations);
-  if (residual_reset_period < 0) Fail("pcg.residual_reset_period is {}; choose 0 or more", residual_reset_period);
+  if (max_iterations < 0) Fail(kBadArgument, "pcg.max_iterations is {}; choose 0 or more", max_iterations);
+  if (min_iterations < 0) Fail(kBadArgument, "pcg.min_iterations is {}; choose 0 or more", min_iterations);
+  if (residual_reset_period < 0)
+    Fail(kBadArgument, "pcg.residual_reset_period is {}; choose 0 or more", residual_reset_period);
   for (const double tolerance : {relative_tolerance, absolute_tolerance, model_tolerance}) {
-    if (!(tolerance >= 0)) Fail("a tolerance of pcg is {}; choose 0 or more", tolerance);
+    if (!(tolerance >= 0)) Fail(kBadArgument, "a tolerance of pcg is {}; choose 0 or more", tolerance);
   }
 }
 

@@ -7,9 +7,11 @@ namespace vesta {
 
 void DampingMetricOptions::Validate() const {
   if (!(min_diagonal > 0 && min_diagonal <= max_diagonal)) {
-    Fail("metric: D is clamped to [{}, {}]; need 0 < min_diagonal <= max_diagonal", min_diagonal, max_diagonal);
+    Fail(kBadArgument, "metric: D is clamped to [{}, {}]; need 0 < min_diagonal <= max_diagonal", min_diagonal,
+         max_diagonal);
   }
-  if (!(group_median_floor >= 0)) Fail("metric.group_median_floor is {}; choose 0 or more", group_median_floor);
+  if (!(group_median_floor >= 0))
+    Fail(kBadArgument, "metric.group_median_floor is {}; choose 0 or more", group_median_floor);
 }
 
 }  // namespace vesta

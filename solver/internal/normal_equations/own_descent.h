@@ -20,11 +20,12 @@ class WithOwnDescent {
   // Of parts of a problem, whose descent is not the sum of theirs: the squares of the gradients of the part's units,
   // summed; and the descent of `units` units from the sums of both over all parts, where `squares` becomes the descent.
   virtual void SquaredGradients(typename B::VectorView /*squares*/) {
-    Fail("a linearization whose descent is its own must define SquaredGradients() to be a part of a problem");
+    Fail(kUnsupported,
+         "a linearization whose descent is its own must define SquaredGradients() to be a part of a problem");
   }
   virtual void DescentOf(Index /*units*/, typename B::ConstVectorView /*gradient*/,
                          typename B::VectorView /*squares*/) const {
-    Fail("a linearization whose descent is its own must define DescentOf() to be a part of a problem");
+    Fail(kUnsupported, "a linearization whose descent is its own must define DescentOf() to be a part of a problem");
   }
 };
 

@@ -171,7 +171,8 @@ class ReducedPcgStep final : public StepSolver<B> {
                               kind == PreconditionerKind::kSparseCholesky;
     const std::string factor = wants_factor ? reduced_->factor_description() : "";
     if (kind == PreconditionerKind::kSparseCholesky && factor.empty()) {
-      Fail("preconditioner = {}: this problem gives no factor of its reduced system; choose automatic", ToString(kind));
+      Fail(kUnsupported, "preconditioner = {}: this problem gives no factor of its reduced system; choose automatic",
+           ToString(kind));
     }
     factorize_ = !factor.empty();
     preconditioner_ = kind == PreconditionerKind::kIdentity ? ToString(kind) : factorize_ ? factor : "Schur-Jacobi";

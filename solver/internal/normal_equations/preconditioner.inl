@@ -12,7 +12,7 @@ std::unique_ptr<Preconditioner<B>> MakePreconditioner(PreconditionerKind kind, P
                                                       std::span<LinearizationAdaptor<B>* const> batches) {
   if (kind == PreconditionerKind::kSparseCholesky) {
     auto factor = problem.MakeSparseCholesky();
-    if (!factor) Fail("preconditioner = {} needs a problem of blocks; choose kAuto", ToString(kind));
+    if (!factor) Fail(kUnsupported, "preconditioner = {} needs a problem of blocks; choose kAuto", ToString(kind));
     return factor;
   }
   if (kind == PreconditionerKind::kAuto || kind == PreconditionerKind::kProblem) {

@@ -126,12 +126,15 @@ double ProblemAdaptor<B>::Cost(ConstVectorView x, std::span<const Index> units) 
 template <Backend B>
 std::unique_ptr<LinearizationAdaptor<B>> ProblemAdaptor<B>::CheckedLinearize(ConstVectorView x, int batch) const {
   if (x.size() != num_parameters()) {
-    Fail("x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(), num_parameters());
+    Fail(kBadArgument, "x has {} entries, the problem {} parameters; give x one entry a parameter", x.size(),
+         num_parameters());
   }
   auto linearization = Linearize(x, batch);
-  if (!linearization) Fail("Linearize of batch {} gave null; it must give a linearization at every x", batch);
+  if (!linearization)
+    Fail(kBadArgument, "Linearize of batch {} gave null; it must give a linearization at every x", batch);
   if (linearization->num_parameters() != num_tangent()) {
-    Fail("the linearization of batch {} has {} columns, a step of the problem {} entries; make them the same", batch,
+    Fail(kBadArgument,
+         "the linearization of batch {} has {} columns, a step of the problem {} entries; make them the same", batch,
          linearization->num_parameters(), num_tangent());
   }
   return std::make_unique<LinearizationAdaptor<B>>(std::move(linearization));

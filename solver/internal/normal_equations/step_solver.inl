@@ -221,10 +221,11 @@ std::unique_ptr<StepSolver<B>> MakeStepSolver(const NormalSystemOptions& options
     why = fmt::format(" (auto: {})", choice.why);
   }
   if (why_normal != nullptr && (kind == LinearSolverKind::kLsmr || kind == LinearSolverKind::kDenseQr)) {
-    Fail("linear_solver = {} does not fit, for {}; choose PCG", ToString(kind), why_normal);
+    Fail(kUnsupported, "linear_solver = {} does not fit, for {}; choose PCG", ToString(kind), why_normal);
   }
   if (asked_reduced && !reduced) {
-    Fail("linear_solver = {} needs a problem of one batch, without bounds, that can eliminate a group; choose PCG",
+    Fail(kUnsupported,
+         "linear_solver = {} needs a problem of one batch, without bounds, that can eliminate a group; choose PCG",
          ToString(kind));
   }
   std::unique_ptr<StepSolver<B>> solver;

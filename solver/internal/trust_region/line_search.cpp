@@ -18,10 +18,10 @@ std::vector<Index> SpreadUnits(Index num_units, double fraction, Index turn) {
 
 void LineSearchOptions::Validate() const {
   if (!(unit_fraction > 0 && unit_fraction <= 1)) {
-    Fail("line_search.unit_fraction is {}; choose it within (0, 1]", unit_fraction);
+    Fail(kBadArgument, "line_search.unit_fraction is {}; choose it within (0, 1]", unit_fraction);
   }
-  if (!(shrink > 0 && shrink < 1)) Fail("line_search.shrink is {}; choose it within (0, 1)", shrink);
-  if (max_evaluations < 2) Fail("line_search.max_evaluations is {}; choose 2 or more", max_evaluations);
+  if (!(shrink > 0 && shrink < 1)) Fail(kBadArgument, "line_search.shrink is {}; choose it within (0, 1)", shrink);
+  if (max_evaluations < 2) Fail(kBadArgument, "line_search.max_evaluations is {}; choose 2 or more", max_evaluations);
 }
 
 LineSearchResult SearchGamma(const LineSearchOptions& options, const std::function<double(double)>& subset_cost) {

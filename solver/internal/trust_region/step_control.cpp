@@ -30,14 +30,16 @@ const char* ToString(StepRule rule) {
 
 void StepControlOptions::Validate() const {
   if (!(min_lambda > 0 && min_lambda <= initial_lambda && initial_lambda <= max_lambda && std::isfinite(max_lambda))) {
-    Fail("step_control: lambda starts at {} within [{}, {}]; need 0 < min_lambda <= initial_lambda <= max_lambda",
+    Fail(kBadArgument,
+         "step_control: lambda starts at {} within [{}, {}]; need 0 < min_lambda <= initial_lambda <= max_lambda",
          initial_lambda, min_lambda, max_lambda);
   }
   if (!(min_relative_decrease >= 0 && min_relative_decrease < 1)) {
-    Fail("step_control.min_relative_decrease is {}; choose it within [0, 1)", min_relative_decrease);
+    Fail(kBadArgument, "step_control.min_relative_decrease is {}; choose it within [0, 1)", min_relative_decrease);
   }
   if (!(lambda_after_first_reject >= 0 && lambda_after_first_reject <= max_lambda)) {
-    Fail("step_control.lambda_after_first_reject is {}; choose it within [0, max_lambda]", lambda_after_first_reject);
+    Fail(kBadArgument, "step_control.lambda_after_first_reject is {}; choose it within [0, max_lambda]",
+         lambda_after_first_reject);
   }
 }
 

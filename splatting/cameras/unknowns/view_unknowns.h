@@ -5,7 +5,7 @@
 #include <array>
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/formulas/lens.h"
+#include "kernels/gaussian_splatting/lenses/lens.h"
 #include "kernels/gaussian_splatting/projection/camera_motion.h"
 #include "kernels/gaussian_splatting/projection/lens_motion.h"
 #include "kernels/image/image_shape.h"
@@ -41,7 +41,7 @@ struct LensChange {
   bool is_none() const { return *this == LensChange{}; }
   // Whether it is one that a lens could need: by less than a factor of e, and half a focal length.
   bool is_sound() const;
-  // The pinhole that was given as it is then. By no change it keeps every bit.
+  // The lens that was given as it is then. By no change it keeps every bit.
   splat::Lens Of(const splat::Lens& given) const;
 };
 

@@ -15,8 +15,8 @@ ByteReader::ByteReader(std::string path) : path_(std::move(path)), bytes_(ReadFi
 std::string ByteReader::Where() const { return fmt::format("{}: byte {}", path_, item_); }
 
 void ByteReader::FailTruncated(const char* what) const {
-  Fail("{}: the file of {} bytes ends within {}; it is cut short or damaged, copy or export it again", Where(),
-       bytes_.size(), what);
+  Fail(kBadFile, "{}: the file of {} bytes ends within {}; it is cut short or damaged, copy or export it again",
+       Where(), bytes_.size(), what);
 }
 
 const char* ByteReader::Take(Index count, Index bytes_each, const char* what) {
@@ -39,18 +39,18 @@ Index ByteReader::ReadCount(Index bytes_each, const char* what) {
   const auto count = Read<std::uint64_t>(what);
   const Index left = static_cast<Index>(bytes_.size()) - position_;
   if (count > static_cast<std::uint64_t>(left / bytes_each)) {
-    Fail(
-        "{}: {} is {}, but the {} bytes left hold {} at most; the file is cut short or damaged, copy or export it "
-        "again",
-        Where(), what, count, left, left / bytes_each);
+    Fail(kBadFile,
+         "{}: {} is {}, but the {} bytes left hold {} at most; the file is cut short or damaged, copy or export it "
+         "again",
+         Where(), what, count, left, left / bytes_each);
   }
   return static_cast<Index>(count);
 }
 
 void ByteReader::ExpectEnd() const {
   if (position_ != static_cast<Index>(bytes_.size())) {
-    Fail("{}: byte {}: {} bytes follow the last record; the file is damaged, copy or export it again", path_, position_,
-         static_cast<Index>(bytes_.size()) - position_);
+    Fail(kBadFile, "{}: byte {}: {} bytes follow the last record; the file is damaged, copy or export it again", path_,
+         position_, static_cast<Index>(bytes_.size()) - position_);
   }
 }
 

@@ -56,7 +56,7 @@ std::size_t GzipReader::Read(char* out, std::size_t size) {
     if (result == Z_MEM_ERROR) throw std::bad_alloc();
     const bool is_stuck = result == Z_BUF_ERROR || (given == 0 && room == stream.avail_out);
     if (!state_->has_ended && (is_stuck || result != Z_OK)) {
-      Fail("{}: its gzip stream is cut short or damaged; copy or export it again", path_);
+      Fail(kBadFile, "{}: its gzip stream is cut short or damaged; copy or export it again", path_);
     }
   }
   return read;

@@ -37,7 +37,7 @@ InterleavedImage Decode(const std::string& path, bool size_only) {
   const std::string bytes = ReadFile(path);
   const Decoder decoder = DecoderOf(bytes);
   if (decoder == nullptr) {
-    Fail("{}: not a JPEG, PNG, TIFF or WebP image; convert it, or remove it from the scene", path);
+    Fail(kBadFile, "{}: not a JPEG, PNG, TIFF or WebP image; convert it, or remove it from the scene", path);
   }
   return decoder(path, bytes, size_only);
 }
@@ -59,7 +59,8 @@ void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize si
   const double pixels = size.pixels();
   if (size.width <= 0 || size.height <= 0) FailDamagedImage(path, "it has no pixels");
   if (pixels > kMaxPixels) {
-    Fail("{}: {} x {} pixels are more than the 268 million that are read; downscale it", path, size.width, size.height);
+    Fail(kUnsupported, "{}: {} x {} pixels are more than the 268 million that are read; downscale it", path, size.width,
+         size.height);
   }
   if (pixels > kMaxPixelsPerByte * static_cast<double>(num_bytes)) {
     FailDamagedImage(path, "it is too short for the size in its header");
@@ -67,7 +68,7 @@ void CheckImageSize(const std::string& path, std::size_t num_bytes, ImageSize si
 }
 
 void FailDamagedImage(const std::string& path, const char* message) {
-  Fail("{}: cut short or damaged ({}); copy or export it again", path, message);
+  Fail(kBadFile, "{}: cut short or damaged ({}); copy or export it again", path, message);
 }
 
 void SavePng(const std::string& path, const Image& image) {
@@ -81,7 +82,7 @@ void SavePng(const std::string& path, const Image& image) {
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
   std::string bytes(size, '\0');
   if (png_image_write_to_memory(&png, bytes.data(), &size, 0, interleaved.data(), 0, nullptr) == 0) {
-    Fail("{}: cannot be encoded as PNG: {}", path, png.message);
+    Fail(kCannotWrite, "{}: cannot be encoded as PNG: {}", path, png.message);
   }
   WriteFileAtomically(path, std::string_view(bytes).substr(0, size));
 }
@@ -151,7 +152,8 @@ void SaveGrayPng(const std::string& path, ImageSize size, const std::vector<std:
   chunk.text = text.data();
   chunk.text_length = text.size();
   Encoder encoder;
-  if (!encoder.Encode(size, values.data(), &chunk)) Fail("{}: cannot be encoded as PNG: {}", path, encoder.message());
+  if (!encoder.Encode(size, values.data(), &chunk))
+    Fail(kCannotWrite, "{}: cannot be encoded as PNG: {}", path, encoder.message());
   WriteFileAtomically(path, encoder.bytes());
 }
 

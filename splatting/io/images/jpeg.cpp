@@ -68,7 +68,8 @@ InterleavedImage DecodeJpeg(const std::string& path, std::string_view bytes, boo
   Decoder decoder;
   if (!decoder.ReadHeader(bytes)) FailDamagedImage(path, decoder.message());
   if (decoder.info().num_components == 4) {
-    Fail("{}: a CMYK JPEG; convert it to RGB, for instance with ImageMagick: convert in.jpg -colorspace sRGB out.jpg",
+    Fail(kUnsupported,
+         "{}: a CMYK JPEG; convert it to RGB, for instance with ImageMagick: convert in.jpg -colorspace sRGB out.jpg",
          path);
   }
   InterleavedImage image;
@@ -131,7 +132,8 @@ std::string EncodeJpeg(const Image& image, int quality) {
   const std::vector<std::uint8_t> rgb = InterleavedBytes(image);
   Encoder encoder;
   if (!encoder.Encode(rgb.data(), image.width, image.height, quality)) {
-    Fail("an image of {} x {} cannot be encoded as JPEG: {}", image.width, image.height, encoder.message());
+    Fail(kCannotWrite, "an image of {} x {} cannot be encoded as JPEG: {}", image.width, image.height,
+         encoder.message());
   }
   return std::string(encoder.bytes());
 }

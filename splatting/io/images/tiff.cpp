@@ -164,17 +164,17 @@ InterleavedImage DecodeTiff(const std::string& path, std::string_view bytes, boo
   CheckImageSize(path, bytes.size(), size);
   std::optional<InterleavedImage> image = KindOf(tiff.get());
   if (!image) {
-    Fail(
-        "{}: a TIFF whose samples are not grey or RGB of 8 or 16 bits; convert it, for instance with ImageMagick: "
-        "convert in.tif -colorspace sRGB -depth 16 out.tif",
-        path);
+    Fail(kUnsupported,
+         "{}: a TIFF whose samples are not grey or RGB of 8 or 16 bits; convert it, for instance with ImageMagick: "
+         "convert in.tif -colorspace sRGB -depth 16 out.tif",
+         path);
   }
   image->size = size;
   const auto check_bytes = [&](ImageSize part) {
     CheckImageSize(path, bytes.size(), part);
     const double all = static_cast<double>(part.width) * part.height * static_cast<double>(image->samples) *
                        static_cast<double>(image->sample_bytes);
-    if (all > static_cast<double>(kMostBytes)) Fail("{}: its pixels take over 1 GiB; downscale it", path);
+    if (all > static_cast<double>(kMostBytes)) Fail(kUnsupported, "{}: its pixels take over 1 GiB; downscale it", path);
   };
   check_bytes(size);
   if (size_only) return *std::move(image);

@@ -14,7 +14,8 @@ InterleavedImage DecodeWebp(const std::string& path, std::string_view bytes, boo
   WebPBitstreamFeatures features;
   if (WebPGetFeatures(data, bytes.size(), &features) != VP8_STATUS_OK)
     FailDamagedImage(path, "its header is not whole");
-  if (features.has_animation != 0) Fail("{}: an animated WebP; save the frame that is meant as an image", path);
+  if (features.has_animation != 0)
+    Fail(kUnsupported, "{}: an animated WebP; save the frame that is meant as an image", path);
   InterleavedImage image;
   image.size = {features.width, features.height};
   // Of any length: a hundred bytes may be megapixels of one colour.

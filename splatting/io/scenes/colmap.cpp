@@ -36,22 +36,22 @@ std::array<double, 4> Normalized(std::array<double, 4> q) {
 
 // Checks that concern several records.
 void CheckModel(const ColmapModel& model, const std::string& folder) {
-  if (model.cameras.empty()) Fail("{}: the model has no cameras; run colmap's mapper again", folder);
-  if (model.images.empty()) Fail("{}: the model has no images; run colmap's mapper again", folder);
+  if (model.cameras.empty()) Fail(kBadFile, "{}: the model has no cameras; run colmap's mapper again", folder);
+  if (model.images.empty()) Fail(kBadFile, "{}: the model has no images; run colmap's mapper again", folder);
   std::unordered_set<std::uint32_t> camera_ids;
   for (const ColmapCamera& camera : model.cameras) {
     if (!camera_ids.insert(camera.id).second) {
-      Fail("{}: camera {} occurs twice; export the model again", folder, camera.id);
+      Fail(kBadFile, "{}: camera {} occurs twice; export the model again", folder, camera.id);
     }
   }
   std::unordered_set<std::string> names;
   for (const ColmapImage& image : model.images) {
     if (!camera_ids.contains(image.camera_id)) {
-      Fail("{}: image {} refers to camera {}, which the model does not have; export the model again", folder,
+      Fail(kBadFile, "{}: image {} refers to camera {}, which the model does not have; export the model again", folder,
            image.name, image.camera_id);
     }
     if (!names.insert(image.name).second) {
-      Fail("{}: image {} occurs twice; export the model again", folder, image.name);
+      Fail(kBadFile, "{}: image {} occurs twice; export the model again", folder, image.name);
     }
   }
 }
@@ -61,17 +61,18 @@ void CheckModel(const ColmapModel& model, const std::string& folder) {
 void CheckColmapCamera(const ColmapCamera& record, const std::string& where) {
   const Camera& c = record.camera;
   if (c.width <= 0 || c.height <= 0) {
-    Fail("{}: camera {} has the size {} x {}; calibrate it again", where, record.id, c.width, c.height);
+    Fail(kBadFile, "{}: camera {} has the size {} x {}; calibrate it again", where, record.id, c.width, c.height);
   }
   if (!(c.lens.fx > 0 && c.lens.fy > 0 && std::isfinite(c.lens.fx) && std::isfinite(c.lens.fy))) {
-    Fail("{}: camera {} has the focal lengths {}, {}; they must be positive: calibrate it again", where, record.id,
-         c.lens.fx, c.lens.fy);
+    Fail(kBadFile, "{}: camera {} has the focal lengths {}, {}; they must be positive: calibrate it again", where,
+         record.id, c.lens.fx, c.lens.fy);
   }
   if (!std::isfinite(c.lens.cx) || !std::isfinite(c.lens.cy)) {
-    Fail("{}: camera {} has the principal point {}, {}; calibrate it again", where, record.id, c.lens.cx, c.lens.cy);
+    Fail(kBadFile, "{}: camera {} has the principal point {}, {}; calibrate it again", where, record.id, c.lens.cx,
+         c.lens.cy);
   }
   if (!record.distortion.is_finite()) {
-    Fail("{}: camera {} has a distortion that is not finite; calibrate it again", where, record.id);
+    Fail(kBadFile, "{}: camera {} has a distortion that is not finite; calibrate it again", where, record.id);
   }
 }
 
@@ -79,23 +80,23 @@ void CheckColmapImage(const ColmapImage& image, const std::string& where) {
   constexpr std::size_t kLongestName = 4096;  // the system's limit on paths
   if (image.name.empty() || image.name.size() > kLongestName ||
       std::any_of(image.name.begin(), image.name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
-    Fail("{}: image {} has no readable name; the file is damaged, copy or export it again", where, image.id);
+    Fail(kBadFile, "{}: image {} has no readable name; the file is damaged, copy or export it again", where, image.id);
   }
   if (!AllFinite(image.rotation) || !AllFinite(image.translation)) {
-    Fail("{}: the pose of image {} is not finite; remove the image from the model", where, image.name);
+    Fail(kBadFile, "{}: the pose of image {} is not finite; remove the image from the model", where, image.name);
   }
   const auto& q = image.rotation;
   const double size = std::abs(q[0]) + std::abs(q[1]) + std::abs(q[2]) + std::abs(q[3]);
   if (!(size > 1e-6) || !std::isfinite(size)) {
-    Fail("{}: the rotation of image {} is not a quaternion with a direction; remove the image from the model", where,
-         image.name);
+    Fail(kBadFile, "{}: the rotation of image {} is not a quaternion with a direction; remove the image from the model",
+         where, image.name);
   }
 }
 
 void CheckColmapPoint(const ColmapPoint& point, const std::string& where) {
   for (double v : point.position) {
     if (!(std::abs(v) <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      Fail("{}: point {} is not finite; remove it from the model", where, point.id);
+      Fail(kBadFile, "{}: point {} is not finite; remove it from the model", where, point.id);
     }
   }
 }
@@ -103,10 +104,10 @@ void CheckColmapPoint(const ColmapPoint& point, const std::string& where) {
 void FailCameraModel(const std::string& folder, const std::string& where, const std::string& model) {
   fs::path scene = fs::path(folder).parent_path();
   if (scene.filename() == "sparse") scene = scene.parent_path();
-  Fail(
-      "{}: the camera model {} is not read; undistort with: colmap image_undistorter --image_path {}/images "
-      "--input_path {} --output_path {}_undistorted",
-      where, model, scene.string(), folder, scene.string());
+  Fail(kUnsupported,
+       "{}: the camera model {} is not read; undistort with: colmap image_undistorter --image_path {}/images "
+       "--input_path {} --output_path {}_undistorted",
+       where, model, scene.string(), folder, scene.string());
 }
 
 namespace {
@@ -160,7 +161,7 @@ ColmapModel ReadColmapModel(const std::string& folder) {
 void WriteColmapModel(const ColmapModel& model, const std::string& folder, ColmapFormat format) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) Fail("{}: cannot be created: {}", folder, error.message());
+  if (error) Fail(kCannotWrite, "{}: cannot be created: {}", folder, error.message());
   if (format == ColmapFormat::kBinary) {
     WriteColmapBinary(model, folder);
   } else {
@@ -178,7 +179,7 @@ std::string FindColmapModel(const std::string& scene_folder) {
 
 Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_folder, const RandomPoints& random) {
   const std::string folder = FindColmapModel(scene_folder);
-  if (folder.empty()) Fail("{}: no COLMAP model in sparse/0 or sparse", scene_folder);
+  if (folder.empty()) Fail(kNotFound, "{}: no COLMAP model in sparse/0 or sparse", scene_folder);
   const ColmapModel model = ReadColmapModel(folder);
   std::unordered_map<std::uint32_t, const ColmapCamera*> cameras;
   for (const ColmapCamera& record : model.cameras) cameras[record.id] = &record;
@@ -188,8 +189,8 @@ Scene ReadColmapScene(const std::string& scene_folder, const std::string& image_
   if (fs::path(folder).parent_path().filename() == "sparse") NoteOtherModels(folder, &scene);
   for (const ColmapImage& image : model.images) {
     if (LeavesScene(image_folder, image.name)) {
-      Fail("{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name), scene_folder,
-           image_folder);
+      Fail(kBadFile, "{}: image {} lies outside the scene; move it into {}/{}", folder, Printable(image.name),
+           scene_folder, image_folder);
     }
     View view;
     view.name = image.name;

@@ -33,7 +33,7 @@ class LineReader {
   }
   std::string_view Word(const char* what) {
     const std::string_view word = NextWord(&line_);
-    if (word.empty()) Fail("{}: the line ends before {}; export the model again", Where(), what);
+    if (word.empty()) Fail(kBadFile, "{}: the line ends before {}; export the model again", Where(), what);
     return word;
   }
   double Number(const char* what) {
@@ -57,7 +57,7 @@ class LineReader {
 
  private:
   [[noreturn]] void FailWord(const char* what) const {
-    Fail("{}: {} is not a number that can be used; export the model again", Where(), what);
+    Fail(kBadFile, "{}: {} is not a number that can be used; export the model again", Where(), what);
   }
 
   std::string path_;

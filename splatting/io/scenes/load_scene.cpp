@@ -24,8 +24,8 @@ void ChooseListed(const std::string& path, std::vector<View>* views) {
     if (name.empty() || name.front() == '#') continue;
     const auto view = std::find_if(views->begin(), views->end(), [&](const View& v) { return v.name == name; });
     if (view == views->end()) {
-      Fail("{}: line {}: the scene has no photograph {}; write names as its model does, {} for one", path, number,
-           Printable(name), Printable(views->front().name));
+      Fail(kNotFound, "{}: line {}: the scene has no photograph {}; write names as its model does, {} for one", path,
+           number, Printable(name), Printable(views->front().name));
     }
     view->role = ViewRole::kTest;
   }
@@ -34,7 +34,7 @@ void ChooseListed(const std::string& path, std::vector<View>* views) {
 }  // namespace
 
 void ChooseTestViews(const TestViews& choice, std::vector<View>* views) {
-  if (choice.every && !choice.list.empty()) Fail("--test_every and --test_list: give only one of them");
+  if (choice.every && !choice.list.empty()) Fail(kBadArgument, "--test_every and --test_list: give only one of them");
   if (choice.every) SplitByCount(*choice.every, views);
   if (!choice.list.empty()) ChooseListed(choice.list, views);
 }
@@ -42,17 +42,18 @@ void ChooseTestViews(const TestViews& choice, std::vector<View>* views) {
 namespace {
 
 Scene ReadModel(const std::string& path, const LoadSceneOptions& options) {
-  if (!FolderExists(path)) Fail("{}: no such scene folder", path);
+  if (!FolderExists(path)) Fail(kNotFound, "{}: no such scene folder", path);
   const std::string& images = options.image_folder;
   if (images.empty() || LeavesScene("", images)) {
-    Fail("--images={}: not a folder within the scene; move the photographs there", Printable(images));
+    Fail(kBadArgument, "--images={}: not a folder within the scene; move the photographs there", Printable(images));
   }
   if (images != LoadSceneOptions().image_folder && !FolderExists(path + "/" + images)) {
-    Fail("{}/{}: no such folder; --images names the one that has the photographs", path, images);
+    Fail(kNotFound, "{}/{}: no such folder; --images names the one that has the photographs", path, images);
   }
   if (!FindColmapModel(path).empty()) return ReadColmapScene(path, images, options.random_points);
   if (IsNerfScene(path)) return ReadNerfScene(path, options.random_points, images, options.allow_missing);
-  Fail("{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF)", path);
+  Fail(kBadFile,
+       "{}: not a scene; it has neither sparse/0 (COLMAP) nor transforms.json or transforms_train.json (NeRF)", path);
 }
 
 void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
@@ -62,12 +63,12 @@ void LeaveOutMissing(const std::string& path, bool allowed, Scene* scene) {
   if (first == views.end()) return;
   const auto missing = std::count_if(first, views.end(), is_missing), all = std::ssize(views);
   if (!allowed || missing == all) {
-    Fail(
-        "{}: no such image, but the model in {} names it ({} of {} images are missing); add it, remove it from the "
-        "model{}",
-        first->image_path, path, missing, all,
-        missing == all ? ", or name the folder that they are in by --images"
-                       : ", or leave out what is missing by --allow_missing");
+    Fail(kNotFound,
+         "{}: no such image, but the model in {} names it ({} of {} images are missing); add it, remove it from the "
+         "model{}",
+         first->image_path, path, missing, all,
+         missing == all ? ", or name the folder that they are in by --images"
+                        : ", or leave out what is missing by --allow_missing");
   }
   std::erase_if(views, is_missing);
   scene->notes.push_back(
@@ -95,8 +96,8 @@ Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
   LeaveOutMissing(path, options.allow_missing, &scene);
   const bool chosen = options.test_views.every || !options.test_views.list.empty();
   if (std::ranges::all_of(scene.views, [](const View& view) { return view.is_test(); })) {
-    Fail("{}: no view is left to train on, as {} for testing; add images, or choose by --test_every", path,
-         chosen ? "all are" : "every 8th from the first is");
+    Fail(kBadArgument, "{}: no view is left to train on, as {} for testing; add images, or choose by --test_every",
+         path, chosen ? "all are" : "every 8th from the first is");
   }
   if (chosen || scene.views.size() < named) scene.extent = SceneExtent(scene.views, scene.points);
   if (options.hold_out) HoldOut(&scene.views);

@@ -46,7 +46,8 @@ double ApplyMask(const std::string& mask_path, Image* photograph) {
   const double across = static_cast<double>(mask.width) / photograph->width;
   const double down = static_cast<double>(mask.height) / photograph->height;
   if (std::abs(across * photograph->height - mask.height) > 1 && std::abs(mask.width - down * photograph->width) > 1) {
-    Fail("{}: a mask of {} x {} pixels for an image of {} x {}, another aspect ratio; make it of the image's size",
+    Fail(kBadFile,
+         "{}: a mask of {} x {} pixels for an image of {} x {}, another aspect ratio; make it of the image's size",
          mask_path, mask.width, mask.height, photograph->width, photograph->height);
   }
   if (photograph->mask.empty()) photograph->mask.assign(photograph->num_pixels(), 1);
@@ -64,11 +65,11 @@ double ApplyMask(const std::string& mask_path, Image* photograph) {
     }
   }
   if (CountedPixels(*photograph) == 0) {
-    Fail(
-        "{}: black wherever its image has something to show, so nothing of it would be trained on; what counts is to "
-        "be "
-        "white",
-        mask_path);
+    Fail(kBadFile,
+         "{}: black wherever its image has something to show, so nothing of it would be trained on; what counts is to "
+         "be "
+         "white",
+         mask_path);
   }
   return samples + static_cast<double>(sizeof(float) * mask.rgb.size() + mask.mask.size());
 }

@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "splatting/io/bytes/byte_reader.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
@@ -38,13 +39,13 @@ class FrameValues {
   double Number(const char* key, double fallback) const {
     const json* value = Find(key);
     if (value == nullptr) return fallback;
-    if (!value->is_number()) Fail("{}: {} is not a number", where_, key);
+    if (!value->is_number()) Fail(kBadFile, "{}: {} is not a number", where_, key);
     return value->get<double>();
   }
   std::string Text(const char* key, const std::string& fallback) const {
     const json* value = Find(key);
     if (value == nullptr) return fallback;
-    if (!value->is_string()) Fail("{}: {} is not a text", where_, key);
+    if (!value->is_string()) Fail(kBadFile, "{}: {} is not a text", where_, key);
     return value->get<std::string>();
   }
   const std::string& where() const { return where_; }
@@ -57,14 +58,16 @@ class FrameValues {
 
 bool IsFisheye(const FrameValues& values) {
   const json* flag = values.Find("is_fisheye");
-  if (flag != nullptr && !flag->is_boolean()) Fail("{}: is_fisheye is neither true nor false", values.where());
+  if (flag != nullptr && !flag->is_boolean())
+    Fail(kBadFile, "{}: is_fisheye is neither true nor false", values.where());
   const std::string model = values.Text("camera_model", "PINHOLE");
-  const std::set<std::string> pinholes = {"PINHOLE",       "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
-                                          "SIMPLE_RADIAL", "RADIAL",         "FULL_OPENCV"},
+  const std::set<std::string> pinholes = {"SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
+                                          "SIMPLE_RADIAL",  "RADIAL",      "FULL_OPENCV"},
                               fisheyes = {"OPENCV_FISHEYE", "FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
   if (fisheyes.contains(model)) return true;
-  if (!pinholes.contains(model)) {
-    Fail("{}: the camera model {} is not read; undistort the images first, for instance by colmap image_undistorter",
+  if (!pinholes.contains(model) && splat::PlaceOf(splat::LensModels(), model) < 0) {
+    Fail(kUnsupported,
+         "{}: the camera model {} is not read; undistort the images first, for instance by colmap image_undistorter",
          values.where(), Printable(model));
   }
   return flag != nullptr && flag->get<bool>();
@@ -78,14 +81,14 @@ Distortion ReadDistortion(const FrameValues& values) {
   for (std::size_t i = 0; i < 4; ++i) lens.radial[i] = values.Number(kRadial[i], 0);
   for (std::size_t i = 0; i < 2; ++i) lens.tangential[i] = values.Number(kTangential[i], 0);
   if (lens.is_fisheye && lens.tangential != std::array<double, 2>{}) {
-    Fail("{}: p1 or p2 of a fisheye, which has none; export the cameras again", values.where());
+    Fail(kBadFile, "{}: p1 or p2 of a fisheye, which has none; export the cameras again", values.where());
   }
   // nerfstudio means the power r^8, OpenCV a denominator.
   if (!lens.is_fisheye && lens.radial[3] != 0) {
-    Fail(
-        "{}: k4 is not zero, of which programs mean different things for a lens that is no fisheye; fit it with k1 to "
-        "k3",
-        values.where());
+    Fail(kUnsupported,
+         "{}: k4 is not zero, of which programs mean different things for a lens that is no fisheye; fit it with k1 to "
+         "k3",
+         values.where());
   }
   return lens;
 }
@@ -94,7 +97,8 @@ Distortion ReadDistortion(const FrameValues& values) {
 bool ReadStatedSize(const FrameValues& values, Camera* camera) {
   if (!values.Has("w") || !values.Has("h")) return false;
   const double w = values.Number("w", 0), h = values.Number("h", 0);
-  if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6)) Fail("{}: the image size {} x {} is unusable", values.where(), w, h);
+  if (!(w >= 1 && h >= 1 && w < 1e6 && h < 1e6))
+    Fail(kBadFile, "{}: the image size {} x {} is unusable", values.where(), w, h);
   camera->width = static_cast<int>(w);
   camera->height = static_cast<int>(h);
   return true;
@@ -107,14 +111,18 @@ void ReadLens(const FrameValues& values, Camera* camera) {
     return 0.5 * side / std::tan(0.5 * values.Number(angle_key, 0));
   };
   auto& lens = camera->lens;
+  if (values.Has("camera_model")) {
+    lens.model = std::max(0, splat::PlaceOf(splat::LensModels(), values.Text("camera_model", "")));
+  }
   lens.fx = focal("fl_x", "camera_angle_x", camera->width, 0);
   lens.fy = focal("fl_y", "camera_angle_y", camera->height, lens.fx);
   lens.cx = values.Number("cx", 0.5 * camera->width);
   lens.cy = values.Number("cy", 0.5 * camera->height);
   if (!(lens.fx > 0 && lens.fy > 0 && std::isfinite(lens.fx) && std::isfinite(lens.fy))) {
-    Fail("{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), lens.fx, lens.fy);
+    Fail(kBadFile, "{}: the focal lengths {}, {} are unusable; give fl_x or camera_angle_x", values.where(), lens.fx,
+         lens.fy);
   }
-  if (!std::isfinite(lens.cx) || !std::isfinite(lens.cy)) Fail("{}: cx or cy is not finite", values.where());
+  if (!std::isfinite(lens.cx) || !std::isfinite(lens.cy)) Fail(kBadFile, "{}: cx or cy is not finite", values.where());
 }
 
 // 0 x 0 where the size is not stated, and the image is missing as it may.
@@ -156,7 +164,7 @@ bool Orthonormalize(std::array<double, 9>* rotation) {
 // world_from_camera with OpenGL axes -> rotation and translation of the view.
 void ReadPose(const FrameValues& values, View* view) {
   const json* matrix = values.Find("transform_matrix");
-  if (matrix == nullptr) Fail("{}: the frame has no transform_matrix", values.where());
+  if (matrix == nullptr) Fail(kBadFile, "{}: the frame has no transform_matrix", values.where());
   double m[3][4];
   const bool has_rows = matrix->is_array() && (matrix->size() == 3 || matrix->size() == 4);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -164,7 +172,7 @@ void ReadPose(const FrameValues& values, View* view) {
       const bool is_number =
           has_rows && (*matrix)[i].is_array() && (*matrix)[i].size() == 4 && (*matrix)[i][j].is_number();
       m[i][j] = is_number ? (*matrix)[i][j].get<double>() : NAN;
-      if (!std::isfinite(m[i][j])) Fail("{}: transform_matrix is not 4 x 4 finite numbers", values.where());
+      if (!std::isfinite(m[i][j])) Fail(kBadFile, "{}: transform_matrix is not 4 x 4 finite numbers", values.where());
     }
   }
   // Rows of the rotation are the camera's axes in the world: right, down = -up, forward = -backward.
@@ -174,7 +182,8 @@ void ReadPose(const FrameValues& values, View* view) {
     for (std::size_t j = 0; j < 3; ++j) r[3 * i + j] = kSign[i] * m[j][i];
   }
   if (!Orthonormalize(&r)) {
-    Fail("{}: transform_matrix is not a rotation and a translation; remove scale, shear and mirroring", values.where());
+    Fail(kBadFile, "{}: transform_matrix is not a rotation and a translation; remove scale, shear and mirroring",
+         values.where());
   }
   for (std::size_t i = 0; i < 3; ++i) {
     view->translation[i] = -(r[3 * i] * m[0][3] + r[3 * i + 1] * m[1][3] + r[3 * i + 2] * m[2][3]);
@@ -184,14 +193,14 @@ void ReadPose(const FrameValues& values, View* view) {
 std::string ImageName(const FrameValues& values) {
   std::string name = values.Text("file_path", "");
   if (name.empty() || std::any_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20; })) {
-    Fail("{}: the frame has no readable file_path", values.where());
+    Fail(kBadFile, "{}: the frame has no readable file_path", values.where());
   }
   std::string extension = fs::path(name).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
   if (extension != ".png" && extension != ".jpg" && extension != ".jpeg") name += ".png";
   if (LeavesScene("", name)) {
-    Fail("{}: the image {} lies outside the scene; move it there", values.where(), Printable(name));
+    Fail(kBadFile, "{}: the image {} lies outside the scene; move it there", values.where(), Printable(name));
   }
   return fs::path(name).lexically_normal().string();
 }
@@ -200,7 +209,7 @@ std::string ImageName(const FrameValues& values) {
 std::string MaskPath(const FrameValues& values, const fs::path& folder) {
   const std::string name = values.Text("mask_path", "");
   if (LeavesScene("", name)) {
-    Fail("{}: the mask {} lies outside the scene; move it there", values.where(), Printable(name));
+    Fail(kBadFile, "{}: the mask {} lies outside the scene; move it there", values.where(), Printable(name));
   }
   return name.empty() ? name : (folder / name).lexically_normal().string();
 }
@@ -209,9 +218,9 @@ json ReadJson(const std::string& path) {
   try {
     return json::parse(ReadFile(path));
   } catch (const json::parse_error& error) {
-    Fail("{}: not valid JSON at byte {}; copy or export it again", path, error.byte);
+    Fail(kBadFile, "{}: not valid JSON at byte {}; copy or export it again", path, error.byte);
   } catch (const json::exception& error) {  // a number beyond double's range
-    Fail("{}: not valid JSON: {}", path, error.what());
+    Fail(kBadFile, "{}: not valid JSON: {}", path, error.what());
   }
 }
 
@@ -225,8 +234,8 @@ struct ImageFolder {
     const fs::path file(view.name);
     if (name == kUsual) return scene / file;
     if (*file.begin() != kUsual) {
-      Fail("{}: --images={}: the image {} does not lie in images/, which it would stand for", values.where(), name,
-           Printable(view.name));
+      Fail(kBadFile, "{}: --images={}: the image {} does not lie in images/, which it would stand for", values.where(),
+           name, Printable(view.name));
     }
     return scene / name / file.lexically_relative(kUsual);
   }
@@ -238,12 +247,12 @@ json ForEachFrame(const std::string& path, const Take& take) {
   json top = ReadJson(path);
   const auto frames = top.find("frames");
   if (!top.is_object() || frames == top.end() || !frames->is_array() || frames->empty()) {
-    Fail("{}: it has no frames", path);
+    Fail(kBadFile, "{}: it has no frames", path);
   }
   Index number = 0;
   for (const json& frame : *frames) {
     const FrameValues values(frame, top, fmt::format("{}: frame {}", path, number++));
-    if (!frame.is_object()) Fail("{}: not an object", values.where());
+    if (!frame.is_object()) Fail(kBadFile, "{}: not an object", values.where());
     take(values);
   }
   return top;
@@ -268,7 +277,7 @@ json ReadFrames(const std::string& path, const fs::path& folder, const ImageFold
 std::string FindPoints(const fs::path& folder, const std::string& transforms, const json& top) {
   const std::string named = FrameValues(top, top, transforms).Text("ply_file_path", "");
   if (LeavesScene("", named)) {
-    Fail("{}: the points {} lie outside the scene; move them there", transforms, Printable(named));
+    Fail(kBadFile, "{}: the points {} lie outside the scene; move them there", transforms, Printable(named));
   }
   if (!named.empty()) return (folder / named).string();
   for (const char* name : {"points3D.ply", "points3d.ply", "sparse_pc.ply"}) {
@@ -303,7 +312,7 @@ Scene ReadNerfScene(const std::string& scene_folder, const RandomPoints& random,
   for (std::size_t i = 0; i < scene.views.size(); ++i) {
     View& view = scene.views[i];
     if (i > 0 && view.name == scene.views[i - 1].name) {
-      Fail("{}: image {} occurs twice in the transforms", scene_folder, view.name);
+      Fail(kBadFile, "{}: image {} occurs twice in the transforms", scene_folder, view.name);
     }
     if (!test_names.empty()) {
       view.role = test_names.contains(view.name) ? ViewRole::kTest : ViewRole::kTraining;

@@ -23,10 +23,10 @@ namespace {
 Camera UndistortedCamera(const View& view, const Camera& camera) {
   const std::optional<Camera> pinhole = PinholeOf(camera, view.distortion);
   if (pinhole) return *pinhole;
-  Fail(
-      "{}: the distortion of its camera leaves less than a fifth of the image's width or height to see undistorted; "
-      "calibrate the camera again, or remove its images from the model",
-      view.image_path);
+  Fail(kBadFile,
+       "{}: the distortion of its camera leaves less than a fifth of the image's width or height to see undistorted; "
+       "calibrate the camera again, or remove its images from the model",
+       view.image_path);
 }
 
 // Whether an image of that size can be the camera's, but for the scale.
@@ -47,10 +47,10 @@ int OrientationFor(const View& view, ImageSize size) {
     const int orientation = ExifOrientation(ReadFile(view.image_path));
     if (orientation >= kFirstThatSwapsSides) return orientation;
   }
-  Fail(
-      "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
-      "from",
-      view.image_path, size.width, size.height, camera.width, camera.height);
+  Fail(kBadFile,
+       "{}: {} x {} pixels, but its camera has {} x {}, another aspect ratio; use the images the model was made "
+       "from",
+       view.image_path, size.width, size.height, camera.width, camera.height);
 }
 
 // most_bytes: gets the most that was held.
@@ -94,7 +94,7 @@ double MostWorkBytes(const View& view, const CameraSteps& steps, const Photograp
 
 void CheckSomethingCounts(const View& view, const Image& image) {
   if (CountedPixels(image) > 0) return;
-  Fail("{}: by its mask or its alpha nothing of it would be trained on or measured; remove it from the model",
+  Fail(kBadFile, "{}: by its mask or its alpha nothing of it would be trained on or measured; remove it from the model",
        view.image_path);
 }
 
@@ -151,17 +151,18 @@ void CheckBudget(double budget, const std::vector<View>& views) {
   double most = 0;
   for (const View& view : views) most = std::max(most, kImageBytes * view.camera.pixels());
   if (2 * most <= budget) return;
-  Fail(
-      "--photographs_mib: {:.1f} MiB are less than two photographs take, {:.1f}; allow so much (a half of "
-      "--memory_budget where that is given), or use --downscale",
-      budget / kMib, std::ceil(20 * most / kMib) / 10);
+  Fail(kOutOfMemory,
+       "--photographs_mib: {:.1f} MiB are less than two photographs take, {:.1f}; allow so much (a half of "
+       "--memory_budget where that is given), or use --downscale",
+       budget / kMib, std::ceil(20 * most / kMib) / 10);
 }
 
 // The photograph once more, of the size that it had.
 Image ReadAgain(const View& in_file, const PhotographRule& rule, const Camera& camera) {
   Image image = ReadPhotograph(in_file, rule).image;
   if (image.width != camera.width || image.height != camera.height) {
-    Fail("{}: it has another size than when the scene was loaded; do not change photographs while they are in use",
+    Fail(kBadFile,
+         "{}: it has another size than when the scene was loaded; do not change photographs while they are in use",
          in_file.image_path);
   }
   return image;

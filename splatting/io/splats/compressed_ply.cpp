@@ -90,7 +90,8 @@ int DegreeOf(const PlyFile& file, const PlyTable& sh) {
   for (int degree = 1; degree <= 3; ++degree) {
     if (num_rest == splat::NumHigherHarmonics(degree)) return degree;
   }
-  Fail("{}: {} properties f_rest_* of sh; a splat of degree 1, 2 or 3 has 9, 24 or 45", file.path(), num_rest);
+  Fail(kBadFile, "{}: {} properties f_rest_* of sh; a splat of degree 1, 2 or 3 has 9, 24 or 45", file.path(),
+       num_rest);
 }
 
 std::vector<Bounds> ReadBounds(const PlyFile& file, const PlyTable& chunks) {
@@ -106,7 +107,8 @@ std::vector<Bounds> ReadBounds(const PlyFile& file, const PlyTable& chunks) {
     }
     for (std::size_t i = 0; i < n; ++i) {
       if (!std::isfinite(column[i])) {
-        Fail("{}: {} of chunk {} is not finite; the file is damaged, copy or export it again", file.path(), name, i);
+        Fail(kBadFile, "{}: {} of chunk {} is not finite; the file is damaged, copy or export it again", file.path(),
+             name, i);
       }
       (is_max ? bounds[i].max : bounds[i].min)[bounded] = column[i];
     }
@@ -117,7 +119,8 @@ std::vector<Bounds> ReadBounds(const PlyFile& file, const PlyTable& chunks) {
 // The values of a property that are whole numbers of the type.
 std::vector<double> ReadWhole(const PlyFile& file, const PlyTable& table, const std::string& property, PlyType type) {
   if (!table.Has(property, type) || file.is_ascii()) {
-    Fail("{}: a compressed splat whose {} is missing or of another type; export it again", file.path(), property);
+    Fail(kBadFile, "{}: a compressed splat whose {} is missing or of another type; export it again", file.path(),
+         property);
   }
   std::vector<double> values(static_cast<std::size_t>(table.count()));
   table.Copy<double>({{property, values.data()}});
@@ -224,16 +227,17 @@ bool IsCompressedPly(const PlyFile& file) { return file.Has("chunk"); }
 SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& options) {
   const PlyTable chunks(file, "chunk"), vertices(file, "vertex");
   const Index count = vertices.count();
-  if (count == 0) Fail("{}: it holds no Gaussians", file.path());
+  if (count == 0) Fail(kBadFile, "{}: it holds no Gaussians", file.path());
   if (chunks.count() != (count - 1) / kChunk + 1) {
-    Fail("{}: {} chunks for {} Gaussians, where each {} have one; the file is damaged, copy or export it again",
+    Fail(kBadFile,
+         "{}: {} chunks for {} Gaussians, where each {} have one; the file is damaged, copy or export it again",
          file.path(), chunks.count(), count, kChunk);
   }
   SplatModel model;
   if (file.Has("sh")) {
     const PlyTable sh(file, "sh");
     if (sh.count() != count) {
-      Fail("{}: harmonics of {} Gaussians where there are {}; the file is damaged, copy or export it again",
+      Fail(kBadFile, "{}: harmonics of {} Gaussians where there are {}; the file is damaged, copy or export it again",
            file.path(), sh.count(), count);
     }
     model.Resize(DegreeOf(file, sh), count);
@@ -260,7 +264,7 @@ SplatModel ReadCompressedPly(const PlyFile& file, const ReadSplatOptions& option
 
 void WriteCompressedPly(const std::string& path, const SplatModel& in_any_order) {
   CheckDrawable(path, in_any_order);
-  if (in_any_order.count == 0) Fail("{}: it would hold no Gaussians", path);
+  if (in_any_order.count == 0) Fail(kBadArgument, "{}: it would hold no Gaussians", path);
   const SplatModel model = InOrder(AtOneDegree(in_any_order), ChunkOrder(in_any_order, kChunk));
   const Index count = model.count, chunks = (count - 1) / kChunk + 1;
   const int rest = ShCoefficients(model.sh_degree) - 1;

@@ -46,7 +46,7 @@ int DegreeOf(const std::string& path, int num_rest) {
   for (int degree = 0; degree <= 3; ++degree) {
     if (num_rest == splat::NumHigherHarmonics(degree)) return degree;
   }
-  Fail("{}: {} properties f_rest_*; a splat of degree 0, 1, 2 or 3 has 0, 9, 24 or 45", path, num_rest);
+  Fail(kBadFile, "{}: {} properties f_rest_*; a splat of degree 0, 1, 2 or 3 has 0, 9, 24 or 45", path, num_rest);
 }
 
 }  // namespace
@@ -64,10 +64,10 @@ SplatModel ReadSplatPly(const PlyFile& file, const ReadSplatOptions& options) {
   std::erase_if(columns, [](const FileColumn& column) { return column.attribute < 0; });
   for (const FileColumn& column : columns) {
     if (!vertices.Has(column.property)) {
-      Fail("{}: not a splat in the INRIA layout: its vertices have no property {}", path, column.property);
+      Fail(kBadFile, "{}: not a splat in the INRIA layout: its vertices have no property {}", path, column.property);
     }
   }
-  if (vertices.count() == 0) Fail("{}: it holds no Gaussians", path);
+  if (vertices.count() == 0) Fail(kBadFile, "{}: it holds no Gaussians", path);
   model.Resize(model.sh_degree, vertices.count());
   ReadSplatComments(path, file.comments(), &model);
   std::vector<PlyTable::Column<float>> copies;
@@ -122,7 +122,7 @@ void WriteSplatPly(AtomicFile& file, const SplatModel& model) {
 WorldPoints ReadPointPly(const std::string& path) {
   const PlyFile file(path);
   const PlyTable vertices(file, "vertex");
-  if (vertices.count() == 0) Fail("{}: it holds no points", path);
+  if (vertices.count() == 0) Fail(kBadFile, "{}: it holds no points", path);
   const auto n = static_cast<std::size_t>(vertices.count());
   const char* const axes[3] = {"x", "y", "z"};
   const char* const channels[3] = {"red", "green", "blue"};
@@ -145,7 +145,7 @@ WorldPoints ReadPointPly(const std::string& path) {
       const double position = positions[k * n + i];
       const float color = colors[k * n + i] / (has_colors ? vertices.FullScale(channels[k]) : 1.0f);
       if (!std::isfinite(static_cast<float>(position)) || !std::isfinite(color)) {
-        Fail("{}: point {} is not finite; remove it", path, i);
+        Fail(kBadFile, "{}: point {} is not finite; remove it", path, i);
       }
       cloud.positions[i][k] = position;
       cloud.colors[i][k] = std::clamp(color, 0.0f, 1.0f);

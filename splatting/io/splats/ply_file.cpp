@@ -48,12 +48,13 @@ PlyFile::PlyFile(const std::string& path) : PlyFile(path, ReadFile(path)) {}
 
 PlyFile::PlyFile(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {
   std::string_view rest = bytes_, line;
-  if (rest.starts_with("\x1f\x8b")) Fail("{}: compressed by gzip; unpack it first: gunzip", path_);
-  if (!TakeLine(&rest, &line) || line != "ply") Fail("{}: not a .ply file", path_);
+  if (rest.starts_with("\x1f\x8b")) Fail(kUnsupported, "{}: compressed by gzip; unpack it first: gunzip", path_);
+  if (!TakeLine(&rest, &line) || line != "ply") Fail(kBadFile, "{}: not a .ply file", path_);
   bool has_format = false;
   while (true) {
     if (!TakeLine(&rest, &line))
-      Fail("{}: the header has no end_header; the file is cut short or damaged, copy or export it again", path_);
+      Fail(kBadFile, "{}: the header has no end_header; the file is cut short or damaged, copy or export it again",
+           path_);
     std::string_view words = line;
     const std::string_view key = NextWord(&words);
     if (key == "end_header") break;
@@ -64,9 +65,10 @@ PlyFile::PlyFile(std::string path, std::string bytes) : path_(std::move(path)), 
       const std::string_view format = NextWord(&words);
       is_ascii_ = format == "ascii";
       has_format = is_ascii_ || format == "binary_little_endian";
-      if (!has_format) Fail("{}: its format {} is not read; export as binary_little_endian", path_, Printable(format));
+      if (!has_format)
+        Fail(kUnsupported, "{}: its format {} is not read; export as binary_little_endian", path_, Printable(format));
     } else if (key == "element") {
-      if (elements_.size() == kMaxElements) Fail("{}: more than {} elements", path_, kMaxElements);
+      if (elements_.size() == kMaxElements) Fail(kBadFile, "{}: more than {} elements", path_, kMaxElements);
       PlyElement& element = elements_.emplace_back();
       element.name = NextWord(&words);
       if (!ParseNumber(NextWord(&words), &element.count) || element.count < 0) {
@@ -77,7 +79,7 @@ PlyFile::PlyFile(std::string path, std::string bytes) : path_(std::move(path)), 
       ReadProperty(words);
     }
   }
-  if (!has_format) Fail("{}: the header has no format line; export the file again", path_);
+  if (!has_format) Fail(kBadFile, "{}: the header has no format line; export the file again", path_);
   values_ = bytes_.size() - rest.size();
 }
 
@@ -136,7 +138,7 @@ double Value(const char* bytes, PlyType type) {
 
 PlyTable::PlyTable(const PlyFile& file, std::string_view name) : path_(file.path()), holds_doubles_(file.is_ascii()) {
   for (const PlyElement& element : file.elements()) {
-    if (!element.fault.empty()) Fail("{}: {}; export the file again", path_, element.fault);
+    if (!element.fault.empty()) Fail(kBadFile, "{}: {}; export the file again", path_, element.fault);
     if (element.name != name) continue;
     rows_name_ = PlyRows(element.name);
     if (element.properties.empty()) break;
@@ -145,7 +147,7 @@ PlyTable::PlyTable(const PlyFile& file, std::string_view name) : path_(file.path
     file.is_ascii() ? ParseAscii(file, element) : FindBinary(file, element);
     return;
   }
-  Fail("{}: it has no {} with properties", path_, PlyRows(name));
+  Fail(kBadFile, "{}: it has no {} with properties", path_, PlyRows(name));
 }
 
 // The bytes of elements before this one are there too.
@@ -154,7 +156,8 @@ void PlyTable::FindBinary(const PlyFile& file, const PlyElement& element) {
   for (const PlyElement& other : file.elements()) {
     const Index most = static_cast<Index>(left.size()) / std::max<Index>(other.stride, 1);
     if (other.stride > 0 && other.count > most) {
-      Fail("{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
+      Fail(kBadFile,
+           "{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
            path_, other.count, PlyRows(other.name), left.size(), most);
     }
     if (&other == &element) break;
@@ -172,7 +175,8 @@ void PlyTable::ParseAscii(const PlyFile& file, const PlyElement& element) {
     // A word takes two characters, white space included, but for the last of the file.
     const Index most = (static_cast<Index>(words.size()) + 1) / std::max<Index>(2 * width, 1);
     if (width > 0 && other.count > most) {
-      Fail("{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
+      Fail(kBadFile,
+           "{}: the header counts {} {}, but the {} bytes after it hold {} at most; the file is cut short or damaged",
            path_, other.count, PlyRows(other.name), words.size(), most);
     }
     if (&other == &element) break;
@@ -185,7 +189,8 @@ void PlyTable::ParseAscii(const PlyFile& file, const PlyElement& element) {
     for (const PlyProperty& property : properties_) {
       double value = 0;
       if (!ParseNumber(NextWord(&words), &value)) {
-        Fail("{}: {} of {} {} is missing or not a number; the file is cut short or damaged, copy or export it again",
+        Fail(kBadFile,
+             "{}: {} of {} {} is missing or not a number; the file is cut short or damaged, copy or export it again",
              path_, Printable(property.name), Printable(element.name), i);
       }
       std::memcpy(out, &value, sizeof(value));
@@ -226,7 +231,7 @@ void PlyTable::Copy(const std::vector<Column<T>>& columns) const {
   copies.reserve(columns.size());
   for (const Column<T>& column : columns) {
     const PlyProperty* found = Find(column.property);
-    if (found == nullptr) Fail("{}: its {} have no property {}", path_, rows_name_, column.property);
+    if (found == nullptr) Fail(kBadFile, "{}: its {} have no property {}", path_, rows_name_, column.property);
     copies.push_back({found->offset, holds_doubles_ ? PlyType::kDouble : found->type, column.out});
   }
   // Chunks that stay in the cache while the columns pass over them.

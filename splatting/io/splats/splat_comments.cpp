@@ -24,7 +24,7 @@ bool ReadComment(const std::string& path, const std::vector<std::string>& commen
     for (T& number : *numbers) {
       double value = 0;
       if (!ParseNumber(NextWord(&comment), &value) || !is_valid(value)) {
-        Fail("{}: the comment '{}' is not followed by {}; correct or remove it", path, beginning, what);
+        Fail(kBadFile, "{}: the comment '{}' is not followed by {}; correct or remove it", path, beginning, what);
       }
       number = static_cast<T>(value);
     }

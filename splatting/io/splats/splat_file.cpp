@@ -49,7 +49,8 @@ void TakeUsableGaussians(const std::string& path, const ReadSplatOptions& option
   const Index bad = model->count - static_cast<Index>(usable.size());
   if (bad == 0) return;
   if (!options.drop_unusable || usable.empty()) {
-    Fail("{}: {} of {} Gaussians have values that are not finite or a zero quaternion; remove them, or train again",
+    Fail(kBadFile,
+         "{}: {} of {} Gaussians have values that are not finite or a zero quaternion; remove them, or train again",
          path, bad, model->count);
   }
   *model = InOrder(std::move(*model), usable);
@@ -62,6 +63,7 @@ void CheckDrawable(const std::string& path, const SplatModel& model) {
   const Index bad = model.count - static_cast<Index>(UsableGaussians(model).size());
   if (bad > 0) {
     Fail(
+        kBadArgument,
         "{}: {} of {} Gaussians have values that are not finite or a zero quaternion, which this format has no numbers "
         "for; remove them, or train again",
         path, bad, model.count);
@@ -85,7 +87,7 @@ Writer WriterFor(const std::string& path) {
   for (const auto& format : kFormats) {
     if (name.ends_with(format.extension)) return format.write;
   }
-  Fail("{}: the extension says the format: .ply, .compressed.ply or .spz", path);
+  Fail(kBadArgument, "{}: the extension says the format: .ply, .compressed.ply or .spz", path);
 }
 
 }  // namespace
@@ -93,7 +95,8 @@ Writer WriterFor(const std::string& path) {
 SplatModel ReadSplat(const std::string& path, const ReadSplatOptions& options) {
   std::string bytes = ReadFile(path);
   if (bytes.starts_with("NGSP")) {
-    Fail("{}: .spz of version 4 or later, where versions 1 to 3 are read; export it as one of those, or as .ply", path);
+    Fail(kUnsupported,
+         "{}: .spz of version 4 or later, where versions 1 to 3 are read; export it as one of those, or as .ply", path);
   }
   if (bytes.starts_with("\x1f\x8b")) return ReadSpz(path, bytes, options);
   const PlyFile file(path, std::move(bytes));

@@ -72,20 +72,21 @@ Header CheckedHeader(const std::string& path, const std::array<char, sizeof(Head
   std::memcpy(&header, bytes.data(), sizeof(header));
   if (header.magic != kMagic) {
     const bool is_ply = std::string_view(bytes.data(), bytes.size()).starts_with("ply");
-    Fail("{}: {}", path, is_ply ? "a .ply compressed by gzip; unpack it first: gunzip" : "compressed, but no .spz");
+    Fail(kBadFile, "{}: {}", path,
+         is_ply ? "a .ply compressed by gzip; unpack it first: gunzip" : "compressed, but no .spz");
   }
   if (header.version < 1 || header.version > 3) {
-    Fail("{}: .spz of version {}, where versions 1 to 3 are read; export it as one of those, or as .ply", path,
-         header.version);
+    Fail(kUnsupported, "{}: .spz of version {}, where versions 1 to 3 are read; export it as one of those, or as .ply",
+         path, header.version);
   }
   if (header.sh_degree > 3) {
-    Fail("{}: SH degree {}; a splat of degree 0, 1, 2 or 3 can be read", path, header.sh_degree);
+    Fail(kBadFile, "{}: SH degree {}; a splat of degree 0, 1, 2 or 3 can be read", path, header.sh_degree);
   }
   if (header.fraction_bits > kMostRead) {
-    Fail("{}: positions with {} fraction bits of 24; the file is damaged, copy or export it again", path,
+    Fail(kBadFile, "{}: positions with {} fraction bits of 24; the file is damaged, copy or export it again", path,
          header.fraction_bits);
   }
-  if (header.count == 0) Fail("{}: it holds no Gaussians", path);
+  if (header.count == 0) Fail(kBadFile, "{}: it holds no Gaussians", path);
   return header;
 }
 
@@ -160,13 +161,13 @@ void SkipExtensions(const std::string& path, GzipReader* reader) {
   for (;;) {
     const std::size_t read = reader->Read(reinterpret_cast<char*>(head.data()), sizeof(head));
     if (read == 0) return;
-    if (read < sizeof(head)) Fail("{}: cut short in what follows the splat", path);
+    if (read < sizeof(head)) Fail(kBadFile, "{}: cut short in what follows the splat", path);
     if (head[0] != kCameraLimits || head[1] > kMostBytes) {
-      Fail("{}: it has an extension of type {:#x}, which is not known; export it without", path, head[0]);
+      Fail(kUnsupported, "{}: it has an extension of type {:#x}, which is not known; export it without", path, head[0]);
     }
     std::string ignored(head[1], '\0');
     if (reader->Read(ignored.data(), ignored.size()) < ignored.size()) {
-      Fail("{}: cut short in what follows the splat", path);
+      Fail(kBadFile, "{}: cut short in what follows the splat", path);
     }
   }
 }
@@ -193,6 +194,7 @@ int FractionBits(const std::string& path, const SplatModel& model) {
   const double size = MedianLogScale(model);
   if (size < kLeastLogScale || size > kGreatestLogScale) {
     Fail(
+        kBadArgument,
         "{}: half of the Gaussians are {} than .spz has numbers for, e^{:.0f} where e^-10 to e^5.9 units can be; write "
         "a .ply",
         path, size < 0 ? "smaller" : "larger", size);
@@ -206,7 +208,8 @@ int FractionBits(const std::string& path, const SplatModel& model) {
   int bits = std::clamp(static_cast<int>(std::ceil(wanted)), kUsualFractionBits, kMostWritten);
   while (bits > 0 && std::round(std::ldexp(farthest, bits)) > kLargestFixed) --bits;
   if (bits < wanted - 3 || std::round(std::ldexp(farthest, bits)) > kLargestFixed) {
-    Fail("{}: a mean {:.3g} units from the origin is too far out for the 24 bits of .spz; remove it, or write a .ply",
+    Fail(kBadArgument,
+         "{}: a mean {:.3g} units from the origin is too far out for the 24 bits of .spz; remove it, or write a .ply",
          path, farthest);
   }
   return bits;
@@ -222,21 +225,21 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
   GzipReader reader(path, bytes);
   std::array<char, sizeof(Header)> first{};
   const std::size_t read = reader.Read(first.data(), first.size());
-  const auto cut_short = [&] { Fail("{}: cut short; copy or export it again", path); };
+  const auto cut_short = [&] { Fail(kBadFile, "{}: cut short; copy or export it again", path); };
   if (read < first.size()) cut_short();
   const Header header = CheckedHeader(path, first);
   const Widths widths(header);
   const Index count = header.count, size = count * widths.Sum();
   if (size / kMostDeflateExpands > static_cast<Index>(bytes.size())) {
-    Fail("{}: the header counts {} Gaussians, which {} bytes cannot hold; the file is cut short or damaged", path,
-         count, bytes.size());
+    Fail(kBadFile, "{}: the header counts {} Gaussians, which {} bytes cannot hold; the file is cut short or damaged",
+         path, count, bytes.size());
   }
   std::vector<std::uint8_t> body(static_cast<std::size_t>(size));
   if (reader.Read(reinterpret_cast<char*>(body.data()), body.size()) < body.size()) cut_short();
   if (header.flags & kHasExtensions) SkipExtensions(path, &reader);
   char more = 0;
   if (reader.Read(&more, 1) > 0) {
-    Fail("{}: bytes follow the last Gaussian; the file is damaged, copy or export it again", path);
+    Fail(kBadFile, "{}: bytes follow the last Gaussian; the file is damaged, copy or export it again", path);
   }
 
   SplatModel model;
@@ -271,8 +274,9 @@ SplatModel ReadSpz(const std::string& path, std::string_view bytes, const ReadSp
 
 void WriteSpz(const std::string& path, const SplatModel& model) {
   CheckDrawable(path, model);
-  if (model.count == 0) Fail("{}: it would hold no Gaussians", path);
-  if (model.count > std::numeric_limits<std::uint32_t>::max()) Fail("{}: {} Gaussians are too many", path, model.count);
+  if (model.count == 0) Fail(kBadArgument, "{}: it would hold no Gaussians", path);
+  if (model.count > std::numeric_limits<std::uint32_t>::max())
+    Fail(kBadArgument, "{}: {} Gaussians are too many", path, model.count);
   Header header;
   header.count = static_cast<std::uint32_t>(model.count);
   header.sh_degree = static_cast<std::uint8_t>(model.sh_degree);

@@ -74,8 +74,10 @@ class AdamStage {
     // Rates stay those of the cameras as they were given.
     const std::vector<const View*>& views = session.cameras().given();
     const Scene& scene = session.scene();
+    DensityOptions density = options.density;
+    density.max_gaussians = session.plan().max_gaussians;
     return {TrainedModel<B>(model, Adam<B>(options.rates, options.adam.metric, options.adam.views_per_iteration),
-                            DensityControl<typename B::Space>(options.density, scene.extent, options.seed),
+                            DensityControl<typename B::Space>(density, scene.extent, options.seed),
                             UnitViews(views, NearPlane(scene)), scene.extent),
             ViewOrder(views.size(), options.seed, static_cast<std::size_t>(options.adam.views_per_iteration))};
   }
@@ -96,13 +98,19 @@ class AdamStage {
     if (!state_->IsWhole() || !views_.IsState(state_->cameras)) session_.saved().Refuse();
     const int n = session_.schedule().iterations(), views = options_.adam.views_per_iteration;
     if (state_->iteration >= n) {
-      Fail("{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
+      Fail(kBadArgument,
+           "{}: {} iterations of Adam are done and {} asked for; ask for more by --iterations, or give a --time_limit",
            session_.saved().path(), state_->iteration * views, n * views);
     }
   }
 
   StageProgress Progress() const {
-    return {state_->iteration, state_->span, state_->model.count(), state_->before_pruning, views_.have_coarse()};
+    return {.iteration = state_->iteration,
+            .span = state_->span,
+            .gaussians = state_->model.count(),
+            .max_gaussians = session_.plan().max_gaussians,
+            .before_pruning = state_->before_pruning,
+            .has_coarse_views = views_.have_coarse()};
   }
 
   void Iterate() {
@@ -235,7 +243,7 @@ class AdamStage {
     const MemoryScene now = session_.memory().Count(OnHost(state_->model.kernel_model(degree)), 8, false);
     const MemoryScene then = now.Scaled(static_cast<Index>(gaussians));
     if constexpr (kOnHost) {
-      return PredictedMib(then, options_, 0);
+      return session_.plan().held_mib + PredictedMib(then, options_, 0);
     } else {
       return PredictedDeviceMib(then, options_, 0, session_.memory().kept_on_device());
     }

@@ -16,7 +16,7 @@ StageAhead ForecastStage(const StagePace& pace, const GrowthForecast& growth, co
   const double done = now.span.after;
   const int pieces = std::max(1, static_cast<int>(std::ceil((1 - done) * kPieces)));
   const double piece = (1 - done) / pieces;
-  const auto limit = static_cast<double>(std::max(options.density.max_gaussians, now.gaussians));
+  const auto limit = static_cast<double>(std::max(now.max_gaussians, now.gaussians));
   const auto gaussians = static_cast<double>(now.gaussians);
   StageAhead ahead{.gaussians = gaussians, .most_gaussians = gaussians};
   Index before_pruning = now.before_pruning;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numeric>
 #include <optional>
 
@@ -128,6 +129,7 @@ struct StageProgress {
   int iteration = 0;     // done
   StageSpan span{0, 0};  // of that one
   Index gaussians = 0;
+  Index max_gaussians = std::numeric_limits<Index>::max();  // ResolvedPlan::max_gaussians
   Index before_pruning = 0;      // Gaussians that there were before some were taken out; 0: none yet
   bool has_coarse_views = true;  // of half size
 };

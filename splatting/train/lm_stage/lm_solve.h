@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// One solve of the LM stage: its saved state, where it starts, its loop, and the model that it leaves.
+// What the two kinds of LM stage share: the saved state, the start, the loop over iterations, the model that is left,
+// and what happens where the memory of a GPU does not suffice.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <span>
@@ -15,6 +17,7 @@
 
 #include "kernels/core/archive.h"
 #include "kernels/core/check.h"
+#include "kernels/core/device_memory.h"
 #include "problems/gaussian_splatting/model/splat_model.h"
 #include "problems/gaussian_splatting/model/targets.h"
 #include "solver/levenberg_marquardt.h"
@@ -117,7 +120,7 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     const LmIteration& row = stepper.Step();
     moved();
     session.history().Record(Stage::kLm, first + row.iteration, best);
-    session.Report({Stage::kLm, first + row.iteration, session.options().lm.iterations, session.Seconds(),
+    session.Report({Stage::kLm, first + row.iteration, session.plan().lm.iterations, session.Seconds(),
                     row.cost / values, session.history().training_psnr(), best.gaussians,
                     fmt::format("lambda {:.1e} rho {:.2f} gamma {:.2f} pcg {}{}", row.lambda, row.rho, row.gamma,
                                 row.pcg_iterations, row.accepted ? "" : " rejected")});
@@ -132,11 +135,11 @@ std::string RunLmSteps(TrainingSession& session, LmStepper<B>& stepper, LmStageH
     session.interim().SaveWhereDue(Stage::kLm, first + stepper.summary().iterations.back().iteration, save);
   }
   const LmSummary& summary = stepper.summary();
-  if (summary.status == LmStatus::kFunctionTolerance && session.options().lm.min_gain > 0) {
+  if (summary.status == LmStatus::kFunctionTolerance && session.plan().lm.min_gain > 0) {
     session.Note(fmt::format(
         "LM ended after {} of {} iterations: the last one lowered the cost by less than "
         "lm.min_gain={:g} of it",
-        first + summary.iterations.back().iteration, session.options().lm.iterations, session.options().lm.min_gain));
+        first + summary.iterations.back().iteration, session.plan().lm.iterations, session.plan().lm.min_gain));
   }
   return summary.FullReport();
 }
@@ -184,5 +187,49 @@ class LmModel {
   typename SplatBackend<B>::Workspace& workspace_;
   SplatModel& model_;
 };
+
+// The stage from its start to its end. `problem` is a SplatLm or a JointLm: it makes the least-squares problem and its
+// start, and follows the steps. Leaves the model at its best, records its last state, and returns the engine's full
+// report. Where the memory of a GPU does not suffice after all, the stage goes on from its best model with less memory
+// if the problem can, and else ends with the last iteration that was finished. Throws OutOfDeviceMemory where there was
+// none and no Adam stage either, Error for a saved state that is not of this stage.
+template <class B, class StageProblem>
+std::string SolveLmStage(TrainingSession& session, SplatModel& model, LmStart& start, StageProblem& problem) {
+  constexpr bool kOnHost = std::is_same_v<typename B::Space, Host>;
+  vesta::LmOptions engine = problem.EngineOptions();
+  int& done = start.header.done;
+  int finished = start.finished();  // iterations since, whose best the model is
+  bool resumes = start.saved();
+  for (;;) {
+    try {
+      Problem<B>& solved = problem.MakeProblem();
+      B backend;
+      typename B::Vector x;
+      if (!resumes) x = problem.Start(model);
+      if constexpr (kOnHost) model.data = std::vector<float>();  // until the stepper is done its x is the model
+      engine.max_iterations = std::max(0, session.plan().lm.iterations - done);
+      LmStepper<B> stepper = resumes ? start.template GoOn<LmStepper<B>>(engine, backend, solved)
+                                     : LmStepper<B>(engine, backend, solved, std::move(x));
+      if (std::exchange(resumes, false)) problem.Resumed(stepper);
+      LmModel<B> best(session, stepper, problem.copies(), problem.workspace(), model);
+      std::string report = RunLmSteps(session, stepper, start.header, best.Recorded(), [&] {
+        problem.Moved(stepper);
+        best.AfterStep();
+        ++finished;
+      });
+      best.TakeBest();
+      return report;
+    } catch (const OutOfDeviceMemory& error) {
+      done += std::exchange(finished, 0);
+      resumes = false;  // the model is what the saved solve had come to
+      if (!problem.TakeLessMemory()) {
+        if (done == 0 && !session.options().adam.runs()) throw;
+        session.Note(fmt::format("LM ends after {} iterations: {}", done, error.what()));
+        return "";
+      }
+      session.Note(fmt::format("LM goes on with one view at a time: {}", error.what()));
+    }
+  }
+}
 
 }  // namespace vesta::gs

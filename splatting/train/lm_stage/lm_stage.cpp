@@ -1,20 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
-// The LM stage's options, in the terms of the problem and of the engine, and the stage on the host.
 #include "splatting/train/lm_stage/lm_stage.h"
 
-namespace vesta::gs {
+#include <fmt/format.h>
 
-SplatProblemOptions LmProblemOptions(const TrainingSession& session, const SplatModel& model,
-                                     const std::vector<float>& units) {
-  const TrainOptions& options = session.options();
-  SplatProblemOptions result = SplatProblemOptionsOf(options.lm, model);
-  result.background = options.background;
-  result.batches = {options.lm.batches, options.lm.batch_size, options.lm.batch_choice, options.seed};
-  result.rates = options.rates;
-  result.units = std::make_shared<const std::vector<float>>(units);
-  return result;
+#include <utility>
+
+#include "problems/gaussian_splatting/lm/view_batches.h"
+#include "problems/gaussian_splatting/model/targets.h"
+
+namespace vesta::gs {
+namespace {
+
+Index NumBatches(const TrainingSession& session) {
+  const LmStageOptions& lm = session.plan().lm;
+  return ViewBatches::CutCount(lm.batches, lm.batch_size, static_cast<Index>(session.training_views().size()));
 }
 
-template std::string RunLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model, bool hold_batches);
+// Leaves out of LM's options what cannot be done, and notes what does nothing.
+void NormalizeLmOptions(TrainingSession& session) {
+  LmStageOptions& lm = session.Decide().lm;
+  if (lm.iterations == 0) return;
+  const bool is_plain = lm.batches == 1 && lm.batch_size == 0 && !lm.line_search && !IsCached(lm.jacobian);
+  if (FindsCamerasByLm(session.options()) && !is_plain) {
+    lm.batches = 1, lm.batch_size = 0, lm.line_search = false, lm.jacobian = JacobianKind::kRecompute;
+    session.Note("LM that finds cameras takes all views as one batch, caches no Jacobian and searches no line");
+  }
+  const Index batches = NumBatches(session);
+  if (batches < lm.batches) {
+    session.Note(fmt::format("LM in {} of the lm.batches={} asked for: there are {} training views", batches,
+                             lm.batches, session.training_views().size()));
+  }
+  if (lm.l1_weight == 0 && lm.ssim_weight == 0) {
+    session.Note("LM has nothing to lower: lm.l1_weight and lm.ssim_weight are both 0");
+  }
+}
+
+MemoryScene CountForLm(const TrainingSession& session, const StageRunners& stages, const SplatModel& model) {
+  const LmStageOptions& lm = session.plan().lm;
+  const bool has_cache = IsCached(lm.jacobian);
+  const int some = stages.device_memory ? 8 : 4;
+  const auto all = static_cast<int>(session.training_views().size());
+  // Each counted view is built once: all only where LM is to be planned to the last byte.
+  const bool is_exact = lm.iterations > 0 && (has_cache || session.options().memory.budget_gib > 0);
+  const int counted = is_exact ? all : some;
+  return session.memory().Count(ToKernelModel(model), counted, has_cache);
+}
+
+// Decides how LM runs within the memory. Returns why there is no room for it; else nothing.
+std::string PlanWithinMemory(TrainingSession& session, const StageRunners& stages, const MemoryScene& counts) {
+  const TrainOptions& options = session.options();
+  ResolvedPlan& plan = session.Decide();
+  const bool finds_cameras = FindsCamerasByLm(options);
+  const StageMemory memory = MemoryToPlanBy(stages, options.memory, plan.held_mib);
+  const JacobianKind asked = plan.lm.jacobian;
+  try {
+    plan.lm_memory = finds_cameras ? PlanJointLm(counts, options, memory) : PlanLm(counts, plan.lm, memory);
+  } catch (const Error& error) {
+    // What Adam has made is not lost for want of memory.
+    if (!options.adam.runs()) throw;
+    plan.lm.iterations = 0;
+    return error.what();
+  }
+  if (finds_cameras) {
+    if (!plan.lm_memory.eliminate_views) {
+      session.Note("LM solves for cameras along with the splats: there is no room to eliminate them");
+    }
+    return "";
+  }
+  const JacobianKind planned = plan.lm.jacobian = plan.lm_memory.jacobian;
+  // A device always holds views where they fit, so that choice needs no note.
+  const bool as_ever = stages.device_memory && asked == JacobianKind::kRebuild && planned == JacobianKind::kRecompute;
+  if (planned != asked && !as_ever) {
+    session.Note(fmt::format("LM with lm.jacobian={} in place of {}", schema::NameOf(planned, kJacobianKinds),
+                             schema::NameOf(asked, kJacobianKinds)));
+  }
+  return "";
+}
+
+}  // namespace
+
+template std::string RunLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model);
+
+LmOutcome RunLm(TrainingSession& session, const StageRunners& stages, SplatModel* model) {
+  NormalizeLmOptions(session);
+  LmOutcome outcome{.batches = NumBatches(session), .counts = CountForLm(session, stages, *model)};
+  outcome.left_out = PlanWithinMemory(session, stages, outcome.counts);
+  if (session.plan().lm.iterations == 0 || session.early_end().has_reached_target() ||
+      session.early_end().ShouldStop()) {
+    session.Decide().lm_memory.bytes = 0;
+    return outcome;
+  }
+  outcome.report = stages.lm(session, *model);
+  return outcome;
+}
 
 }  // namespace vesta::gs

@@ -18,7 +18,7 @@ namespace {
 // The file: these eight bytes, the version, RunState, the stage's state, and the CRC-32 of all before it.
 constexpr std::string_view kMagic = "vestaTRN";
 // To be raised whenever a Visit that takes part changes.
-constexpr std::uint32_t kVersion = 12;
+constexpr std::uint32_t kVersion = 13;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
   if (bytes.empty()) return before;  // of a null pointer zlib's is that of the start
@@ -89,16 +89,19 @@ bool IsCheckpoint(const std::string& path) {
 Checkpoint ReadCheckpoint(const std::string& path) {
   const std::string bytes = ReadFile(path);
   std::string_view rest = bytes;
-  if (!rest.starts_with(kMagic)) Fail("{}: not a checkpoint of vesta", path);
+  if (!rest.starts_with(kMagic)) Fail(kBadFile, "{}: not a checkpoint of vesta", path);
   rest.remove_prefix(kMagic.size());
   std::uint32_t version = 0, checksum = 0;
-  const auto damaged = [&] { Fail("{}: cut short or damaged; resume from another checkpoint, or train anew", path); };
+  const auto damaged = [&] {
+    Fail(kBadFile, "{}: cut short or damaged; resume from another checkpoint, or train anew", path);
+  };
   if (rest.size() < sizeof(version) + sizeof(checksum)) damaged();
   std::memcpy(&version, rest.data(), sizeof(version));
   std::memcpy(&checksum, bytes.data() + bytes.size() - sizeof(checksum), sizeof(checksum));
   if (checksum != Checksum(0, std::string_view(bytes).substr(0, bytes.size() - sizeof(checksum)))) damaged();
   if (version != kVersion) {
     Fail(
+        kUnsupported,
         "{}: a checkpoint of version {}, where this program reads version {}; resume it with the program that wrote it",
         path, version, kVersion);
   }

@@ -42,7 +42,8 @@ class SavedStage {
 
   // Where it cannot be one: throws Error, which names the checkpoint, and why where that is known.
   [[noreturn]] void Refuse(const std::string& why = "") const {
-    Fail("{}: holds no state that this training could have had{}; resume from another checkpoint, or train anew",
+    Fail(kBadFile,
+         "{}: holds no state that this training could have had{}; resume from another checkpoint, or train anew",
          checkpoint_->path, why.empty() ? "" : fmt::format(" ({})", why));
   }
   // What read() returns; where it throws for what was saved, so does Refuse.

@@ -17,6 +17,7 @@
 #include "splatting/train/session/training_cameras.h"
 #include "splatting/train/session/training_clock.h"
 #include "splatting/train/session/training_memory.h"
+#include "splatting/train/settings/resolved_plan.h"
 #include "splatting/train/settings/training_schedule.h"
 
 namespace vesta::gs {
@@ -30,8 +31,9 @@ class TrainingSession {
   TrainingSession& operator=(const TrainingSession&) = delete;
 
   const TrainOptions& options() const { return options_; }
-  // For who cannot do what was asked for; all that comes later goes by it.
-  TrainOptions& AdaptOptions() { return options_; }
+  const ResolvedPlan& plan() const { return plan_; }
+  // For the decisions between the stages (train/trainer.cpp, train/lm_stage/run_lm.cpp); stages only read them.
+  ResolvedPlan& Decide() { return plan_; }
   // Of the Adam stage, by these options.
   const TrainingSchedule& schedule() const { return schedule_; }
 
@@ -76,7 +78,8 @@ class TrainingSession {
  private:
   void Resume(const Checkpoint& checkpoint);
 
-  TrainOptions options_;
+  const TrainOptions options_;
+  ResolvedPlan plan_{options_};
   TrainingSchedule schedule_{options_};
   const TrainCallbacks& callbacks_;
   TrainingCameras cameras_;

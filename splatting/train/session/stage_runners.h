@@ -17,13 +17,12 @@ struct DeviceMemoryUse {
   double peak_bytes = 0;  // most that was in use
 };
 
-// What runs the two stages, and where. Both leave the model at its best and record their last state; lm returns the
-// engine's full report; hold_batches: vesta::LmOptions::hold_batches.
+// The two stages in one memory space (RunAdamStage, RunLmStage). Both leave the model at its best and record their last
+// state; lm returns the engine's full report.
 struct StageRunners {
   std::string device;
   std::function<void(TrainingSession&, SplatModel&)> adam;
-  std::function<std::string(TrainingSession&, SplatModel&, bool hold_batches)> lm;
-  std::function<std::string(TrainingSession&, SplatModel&, bool eliminate_views)> joint_lm;  // RunJointLmStage
+  std::function<std::string(TrainingSession&, SplatModel&)> lm;
   std::function<DeviceMemoryUse()> device_memory = {};  // empty where both compute in the memory of the host
   std::string note = {};                                // where they run elsewhere than expected: why
 };

@@ -5,8 +5,9 @@
 
 namespace vesta::gs {
 
-StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options) {
-  return stages.device_memory ? DeviceMemory(options, stages.device_memory().free_bytes) : HostMemory(options);
+StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib) {
+  return stages.device_memory ? DeviceMemory(options, stages.device_memory().free_bytes)
+                              : HostMemory(options, held_mib);
 }
 
 MemoryScene TrainingMemory::Count(const splat::Model<float>& model, int most, bool with_entries) const {

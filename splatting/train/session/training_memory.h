@@ -12,7 +12,7 @@
 namespace vesta::gs {
 
 // The memory that the stages compute in, as it is now.
-StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options);
+StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib);
 
 class TrainingMemory {
  public:

@@ -102,7 +102,7 @@ TrainOptions PresetOptions(const std::string& name) {
     if (name == preset.name) return preset.options();
     names += (names.empty() ? "" : ", ") + std::string(preset.name);
   }
-  Fail("--preset={}: it must be one of {}", name, names);
+  Fail(kBadArgument, "--preset={}: it must be one of {}", name, names);
 }
 
 TrainOptions RefinePresetOptions(const std::string& name, std::optional<RefineMethod> method) {

@@ -66,10 +66,18 @@ const schema::Table<TrainOptions>& TrainFields() {
 
 void ValidateOptions(const TrainOptions& options) {
   for (const schema::Field<TrainOptions>& field : TrainFields()) {
-    if (!field.IsValid(options)) Fail("{}={}: {}", field.name, field.Text(options), field.Requirement());
+    if (!field.IsValid(options)) Fail(kBadArgument, "{}={}: {}", field.name, field.Text(options), field.Requirement());
   }
   CheckTogether(options.lm);
   CheckTogether(options.parsimony);
+  const DensityOptions& density = options.density;
+  const ParsimonyOptions& parsimony = options.parsimony;
+  if (density.enabled && (parsimony.supported || parsimony.judges()) && density.end > parsimony.begin) {
+    Fail(
+        "density.end={} lies behind parsimony.begin={}: Gaussians would be removed while others are still added; set "
+        "both",
+        density.end, parsimony.begin);
+  }
 }
 
 }  // namespace vesta::gs

@@ -25,7 +25,7 @@ struct IterationPlan {
 
 class TrainingSchedule {
  public:
-  // The options must outlive this object. They may change until the stage begins.
+  // The options must outlive this object.
   explicit TrainingSchedule(const TrainOptions& options) : options_(options) {}
 
   const TrainOptions& options() const { return options_; }

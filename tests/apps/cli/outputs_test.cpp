@@ -20,6 +20,7 @@
 #include "splatting/io/splats/ply.h"
 #include "tests/apps/run_program.h"
 #include "tests/apps/tiny_scene.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::test {
 namespace {
@@ -76,14 +77,14 @@ class Outputs : public testing::Test {
     flags.insert(flags.begin(), {"train", scene_, "--iterations=40", "--lm_iterations=1"});
     return flags;
   }
-  // In one line with these parts, before any work, and everything is as it was.
-  void ExpectRefused(const std::vector<std::string>& words, const std::vector<std::string>& parts) const {
+  // In one line with these tokens, before any work, and everything is as it was.
+  void ExpectRefused(const std::vector<std::string>& words, const std::vector<std::string>& tokens) const {
     SCOPED_TRACE(testing::PrintToString(words));
     const auto before = Contents(folder_.path());
     const ProgramOutput output = RunProgram(words);
     EXPECT_EQ(output.status, 1);
     EXPECT_EQ(CountLines(output.err), 1) << output.err;
-    for (const std::string& part : parts) EXPECT_THAT(output.err, HasSubstr(part));
+    EXPECT_THAT(output.err, HasEachToken(tokens));
     EXPECT_THAT(output.out, Not(HasSubstr("adam ")));
     EXPECT_TRUE(Contents(folder_.path()) == before);
   }
@@ -95,28 +96,29 @@ class Outputs : public testing::Test {
 TEST_F(Outputs, DoNotLieInAFolderOfTheScene) {
   for (const char* inside : {"", "/images", "/images/new", "/sparse/0", "/../scene/images"}) {
     const std::string out = "--out=" + scene_ + inside;
-    ExpectRefused({"render", ply_, scene_, out}, {out, "is a folder of the scene"});
-    ExpectRefused({"refine", ply_, scene_, out}, {out, "is a folder of the scene"});
-    ExpectRefused(Train({out}), {out, "is a folder of the scene"});
+    ExpectRefused({"render", ply_, scene_, out}, {out});
+    ExpectRefused({"refine", ply_, scene_, out}, {out});
+    ExpectRefused(Train({out}), {out});
   }
   const std::string json = "--json=" + scene_ + "/images/000.png";
-  ExpectRefused({"eval", ply_, scene_, json}, {json, "is a folder of the scene"});
+  ExpectRefused({"eval", ply_, scene_, json}, {json});
   fs::create_directory_symlink(scene_ + "/images", folder_ / "link");
-  ExpectRefused({"render", ply_, scene_, "--out=" + (folder_ / "link")}, {"is a folder of the scene"});
+  ExpectRefused({"render", ply_, scene_, "--out=" + (folder_ / "link")}, {folder_ / "link"});
   // A folder of its own there is nobody else's.
   EXPECT_EQ(RunProgram({"render", ply_, scene_, "--out=" + scene_ + "/renders"}).status, 0);
 }
 
 TEST_F(Outputs, DoNotReplaceTheSplatThatIsRead) {
-  ExpectRefused({"eval", ply_, scene_, "--json=" + ply_}, {"--json=" + ply_, "it would replace " + ply_});
+  ExpectRefused({"eval", ply_, scene_, "--json=" + ply_}, {"--json=" + ply_, ply_});
   fs::create_hard_link(ply_, folder_ / "other.ply");
-  ExpectRefused({"eval", ply_, scene_, "--json=" + (folder_ / "other.ply")}, {"it would replace " + ply_});
+  ExpectRefused({"eval", ply_, scene_, "--json=" + (folder_ / "other.ply")}, {ply_});
   fs::create_directory(out_);
   fs::create_symlink(ply_, out_ + "/point_cloud.ply");
-  ExpectRefused({"refine", ply_, scene_, "--out=" + out_}, {"--out=" + out_, "it would replace " + ply_});
+  ExpectRefused({"refine", ply_, scene_, "--out=" + out_}, {"--out=" + out_, ply_});
   fs::remove(out_ + "/point_cloud.ply");
   Write(out_ + "/metrics.json", "{\"preset\": \"fast\", \"options\": {}}");
-  ExpectRefused(Train({"--out=" + out_, "--config=" + out_ + "/metrics.json"}), {"--out=" + out_, "it would replace"});
+  ExpectRefused(Train({"--out=" + out_, "--config=" + out_ + "/metrics.json"}),
+                {"--out=" + out_, out_ + "/metrics.json"});
 }
 
 // Where transforms.json says so, the points a training starts from lie where its results would.
@@ -134,12 +136,12 @@ TEST_F(Outputs, DoNotReplaceThePointsOfANerfScene) {
   const auto train = [&](const std::string& out) {
     return std::vector<std::string>{"train", nerf, "--out=" + out, "--iterations=5", "--lm_iterations=0"};
   };
-  ExpectRefused(train(nerf), {"--out=" + nerf, "is a folder of the scene"});
-  ExpectRefused(train(nerf + "/data"), {"--out=" + nerf + "/data", "is a folder of the scene"});
-  ExpectRefused(train(nerf + "/views/new"), {"is a folder of the scene"});
+  ExpectRefused(train(nerf), {"--out=" + nerf});
+  ExpectRefused(train(nerf + "/data"), {"--out=" + nerf + "/data"});
+  ExpectRefused(train(nerf + "/views/new"), {nerf + "/views/new"});
   EXPECT_EQ(RunProgram(train(nerf + "/results")).status, 0);
   const std::string points = "--out=" + nerf + "/data/point_cloud.ply";
-  ExpectRefused({"convert", ply_, points, "--clean", "--scene=" + nerf}, {points, "is a folder of the scene"});
+  ExpectRefused({"convert", ply_, points, "--clean", "--scene=" + nerf}, {points});
 }
 
 TEST_F(Outputs, OfABundleAdjustmentAreTwoFilesAndNotTheInput) {
@@ -148,25 +150,25 @@ TEST_F(Outputs, OfABundleAdjustmentAreTwoFilesAndNotTheInput) {
   const auto solve = [&](const std::string& to, const std::string& json) {
     return std::vector<std::string>{"bundle_adjust", in, "--out=" + to, "--json=" + json};
   };
-  ExpectRefused(solve(out, in), {"--json=" + in, "it would replace " + in});
-  ExpectRefused(solve(in, out), {"--out=" + in, "it would replace " + in});
-  ExpectRefused(solve(out, out), {"--json=" + out, "it is the same file as --out=" + out});
-  ExpectRefused(solve(out, folder_ / "scene/../out.txt"), {"it is the same file as --out=" + out});
+  ExpectRefused(solve(out, in), {"--json=" + in, in});
+  ExpectRefused(solve(in, out), {"--out=" + in, in});
+  ExpectRefused(solve(out, out), {"--json=" + out, "--out=" + out});
+  ExpectRefused(solve(out, folder_ / "scene/../out.txt"), {"--out=" + out});
   EXPECT_EQ(RunProgram(solve(out, folder_ / "out.json")).status, 0);
 }
 
 TEST_F(Outputs, TakeTheNameOfNoFolderOrDevice) {
   for (const char* name : {"point_cloud.ply", "metrics.json", "checkpoint.vesta"}) {
     fs::create_directories(out_ + "/" + name);
-    ExpectRefused(Train({"--out=" + out_, "--checkpoint_every=10"}), {"--out=" + out_, name, "is a folder"});
+    ExpectRefused(Train({"--out=" + out_, "--checkpoint_every=10"}), {"--out=" + out_, out_ + "/" + name});
     fs::remove(out_ + "/" + name);
   }
   fs::create_directories(out_ + "/008.png");
-  ExpectRefused({"render", ply_, scene_, "--out=" + out_}, {"--out=" + out_, "008.png is a folder"});
+  ExpectRefused({"render", ply_, scene_, "--out=" + out_}, {"--out=" + out_, out_ + "/008.png"});
   const std::string fifo = folder_ / "fifo";
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   const ProgramOutput output = RunProgram({"eval", ply_, scene_, "--json=" + fifo});
-  EXPECT_THAT(output.err, HasSubstr("is no ordinary file"));
+  EXPECT_THAT(output.err, HasTokens("--json=" + fifo));
   EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
@@ -174,7 +176,7 @@ TEST_F(Outputs, TakeTheNameOfNoFolderOrDevice) {
 TEST_F(Outputs, AFileIsNoFolder) {
   fs::create_directories(out_);
   Write(out_ + "/cameras", "a letter");
-  ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, out_ + "/cameras is no folder"});
+  ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, out_ + "/cameras"});
 }
 
 // As where a scene looks through the cameras that a training has found.
@@ -182,7 +184,7 @@ TEST_F(Outputs, DoNotReplaceTheModelThatIsRead) {
   fs::create_directories(out_);
   fs::rename(scene_ + "/sparse/0", out_ + "/cameras");
   fs::create_directory_symlink(out_ + "/cameras", scene_ + "/sparse/0");
-  ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, "lies in " + out_ + "/cameras, which is written anew"});
+  ExpectRefused(Train({"--out=" + out_}), {"--out=" + out_, out_ + "/cameras"});
   EXPECT_EQ(RunProgram(Train({"--out=" + (folder_ / "other")})).status, 0);
 }
 
@@ -207,8 +209,8 @@ TEST_F(Outputs, ASplatIsNotLostForItsCameras) {
   fs::create_directories(out_ + "/cameras/images.txt/in_the_way");
   const ProgramOutput output = RunProgram(Train({"--out=" + out_, "--refine_cameras=pose"}));
   EXPECT_EQ(output.status, 1);
-  EXPECT_THAT(output.err, AllOf(StartsWith("vesta: " + out_ + "/cameras/images.txt"),
-                                EndsWith("the splat is in " + out_ + "/point_cloud.ply\n")));
+  EXPECT_THAT(output.err,
+              AllOf(StartsWith("vesta: " + out_ + "/cameras/images.txt"), HasTokens(out_ + "/point_cloud.ply")));
   EXPECT_THAT(output.out, HasSubstr("wrote " + out_ + "/point_cloud.ply"));
   EXPECT_EQ(CountLines(output.err), 1) << output.err;
   EXPECT_GT(gs::ReadSplatPly(out_ + "/point_cloud.ply").count, 0);
@@ -233,7 +235,7 @@ TEST_F(Outputs, FindADiskTooFullBeforeTheFirstIteration) {
   const ProgramOutput output = RunShell(
       fmt::format("ulimit -f 300; exec {} train {} --out={} 2>&1 --iterations=40", VESTA_PROGRAM, scene_, out_));
   EXPECT_EQ(output.status, 1);
-  EXPECT_THAT(output.out, AllOf(HasSubstr("vesta: " + out_), HasSubstr("free some space"), Not(HasSubstr("adam "))));
+  EXPECT_THAT(output.out, AllOf(StartsWith("vesta: " + out_), Not(HasSubstr("adam "))));
   EXPECT_FALSE(fs::exists(out_));
 }
 

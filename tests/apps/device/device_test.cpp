@@ -8,6 +8,7 @@
 #include "kernels/core/check.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/emulated_device.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::app {
 namespace {
@@ -28,20 +29,15 @@ TEST(DeviceFlag, AutoSaysWhyAGpuWithoutCodeIsNotUsed) {
   const test::WithoutDeviceCode without;
   const gs::StageRunners stages = StagesOf(Device::kAuto);
   EXPECT_EQ(stages.device, "cpu");
-  const gs::TrainResult result = gs::Train(gs::test::TrainingScene(), gs::test::ShortTraining(2, 0), 0, {}, stages);
+  const gs::TrainResult result = gs::Train(gs::test::TrainingScene(), gs::test::ShortTraining(2, 0), {}, {}, stages);
   EXPECT_THAT(result.notes, ElementsAre(AllOf(StartsWith("on the CPU: "), HasSubstr("CMAKE_CUDA_ARCHITECTURES=75"))));
   EXPECT_THAT(StagesOf(Device::kCpu).note, IsEmpty()) << "as asked for";
 }
 
 TEST(DeviceFlag, CudaWithoutCodeIsAnError) {
   const test::WithoutDeviceCode without;
-  try {
-    StagesOf(Device::kCuda);
-    ADD_FAILURE() << "there is no code";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), AllOf(StartsWith("--device=cuda: no GPU to use"), HasSubstr("CMAKE_CUDA_ARCHITECTURES"),
-                                    HasSubstr("--device=cpu")));
-  }
+  EXPECT_THAT([] { StagesOf(Device::kCuda); },
+              ThrowsError(kUnavailable, "--device=cuda", "CMAKE_CUDA_ARCHITECTURES=75", "--device=cpu"));
 }
 
 }  // namespace

@@ -118,10 +118,10 @@ TEST_F(GaussianValuesTest, KeepNothingInTheStoreOfTheScene) {
 TEST_F(GaussianValuesTest, TellOfAPhotographThatIsGone) {
   std::atomic<bool> is_gone{true};
   Store([&](const gs::Image& image) {
-    if (is_gone) Fail("view.jpg: no such image");
+    if (is_gone) Fail(kNotFound, "view.jpg: no such image");
     return image;
   });
-  EXPECT_EQ(ErrorOf([&] { Wait(GaussianValue::kWorth); }), "view.jpg: no such image");
+  EXPECT_THAT([&] { Wait(GaussianValue::kWorth); }, ThrowsError(kUnavailable, "view.jpg"));
   is_gone = false;
   EXPECT_THROW(Wait(GaussianValue::kWorth), Error) << "of this model it has been tried";
   Put();

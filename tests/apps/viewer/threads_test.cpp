@@ -24,7 +24,7 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
   options.lm.iterations = 2;
   const int before = NumThreads();
   SetNumThreads(2);
-  const gs::TrainResult alone = gs::Train(scene, options, 0, {});
+  const gs::TrainResult alone = gs::Train(scene, options, {}, {});
 
   ShownModel shown;
   TrainingMonitor monitor(shown);
@@ -49,7 +49,7 @@ TEST(ViewerThreads, DrawWhileATrainingGoesOn) {
   const auto waits = callbacks.watch.waits;
   callbacks.watch.waits = [&] { return waits() || drawn == 0; };
   std::thread first(look), second(look);
-  const gs::TrainResult watched = gs::Train(scene, options, 0, callbacks);
+  const gs::TrainResult watched = gs::Train(scene, options, {}, callbacks);
   is_over = true;
   first.join(), second.join();
   SetNumThreads(before);

@@ -77,11 +77,11 @@ TEST(Generate, AnotherSeedIsAnotherProblem) {
 }
 
 TEST(Generate, RefusesOptionsOutOfRange) {
-  ExpectError([] { Generate({.num_cameras = 7}); }, "num_cameras is 7; choose at least 8");
-  ExpectError([] { Generate({.num_points = 0}); }, "num_points is 0");
-  ExpectError([] { Generate({.mean_track = 1}); }, "mean_track is 1");
-  ExpectError([] { Generate({.pixel_noise = -1}); }, "a factor on noise or drift is -1");
-  ExpectError([] { Generate({.outliers = 2}); }, "outliers is 2");
+  EXPECT_THAT([] { Generate({.num_cameras = 7}); }, ThrowsError(kBadArgument, "num_cameras", "7", "8"));
+  EXPECT_THAT([] { Generate({.num_points = 0}); }, ThrowsError(kBadArgument, "num_points", "0"));
+  EXPECT_THAT([] { Generate({.mean_track = 1}); }, ThrowsError(kBadArgument, "mean_track", "1"));
+  EXPECT_THAT([] { Generate({.pixel_noise = -1}); }, ThrowsError(kBadArgument, "-1"));
+  EXPECT_THAT([] { Generate({.outliers = 2}); }, ThrowsError(kBadArgument, "2"));
 }
 
 }  // namespace

@@ -184,12 +184,12 @@ TEST(BundleProblem, PointInTheCamerasPlaneHasNoCost) {
 TEST(BundleProblem, RefusesDataThatDoNotFit) {
   BundleData data = SmallProblem();
   data.observations[3].camera = 9;
-  ExpectError([&] { BundleProblem problem(data); }, "by camera 9, of 42 points and 9 cameras");
+  EXPECT_THAT([&] { BundleProblem problem(data); }, ThrowsError(kBadArgument, "9", "42"));
   data.observations[3].camera = -1;
-  ExpectError([&] { BundleProblem problem(data); }, "by camera -1");
+  EXPECT_THAT([&] { BundleProblem problem(data); }, ThrowsError(kBadArgument, "-1"));
   data = SmallProblem();
   data.x.pop_back();
-  ExpectError([&] { BundleProblem problem(data); }, "with 206 parameters");
+  EXPECT_THAT([&] { BundleProblem problem(data); }, ThrowsError(kBadArgument, "206"));
 }
 
 }  // namespace

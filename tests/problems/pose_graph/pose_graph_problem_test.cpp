@@ -120,25 +120,25 @@ TEST(PoseGraphProblem, PosesWithoutEdgesStayWhereTheyAre) {
 
 TEST(PoseGraphProblem, RefusesGraphsThatDoNotFit) {
   const PoseGraph good = test::RingGraph<Se2>(5, 0.1, 6);
-  const auto refuses = [](const PoseGraph& graph, const char* part) {
-    ExpectError([&] { PoseGraphProblem problem(graph); }, part);
+  struct Case {
+    std::function<void(PoseGraph&)> spoil;
+    std::vector<std::string> tokens;
   };
-  PoseGraph bad = good;
-  bad.poses.pop_back();
-  refuses(bad, "14 numbers for 5 poses");
-  bad = good;
-  bad.fixed = {5};
-  refuses(bad, "fixed pose 5 of 5");
-  bad = good;
-  bad.edges[2] = {3, 3};
-  refuses(bad, "edge 2 joins poses 3 and 3");
-  bad = good;
-  bad.edges[1].to = 5;
-  refuses(bad, "edge 1 joins poses");
-  bad = good;
-  bad.information[6] = -1;
-  refuses(bad, "the information matrix of edge 1 is indefinite: eigenvalues from -1");
-  ExpectError([&] { PoseGraphProblem problem(good, {.max_factor_gib = 0}); }, "max_factor_gib is 0");
+  for (const auto& [spoil, tokens] :
+       std::vector<Case>{{[](PoseGraph& graph) { graph.poses.pop_back(); }, {"14", "5"}},
+                         {[](PoseGraph& graph) { graph.fixed = {5}; }, {"5"}},
+                         {[](PoseGraph& graph) {
+                            graph.edges[2] = {3, 3};
+                          },
+                          {"2", "3"}},
+                         {[](PoseGraph& graph) { graph.edges[1].to = 5; }, {"1", "5"}},
+                         {[](PoseGraph& graph) { graph.information[6] = -1; }, {"1", "-1"}}}) {
+    PoseGraph bad = good;
+    spoil(bad);
+    EXPECT_THAT([&] { PoseGraphProblem problem(bad); }, ThrowsErrorWith(kBadArgument, tokens));
+  }
+  EXPECT_THAT([&] { PoseGraphProblem problem(good, {.max_factor_gib = 0}); },
+              ThrowsError(kBadArgument, "max_factor_gib", "0"));
 }
 
 TEST(PoseGraphProblem, AQuaternionOfZerosIsNoStart) {

@@ -12,6 +12,7 @@
 #include "tests/solver/distributed/chain.h"
 #include "tests/support/linearize_at.h"
 #include "tests/support/thread_ranks.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta {
 namespace {
@@ -21,7 +22,6 @@ using test::Cpu;
 using test::PcgOptionsOf;
 using test::ViewOf;
 using testing::HasSubstr;
-using testing::ThrowsMessage;
 
 struct Solved {
   std::vector<double> x;
@@ -101,9 +101,9 @@ TEST(BlockParts, AddUpToTheWhole) {
 
 TEST(BlockParts, AreRefusedWithAWord) {
   Chain chain;
-  EXPECT_THAT([&] { BlockParts(chain.problem, 0); }, ThrowsMessage<Error>(HasSubstr("choose at least 1")));
+  EXPECT_THAT([&] { BlockParts(chain.problem, 0); }, ThrowsError(kBadArgument, "1"));
   chain.problem.set_evaluation_callback([](auto, bool) {});
-  EXPECT_THAT([&] { BlockParts(chain.problem, 4); }, ThrowsMessage<Error>(HasSubstr("evaluation callback")));
+  EXPECT_THAT([&] { BlockParts(chain.problem, 4); }, ThrowsError(kUnsupported));
 }
 
 TEST(DistributedProblem, StopsOnAllRanksWhereOneSaysSo) {
@@ -146,7 +146,7 @@ TEST(DistributedProblem, RefusesSolversThatNeedAllResiduals) {
       SolveLm<Cpu>(options, backend, problem, ViewOf(chain.x));
     });
   };
-  EXPECT_THAT([&] { solve(LinearSolverKind::kDenseQr); }, ThrowsMessage<Error>(HasSubstr("choose PCG")));
+  EXPECT_THAT([&] { solve(LinearSolverKind::kDenseQr); }, ThrowsError(kUnsupported));
   EXPECT_NO_THROW(solve(LinearSolverKind::kAuto));
 }
 

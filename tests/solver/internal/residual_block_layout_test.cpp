@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "kernels/core/error.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::residual_blocks_internal {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 // Seven residual blocks of two parameters of five: some read together, one read by none (3).
@@ -76,22 +76,23 @@ TEST(ResidualBlockLayout, WithoutAnIndexAllReadTheFirstParameters) {
   EXPECT_EQ(layout.transpose(0).of(1).size(), 3U);
 }
 
-std::string Refusal(Index parameters, Index blocks, std::vector<Index> index, int batches) {
-  try {
-    const Layout layout(parameters, blocks, 2, std::move(index), batches, BatchSplit::kStrided);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "none";
-}
-
 TEST(ResidualBlockLayout, RefusesWhatIsNoLayout) {
-  EXPECT_THAT(Refusal(5, 2, {0, 1, 2}, 1), HasSubstr("3 indices for 2 functors of 2 parameters"));
-  EXPECT_THAT(Refusal(5, 1, {0, 5}, 1), HasSubstr("index 5 of 5 parameters"));
-  EXPECT_THAT(Refusal(5, 1, {-1, 0}, 1), HasSubstr("index -1 of 5 parameters"));
-  EXPECT_THAT(Refusal(5, 2, {0, 1, 3, 3}, 1), HasSubstr("functor 1 reads parameter 3 twice"));
-  EXPECT_THAT(Refusal(1, 1, {}, 1), HasSubstr("functors of 2 parameters on an x of 1"));
-  EXPECT_THAT(Refusal(5, 1, {0, 1}, 0), HasSubstr("num_batches is 0"));
+  struct Case {
+    Index parameters, blocks;
+    std::vector<Index> index;
+    int batches;
+    std::vector<std::string> tokens;
+  };
+  for (const auto& [parameters, blocks, index, batches, tokens] :
+       std::vector<Case>{{5, 2, {0, 1, 2}, 1, {"3", "2"}},
+                         {5, 1, {0, 5}, 1, {"5"}},
+                         {5, 1, {-1, 0}, 1, {"-1", "5"}},
+                         {5, 2, {0, 1, 3, 3}, 1, {"1", "3"}},
+                         {1, 1, {}, 1, {"2", "1"}},
+                         {5, 1, {0, 1}, 0, {"num_batches", "0"}}}) {
+    const auto make = [&] { Layout(parameters, blocks, 2, index, batches, BatchSplit::kStrided); };
+    EXPECT_THAT(make, ThrowsErrorWith(kBadArgument, tokens));
+  }
 }
 
 TEST(ResidualBlockLayout, NamesWhatIsNotFinite) {
@@ -102,10 +103,9 @@ TEST(ResidualBlockLayout, NamesWhatIsNotFinite) {
     return layout.DescribeNonFinite<double>(1, x, nullptr, defined, residuals, derivatives);
   };
   EXPECT_EQ(words(true, good, jacobian), "");
-  EXPECT_THAT(words(false, good, {}), HasSubstr("residual block 1 returns false, at parameters"));
-  EXPECT_THAT(words(true, bad, {}), HasSubstr("residual 1 of residual block 1"));
-  EXPECT_THAT(words(true, good, bad_jacobian),
-              HasSubstr("the derivative of residual 1 of residual block 1 by parameter 0"));
+  EXPECT_THAT(words(false, good, {}), testing::AllOf(HasTokens("1"), testing::Not(HasTokens("nan"))));
+  EXPECT_THAT(words(true, bad, {}), HasTokens("1", "nan"));
+  EXPECT_THAT(words(true, good, bad_jacobian), HasTokens("1", "0", "nan"));
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
     const Index size = x.count * splat::NumAttributes(x.sh_degree);
     iterates[row.iteration].assign(x.x, x.x + size);
   };
-  const std::vector<float> last = Train(scene, options, 0, callbacks).model.data;
+  const std::vector<float> last = Train(scene, options, {}, callbacks).model.data;
   ASSERT_EQ(iterates.size(), static_cast<std::size_t>(kIterations));
   EXPECT_TRUE(last == iterates[kIterations]);
 
@@ -77,7 +77,7 @@ TEST(ParameterMean, IsWhatTheAdamStageLeaves) {
     ASSERT_EQ(x.size(), expected.size());
     for (std::size_t i = 0; i < x.size(); ++i) expected[i] += weight * x[i];
   }
-  const std::vector<float> mean = Train(scene, options, 0, {}).model.data;
+  const std::vector<float> mean = Train(scene, options, {}, {}).model.data;
   ASSERT_EQ(mean.size(), expected.size());
   for (std::size_t i = 0; i < mean.size(); ++i) EXPECT_NEAR(mean[i], expected[i], 1e-5) << i;
   EXPECT_FALSE(mean == last);

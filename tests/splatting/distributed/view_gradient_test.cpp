@@ -201,7 +201,7 @@ TEST_F(ViewGradients, BytesThatAreNoneAreRefused) {
   received.Assign({bytes.data(), all_bytes});
   EXPECT_EQ(received.rows(), term.rows());
   for (const Index size : {Index{0}, Index{10}, all_bytes - 1}) {
-    EXPECT_THAT(ErrorOf([&] { received.Assign({bytes.data(), size}); }), testing::HasSubstr("cut short"));
+    EXPECT_THAT([&] { received.Assign({bytes.data(), size}); }, ThrowsError(kUnavailable, std::to_string(size)));
   }
 }
 

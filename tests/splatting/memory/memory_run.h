@@ -2,7 +2,11 @@
 // Short runs whose memory is counted.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <ostream>
+#include <regex>
+#include <string>
 
 #include "splatting/train/trainer.h"
 #include "tests/problems/gaussian_splatting/ring_scene.h"
@@ -39,8 +43,15 @@ struct MemoryRun {
 
   // Train makes its model, from as many points.
   TrainResult Run(const StageRunners& stages = HostStages()) const {
-    return options.adam.runs() ? Train(scene, options, 0, {}, stages) : Refine(scene, model, options, 0, {}, stages);
+    return options.adam.runs() ? Train(scene, options, {}, {}, stages) : Refine(scene, model, options, {}, {}, stages);
   }
 };
+
+// The first amount that a message states in GiB.
+inline double FirstGib(const std::string& message) {
+  std::smatch found;
+  EXPECT_TRUE(std::regex_search(message, found, std::regex("([0-9.]+) GiB"))) << message;
+  return found.empty() ? 0 : std::stod(found[1]);
+}
 
 }  // namespace vesta::gs::test

@@ -80,7 +80,7 @@ TEST(Look, UpOfCamerasThatLookDownIsBehindThem) {
 }
 
 TEST(Look, NoViewsAreAnError) {
-  ExpectError([] { PointLookedAt(Scene()); }, "without views");
+  EXPECT_THAT([] { PointLookedAt(Scene()); }, ThrowsError(kBadArgument));
 }
 
 }  // namespace

@@ -62,8 +62,8 @@ TEST(Orbit, IsAtTheMedianDistance) {
 }
 
 TEST(Orbit, OfNothingIsAnError) {
-  ExpectError([] { OrbitOf(Scene(), kCamera, 5); }, "without views");
-  ExpectError([] { OrbitOf(Circle(3, 1), kCamera, 0); }, "0 frames");
+  EXPECT_THAT([] { OrbitOf(Scene(), kCamera, 5); }, ThrowsError(kBadArgument));
+  EXPECT_THAT([] { OrbitOf(Circle(3, 1), kCamera, 0); }, ThrowsError(kUnavailable, "0"));
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ TEST(Spiral, GoesForwardAndBackWhereCamerasDo) {
 }
 
 TEST(Spiral, IsForCamerasThatFaceOneWay) {
-  ExpectError([] { SpiralOf(test::RingOfCameras(8, 40, 30, false), kCamera, 10); }, "face different ways");
+  EXPECT_THAT([] { SpiralOf(test::RingOfCameras(8, 40, 30, false), kCamera, 10); }, ThrowsError(kBadArgument));
 }
 
 }  // namespace

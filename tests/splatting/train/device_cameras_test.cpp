@@ -83,8 +83,8 @@ TEST(DeviceStages, FindsCamerasAsTheHostDoes) {
   const OffScene off;
   const TrainOptions options = FindingCameras();
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  ExpectToBeFoundAlike(Refine(off.scene, off.model, options, 0, {}, DeviceStages()),
-                       Refine(off.scene, off.model, options, 0, {}));
+  ExpectToBeFoundAlike(Refine(off.scene, off.model, options, {}, {}, DeviceStages()),
+                       Refine(off.scene, off.model, options, {}, {}));
 }
 
 // By LM, at once with the splats.
@@ -94,8 +94,8 @@ TEST(DeviceStages, FindsCamerasByLmAsTheHostDoes) {
   options.cameras.refine = CameraChoice::kPoseAndExposure;
   options.adam.iterations = 0, options.lm.iterations = 2, options.lm.min_gain = 0, options.lm.pcg_iterations = 3;
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  ExpectToBeFoundAlike(Refine(off.scene, off.model, options, 0, {}, DeviceStages()),
-                       Refine(off.scene, off.model, options, 0, {}));
+  ExpectToBeFoundAlike(Refine(off.scene, off.model, options, {}, {}, DeviceStages()),
+                       Refine(off.scene, off.model, options, {}, {}));
 }
 
 // Poses alone, by LM, of a splat that is right.
@@ -106,7 +106,7 @@ class JointLmOnDevice : public testing::Test {
     options_.adam.iterations = 0, options_.lm.iterations = 2, options_.lm.min_gain = 0, options_.lm.pcg_iterations = 2;
   }
   TrainResult Run(const TrainCallbacks& callbacks) const {
-    return Refine(scene_, model_, options_, 0, callbacks, DeviceStages());
+    return Refine(scene_, model_, options_, {}, callbacks, DeviceStages());
   }
 
   const LimitedDeviceMemory ample_{vesta::test::kAmpleDeviceMemory};
@@ -174,7 +174,7 @@ TEST(DeviceStages, OlderCurvaturesServeWhereThereIsNoRoomForNewOnes) {
     if (p.iteration == 8) vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
   };
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  const TrainResult result = Refine(scene, model, options, 0, callbacks, DeviceStages());
+  const TrainResult result = Refine(scene, model, options, {}, callbacks, DeviceStages());
   EXPECT_THAT(result.notes, Contains(StartsWith("cameras are stepped by older curvatures, or stay where there is")));
   EXPECT_EQ(result.history.back().iteration, 40);
   EXPECT_GT(result.history.back().train.psnr, result.history.front().train.psnr + 1);
@@ -193,7 +193,7 @@ TEST(DeviceStages, OlderCurvaturesAreOfTheSizeOfNow) {
       if (is_limited && p.iteration == 13) vesta::test::SetDeviceMemory(device::BytesInUse() + 500000);
     };
     const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-    return Refine(scene, model, options, 0, callbacks, DeviceStages());
+    return Refine(scene, model, options, {}, callbacks, DeviceStages());
   };
   const TrainResult whole = train(false), limited = train(true);
   EXPECT_THAT(limited.notes, Contains(StartsWith("cameras are stepped by older curvatures")));

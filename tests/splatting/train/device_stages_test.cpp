@@ -47,13 +47,13 @@ TrainResult TrainUntilFull(const Scene& scene, const TrainOptions& options, cons
   callbacks.progress = [&](const TrainProgress& p) {
     if (p.stage == Stage::kAdam && when(p)) vesta::test::SetDeviceMemory(device::BytesInUse());
   };
-  return Train(scene, options, 0, callbacks, DeviceStages());
+  return Train(scene, options, {}, callbacks, DeviceStages());
 }
 
 TEST(DeviceStages, AdamGoesOnWithoutTheGaussiansThatDoNotFit) {
   const Scene scene = test::TrainingScene();
   const TrainOptions options = AdamAlone();
-  const TrainResult ample = Train(scene, options, 0, {}, DeviceStages());
+  const TrainResult ample = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_THAT(ample.notes, IsEmpty());
   // With what was before the last growth, which it kept on the GPU.
   EXPECT_NEAR(ample.memory.device_predicted_mib / ample.memory.device_peak_mib, 1.04, 0.1);
@@ -90,7 +90,7 @@ TEST(DeviceStages, GoesBackToWhatTheGpuKeptOrTheHost) {
       if (p.iteration == 21 && !std::exchange(failed, true)) vesta::test::FailLaunches(0, 2);
     };
     const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-    return Train(scene, limited, 0, callbacks, DeviceStages());
+    return Train(scene, limited, {}, callbacks, DeviceStages());
   };
   const TrainResult roomy = train_until(0);
   EXPECT_THAT(roomy.notes, ElementsAre(StartsWith("Adam goes on from iteration 20 with ")));
@@ -112,8 +112,8 @@ TEST(DeviceStages, PrunesAsTheHostDoes) {
   options.parsimony = {.keep = 0.5, .begin = 0.5, .end = 0.7, .every = 0.1};
   options.adam.average_part = 0.8;  // there is a mean by then, which is not who is judged
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  const TrainResult on_gpu = Train(scene, options, 0, {}, DeviceStages());
-  const TrainResult on_host = Train(scene, options, 0, {});
+  const TrainResult on_gpu = Train(scene, options, {}, {}, DeviceStages());
+  const TrainResult on_host = Train(scene, options, {}, {});
   ASSERT_EQ(on_host.model.count, static_cast<Index>(scene.points.size()) / 2);
   EXPECT_EQ(on_gpu.model.count, on_host.model.count);
   EXPECT_NEAR(on_gpu.history.back().train.psnr, on_host.history.back().train.psnr, 0.3);
@@ -132,12 +132,12 @@ TEST(DeviceStages, MasksHoldAsOnTheHost) {
   TrainOptions options = test::ShortTraining(kIterations, 2);
   options.adam.evaluations = 4;
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  const TrainResult host = Train(scene, options, 0, {}), device = Train(scene, options, 0, {}, DeviceStages());
+  const TrainResult host = Train(scene, options, {}, {}), device = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_THAT(device.notes, IsEmpty());
   EXPECT_EQ(device.history.back().stage, Stage::kLm);
   EXPECT_NEAR(device.history.back().train.psnr, host.history.back().train.psnr, 1);
   for (View& view : scene.views) view.image.mask.clear();
-  const TrainResult wrecked = Train(scene, options, 0, {}, DeviceStages());
+  const TrainResult wrecked = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_GT(device.history.back().train.psnr, wrecked.history.back().train.psnr + 5);
 }
 
@@ -164,7 +164,7 @@ TEST(DeviceStages, AdamEndsWithItsModelWhereMemoryRunsOut) {
     int done = 0;
     callbacks.progress = [&](const TrainProgress& p) { done = p.iteration; };
     callbacks.stop = [&] { return done == last.iteration - 1; };
-    return Train(scene, options, 0, callbacks, DeviceStages()).model.data;
+    return Train(scene, options, {}, callbacks, DeviceStages()).model.data;
   }());
 }
 
@@ -173,14 +173,14 @@ TEST(DeviceStages, ALaunchWithoutMemoryIsTriedAgainOrEndsAdam) {
   TrainOptions options = AdamAlone();
   options.density.enabled = false;
   options.adam.evaluations = 1;  // at the end: an evaluation without room is the host's
-  const TrainResult ample = Train(scene, options, 0, {}, DeviceStages());
+  const TrainResult ample = Train(scene, options, {}, {}, DeviceStages());
   constexpr int kInTheMidst = 700;  // some 20 an iteration
   vesta::test::FailLaunches(kInTheMidst, 1);
-  const TrainResult once = Train(scene, options, 0, {}, DeviceStages());
+  const TrainResult once = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_THAT(once.notes, IsEmpty());
   EXPECT_EQ(once.model.data, ample.model.data);
   vesta::test::FailLaunches(kInTheMidst, 2);
-  const TrainResult twice = Train(scene, options, 0, {}, DeviceStages());
+  const TrainResult twice = Train(scene, options, {}, {}, DeviceStages());
   EXPECT_THAT(twice.notes, ElementsAre(AllOf(StartsWith("Adam ends after "), HasSubstr("the threads of a kernel"))));
   EXPECT_GT(twice.history.back().iteration, 10);
 }
@@ -191,9 +191,9 @@ TEST(DeviceStages, AdamRunsOnTheCpuWhereNothingFits) {
   StageRunners stages = DeviceStages();
   stages.device_memory = {};  // as if all had been thought to fit
   const LimitedDeviceMemory limited(device::BytesInUse() + 1000);
-  const TrainResult result = Train(scene, options, 0, {}, stages);
+  const TrainResult result = Train(scene, options, {}, {}, stages);
   EXPECT_THAT(result.notes, ElementsAre(StartsWith("Adam runs on the CPU: the GPU has no room")));
-  EXPECT_EQ(result.model.data, Train(scene, options, 0, {}).model.data);
+  EXPECT_EQ(result.model.data, Train(scene, options, {}, {}).model.data);
 }
 
 TEST(DeviceStages, EvaluationWithoutRoomIsTheHosts) {
@@ -233,6 +233,7 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
   const Scene scene = test::TrainingScene();
   TrainOptions options = test::ShortTraining(20, 1);
   options.adam.evaluations = 1;
+  options.lm.jacobian = JacobianKind::kRecompute;
   options.density.enabled = false;
   StageRunners stages = DeviceStages();
   const auto adam = stages.adam;
@@ -241,13 +242,13 @@ TEST(DeviceStages, LmIsLeftOutWhereItDoesNotFitAfterAdam) {
     vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
   };
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
-  const TrainResult planned = Train(scene, options, 0, {}, stages);
+  const TrainResult planned = Train(scene, options, {}, {}, stages);
   EXPECT_THAT(planned.lm_left_out, HasSubstr("of the GPU"));
   EXPECT_EQ(planned.history.back().iteration, 20);
   // The same found out on the way only.
   vesta::test::SetDeviceMemory(vesta::test::kAmpleDeviceMemory);
   stages.device_memory = {};
-  const TrainResult found = Train(scene, options, 0, {}, stages);
+  const TrainResult found = Train(scene, options, {}, {}, stages);
   ASSERT_FALSE(found.notes.empty());
   EXPECT_THAT(found.notes.front(), StartsWith("LM goes on with one view at a time: "));
   EXPECT_THAT(found.notes.back(), StartsWith("LM ends after 0 iterations: "));
@@ -263,14 +264,14 @@ TEST(DeviceStages, LmKnowsWhatWasDoneWhereItDoesNotFitAfterABreak) {
   options.density.enabled = false;
   const LimitedDeviceMemory ample(vesta::test::kAmpleDeviceMemory);
   StageRunners stages = DeviceStages();
-  const auto train = [&](const TrainCallbacks& callbacks) { return Train(scene, options, 0, callbacks, stages); };
+  const auto train = [&](const TrainCallbacks& callbacks) { return Train(scene, options, {}, callbacks, stages); };
   const Checkpoint saved = test::StoppedAt(2, train, Stage::kLm);
   ASSERT_EQ(saved.iteration(), 2);
   stages.device_memory = {};  // by which it would be planned
   const auto lm = stages.lm;
-  stages.lm = [&](TrainingSession& session, SplatModel& model, bool hold_batches) {
+  stages.lm = [&](TrainingSession& session, SplatModel& model) {
     vesta::test::SetDeviceMemory(device::BytesInUse() + 100000);
-    return lm(session, model, hold_batches);
+    return lm(session, model);
   };
   const TrainResult result = test::GoneOn(saved, train);
   EXPECT_THAT(result.notes, Contains(StartsWith("LM ends after 2 iterations: ")));

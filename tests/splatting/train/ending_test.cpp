@@ -20,7 +20,7 @@ TEST(Trainer, TimeLimitEndsEarlyWithAModel) {
   TrainOptions options = ShortTraining(1000, 5);
   options.time_limit = 10;
   // Loading alone has taken longer.
-  const TrainResult result = Train(scene, options, 20, {});
+  const TrainResult result = Train(scene, options, {.seconds = 20}, {});
   EXPECT_TRUE(result.stopped);
   ASSERT_EQ(result.history.size(), 1u);
   EXPECT_EQ(result.history[0].iteration, 1);
@@ -36,7 +36,7 @@ TEST(Trainer, AShortTimeLimitIsUsed) {
     options.parsimony = ParsimonyOptions();
     options.adam.views_per_iteration = views;
     options.time_limit = 0.3;
-    EXPECT_GT(Train(scene, options, 0, {}).history.back().iteration, 15) << views;
+    EXPECT_GT(Train(scene, options, {}, {}).history.back().iteration, 15) << views;
   }
 }
 
@@ -45,7 +45,7 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   HoldOut(&scene.views);
   TrainOptions options = ShortTraining(200, 3);
   options.target_psnr = 1;  // less than at the start
-  const TrainResult early = Train(scene, options, 0, {});
+  const TrainResult early = Train(scene, options, {}, {});
   ASSERT_EQ(early.history.size(), 1u);
   EXPECT_EQ(early.history[0].stage, Stage::kAdam) << "LM does not run";
   EXPECT_EQ(early.history[0].iteration, 10) << "the first row of 20";
@@ -54,7 +54,7 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
   ExpectLastRowIsOf(early, scene, {0, 0, 0});
 
   options.target_psnr = 99;
-  const TrainResult all = Train(scene, options, 0, {});
+  const TrainResult all = Train(scene, options, {}, {});
   EXPECT_EQ(all.history.back().stage, Stage::kLm);
   EXPECT_THAT(all.notes, testing::Contains(testing::HasSubstr("not the 99.00 of --target_psnr")));
   // What is held out takes no part.
@@ -62,7 +62,7 @@ TEST(Trainer, EndsWhereTheViewsHeldOutHaveEnough) {
     if (view.role != ViewRole::kHeldOut) continue;
     for (float& value : view.image.rgb) value = 1 - value;
   }
-  EXPECT_EQ(Train(scene, options, 0, {}).model.data, all.model.data);
+  EXPECT_EQ(Train(scene, options, {}, {}).model.data, all.model.data);
 }
 
 // To foresee leaves no trace in what is trained.
@@ -72,12 +72,13 @@ TEST(Trainer, ForeseesItsEnd) {
   TrainCallbacks callbacks;
   std::vector<Prediction> told;
   callbacks.predicted = [&](const Prediction& prediction) { told.push_back(prediction); };
-  Train(scene, options, 0, callbacks);
+  constexpr double kHeldMib = 1e4;
+  Train(scene, options, {0, kHeldMib}, callbacks);
   ASSERT_FALSE(told.empty());
   const Prediction& last = told.back();
   EXPECT_FALSE(last.is_first_guess);
   EXPECT_GT(last.seconds, last.at_seconds);
-  EXPECT_GT(last.mib, options.memory.before_mib);
+  EXPECT_GT(last.mib, kHeldMib);
   EXPECT_LE(last.gaussians, static_cast<double>(options.density.max_gaussians));
   EXPECT_GE(last.gaussians, 60);
 }

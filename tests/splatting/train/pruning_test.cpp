@@ -19,7 +19,7 @@ TEST(Pruning, TakesGaussiansOutByAndBy) {
   std::vector<Index> counts;
   TrainCallbacks callbacks;
   callbacks.progress = [&](const TrainProgress& p) { counts.push_back(p.gaussians); };
-  const TrainResult result = Train(scene, options, 0, callbacks);
+  const TrainResult result = Train(scene, options, {}, callbacks);
   const Index all = static_cast<Index>(scene.points.size());
   ASSERT_EQ(counts.size(), 80U);
   EXPECT_EQ(counts[18], all);
@@ -37,10 +37,10 @@ TEST(Pruning, OfAGivenModelLeavesTheOthersInOrder) {
   options.adam.iterations = 60;
   options.parsimony.keep = 0.5;
   SplatModel model = test::RandomModel(60, 1, 7);
-  const TrainResult result = Refine(scene, model, options, 0, {});
+  const TrainResult result = Refine(scene, model, options, {}, {});
   EXPECT_EQ(result.model.count, 30);
   options.parsimony.keep = 1;
-  EXPECT_EQ(Refine(scene, model, options, 0, {}).model.count, 60);
+  EXPECT_EQ(Refine(scene, model, options, {}, {}).model.count, 60);
   EXPECT_EQ(RefinePresetOptions("balanced").parsimony.keep, 1);
 }
 

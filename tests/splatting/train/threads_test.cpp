@@ -103,7 +103,7 @@ TEST(GsThreads, TrainingOfDifferentDegreesIsTheSameOnAnyNumber) {
   degrees.reserve(60);
   for (int i = 0; i < 60; ++i) degrees.push_back(static_cast<std::uint8_t>(i % 4));
   const SplatModel start = WithDegrees(test::RandomModel(60, 3, 8), degrees);
-  ExpectSameForAnyNumber([&] { return Refine(scene, start, ShortTraining(30, 2), 0, {}).model.data; });
+  ExpectSameForAnyNumber([&] { return Refine(scene, start, ShortTraining(30, 2), {}, {}).model.data; });
 }
 
 TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
@@ -111,7 +111,7 @@ TEST(GsThreads, TrainingOfCamerasTooIsTheSameOnAnyNumber) {
   TrainOptions options = ShortTraining(50, 0);
   options.cameras.refine = CameraChoice::kAll;
   ExpectSameForAnyNumber([&] {
-    const TrainResult result = Train(scene, options, 0, {});
+    const TrainResult result = Train(scene, options, {}, {});
     std::vector<double> found;
     for (const ViewUnknowns& view : result.cameras) {
       found.insert(found.end(), view.motion.quaternion, view.motion.quaternion + 4);
@@ -148,7 +148,7 @@ TEST(GsThreads, TrainingBySeveralViewsIsTheSameOnAnyNumber) {
   options.adam.views_per_iteration = 3;
   options.adam.iterations = 150;
   ExpectSameForAnyNumber([&] {
-    const TrainResult result = Train(scene, options, 0, {});
+    const TrainResult result = Train(scene, options, {}, {});
     EXPECT_GT(result.model.count, 60) << "densification is part of it";
     return result.model.data;
   });
@@ -158,7 +158,7 @@ TEST(GsThreads, TrainingIsTheSameOnAnyNumber) {
   const Scene scene = test::TrainingScene();
   const TrainOptions options = ShortTraining(50, 2);
   ExpectSameForAnyNumber([&] {
-    const TrainResult result = Train(scene, options, 0, {});
+    const TrainResult result = Train(scene, options, {}, {});
     EXPECT_GT(result.model.count, 60) << "densification is part of it";
     return result.model.data;
   });

@@ -39,7 +39,7 @@ class FullTraining : public testing::Test {
       ++evaluations_;
       EXPECT_EQ(model.count, row.gaussians);
     };
-    result_ = new TrainResult(Train(*scene_, ShortTraining(kAdam, kLm), 1.5, callbacks));
+    result_ = new TrainResult(Train(*scene_, ShortTraining(kAdam, kLm), {.seconds = 1.5}, callbacks));
   }
   static void TearDownTestSuite() {
     delete scene_;
@@ -141,12 +141,12 @@ TEST_F(FullTraining, ResultIsTheLastState) {
 // Every choice of the LM stage lowers the cost of a model that Adam has left halfway.
 TEST(Trainer, EveryLmVariantDescends) {
   const Scene scene = TrainingScene();
-  const SplatModel start = Train(scene, ShortTraining(80, 0), 0, {}).model;
+  const SplatModel start = Train(scene, ShortTraining(80, 0), {}, {}).model;
   const auto check = [&](const char* name, const auto& change) {
     SCOPED_TRACE(name);
     TrainOptions options = ShortTraining(0, 3);
     change(options.lm);
-    const TrainResult result = Refine(scene, start, options, 0, {});
+    const TrainResult result = Refine(scene, start, options, {}, {});
     ASSERT_GE(result.history.size(), 2u);
     EXPECT_LT(result.history.back().cost, 0.97 * result.history.front().cost) << result.lm_report;
     ExpectLastRowIsOf(result, scene, {0, 0, 0});
@@ -167,28 +167,28 @@ TEST(Trainer, EveryLmVariantDescends) {
 TEST(Trainer, TestImagesDoNotChangeTheModel) {
   const TrainOptions options = ShortTraining(40, 2);
   Scene scene = TrainingScene();
-  const TrainResult before = Train(scene, options, 0, {});
+  const TrainResult before = Train(scene, options, {}, {});
   for (View& view : scene.views) {
     if (!view.is_test()) continue;
     for (float& value : view.image.rgb) value = 1 - value;
   }
-  const TrainResult after = Train(scene, options, 0, {});
+  const TrainResult after = Train(scene, options, {}, {});
   EXPECT_EQ(after.model.data, before.model.data);
   EXPECT_EQ(after.history.back().train.psnr, before.history.back().train.psnr);
   EXPECT_NE(after.history.back().test.psnr, before.history.back().test.psnr);
 
   scene.views[3].image.rgb[17] += 0.5f;
   ASSERT_FALSE(scene.views[3].is_test());
-  EXPECT_NE(Train(scene, options, 0, {}).model.data, before.model.data);
+  EXPECT_NE(Train(scene, options, {}, {}).model.data, before.model.data);
 }
 
 TEST(Trainer, SeedDecidesTheModel) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(40, 0);
-  const SplatModel one = Train(scene, options, 0, {}).model;
-  EXPECT_EQ(Train(scene, options, 0, {}).model.data, one.data);
+  const SplatModel one = Train(scene, options, {}, {}).model;
+  EXPECT_EQ(Train(scene, options, {}, {}).model.data, one.data);
   options.seed = 4;
-  EXPECT_NE(Train(scene, options, 0, {}).model.data, one.data);
+  EXPECT_NE(Train(scene, options, {}, {}).model.data, one.data);
 }
 
 // Both views of a scene of two, an iteration: their order, which is all that the seed decides, no longer counts.
@@ -200,7 +200,7 @@ TEST(Trainer, ViewsOfAnIterationCountAlike) {
   const auto model = [&](std::uint64_t seed, int views) {
     options.seed = seed;
     options.adam.views_per_iteration = views;
-    return Train(scene, options, 0, {}).model.data;
+    return Train(scene, options, {}, {}).model.data;
   };
   EXPECT_NE(model(3, 1), model(4, 1));
   EXPECT_EQ(model(3, 2), model(4, 2));
@@ -211,7 +211,7 @@ TEST(Trainer, AsManyRowsAsAskedFor) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(40, 0);
   options.adam.evaluations = 4;
-  const TrainResult result = Train(scene, options, 0, {});
+  const TrainResult result = Train(scene, options, {}, {});
   ASSERT_EQ(result.history.size(), 4u);
   for (int i = 0; i < 4; ++i) EXPECT_EQ(result.history[static_cast<std::size_t>(i)].iteration, 10 * (i + 1));
 }
@@ -222,7 +222,7 @@ TEST(Trainer, RowsOfTheHistoryAreOfBeforeDensification) {
   options.adam.evaluations = 2;
   options.density.every = 0.5;
   options.density.gradient_threshold = 0;
-  const std::vector<HistoryRow> history = Train(TrainingScene(), options, 0, {}).history;
+  const std::vector<HistoryRow> history = Train(TrainingScene(), options, {}, {}).history;
   ASSERT_EQ(history.size(), 2u);
   EXPECT_EQ(history[0].gaussians, TrainingScene().points.size());
   EXPECT_GT(history[1].gaussians, history[0].gaussians);
@@ -238,7 +238,7 @@ TEST(Trainer, StopEndsEarlyWithAModel) {
     callbacks.progress = [&](const TrainProgress&) { ++reports; };
     // Asked before the iteration is reported in one stage and after it in the other.
     callbacks.stop = [&] { return reports >= stop_after; };
-    const TrainResult result = Train(scene, ShortTraining(kAdam, 5), 0, callbacks);
+    const TrainResult result = Train(scene, ShortTraining(kAdam, 5), {}, callbacks);
     EXPECT_TRUE(result.stopped);
     EXPECT_GE(reports, stop_after);
     EXPECT_LE(reports, stop_after + 1);
@@ -258,7 +258,7 @@ TEST(Trainer, ScaleDoesNotMatter) {
       for (float& value : position) value = std::ldexp(value, exponent);
     }
     scene.extent = std::ldexp(scene.extent, exponent);
-    return Train(scene, ShortTraining(250, 2), 0, {}).history.back();
+    return Train(scene, ShortTraining(250, 2), {}, {}).history.back();
   };
   const HistoryRow own = train_at(0);
   ASSERT_GT(own.train.psnr, 25);
@@ -276,31 +276,31 @@ TEST(Trainer, AdamsResultIsHandedOutBeforeLm) {
   callbacks.before_lm = [&](const SplatModel& model) { handed_out = model; };
   TrainOptions options = ShortTraining(30, 1);
   options.background = {0.25, 0.5, 1};
-  Train(scene, options, 0, callbacks);
+  Train(scene, options, {}, callbacks);
   TrainOptions adam_alone = options;
   adam_alone.lm.iterations = 0;
-  EXPECT_EQ(handed_out.data, Train(scene, adam_alone, 0, {}).model.data);
+  EXPECT_EQ(handed_out.data, Train(scene, adam_alone, {}, {}).model.data);
   EXPECT_EQ(handed_out.background[0], 0.25f);
   // Where it cannot be kept LM is left out, and it is the result.
-  callbacks.before_lm = [](const SplatModel&) { throw Error("no room"); };
-  const TrainResult result = Train(scene, options, 0, callbacks);
+  callbacks.before_lm = [](const SplatModel&) { throw Error(kOutOfMemory, "no room"); };
+  const TrainResult result = Train(scene, options, {}, callbacks);
   EXPECT_EQ(result.lm_left_out, "no room");
   EXPECT_EQ(result.history.back().stage, Stage::kAdam);
   EXPECT_EQ(result.model.data, handed_out.data);
   // Without LM there is nothing to hand out before it.
-  EXPECT_EQ(Train(scene, adam_alone, 0, callbacks).lm_left_out, "");
+  EXPECT_EQ(Train(scene, adam_alone, {}, callbacks).lm_left_out, "");
 }
 
 TEST(Trainer, OptionsOfLmThatCannotBeFollowedAreNoted) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(2, 1);
-  EXPECT_THAT(Train(scene, options, 0, {}).notes, testing::IsEmpty());
+  EXPECT_THAT(Train(scene, options, {}, {}).notes, testing::IsEmpty());
   options.lm.batches = 1000;
-  EXPECT_THAT(Train(scene, options, 0, {}).notes,
+  EXPECT_THAT(Train(scene, options, {}, {}).notes,
               testing::ElementsAre("LM in 10 of the lm.batches=1000 asked for: there are 10 training views"));
   options.lm.batches = 1;
   options.lm.l1_weight = options.lm.ssim_weight = 0;
-  EXPECT_THAT(Train(scene, options, 0, {}).notes, testing::Contains(testing::HasSubstr("are both 0")));
+  EXPECT_THAT(Train(scene, options, {}, {}).notes, testing::Contains(testing::HasSubstr("are both 0")));
 }
 
 // Of 27 and 28 views, four are for testing.
@@ -310,7 +310,7 @@ TEST(Trainer, ColoursBearWhatTheTrainingViewsDo) {
   const auto degree = [&](int views) {
     Scene scene = test::RingOfCameras(views, 24, 16, true);
     test::RenderTruth(test::RandomModel(20, 1, 7), 0.05, &scene);
-    return Train(scene, options, 0, {}).model.sh_degree;
+    return Train(scene, options, {}, {}).model.sh_degree;
   };
   EXPECT_EQ(degree(27), 2);
   EXPECT_EQ(degree(28), 3);
@@ -323,7 +323,7 @@ TEST(Trainer, FixedModelKeepsItsGaussians) {
   TrainOptions options = ShortTraining(60, 1);
   options.density.enabled = false;
   options.adam.sh_band_every = 0;
-  const TrainResult result = Train(scene, options, 0, {});
+  const TrainResult result = Train(scene, options, {}, {});
   EXPECT_EQ(result.model.count, 60);
   for (const HistoryRow& row : result.history) EXPECT_EQ(row.gaussians, 60);
 }
@@ -332,7 +332,7 @@ TEST(Trainer, CapHoldsFromTheStart) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(60, 1);
   options.density.max_gaussians = 25;
-  const TrainResult result = Train(scene, options, 0, {});
+  const TrainResult result = Train(scene, options, {}, {});
   EXPECT_LE(result.model.count, 25);
   for (const HistoryRow& row : result.history) EXPECT_LE(row.gaussians, 25);
 }
@@ -341,7 +341,7 @@ TEST(Trainer, TrainsOverABackground) {
   const Scene scene = TrainingScene();
   TrainOptions options = ShortTraining(20, 1);
   options.background = {0.25, 0.5, 1};
-  const TrainResult result = Train(scene, options, 0, {});
+  const TrainResult result = Train(scene, options, {}, {});
   EXPECT_EQ(result.model.background, (std::array<float, 3>{0.25f, 0.5f, 1.0f}));
   ExpectLastRowIsOf(result, scene, options.background);
 }
@@ -349,7 +349,7 @@ TEST(Trainer, TrainsOverABackground) {
 TEST(Trainer, RefineWithoutIterationsReturnsTheModel) {
   const Scene scene = TrainingScene();
   const SplatModel model = test::RandomModel(10, 2, 8);
-  const TrainResult result = Refine(scene, model, ShortTraining(0, 0), 0, {});
+  const TrainResult result = Refine(scene, model, ShortTraining(0, 0), {}, {});
   EXPECT_EQ(result.model.data, model.data);
   EXPECT_EQ(result.model.sh_degree, 2) << "not the one of the options";
   EXPECT_TRUE(result.lm_report.empty());
@@ -363,7 +363,7 @@ TEST(Trainer, RefineSurvivesAModelThatIsNotANumber) {
   const Scene scene = TrainingScene();
   SplatModel model = test::RandomModel(1, 1, 8);
   model.data[0] = std::nanf("");
-  const TrainResult result = Refine(scene, model, ShortTraining(0, 3), 0, {});
+  const TrainResult result = Refine(scene, model, ShortTraining(0, 3), {}, {});
   EXPECT_EQ(result.model.count, 1);
   EXPECT_TRUE(std::isnan(result.model.data[0]));
   EXPECT_TRUE(std::isfinite(result.history.back().cost));

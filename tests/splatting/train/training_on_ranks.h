@@ -28,7 +28,7 @@ inline TrainResult TrainOn(int count, const Scene& scene, const TrainOptions& op
   vesta::test::OnThreadRanks(count, [&](Ranks& ranks) {
     TrainCallbacks callbacks;
     callbacks.ranks = &ranks;
-    all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, 0, callbacks, stages);
+    all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, {}, callbacks, stages);
   });
   for (const TrainResult& result : all) {
     EXPECT_EQ(result.model.data, all[0].model.data);

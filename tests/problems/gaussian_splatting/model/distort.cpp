@@ -69,7 +69,7 @@ Camera DistortedCamera(const Camera& pinhole, const Distortion& lens) {
                         {.fx = f.fx, .fy = f.fy, .cx = part * f.cx, .cy = part * f.cy}};
     if (camera.width > 0 && camera.height > 0 && SeesAll(pinhole, camera, lens)) return camera;
   }
-  Fail("the lens sees nothing of what the pinhole does; take smaller coefficients");
+  Fail(kBadArgument, "the lens sees nothing of what the pinhole does; take smaller coefficients");
 }
 
 Image DistortImage(const Image& image, const Camera& pinhole, const Camera& camera, const Distortion& lens) {

@@ -124,7 +124,9 @@ TEST(PhotographStore, WhatIsHeldStays) {
 TEST(PhotographStore, AnErrorComesWithItsPhotograph) {
   PhotographStore store(4 * kBytes);
   for (Index i = 0; i < 3; ++i) store.Add(SourceOf(i));
-  store.Add({.decode = []() -> Image { throw Error("gone.jpg: no such file"); }, .bytes = kBytes, .work_bytes = 0});
+  store.Add({.decode = []() -> Image { throw Error(kNotFound, "gone.jpg: no such file"); },
+             .bytes = kBytes,
+             .work_bytes = 0});
   for (int k = 0; k < 20; ++k) {
     store.Expect({1, 3, 2});
     EXPECT_EQ(store.Get(1)->rgb, Picture(1).rgb);

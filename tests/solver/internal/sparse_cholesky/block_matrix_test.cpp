@@ -32,10 +32,10 @@ TEST(BlockPattern, NeighborsAscendAndRepeatsAreOneBlock) {
 TEST(BlockPattern, RefusesPairsOutOfRange) {
   const std::vector<int> sizes = {3, 3}, empty = {3, 0};
   const BlockPattern::Pair same[] = {{1, 1}}, outside[] = {{0, 2}}, negative[] = {{-1, 0}};
-  ExpectError([&] { BlockPattern(sizes, same); }, "block (1, 1) of 2 rows");
-  ExpectError([&] { BlockPattern(sizes, outside); }, "block (2, 0) of 2 rows");
-  ExpectError([&] { BlockPattern(sizes, negative); }, "block (0, -1) of 2 rows");
-  ExpectError([&] { BlockPattern(empty, {}); }, "a row of blocks of size 0");
+  EXPECT_THAT([&] { BlockPattern(sizes, same); }, ThrowsError(kBadArgument, "1", "2"));
+  EXPECT_THAT([&] { BlockPattern(sizes, outside); }, ThrowsError(kBadArgument, "2", "0"));
+  EXPECT_THAT([&] { BlockPattern(sizes, negative); }, ThrowsError(kBadArgument, "0", "-1", "2"));
+  EXPECT_THAT([&] { BlockPattern(empty, {}); }, ThrowsError(kBadArgument, "0"));
 }
 
 TEST(BlockMatrix, AppliesAsTheDenseMatrix) {

@@ -47,7 +47,7 @@ TEST(GsThreads, JointRefinementIsBitIdenticalForAnyNumber) {
   options.adam.iterations = 0, options.lm.iterations = 2;
   options.cameras.refine = CameraChoice::kPoseAndExposure;
   ExpectSameForAnyNumber([&] {
-    const TrainResult refined = Refine(given, test::Perturbed(model, 0.01, 29), options, 0, {});
+    const TrainResult refined = Refine(given, test::Perturbed(model, 0.01, 29), options, {}, {});
     std::vector<double> numbers(refined.model.data.begin(), refined.model.data.end());
     for (const ViewUnknowns& view : refined.cameras) {
       HostBuffer<double> x(kViewParameters);

@@ -53,10 +53,10 @@ TEST(Gzip, ALongCommentIsCut) {
 TEST(Gzip, CutsAndDamageAreRefused) {
   const std::string zipped = Gzip(Example(500), "comment");
   for (std::size_t length = 0; length < zipped.size(); ++length) {
-    ExpectError([&] { Unzip(zipped.substr(0, length), 501); }, "f: its gzip stream is cut short or damaged");
+    EXPECT_THAT([&] { Unzip(zipped.substr(0, length), 501); }, ThrowsError(kBadFile, "f"));
   }
-  ForDamagedCopies(zipped, 300, [](const std::string& damaged) { ErrorOf([&] { Unzip(damaged, 501); }); });
-  ExpectError([&] { Unzip("no such stream at all", 10); }, "f: its gzip stream is cut short or damaged");
+  CountRefusedCopies(zipped, 300, [](const std::string& damaged) { Unzip(damaged, 501); });  // none crashes
+  EXPECT_THAT([&] { Unzip("no such stream at all", 10); }, ThrowsError(kBadFile, "f"));
 }
 
 TEST(Gzip, NothingExpandsMoreThanItIsSaidTo) {

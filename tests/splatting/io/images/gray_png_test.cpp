@@ -24,8 +24,8 @@ TEST(GrayPng, HoldsEveryLevelAndTheComment) {
 
 TEST(GrayPng, OtherNumbersOfValuesAreRefused) {
   const TempFolder folder;
-  ExpectError([&] { SaveGrayPng(folder / "a.png", {2, 2}, {1, 2, 3}, ""); }, "3 values for 2 x 2");
-  ExpectError([&] { SaveGrayPng(folder / "none/a.png", {1, 1}, {1}, ""); }, "none/a.png: cannot be written");
+  EXPECT_THAT([&] { SaveGrayPng(folder / "a.png", {2, 2}, {1, 2, 3}, ""); }, ThrowsError(kBadArgument, "3", "2"));
+  EXPECT_THAT([&] { SaveGrayPng(folder / "none/a.png", {1, 1}, {1}, ""); }, ThrowsError(kCannotWrite, "none/a.png"));
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ TEST(Png, RoundTripIsExactForEightBitValues) {
   const Image again = LoadImage(folder / "out.png");
   EXPECT_EQ(again.width, 16);
   EXPECT_EQ(again.rgb, image.rgb);
-  ExpectError([&] { SavePng(folder / "missing/out.png", image); }, "missing/out.png: cannot be written");
+  EXPECT_THAT([&] { SavePng(folder / "missing/out.png", image); }, ThrowsError(kCannotWrite, "missing/out.png"));
 }
 
 TEST(QuantizeColor, RoundsAndClamps) {

@@ -2,6 +2,7 @@
 #include "splatting/io/scenes/nerf.h"
 
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "tests/splatting/io/test_images.h"
@@ -26,9 +27,10 @@ class NerfTest : public testing::Test {
  protected:
   void Write(const json& top, const char* name = "transforms.json") { WriteBytes(folder_ / name, top.dump()); }
   Scene Read() const { return ReadNerfScene(folder_.path(), {}); }
-  void ExpectRefused(const json& top, const std::string& part) {
+  template <class... Tokens>
+  void ExpectRefused(const json& top, ErrorCode code, const Tokens&... tokens) {
     Write(top);
-    ExpectError([&] { Read(); }, part);
+    EXPECT_THAT([&] { Read(); }, ThrowsError(code, tokens...));
   }
   TempFolder folder_;
 };
@@ -88,15 +90,15 @@ TEST_F(NerfTest, AnotherFolderStandsForImages) {
   EXPECT_EQ(scene.views[1].image_path, folder_ / "images_4/b.jpg");
   top["frames"][0]["file_path"] = "photos/b.jpg";
   Write(top);
-  ExpectError([&] { ReadNerfScene(folder_.path(), {}, "images_4"); },
-              "frame 0: --images=images_4: the image photos/b.jpg does not lie in images/");
+  EXPECT_THAT([&] { ReadNerfScene(folder_.path(), {}, "images_4"); },
+              ThrowsError(kBadFile, "0", "--images=images_4", "photos/b.jpg", "images/"));
 }
 
 TEST_F(NerfTest, ImagesThatMayBeMissingNeedNoSize) {
   json top = ExampleTransforms();
   top.erase("w");
   Write(top);
-  ExpectError([&] { Read(); }, "images/b.jpg: no such file");
+  EXPECT_THAT([&] { Read(); }, ThrowsError(kNotFound, "images/b.jpg"));
   EXPECT_EQ(ReadNerfScene(folder_.path(), {}, "images", true).views[1].camera.width, 0);
 }
 
@@ -150,15 +152,15 @@ TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
   json top = ExampleTransforms();
   top["ply_file_path"] = "mine.ply";
   Write(top);
-  ExpectError([&] { Read(); }, "mine.ply: no such file");
+  EXPECT_THAT([&] { Read(); }, ThrowsError(kNotFound, "mine.ply"));
   for (const char* outside : {"../mine.ply", "/mine.ply"}) {
     top["ply_file_path"] = outside;
     Write(top);
-    ExpectError([&] { Read(); }, std::string("the points ") + outside + " lie outside the scene; move them there");
+    EXPECT_THAT([&] { Read(); }, ThrowsError(kBadFile, outside));
   }
   top["ply_file_path"] = 7;
   Write(top);
-  ExpectError([&] { Read(); }, (folder_ / "transforms.json") + ": ply_file_path is not a text");
+  EXPECT_THAT([&] { Read(); }, ThrowsError(kBadFile, (folder_ / "transforms.json"), "ply_file_path"));
   top["ply_file_path"] = "mine.ply";
   Write(top);
   WriteBytes(folder_ / "mine.ply", header + "7 8 9 0 0 0\n4 5 6 0 0 0\n");
@@ -166,86 +168,57 @@ TEST_F(NerfTest, PointsComeFromAPlyWhereThereIsOne) {
 }
 
 TEST_F(NerfTest, RefusesWhatItCannotUse) {
-  const json good = ExampleTransforms();
-  json bad = good;
-  bad["k4"] = 0.1;
-  ExpectRefused(bad, "transforms.json: frame 0: k4 is not zero, of which programs mean different things");
-  bad = good;
-  bad["frames"][1]["p2"] = -0.1;
-  bad["is_fisheye"] = true;
-  ExpectRefused(bad, "frame 1: p1 or p2 of a fisheye, which has none");
-  bad = good;
-  bad["camera_model"] = "EQUIRECTANGULAR";
-  ExpectRefused(bad, "the camera model EQUIRECTANGULAR is not read; undistort the images first");
-  bad = good;
-  bad["is_fisheye"] = 1;
-  ExpectRefused(bad, "is_fisheye is neither true nor false");
-  bad = good;
-  bad["fl_x"] = 0;
-  ExpectRefused(bad, "frame 0: the focal lengths 0, 51 are unusable");
-  bad = good;
-  bad.erase("fl_x");
-  bad.erase("fl_y");
-  ExpectRefused(bad, "give fl_x or camera_angle_x");
-  bad["camera_angle_x"] = 0.0;
-  ExpectRefused(bad, "are unusable");
-  bad = good;
-  bad["fl_x"] = "fifty";
-  ExpectRefused(bad, "fl_x is not a number");
-  bad = good;
-  bad["w"] = 0;
-  ExpectRefused(bad, "the image size 0 x 30 is unusable");
-  bad = good;
-  bad.erase("w");
-  ExpectRefused(bad, "images/b.jpg: no such file");
-  bad = good;
-  bad["frames"][1].erase("file_path");
-  ExpectRefused(bad, "frame 1: the frame has no readable file_path");
-  bad = good;
-  bad["frames"][1]["file_path"] = "images/b.jpg";
-  ExpectRefused(bad, "image images/b.jpg occurs twice");
-  bad = good;
-  bad["frames"][1] = 7;
-  ExpectRefused(bad, "frame 1: not an object");
-  bad = good;
-  bad["frames"] = json::array();
-  ExpectRefused(bad, "transforms.json: it has no frames");
-  ExpectRefused(json::array(), "it has no frames");
-  ExpectRefused(json("text"), "it has no frames");
-  WriteBytes(folder_ / "transforms.json", good.dump().substr(0, 100));
-  ExpectError([&] { Read(); }, "transforms.json: not valid JSON");
+  struct Case {
+    std::function<void(json&)> spoil;
+    std::string token, second = "transforms.json";
+    ErrorCode code = kBadFile;
+  };
+  for (const Case& each : std::vector<Case>{
+           {[](json& top) { top["k4"] = 0.1; }, "k4", "0", kUnsupported},
+           {[](json& top) { top["frames"][1]["p2"] = -0.1, top["is_fisheye"] = true; }, "p2", "1"},
+           {[](json& top) { top["camera_model"] = "EQUIRECTANGULAR"; }, "EQUIRECTANGULAR", "", kUnsupported},
+           {[](json& top) { top["is_fisheye"] = 1; }, "is_fisheye"},
+           {[](json& top) { top["fl_x"] = 0; }, "51", "0"},
+           {[](json& top) { top.erase("fl_x"), top.erase("fl_y"); }, "fl_x", "camera_angle_x"},
+           {[](json& top) { top.erase("fl_x"), top.erase("fl_y"), top["camera_angle_x"] = 0.0; }, ""},
+           {[](json& top) { top["fl_x"] = "fifty"; }, "fl_x"},
+           {[](json& top) { top["w"] = 0; }, "30", "0"},
+           {[](json& top) { top.erase("w"); }, "images/b.jpg", "", kNotFound},
+           {[](json& top) { top["frames"][1].erase("file_path"); }, "file_path", "1"},
+           {[](json& top) { top["frames"][1]["file_path"] = "images/b.jpg"; }, "images/b.jpg", ""},
+           {[](json& top) { top["frames"][1] = 7; }, "1"},
+           {[](json& top) { top["frames"] = json::array(); }, ""},
+           {[](json& top) { top = json::array(); }, ""},
+           {[](json& top) { top = "text"; }, ""},
+           {[](json& top) { top["frames"][2].erase("transform_matrix"); }, "transform_matrix", "2"},
+       }) {
+    json top = ExampleTransforms();
+    each.spoil(top);
+    SCOPED_TRACE(top);
+    ExpectRefused(top, each.code, each.token, each.second);
+  }
+  WriteBytes(folder_ / "transforms.json", ExampleTransforms().dump().substr(0, 100));
+  EXPECT_THAT([&] { Read(); }, ThrowsError(kBadFile, "transforms.json"));
 }
 
 TEST_F(NerfTest, RefusesPosesThatAreNone) {
-  json bad = ExampleTransforms();
-  json& pose = bad["frames"][2]["transform_matrix"];
-  const char* const kNoNumbers = "frame 2: transform_matrix is not 4 x 4 finite numbers";
-  const char* const kNoRotation = "frame 2: transform_matrix is not a rotation and a translation";
-  pose[1] = {0, 1, 0};
-  ExpectRefused(bad, kNoNumbers);
-  pose = {1, 2, 3};
-  ExpectRefused(bad, kNoNumbers);
-  pose = Identity();
-  pose[0][3] = nullptr;
-  ExpectRefused(bad, kNoNumbers);
-  pose = Identity();
-  pose[0][0] = 2;
-  ExpectRefused(bad, kNoRotation);
-  pose[0][0] = -1;
-  ExpectRefused(bad, kNoRotation);
-  pose[0][0] = 0;
-  ExpectRefused(bad, kNoRotation);
-  bad["frames"][2].erase("transform_matrix");
-  ExpectRefused(bad, "frame 2: the frame has no transform_matrix");
+  json row = Identity(), number = Identity(), scaled = Identity(), mirrored = Identity(), flat = Identity();
+  row[1] = {0, 1, 0};
+  number[0][3] = nullptr;
+  scaled[0][0] = 2, mirrored[0][0] = -1, flat[0][0] = 0;
+  for (const json& pose : {row, json{1, 2, 3}, number, scaled, mirrored, flat}) {
+    json bad = ExampleTransforms();
+    bad["frames"][2]["transform_matrix"] = pose;
+    ExpectRefused(bad, kBadFile, "2", "transform_matrix");
+  }
 }
 
 TEST_F(NerfTest, OverwrittenBytesLoadOrAreRefused) {
-  int refused = 0;
-  ForDamagedCopies(ExampleTransforms().dump(), 250, [&](const std::string& damaged) {
+  const auto read = [&](const std::string& damaged) {
     WriteBytes(folder_ / "transforms.json", damaged);
-    refused += ErrorOf([&] { ReadNerfScene(folder_.path(), {10, 0}); }).empty() ? 0 : 1;
-  });
-  EXPECT_GT(refused, 0);
+    ReadNerfScene(folder_.path(), {10, 0});
+  };
+  EXPECT_GT(CountRefusedCopies(ExampleTransforms().dump(), 250, read), 0);
 }
 
 const Camera kUsual{40, 30, {50, 51, 19.5, 15.5}};
@@ -295,16 +268,15 @@ TEST_F(NerfTest, WrittenCamerasAreReadAgain) {
 
 TEST_F(NerfTest, CamerasThatAreNoneAreRefused) {
   const std::string file = folder_ / "cameras.json";
-  const auto expect = [&](const json& top, const std::string& part) {
-    WriteBytes(file, top.dump());
-    ExpectError([&] { ReadNerfCameras(file, kUsual); }, part);
-  };
-  expect(json::object(), "it has no frames");
-  expect({{"frames", {{{"file_path", "a"}}}}}, "frame 0: the frame has no transform_matrix");
-  expect({{"frames", {{{"transform_matrix", Identity()}, {"w", 1e9}, {"h", 3}}}}}, "the image size 1000000000 x 3");
-  expect({{"frames", {{{"transform_matrix", Identity()}, {"fl_x", 0}}}}}, "the focal lengths 0, 0 are unusable");
-  WriteBytes(file, "{\"frames\": [");
-  ExpectError([&] { ReadNerfCameras(file, kUsual); }, "not valid JSON");
+  for (const auto& [text, token] : std::vector<std::pair<std::string, std::string>>{
+           {"{}", ""},
+           {R"({"frames": [)", ""},
+           {R"({"frames": [{"file_path": "a"}]})", "transform_matrix"},
+           {R"({"frames": [{"transform_matrix": )" + Identity().dump() + R"(, "w": 1e9, "h": 3}]})", "1000000000"},
+           {R"({"frames": [{"transform_matrix": )" + Identity().dump() + R"(, "fl_x": 0}]})", "0"}}) {
+    WriteBytes(file, text);
+    EXPECT_THAT([&] { ReadNerfCameras(file, kUsual); }, ThrowsError(kBadFile, file, token));
+  }
 }
 
 }  // namespace

@@ -24,10 +24,12 @@ TEST(SplatFile, TheExtensionSaysHowItIsWritten) {
     EXPECT_EQ(again.sh_degree, 2);
   }
   for (const char* name : {"a", "ply", "a.sog", "a.ply.gz", "a.ply/b"}) {
-    ExpectError([&] { CheckSplatExtension(folder / name); }, ": the extension says the format");
-    ExpectError([&] { WriteSplat(folder / name, model); }, ": the extension says the format");
+    EXPECT_THAT([&] { CheckSplatExtension(folder / name); }, ThrowsError(kBadArgument, folder / name));
+    EXPECT_THAT([&] { WriteSplat(folder / name, model); }, ThrowsError(kBadArgument, folder / name));
   }
 }
+
+const char* const kWithoutY = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n";
 
 TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
   const TempFolder folder;
@@ -38,17 +40,15 @@ TEST(SplatFile, WhatItHoldsSaysHowItIsRead) {
     std::filesystem::copy_file(folder / name, path, std::filesystem::copy_options::overwrite_existing);
     EXPECT_EQ(ReadSplat(path).data, ReadSplat(folder / name).data);
   }
-  for (const auto& [bytes, message] :
-       {std::pair<std::string, std::string>{"", "not a .ply file"},
-        {"NGSP\x04\x00\x00\x00", ".spz of version 4 or later, where versions 1 to 3 are read"},
-        {Gzip("ply\nformat ascii 1.0\n", ""), "a .ply compressed by gzip; unpack it first: gunzip"},
-        {"\x1f\x8b", "its gzip stream is cut short or damaged"},
-        {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
-         "not a splat in the INRIA layout: its vertices have no property y"}}) {
+  for (const auto& [bytes, code, token] : {std::tuple<std::string, ErrorCode, std::string>{"", kBadFile, ".ply"},
+                                           {"NGSP\x04\x00\x00\x00", kUnsupported, "4"},
+                                           {Gzip("ply\nformat ascii 1.0\n", ""), kBadFile, ".ply"},
+                                           {"\x1f\x8b", kBadFile, ""},
+                                           {kWithoutY, kBadFile, "y"}}) {
     WriteBytes(path, bytes);
-    ExpectError([&] { ReadSplat(path); }, fmt::format("{}: {}", path, message));
+    EXPECT_THAT([&] { ReadSplat(path); }, ThrowsError(code, path, token));
   }
-  ExpectError([&] { ReadSplat(folder / "missing.spz"); }, "missing.spz: no such file");
+  EXPECT_THAT([&] { ReadSplat(folder / "missing.spz"); }, ThrowsError(kNotFound, "missing.spz"));
 }
 
 // Degrees are no part of the formats: bands that Gaussians lack are written as zeros, and zeros tell on reading.

@@ -10,9 +10,9 @@
 namespace vesta::gs {
 namespace {
 
-// Of 100 Gaussians, with so much of the stage behind.
+// 100 Gaussians of 150 at most, with so much of the stage behind.
 StageProgress After(double done, bool has_coarse_views = true) {
-  return {.span = {done, done}, .gaussians = 100, .has_coarse_views = has_coarse_views};
+  return {.span = {done, done}, .gaussians = 100, .max_gaussians = 150, .has_coarse_views = has_coarse_views};
 }
 
 TEST(ForecastStage, AddsUpWhatIsLeft) {
@@ -36,7 +36,6 @@ TEST(ForecastStage, AddsUpWhatIsLeft) {
   const double without_growth = ahead(0.1).seconds;
   density.enabled = true;
   density.begin = density.every = 0.1, density.end = 0.3;
-  density.max_gaussians = 150;
   GrowthForecast growth;
   growth.Observe(90, 100);
   const StageAhead growing = ForecastStage(pace, growth, TrainingSchedule(options), After(0.1));

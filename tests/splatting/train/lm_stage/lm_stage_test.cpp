@@ -73,7 +73,7 @@ TEST(LmStage, TakesThePreconditionerThatTheProblemGives) {
 int LmIterations(double min_gain) {
   TrainOptions options = test::ShortTraining(20, 3);
   options.lm.min_gain = min_gain;
-  return Train(test::TrainingScene(), options, 0, {}).history.back().iteration;
+  return Train(test::TrainingScene(), options, {}, {}).history.back().iteration;
 }
 
 TEST(LmStage, EndsWhereAnIterationGainsLittle) {

@@ -11,6 +11,7 @@
 #include "splatting/train/session/checkpoint.h"
 #include "tests/splatting/train/training_on_ranks.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::gs {
 namespace {
@@ -36,11 +37,11 @@ TEST(TrainingOverRanks, AdamsStageIsThatOfAProcessAlone) {
   const Scene scene = test::TrainingScene(700);
   TrainOptions options = test::TrainingOnRanks(60, 0);
   options.density.max_gaussians = 1000;
-  const TrainResult alone = Train(scene, options, 0, {});
+  const TrainResult alone = Train(scene, options, {}, {});
   EXPECT_NE(alone.model.count, 700) << "Gaussians come and go";
   EXPECT_EQ(TrainOn(3, scene, options).model.data, alone.model.data);
   options.adam.views_per_iteration = 1;
-  EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, 0, {}).model.data);
+  EXPECT_EQ(TrainOn(2, scene, options).model.data, Train(scene, options, {}, {}).model.data);
 }
 
 TEST(TrainingOverRanks, EndsWhereTheViewsHeldOutAreGoodEnough) {
@@ -57,8 +58,7 @@ TEST(TrainingOverRanks, FindsNoCameras) {
   TrainOptions options = Options();
   for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAll, CameraChoice::kAuto}) {
     options.cameras.refine = choice;
-    EXPECT_THAT([&] { TrainOn(2, test::TrainingScene(), options); },
-                testing::ThrowsMessage<Error>(testing::HasSubstr("one process finds cameras, not 2")));
+    EXPECT_THAT([&] { TrainOn(2, test::TrainingScene(), options); }, ThrowsError(kUnsupported, "2"));
   }
 }
 
@@ -93,7 +93,7 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
       callbacks.stop = [&] { return ranks.rank() == 1 && done >= told; };
       if (ranks.rank() == 0)
         callbacks.checkpoint = {.path = path, .every = {.iterations = 1000}, .origin = "of a test"};
-      EXPECT_TRUE(Train(scene, options, 0, callbacks).stopped);
+      EXPECT_TRUE(Train(scene, options, {}, callbacks).stopped);
     });
     const Checkpoint checkpoint = ReadCheckpoint(path);
     EXPECT_EQ(checkpoint.run.iteration, stop);
@@ -101,7 +101,7 @@ void ExpectToBeStoppedAndGoOn(const Scene& scene, const TrainOptions& options, c
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;
       callbacks.resume = &checkpoint;
-      EXPECT_EQ(Train(scene, options, 0, callbacks).model.data, whole.model.data) << "stopped at " << stop;
+      EXPECT_EQ(Train(scene, options, {}, callbacks).model.data, whole.model.data) << "stopped at " << stop;
     });
   }
 }
@@ -123,7 +123,8 @@ TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
     vesta::test::OnThreadRanks(2, [&](Ranks& ranks) {
       TrainCallbacks callbacks;
       callbacks.ranks = &ranks;
-      all[static_cast<std::size_t>(ranks.rank())] = Train(scene, options, ranks.rank() == 1 ? -100 : 0, callbacks);
+      all[static_cast<std::size_t>(ranks.rank())] =
+          Train(scene, options, {.seconds = ranks.rank() == 1 ? -100.0 : 0.0}, callbacks);
     });
     EXPECT_EQ(all[0].model.data, all[1].model.data);
     EXPECT_LT(all[0].history.back().iteration, 100000);
@@ -135,19 +136,18 @@ TEST(TrainingOverRanks, EndsTogetherWhereTimeIsLimited) {
 TEST(TrainingOverRanks, RefusesWhatOneProcessAloneCanDo) {
   const Scene scene = test::TrainingScene();
   const auto expect_refusal = [&](const Scene& given, const TrainOptions& options, const StageRunners& stages,
-                                  const char* words) {
-    EXPECT_THAT([&] { TrainOn(2, given, options, stages); }, testing::ThrowsMessage<Error>(testing::HasSubstr(words)));
+                                  ErrorCode code, const char* token) {
+    EXPECT_THAT([&] { TrainOn(2, given, options, stages); }, ThrowsError(code, token));
   };
   StageRunners on_gpu = HostStages();
   on_gpu.device_memory = [] { return DeviceMemoryUse{}; };
-  expect_refusal(scene, Options(), on_gpu, "--device=cuda: several processes train on CPUs alone");
+  expect_refusal(scene, Options(), on_gpu, kUnsupported, "--device=cuda");
   TrainOptions with_budget = Options();
   with_budget.memory.budget_gib = 1;
-  expect_refusal(scene, with_budget, HostStages(),
-                 "--memory_budget=1: memory is planned for a training without mpirun");
+  expect_refusal(scene, with_budget, HostStages(), kUnsupported, "--memory_budget=1");
   Scene stored = scene;
   stored.photographs = std::make_shared<PhotographStore>(1e6);
-  expect_refusal(stored, Options(), HostStages(), "each of several processes needs all photographs in memory");
+  expect_refusal(stored, Options(), HostStages(), kOutOfMemory, "--photographs_mib");
 }
 
 }  // namespace

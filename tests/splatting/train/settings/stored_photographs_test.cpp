@@ -8,8 +8,9 @@
 
 #include "kernels/core/error.h"
 #include "splatting/train/settings/coarse_views.h"
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 #include "tests/splatting/train/training_scene.h"
+#include "tests/support/throws_error.h"
 
 namespace vesta::gs {
 namespace {
@@ -45,10 +46,10 @@ TrainOptions Options() {
 
 TEST(StoredPhotographs, TrainToTheSameBits) {
   const Scene scene = CoarseScene();
-  const TrainResult expected = Train(scene, Options(), 0, {});
+  const TrainResult expected = Train(scene, Options(), {}, {});
   for (const double room : {2.0, 5.0}) {
     const Scene stored = Stored(scene, room);
-    const TrainResult found = Train(stored, Options(), 0, {});
+    const TrainResult found = Train(stored, Options(), {}, {});
     EXPECT_EQ(found.model.data, expected.model.data) << room;
     EXPECT_EQ(found.history.back().test.psnr, expected.history.back().test.psnr);
     EXPECT_EQ(found.history.back().cost, expected.history.back().cost);
@@ -73,7 +74,7 @@ TEST(StoredPhotographs, AreHeldOneAtATime) {
   }
   TrainOptions options = Options();
   options.adam.evaluations = 4;
-  EXPECT_EQ(Train(scene, options, 0, {}).history.size(), 4U);
+  EXPECT_EQ(Train(scene, options, {}, {}).history.size(), 4U);
   EXPECT_GT(most, 0);
   EXPECT_LE(most, one);
 }
@@ -83,7 +84,7 @@ TEST(StoredPhotographs, PosesAreFoundAlongToTheSameBits) {
   TrainOptions options = Options();
   for (const CameraChoice choice : {CameraChoice::kPose, CameraChoice::kAuto}) {
     options.cameras.refine = choice;
-    const TrainResult expected = Train(scene, options, 0, {}), found = Train(Stored(scene, 2), options, 0, {});
+    const TrainResult expected = Train(scene, options, {}, {}), found = Train(Stored(scene, 2), options, {}, {});
     EXPECT_EQ(found.model.data, expected.model.data);
     EXPECT_EQ(found.notes, expected.notes);
     ASSERT_EQ(found.cameras.size(), expected.cameras.size());
@@ -110,28 +111,23 @@ TEST(StoredPhotographs, MemoryIsForeseenWithTheStoreFull) {
   const Scene scene = CoarseScene(), small = Stored(scene, 2), large = Stored(scene, 6);
   TrainOptions options = Options();
   options.adam.iterations = 2;
-  const double less = Train(small, options, 0, {}).memory.predicted_mib;
-  const double more = Train(large, options, 0, {}).memory.predicted_mib;
+  const double less = Train(small, options, {}, {}).memory.predicted_mib;
+  const double more = Train(large, options, {}, {}).memory.predicted_mib;
   EXPECT_NEAR(more - less, 4 * BytesOf(scene.views[2].image) / (1 << 20), 1e-6);
 }
 
 TEST(StoredPhotographs, WhatNeedsThemAllIsRefused) {
   const Scene stored = Stored(CoarseScene(), 2);
-  const auto refusal = [&](const TrainOptions& options) {
-    try {
-      Train(stored, options, 0, {});
-    } catch (const Error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+  const auto training = [&](const TrainOptions& options) {
+    return [&stored, options] { Train(stored, options, {}, {}); };
   };
   TrainOptions options = Options();
   options.lm.iterations = 2;
-  EXPECT_THAT(refusal(options), testing::HasSubstr("lm.iterations=2: Levenberg-Marquardt needs all photographs"));
+  EXPECT_THAT(training(options), ThrowsError(kOutOfMemory, "lm.iterations=2", "--photographs_mib"));
   for (const CameraChoice choice : {CameraChoice::kPoseAndExposure, CameraChoice::kAll}) {
     options = Options();
     options.cameras.refine = choice;
-    EXPECT_THAT(refusal(options), testing::HasSubstr("to find exposures"));
+    EXPECT_THAT(training(options), ThrowsError(kOutOfMemory, "cameras.refine=pose", "--photographs_mib"));
   }
 }
 
@@ -139,9 +135,9 @@ TEST(StoredPhotographs, ExposuresAreFoundWhereThoseThatAreTrainedOnFit) {
   const Scene scene = CoarseScene(), stored = Stored(scene, static_cast<int>(NumTrainingViews(scene)));
   TrainOptions options = Options();
   options.cameras.refine = CameraChoice::kAll;
-  const TrainResult found = Train(stored, options, 0, {});
+  const TrainResult found = Train(stored, options, {}, {});
   EXPECT_NE(found.cameras.front().color.gain[0], 1);
-  EXPECT_EQ(found.model.data, Train(scene, options, 0, {}).model.data);
+  EXPECT_EQ(found.model.data, Train(scene, options, {}, {}).model.data);
 }
 
 }  // namespace

@@ -6,16 +6,13 @@
 #include <string>
 
 #include "splatting/adam/adam_options.h"
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 #include "splatting/train/trainer.h"
 #include "tests/splatting/train/training_scene.h"
 #include "tests/support/test_files.h"
 
 namespace vesta::gs {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
 
 // The length is given in views.
 TEST(ViewsAnIteration, MakeFewerIterations) {
@@ -34,20 +31,20 @@ TEST(ViewsAnIteration, MakeFewerIterations) {
 
   TrainOptions options = test::ShortTraining(40, 0);
   options.adam.views_per_iteration = 4;
-  EXPECT_EQ(Train(test::TrainingScene(), options, 0, {}).history.back().iteration, 10);
+  EXPECT_EQ(Train(test::TrainingScene(), options, {}, {}).history.back().iteration, 10);
 }
 
 TEST(ViewsAnIteration, AreNoMoreThanThereAre) {
   const Scene scene = test::TrainingScene();
-  const auto error_of = [&](int views) {
+  const auto training = [&](int views) {
     TrainOptions options = test::ShortTraining(40, 0);
     options.adam.views_per_iteration = views;
-    return ErrorOf([&] { Train(scene, options, 0, {}); });
+    return [&scene, options] { Train(scene, options, {}, {}); };
   };
   ASSERT_EQ(NumTrainingViews(scene), 10);
-  EXPECT_EQ(error_of(10), "");
-  EXPECT_THAT(error_of(11), AllOf(HasSubstr("adam.views_per_iteration=11"), HasSubstr("10 training views")));
-  EXPECT_THAT(error_of(0), AllOf(HasSubstr("adam.views_per_iteration=0"), HasSubstr("from 1")));
+  EXPECT_NO_THROW(training(10)());
+  EXPECT_THAT(training(11), ThrowsError(kBadArgument, "adam.views_per_iteration=11", "10"));
+  EXPECT_THAT(training(0), ThrowsError(kBadArgument, "adam.views_per_iteration=0", "1"));
 }
 
 }  // namespace

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene requires, where the options leave it open.
+// What the program decides beside the options: by the scene, by the memory there is, and as the training goes.
 #pragma once
 
 #include "problems/gaussian_splatting/scene/scene.h"
+#include "splatting/memory/memory_plan.h"
 #include "splatting/train/settings/train_options.h"
 
 namespace vesta::gs {
@@ -15,5 +16,15 @@ double IterationsFor(Index training_views);
 // ends the Adam stage, unless iterations are given. Throws Error where the options are not valid, or an iteration is to
 // take more views than there are.
 TrainOptions FitToScene(TrainOptions options, Index training_views);
+
+// The decisions of one training. Its options never change.
+struct ResolvedPlan {
+  explicit ResolvedPlan(const TrainOptions& options) : max_gaussians(options.density.max_gaussians), lm(options.lm) {}
+
+  double held_mib = 0;  // memory of the process beside the stages: the program, images, copies of cameras
+  Index max_gaussians;  // density.max_gaussians, or fewer where memory is limited
+  LmStageOptions lm;    // as the LM stage runs; 0 iterations: it does not
+  LmPlan lm_memory;     // how it runs within the memory
+};
 
 }  // namespace vesta::gs

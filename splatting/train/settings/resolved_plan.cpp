@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ TrainOptions FitToScene(TrainOptions options, Index training_views) {
     adam.iterations = static_cast<int>(std::clamp(all, 1.0, kMost));
   }
   if (adam.runs() && adam.views_per_iteration > std::max<Index>(training_views, 1)) {
-    Fail("adam.views_per_iteration={}: the scene has {} training views; give it no more than these",
+    Fail(kBadArgument, "adam.views_per_iteration={}: the scene has {} training views; give it no more than these",
          adam.views_per_iteration, training_views);
   }
   if (!options.sh_degree) options.sh_degree = DefaultShDegree(training_views);

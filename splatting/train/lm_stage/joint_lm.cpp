@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options of the LM stage that finds cameras, and the stage on the host.
-#include "splatting/train/lm_stage/joint_lm_stage.h"
+#include "splatting/train/lm_stage/joint_lm.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -12,7 +11,7 @@ namespace vesta::gs {
 JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::ModelLayout& layout,
                                    const LmStageHeader& header) {
   const TrainOptions& options = session.options();
-  JointProblemOptions problem{.splats = SplatProblemOptionsOf(options.lm, layout),
+  JointProblemOptions problem{.splats = SplatProblemOptionsOf(session.plan().lm, layout),
                               .free = FreeBy(options.cameras.refine),
                               .prior = {.depth = 2 * session.scene().extent},
                               .eliminate_views = header.eliminates_views};
@@ -25,9 +24,7 @@ JointProblemOptions JointOptionsOf(const TrainingSession& session, const splat::
 // From cameras that are off, views eliminated come further by as many products, which take a fifth longer
 // (docs/results/2026-11-25-joint-cameras.md).
 vesta::LmOptions JointEngineOptions(const TrainingSession& session, const LmStageHeader& header) {
-  const LmStageOptions& lm = session.options().lm;
-  vesta::LmOptions engine = LmEngineOptions(lm);
-  engine.max_iterations = std::max(0, lm.iterations - header.done);
+  vesta::LmOptions engine = LmEngineOptions(session.plan().lm);
   engine.batch_mode = BatchMode::kExact;
   engine.line_search.enabled = false;
   engine.normal_system.linear_solver = header.eliminates_views ? LinearSolverKind::kReducedPcg : LinearSolverKind::kPcg;
@@ -42,8 +39,5 @@ HostBuffer<float> JointStart(const JointLayout& layout, const SplatModel& model,
     layout.SetUnknowns(views[static_cast<std::size_t>(v)], v, layout.RestOf(x.view()));
   return x;
 }
-
-template std::string RunJointLmStage<CpuBackend<float>>(TrainingSession& session, SplatModel& model,
-                                                        bool eliminate_views);
 
 }  // namespace vesta::gs

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splatting/train/settings/fit_to_scene.h"
+#include "splatting/train/settings/resolved_plan.h"
 
 #include <gtest/gtest.h>
 
