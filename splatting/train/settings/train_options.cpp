@@ -73,10 +73,10 @@ void ValidateOptions(const TrainOptions& options) {
   const DensityOptions& density = options.density;
   const ParsimonyOptions& parsimony = options.parsimony;
   if (density.enabled && (parsimony.supported || parsimony.judges()) && density.end > parsimony.begin) {
-    Fail(
-        "density.end={} lies behind parsimony.begin={}: Gaussians would be removed while others are still added; set "
-        "both",
-        density.end, parsimony.begin);
+    Fail(kBadArgument,
+         "density.end={} lies behind parsimony.begin={}: Gaussians would be removed while others are still added; set "
+         "both",
+         density.end, parsimony.begin);
   }
 }
 
