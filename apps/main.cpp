@@ -6,18 +6,21 @@
 #include <csignal>
 #include <cstdio>
 #include <new>
+#include <optional>
 #include <string>
 
 #include "apps/cli/command_line.h"
 #include "apps/cli/print.h"
 #include "apps/cli/process.h"
 #include "apps/commands/commands.h"
+#include "apps/device/device.h"
 #include "apps/device/ranks.h"
 #include "apps/settings/train_settings.h"
 #include "apps/usage/help.h"
 #include "apps/usage/parse_command_line.h"
 #include "kernels/core/check.h"
 #include "kernels/core/process_memory.h"
+#include "kernels/core/profile.h"
 
 namespace vesta::app {
 namespace {
@@ -29,17 +32,7 @@ bool MayRunInRanks(Command command) {
   return command == kTrain || command == kRefine || command == kPrune || command == kBundleAdjust;
 }
 
-int Run(int argc, char** argv) {
-  const CommandLine line = ParseCommandLine({argv + 1, argv + argc});
-  if (!line.command) {
-    Print("{}", HelpText(line.arguments));
-    return 0;
-  }
-  if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
-  UseComputeFlags(line.flags);
-  if (NumStartedRanks() > 1 && !MayRunInRanks(line.command->command)) {
-    Fail(kUnsupported, "vesta {} runs in one process; start it without mpirun", line.command->name);
-  }
+int RunCommand(const CommandLine& line) {
   switch (line.command->command) {
     case kTrain:
       return RunTrain(line);
@@ -65,6 +58,25 @@ int Run(int argc, char** argv) {
       return RunBundleAdjust(line);
   }
   return kUsage;
+}
+
+int Run(int argc, char** argv) {
+  const CommandLine line = ParseCommandLine({argv + 1, argv + argc});
+  if (!line.command) {
+    Print("{}", HelpText(line.arguments));
+    return 0;
+  }
+  if (line.flags.quiet || (MayRunInRanks(line.command->command) && !IsFirstRank())) BeQuiet();
+  UseComputeFlags(line.flags);
+  if (NumStartedRanks() > 1 && !MayRunInRanks(line.command->command)) {
+    Fail(kUnsupported, "vesta {} runs in one process; start it without mpirun", line.command->name);
+  }
+  std::optional<Profile> profile;  // of the first process
+  if (line.flags.profile && IsFirstRank()) profile.emplace(ProfileClock(line.flags.device));
+  const ProfileScope timed(profile ? &*profile : nullptr);
+  const int status = RunCommand(line);
+  if (profile) Print("{}", ProfileTable(profile->Rows()));
+  return status;
 }
 
 int Complain(const char* message, int status) {

@@ -27,14 +27,3 @@ endif()
 # the libraries of libraries too.
 set(CMAKE_BUILD_RPATH "\$ORIGIN/../lib")
 add_link_options(LINKER:--disable-new-dtags)
-
-# vesta_cuda_library(name SOURCES a.cu b.cpp ... [LINK targets ...])
-# As vesta_library, with device code or calls of CUDA in it. Such libraries stand beside those of the host, which stay as
-# they are, and are not installed.
-function(vesta_cuda_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
-  add_library(vesta_${name} STATIC ${ARG_SOURCES})
-  add_library(vesta::${name} ALIAS vesta_${name})
-  set_target_properties(vesta_${name} PROPERTIES UNITY_BUILD OFF)
-  target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK} PRIVATE CUDA::cudart_static)
-endfunction()

@@ -14,6 +14,22 @@ function(vesta_library name)
   target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK})
 endfunction()
 
+# vesta_cuda_library(name SOURCES a.cu b.cpp ... [LINK targets ...])
+# As vesta_library, with device code or calls of CUDA in it, where VESTA_CUDA is ON. Such libraries stand beside those of
+# the host, which stay as they are, and are not installed. In every build the tests compile the same sources for the
+# emulated device: vesta_emulated_library in tests/support/CMakeLists.txt takes them from here.
+function(vesta_cuda_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  list(TRANSFORM ARG_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  set_property(GLOBAL PROPERTY vesta_sources_${name} ${ARG_SOURCES})
+  if(VESTA_CUDA)
+    add_library(vesta_${name} STATIC ${ARG_SOURCES})
+    add_library(vesta::${name} ALIAS vesta_${name})
+    set_target_properties(vesta_${name} PROPERTIES UNITY_BUILD OFF)
+    target_link_libraries(vesta_${name} PUBLIC ${ARG_LINK} PRIVATE CUDA::cudart_static)
+  endif()
+endfunction()
+
 # vesta_check_alignment(target)
 # Under the undefined behaviour sanitizer: of what takes numbers out of bytes.
 function(vesta_check_alignment target)
@@ -75,10 +91,22 @@ endfunction()
 
 # vesta_test(name SOURCES a_test.cpp ... [LINK targets ...] [LABELS labels ...] [TIMEOUT seconds] [PREFIX p])
 # One test program, one ctest entry per GoogleTest case, its name after the prefix; one for the whole program under
-# sanitizers, which take longer to begin than most cases. Labels: unit (the default), threads,
-# ceres, data (whole problems of the field), memory, slow (what a first run can do without), cuda; the target
-# tests_<label> builds all programs of one. No test takes over 10 s alone on two cores, and its limit is ten times that
-# at least: on a busy machine it may take longer, but not be broken.
+# sanitizers, which take longer to begin than most cases. The target tests_<label> builds all programs of one label. No
+# test takes over 10 s alone on two cores, and its limit is ten times that at least: on a busy machine it may take
+# longer, but not be broken.
+set(VESTA_TEST_LABELS
+  unit      # the default
+  asan      # runs under the address sanitizer: each mechanism once
+  threads   # runs under the thread sanitizer: likewise
+  ceres     # compares with Ceres, or compiles for long
+  numerics  # many numbers through code that unit tests run too
+  data      # whole problems of the field
+  memory    # how much memory is taken
+  program   # the program `vesta`, as users call it
+  mpi       # several processes
+  tools     # scripts
+  slow      # left out of a first run
+  cuda)     # needs a GPU
 function(vesta_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT;PREFIX" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
@@ -87,6 +115,11 @@ function(vesta_test name)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
+  foreach(label IN LISTS ARG_LABELS)
+    if(NOT label IN_LIST VESTA_TEST_LABELS)
+      message(FATAL_ERROR "${name}: no label \"${label}\"; cmake/Targets.cmake lists them")
+    endif()
+  endforeach()
   add_executable(${name} ${ARG_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})

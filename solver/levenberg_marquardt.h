@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/core/archive.h"
+#include "kernels/core/profile.h"
 #include "solver/internal/batched_system.h"
 #include "solver/internal/trust_region/step_control.h"
 #include "solver/lm_options.h"
@@ -79,6 +80,8 @@ class LmStepper {
     return copy;
   }
   double Seconds() const;
+  // Phases of this call are timed where that is asked for.
+  ProfileScope Timed() { return ProfileScope(options_.profile ? &profile_ : nullptr); }
   // Stop, unless there is a doubt (see Doubt) or columns that have a gradient are frozen: then nothing has converged.
   void StopConverged(LmStatus status, std::string message, const std::string& doubt = "");
   // CheckProblem, where it is asked for. false when the solve ended.
@@ -121,6 +124,7 @@ class LmStepper {
   std::unique_ptr<BatchedSystem<B>> system_;  // null when x_ has moved
   std::string frozen_gradient_;               // BatchedSystem::frozen_gradient() at the last linearization
   LmSummary summary_;
+  Profile profile_{ReadClocksOf<typename B::Space>};  // of the steps of this object, not of those before it was saved
 };
 
 // Minimises the problem's cost from x, in place: x is the best met by the full cost, never worse than it was. Runs the

@@ -46,6 +46,8 @@ struct LmOptions {
   // CheckProblem at the start: a fault ends the solve, as kCheckFailed. For while a problem is written; it takes some
   // hundred evaluations.
   bool check_derivatives = false;
+  // Times the phases of the solve (LmSummary::phases). Changes no result; on a GPU it costs time.
+  bool profile = false;
 
   // Sets step_rule and the step_control that belongs to it.
   void SetStepRule(StepRule rule) {

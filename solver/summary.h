@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/core/profile.h"
 #include "kernels/core/span.h"
 #include "solver/internal/linear/pcg.h"
 
@@ -78,6 +79,8 @@ struct LmSummary {
   std::vector<LmIteration> iterations;
   // Lines for the full report, on how the call that began the solve was understood; not saved.
   std::vector<std::string> notes = {};
+  // With LmOptions::profile: where the time of the solve went; not saved.
+  std::vector<PhaseRow> phases = {};
 
   // Every other member, for a solve that is saved and goes on later (kernels/core/archive.h).
   template <class Archive>

@@ -211,6 +211,9 @@ const FlagTable& ProgramFlags() {
           {kTrains | kBundleAdjust,
            {"log_lm", &O::log_lm, "log each LM iteration, and the engine's report, to stderr"},
            kTrains | kBundleAdjust},
+          {kTrains | kBundleAdjust,
+           {"profile", &O::profile, "print where the time went, phase by phase; a training writes it to its files too"},
+           kTrains | kBundleAdjust},
       }};
   return flags;
 }

@@ -99,6 +99,7 @@ struct Flags {
   std::optional<int> port;         // none: a free one
   bool quiet = false;
   bool log_lm = false;
+  bool profile = false;
   // Of bundle_adjust.
   std::optional<int> iterations, pcg_iterations;  // none: the engine's
   double time_limit = 0;

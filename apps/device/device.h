@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/cli/flags.h"
+#include "kernels/core/profile.h"
 #include "splatting/train/session/stage_runners.h"
 
 namespace vesta::app {
@@ -12,5 +13,7 @@ void CheckDevice(Device device);
 // What trains: the GPU for cuda, and for auto where there is one that can, else the CPU, with a note where there is one
 // that cannot. Several processes train on CPUs. Throws as CheckDevice.
 gs::StageRunners StagesOf(Device device);
+// For profiles of it.
+Profile::Clock ProfileClock(Device device);
 
 }  // namespace vesta::app

@@ -24,4 +24,8 @@ gs::StageRunners StagesOf(Device device) {
   return stages;
 }
 
+Profile::Clock ProfileClock(Device device) {
+  return StagesOf(device).device_memory ? ReadClocksOf<vesta::Device> : ReadClocks;
+}
+
 }  // namespace vesta::app

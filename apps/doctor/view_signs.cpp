@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "kernels/core/check.h"
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::app {

@@ -239,12 +239,35 @@ std::string Cameras(const Report& report) {
   return html;
 }
 
+// --profile: the rows of metrics.json, a bar each. run: its number.
+std::string Phases(const RunRecord& record, std::size_t run) {
+  const std::vector<PhaseRow> rows = record.phases();
+  if (rows.empty()) return "";
+  std::string html = fmt::format(
+      "<h3>Phases of {}<bdi>{}</bdi></h3>\n<div class=\"wide\"><table><thead><tr><th>phase</th><th></th><th "
+      "class=\"figure\">%</th><th class=\"figure\">wall</th><th class=\"figure\">CPU</th><th "
+      "class=\"figure\">calls</th></tr></thead><tbody>\n",
+      Swatch(run), Escape(record.name()));
+  for (const PhaseRow& row : rows) {
+    const double percent = 100 * row.seconds.wall / std::max(rows.front().seconds.wall, 1e-9);
+    html += fmt::format(
+        R"(<tr><td style="padding-left:{}em">{}</td><td><span class="bar run{}" style="width:{:.0f}px"></span></td><td class="figure">{:.1f}</td><td class="figure">{}</td><td class="figure">{}</td><td class="figure">{}</td></tr>)"
+        "\n",
+        2 * std::clamp(row.depth, 0, 9), Escape(row.name), run % kRunColors, std::clamp(2 * percent, 0.0, 200.0),
+        percent, Seconds(row.seconds.wall), Seconds(row.seconds.cpu),
+        row.calls > 0 ? Count(static_cast<double>(row.calls)) : "");
+  }
+  return html + "</tbody></table></div>\n";
+}
+
 std::string Times(const Report& report) {
-  const std::vector<Row> rows = {Span("loading", nullptr, "seconds.load"), Span("Adam", "seconds.load", "seconds.adam"),
-                                 Span("Levenberg-Marquardt", "seconds.adam", "seconds.lm"),
-                                 Span("evaluations", nullptr, "seconds.eval"),
-                                 Span("from start to end", nullptr, "seconds.total")};
-  return "<h2>Times</h2>\n" + Figures(report.runs, rows);
+  const std::vector<Row> rows = {
+      Span("loading", nullptr, "seconds.load"), Span("Adam", "seconds.load", "seconds.adam_end"),
+      Span("Levenberg-Marquardt", "seconds.adam_end", "seconds.lm_end"), Span("evaluations", nullptr, "seconds.eval"),
+      Span("from start to end", nullptr, "seconds.total")};
+  std::string html = "<h2>Times</h2>\n" + Figures(report.runs, rows);
+  for (std::size_t i = 0; i < report.runs.size(); ++i) html += Phases(report.runs[i].source.record, i);
+  return html;
 }
 
 std::string Title(const Report& report) {

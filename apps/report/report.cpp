@@ -11,6 +11,7 @@
 #include "apps/report/page.h"
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
+#include "kernels/core/profile.h"
 #include "problems/gaussian_splatting/model/degrees.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
 
@@ -132,6 +133,7 @@ std::string SceneToReport(const std::string& folder, int downscale) {
 }
 
 std::vector<std::string> WriteReport(const std::string& file, std::vector<RunSource> runs, const SplatLoader& load) {
+  const ScopedPhase phase("report");
   const Report report = GatherReport(std::move(runs), load);
   WriteFileAtomically(file, ReportPage(report));
   std::vector<std::string> missing;

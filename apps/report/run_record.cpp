@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -49,6 +50,23 @@ std::vector<std::string> RunRecord::notes() const {
     if (note.is_string()) notes.push_back(note.get<std::string>());
   }
   return notes;
+}
+
+std::vector<PhaseRow> RunRecord::phases() const {
+  std::vector<PhaseRow> rows;
+  const Json* at = At("profile");
+  if (!at || !at->is_array()) return rows;
+  for (const Json& row : *at) {
+    const auto number = [&](const char* key) {
+      return row.contains(key) && row[key].is_number() ? row[key].get<double>() : 0;
+    };
+    if (!row.is_object() || !row.contains("phase") || !row["phase"].is_string()) continue;
+    rows.push_back({row["phase"],
+                    static_cast<int>(std::clamp(number("depth"), 0.0, 9.0)),
+                    static_cast<std::int64_t>(std::clamp(number("calls"), 0.0, 1e15)),
+                    {number("wall_seconds"), number("cpu_seconds")}});
+  }
+  return rows;
 }
 
 std::vector<double> RunRecord::History(const char* figure) const {

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/profile.h"
+
 namespace vesta::app {
 
 class RunRecord {
@@ -23,6 +25,7 @@ class RunRecord {
   double Number(const std::string& path) const;
   std::string Text(const std::string& path) const;
   std::vector<std::string> notes() const;
+  std::vector<PhaseRow> phases() const;  // of --profile
   // One of the figures of each row of the history of a stage.
   std::vector<double> History(const char* figure) const;
   // Every option, "adam.iterations", as text.

@@ -55,6 +55,18 @@ Json ToJson(const Ranks& ranks) {
           {"exchange_seconds", traffic.seconds}};
 }
 
+Json ToJson(const std::vector<PhaseRow>& phases) {
+  Json json = Json::array();
+  for (const PhaseRow& row : phases) {
+    json.push_back({{"phase", row.name},
+                    {"depth", row.depth},
+                    {"calls", row.calls},
+                    {"wall_seconds", row.seconds.wall},
+                    {"cpu_seconds", row.seconds.cpu}});
+  }
+  return json;
+}
+
 Json ToJson(const gs::HistoryRow& row) {
   Json json = {{"stage", gs::StageName(row.stage)},
                {"iteration", row.iteration},
@@ -114,8 +126,8 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   if (result.history.back().held_out.views > 0) json["held_out"] = ToJson(result.history.back().held_out);
   AddModel(result.model, &json);
   json["seconds"] = {{"load", facts.load_seconds},
-                     {"adam", adam_end},
-                     {"lm", std::max(adam_end, result.history.back().seconds)},
+                     {"adam_end", adam_end},
+                     {"lm_end", std::max(adam_end, result.history.back().seconds)},
                      {"eval", result.eval_seconds},
                      {"total", facts.total_seconds}};
   json["peak_memory_mib"] = facts.peak_memory_mib;
@@ -136,6 +148,7 @@ std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, co
   json["device"] = facts.device;
   json["threads"] = facts.threads;
   if (facts.ranks) json["processes"] = ToJson(*facts.ranks);
+  if (!facts.profile.empty()) json["profile"] = ToJson(facts.profile);
   json["seed"] = settings.options.seed;
   json["preset"] = settings.preset;
   json["options"] = OptionsJson(settings.options);

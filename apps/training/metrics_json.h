@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/settings/train_settings.h"
+#include "kernels/core/profile.h"
 #include "kernels/ranks/ranks.h"
 #include "splatting/cameras/alignment/aligned_evaluation.h"
 #include "splatting/train/session/train_result.h"
@@ -23,12 +24,13 @@ struct RunFacts {
   double peak_memory_mib = 0;
   const char* device = "cpu";
   int threads = 0;
-  const Ranks* ranks = nullptr;  // null: not started by MPI
+  const Ranks* ranks = nullptr;        // null: not started by MPI
+  std::vector<PhaseRow> profile = {};  // of --profile
 };
 
 // Fields as docs/guide/training_a_scene.md has them ("metrics.json"). test, train and held_out
-// are those of the last row of the history; adam and lm the seconds of the last rows of their stages. A figure that is
-// not finite is null.
+// are those of the last row of the history; adam_end and lm_end the seconds of the last rows of their stages. A figure
+// that is not finite is null.
 std::string MetricsJson(const gs::TrainResult& result, const RunFacts& facts, const TrainSettings& settings);
 
 // {"test", "train", "cost", "gaussians", "parameters", "device", "threads"}, as above. aligned (null: none): besides

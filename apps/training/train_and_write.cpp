@@ -27,6 +27,7 @@
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
 #include "kernels/core/process_memory.h"
+#include "kernels/core/profile.h"
 #include "problems/gaussian_splatting/model/scene_frame.h"
 
 namespace vesta::app {
@@ -88,17 +89,19 @@ gs::TrainResult TrainShown(const TrainingJob& job, const TrainRun& run, Training
 }
 
 void SaveResults(const TrainingJob& job, const gs::TrainResult& result, TrainingResults* results) {
-  results->Save(result.model, MetricsJson(result,
-                                          {.command = job.line.command->name,
-                                           .scene = std::filesystem::absolute(job.path).lexically_normal().string(),
-                                           .scene_flags = SceneFlagTexts(job.line.flags),
-                                           .load_seconds = job.load_seconds,
-                                           .total_seconds = SecondsSinceStart(),
-                                           .peak_memory_mib = PeakMemoryMib(),
-                                           .device = job.stages.device.c_str(),
-                                           .threads = NumThreads(),
-                                           .ranks = RanksOfTraining()},
-                                          job.settings));
+  results->Save(result.model,
+                MetricsJson(result,
+                            {.command = job.line.command->name,
+                             .scene = std::filesystem::absolute(job.path).lexically_normal().string(),
+                             .scene_flags = SceneFlagTexts(job.line.flags),
+                             .load_seconds = job.load_seconds,
+                             .total_seconds = SecondsSinceStart(),
+                             .peak_memory_mib = PeakMemoryMib(),
+                             .device = job.stages.device.c_str(),
+                             .threads = NumThreads(),
+                             .ranks = RanksOfTraining(),
+                             .profile = Profile::Current() ? Profile::Current()->Rows() : std::vector<PhaseRow>()},
+                            job.settings));
 }
 
 // What the training has come to, and doubts about it.

@@ -6,6 +6,7 @@
 
 #include "apps/training/camera_files.h"
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "splatting/io/splats/ply.h"
 
 namespace vesta::app {
@@ -46,6 +47,7 @@ bool TrainingResults::Reserve(Index likely, Index least, int sh_degree) {
 }
 
 void TrainingResults::CommitModel(const gs::SplatModel& model) {
+  const ScopedPhase phase("write splat");
   gs::WriteSplatPly(*model_, model);
   model_->Finish();
   // Between this and new ones there are none: those of an earlier training are not this model's.

@@ -7,10 +7,10 @@
 set -euo pipefail
 build=${1:?usage: pack.sh BUILD FOLDER} folder=${2:?usage: pack.sh BUILD FOLDER}
 mkdir -p "$folder"/{tests,bench,lib}
-cp "$build"/tests/{device_math,cuda_backend,cuda_engine,cuda_splat}_test "$folder/tests"
+cp "$build"/tests/{device_math,cuda_backend,cuda_engine,cuda_splat,cuda_training}_test "$folder/tests"
 cp "$build/bench/gpu_kernels" "$folder/bench"
 cp "$(dirname "${BASH_SOURCE[0]}")/run.sh" "$folder"
-ldd "$build"/tests/{device_math,cuda_backend,cuda_engine,cuda_splat}_test "$build/bench/gpu_kernels" |
+ldd "$build"/tests/{device_math,cuda_backend,cuda_engine,cuda_splat,cuda_training}_test "$build/bench/gpu_kernels" |
   awk '/=> \// && $3 !~ /\/(libc|libm|libdl|librt|libpthread|ld-linux[^\/]*|libcuda)\.so/ {print $3}' | sort -u |
   xargs -r -I{} cp -L {} "$folder/lib"
 du -sh "$folder"

@@ -24,9 +24,6 @@ grace=1
 
 kernels=$build/bench/gpu_kernels
 workload=(--gaussians "${GAUSSIANS:-1000000}" --pixels "${PIXELS:-1000000}" --views "${VIEWS:-100}")
-# All kernels but those of whole trainings, which launch the same ones for minutes.
-under_a_tool=--gtest_filter=-CudaTraining*:*/CudaTraining*
-
 # each STEP: calls it with name, limit in seconds and command of every step, what is worth most first.
 each() {
   "$1" gpu 15 "$kernels" --probe yes
@@ -34,11 +31,13 @@ each() {
   "$1" device_math 15 "$build/tests/device_math_test"
   "$1" backend 20 "$build/tests/cuda_backend_test"
   "$1" engine 20 "$build/tests/cuda_engine_test"
-  "$1" splat 45 "$build/tests/cuda_splat_test"
+  "$1" splat 16 "$build/tests/cuda_splat_test"
+  "$1" training 30 "$build/tests/cuda_training_test"
   "$1" gpu_kernels 150 "$kernels" "${workload[@]}" --json "$work/gpu_kernels.json"
   local tool
+  # Not whole trainings, which launch the same kernels for minutes.
   for tool in memcheck racecheck synccheck; do
-    "$1" "$tool.splat" 60 compute-sanitizer --tool "$tool" --error-exitcode 9 "$build/tests/cuda_splat_test" "$under_a_tool"
+    "$1" "$tool.splat" 60 compute-sanitizer --tool "$tool" --error-exitcode 9 "$build/tests/cuda_splat_test"
     "$1" "$tool.backend" 20 compute-sanitizer --tool "$tool" --error-exitcode 9 "$build/tests/cuda_backend_test"
   done
 }

@@ -3,6 +3,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/cuda_backend.h"
+#include "kernels/core/profile.h"
 #include "kernels/image/device_image_passes.h"
 
 namespace vesta {
@@ -22,6 +23,7 @@ DevicePhotometricLoss::DevicePhotometricLoss(const PhotometricWeights& weights)
 
 void DevicePhotometricLoss::Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
                                 float* gradient, Linearization* linearization) {
+  const ScopedPhase phase("loss");
   const Index n = shape.NumValues();
   VESTA_CHECK(rendered.size() == n && truth.size() == n, "rendered {}, truth {} values, want {}", rendered.size(),
               truth.size(), n);
@@ -89,6 +91,7 @@ void DevicePhotometricLoss::Linearize(ConstVectorView rendered, ConstVectorView 
 }
 
 void DevicePhotometricLoss::ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out) {
+  const ScopedPhase phase("loss");
   const ImageShape& shape = linearization.shape;
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);

@@ -2,6 +2,7 @@
 #include "kernels/image/photometric_loss.h"
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 
 namespace vesta {
 namespace {
@@ -57,6 +58,7 @@ LossTerms<S> PhotometricLoss<S>::Terms(const S* rendered, const S* truth) {
 template <class S>
 PhotometricValue PhotometricLoss<S>::Run(ConstVectorView rendered, ConstVectorView truth, const ImageShape& shape,
                                          S* gradient, Linearization* linearization) {
+  const ScopedPhase phase("loss");
   const Index n = shape.NumValues();
   VESTA_CHECK(rendered.size() == n && truth.size() == n, "rendered {}, truth {} values, want {}", rendered.size(),
               truth.size(), n);
@@ -102,6 +104,7 @@ PhotometricValue PhotometricLoss<S>::Linearize(ConstVectorView rendered, ConstVe
 
 template <class S>
 void PhotometricLoss<S>::ApplyW(const Linearization& linearization, ConstVectorView v, VectorView out) {
+  const ScopedPhase phase("loss");
   const ImageShape& shape = linearization.shape;
   const Index n = shape.NumValues();
   VESTA_CHECK(v.size() == n && out.size() == n, "v {}, out {} values, want {}", v.size(), out.size(), n);

@@ -10,11 +10,13 @@
 #include <system_error>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 
 namespace vesta {
 
 template <class Exchange>
 void Ranks::Count(std::span<const std::size_t> sizes, const Exchange& exchange) {
+  const ScopedPhase phase("exchange");
   VESTA_CHECK(static_cast<int>(sizes.size()) == size(), "{} pieces for {} ranks", sizes.size(), size());
   ++traffic_.exchanges;
   for (std::size_t r = 0; r < sizes.size(); ++r) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "solver/check_problem.h"
 #include "solver/internal/batched_system.inl"
 #include "solver/internal/trust_region/line_search.h"
@@ -17,15 +18,17 @@
 namespace vesta {
 
 namespace lm_internal {
-// Adds the time of its life to a total.
+// Adds the time of its life, which is a phase of the profile, to a total.
 class Stopwatch {
  public:
-  explicit Stopwatch(double& total) : total_(total), start_(std::chrono::steady_clock::now()) {}
+  Stopwatch(double& total, const char* phase)
+      : phase_(phase), total_(total), start_(std::chrono::steady_clock::now()) {}
   ~Stopwatch() { total_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
   Stopwatch(const Stopwatch&) = delete;
   Stopwatch& operator=(const Stopwatch&) = delete;
 
  private:
+  ScopedPhase phase_;
   double& total_;
   std::chrono::steady_clock::time_point start_;
 };
@@ -42,6 +45,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
 template <Backend B>
 LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& problem, ArchiveReader& saved)
     : LmStepper(options, backend, problem) {
+  const ProfileScope timed = Timed();
   Visit(saved);
   VESTA_CHECK(x_.size() == problem.num_parameters() && !summary_.iterations.empty(),
               "the saved solve has {} parameters, the problem {}", x_.size(), problem.num_parameters());
@@ -71,6 +75,7 @@ LmStepper<B>::LmStepper(const LmOptions& options, B& backend, Problem<B>& proble
   summary_.configuration =
       fmt::format("{} step rule, {}{}", ToString(options_.step_rule), ToString(options_.batch_mode),
                   options_.line_search.enabled ? ", line search" : "");
+  const ProfileScope timed = Timed();
   LmIteration row;
   cost_ = FullCost(x_);
   summary_.initial_cost = summary_.final_cost = cost_;
@@ -135,7 +140,7 @@ bool LmStepper<B>::PassesCheck() {
 
 template <Backend B>
 double LmStepper<B>::FullCost(typename B::ConstVectorView x) {
-  const lm_internal::Stopwatch watch(summary_.cost_seconds);
+  const lm_internal::Stopwatch watch(summary_.cost_seconds, "LM cost");
   ++summary_.num_cost_evaluations;
   return problem_.Cost(x);
 }
@@ -154,7 +159,7 @@ double LmStepper<B>::GradientNorm() {
 template <Backend B>
 bool LmStepper<B>::Linearize() {
   if (system_) return true;
-  const lm_internal::Stopwatch watch(summary_.linearize_seconds);
+  const lm_internal::Stopwatch watch(summary_.linearize_seconds, "LM linearise");
   problem_.OnNewPoint(turn_++);
   system_ = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, x_.view(), scale_, summary_);
   frozen_gradient_ = system_->frozen_gradient();
@@ -210,7 +215,7 @@ double LmStepper<B>::ChooseGamma() {
   if (!options_.line_search.enabled) return 1;
   const Index turn = static_cast<Index>(summary_.iterations.size());
   const std::vector<Index> units = SpreadUnits(problem_.num_units(), options_.line_search.unit_fraction, turn);
-  const lm_internal::Stopwatch watch(summary_.cost_seconds);
+  const lm_internal::Stopwatch watch(summary_.cost_seconds, "LM cost");
   const LineSearchResult result = SearchGamma(options_.line_search, [&](double gamma) {
     MakeTrial(gamma);
     return problem_.Cost(trial_x_, units);
@@ -254,7 +259,7 @@ template <Backend B>
 void LmStepper<B>::AcceptByGradient(Trial& trial) {
   std::unique_ptr<BatchedSystem<B>> at_trial;
   {
-    const lm_internal::Stopwatch watch(summary_.linearize_seconds);
+    const lm_internal::Stopwatch watch(summary_.linearize_seconds, "LM linearise");
     at_trial = std::make_unique<BatchedSystem<B>>(options_, backend_, problem_, trial_x_.view(), scale_, summary_);
   }
   const auto squared = [&](const BatchedSystem<B>& system) {
@@ -273,12 +278,13 @@ void LmStepper<B>::AcceptByGradient(Trial& trial) {
 template <Backend B>
 const LmIteration& LmStepper<B>::Step() {
   if (done()) return summary_.iterations.back();
+  const ProfileScope timed = Timed();
   LmIteration row;
   row.lambda = control_->lambda();
   row.gradient_max_norm = gradient_norm_;
   typename BatchedSystem<B>::Direction direction;
   {
-    const lm_internal::Stopwatch watch(summary_.linear_solve_seconds);
+    const lm_internal::Stopwatch watch(summary_.linear_solve_seconds, "LM solve");
     LendTrialVectors();
     if (step_.empty()) step_.Resize(problem_.num_tangent());
     direction = system_->Solve(row.lambda, workspace_, step_);
@@ -365,6 +371,7 @@ const LmIteration& LmStepper<B>::Record(LmIteration row) {
   row.cost = cost_;
   row.seconds = summary_.total_seconds = Seconds();
   summary_.iterations.push_back(row);
+  if (options_.profile) summary_.phases = profile_.Rows();
   return summary_.iterations.back();
 }
 

@@ -77,6 +77,7 @@ std::string LmSummary::FullReport() const {
   fmt::format_to(out, "cost evaluations  {:>12}   {:.4f} s, over subsets {}\n", num_cost_evaluations, cost_seconds,
                  num_subset_evaluations);
   fmt::format_to(out, "total                          {:.4f} s\n\n", total_seconds);
+  if (!phases.empty()) fmt::format_to(out, "{}\n", ProfileTable(phases));
   fmt::format_to(out, "{:>5} {:>16} {:>10} {:>9} {:>9} {:>6} {:>9} {:>9} {:>5} {:>9} {:>3} {:>9}\n", "iter", "cost",
                  "change", "rho", "lambda", "gamma", "|grad|", "|step|", "pcg", "pcg |r|", "ok", "seconds");
   for (const LmIteration& row : iterations) {

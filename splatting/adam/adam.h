@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/model/gather_rows.h"
 #include "splatting/adam/adam_steps.h"
@@ -31,6 +32,7 @@ class Adam {
   // the model, zero afterwards. Moments are made on first use. On a device it does not wait.
   void Step(const splat::ModelLayout& layout, typename B::VectorView x, float* gradient, int attributes,
             double factor) {
+    const ScopedPhase phase("Adam");
     const Index count = layout.count;
     if (first_.empty()) Start(count, x.size());
     VESTA_CHECK(units_.empty() || units_.size() == count, "{} units of length for {} Gaussians", units_.size(), count);

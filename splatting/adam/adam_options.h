@@ -11,8 +11,6 @@
 
 namespace vesta::gs {
 
-// Options of the Adam stage.
-
 enum class AdamMetric {
   kDiagonal,  // each parameter has its own second moment
   // Mean, log-scales, quaternion and opacity of a Gaussian are stepped in the eigenbasis of their gradients

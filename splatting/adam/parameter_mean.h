@@ -5,6 +5,7 @@
 // "Stochastic gradient descent for non-smooth optimization", section 4). For every memory space.
 #pragma once
 
+#include "kernels/core/profile.h"
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/model/gather_rows.h"
 
@@ -23,6 +24,7 @@ class ParameterMean {
   // x: as many parameters as in the calls before, since the start. Where there is no room for their mean it stays
   // empty.
   void Add(typename B::ConstVectorView x) {
+    const ScopedPhase phase("parameter mean");
     if (empty()) mean_.ResizeForOverwrite(x.size());
     ++terms_;
     const double weight = (kExponent + 1.0) / (terms_ + kExponent);

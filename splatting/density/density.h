@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "kernels/core/sort.h"
 #include "kernels/core/vector_backend.h"
 #include "problems/gaussian_splatting/model/gather_rows.h"
@@ -48,6 +49,7 @@ class DensityControl {
   // Adds what one view, after its gradient, tells of where Gaussians are missing. pulls: PullsOf that view. On a device
   // it does not wait.
   void Observe(const density::ScreenPulls& pulls) {
+    const ScopedPhase phase("density statistics");
     ForEach<Space>(pull_.size(), 4096, density::Observe{pulls, pull_.data(), seen_.data()});
   }
 

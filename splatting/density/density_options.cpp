@@ -14,7 +14,7 @@ const schema::Table<DensityOptions>& DensityFields() {
        "max_gaussians"},
       {"enabled", &O::enabled, "whether Gaussians are cloned, split and pruned"},
       {"begin", &O::begin, kPart, "part of the Adam stage after which that begins"},
-      {"end", &O::end, kPart, "part of it after which that ends"},
+      {"end", &O::end, kPart, "part of it after which that ends; at most parsimony.begin"},
       {"every", &O::every, {1e-6, 1}, "part of it between two times"},
       {"gradient_threshold", &O::gradient_threshold, kSize,
        "image-space gradient above which a Gaussian is cloned or split"},

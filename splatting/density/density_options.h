@@ -8,8 +8,6 @@
 
 namespace vesta::gs {
 
-// Options of density control.
-
 // Clone, split and prune (Kerbl et al. 2023, section 5.2). Times are parts of the Adam stage.
 struct DensityOptions {
   bool enabled = true;

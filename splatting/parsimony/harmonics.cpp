@@ -18,12 +18,16 @@ constexpr Index kGrain = 256;
 // Degree of Gaussian i in use.
 int DegreeOf(const splat::Model<float>& model, Index i) { return std::min(model.DegreeOf(i), model.active_sh_degree); }
 
-// The basis functions in the direction in which a camera sees a Gaussian.
-std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i,
-                                    const splat::CameraConstants<float>& camera) {
+std::array<float, 3> CentreOf(const splat::PosedCamera& camera) {
+  return {static_cast<float>(camera.centre[0]), static_cast<float>(camera.centre[1]),
+          static_cast<float>(camera.centre[2])};
+}
+
+// The basis functions in the direction in which a camera with that centre sees a Gaussian.
+std::array<float, kBases> BasisSeen(const splat::Model<float>& model, Index i, const std::array<float, 3>& centre) {
   float mean[3], dir[3];
   for (int k = 0; k < 3; ++k) mean[k] = model.x[model.Offset(splat::kMean + k) + i];
-  splat::ViewDirection(camera, mean, dir);
+  splat::ViewDirection(centre.data(), mean, dir);
   std::array<float, kBases> basis{};
   ShBasis<3>(dir[0], dir[1], dir[2], basis.data());
   return basis;
@@ -49,8 +53,8 @@ std::vector<Curvature> Curvatures(const splat::Model<float>& model, const Judgin
         });
       },
       [&](const View& view) {
-        return [&, camera = splat::ConstantsOf<float>(ToPosedCamera(view, judges.near))](Index i, float bend) {
-          const std::array<float, kBases> basis = BasisSeen(model, i, camera);
+        return [&, centre = CentreOf(ToPosedCamera(view, judges.near))](Index i, float bend) {
+          const std::array<float, kBases> basis = BasisSeen(model, i, centre);
           Curvature& sum = sums[static_cast<std::size_t>(i)];
           const int bases = ShCoefficients(DegreeOf(model, i));
           for (int row = 0; row < bases; ++row) {
@@ -97,9 +101,9 @@ HarmonicsWorth::HarmonicsWorth(const splat::Model<float>& model, const JudgingVi
   JudgedLoss judged;
   using Rises = splat::RecolorRises<double>;
   const auto ask = [&](const View& view, Rises* rows) {
-    const auto camera = splat::ConstantsOf<float>(rendered.view().camera());
+    const std::array<float, 3> centre = CentreOf(rendered.view().camera());
     const auto recolor = [&](Index i) {
-      const std::array<float, kBases> basis = BasisSeen(model, i, camera);
+      const std::array<float, kBases> basis = BasisSeen(model, i, centre);
       splat::Recolors<float> to;
       for (int d = 0; d < splat::kRecolors; ++d) {
         for (int c = 0; c < 3; ++c) {

@@ -21,7 +21,8 @@ const schema::Table<ParsimonyOptions>& ParsimonyFields() {
        {1e-9, 1},
        "part of the Gaussians that stays; of a training, of as many as they will become",
        "keep"},
-      {"begin", &O::begin, kBeforeTheEnd, "part of the Adam stage after which the others begin to go"},
+      {"begin", &O::begin, kBeforeTheEnd,
+       "part of the Adam stage after which the others begin to go; not before density.end"},
       {"end", &O::end, kBeforeTheEnd, "part of it after which all of them are gone"},
       {"every", &O::every, {1e-6, 1}, "part of it between two times"},
   };

@@ -11,8 +11,6 @@
 
 namespace vesta::gs {
 
-// Options of taking Gaussians out in the course of the Adam stage.
-
 // Times are parts of the Adam stage.
 struct ParsimonyOptions {
   // What hardly any training view shows (Support::is_wanting) goes at `begin`, unless that is the start, and at `end`.

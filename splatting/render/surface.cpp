@@ -49,7 +49,8 @@ Triple NormalOf(const splat::Model<float>& model, const Triple& camera_center, I
 // Where rays pass its middle, the depth of most density along each: to first order, as the projection is, a plane over
 // the image. Its depth at the middle of the image, and the slopes along u and v: the regression of the depth on the
 // pixel, cov(z, pixel) cov(pixel)^-1.
-Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstants<double>& camera, Index i) {
+template <class L>
+Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstants<double, L>& camera, Index i) {
   const auto in_double = [](const auto& values) {
     std::array<double, std::tuple_size_v<std::decay_t<decltype(values)>>> wide;
     std::ranges::copy(values, wide.begin());
@@ -58,7 +59,7 @@ Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstan
   const auto mean = in_double(Values<3>(model, splat::kMean, i));
   const auto log_scale = in_double(Values<3>(model, splat::kLogScale, i));
   const auto quaternion = in_double(Values<4>(model, splat::kQuaternion, i));
-  splat::ProjectionState<splat::LensIn<double>, double> state;
+  splat::ProjectionState<L, double> state;
   const auto shape = splat::Project(camera, mean.data(), log_scale.data(), quaternion.data(), state);
   double along_u = 0, along_v = 0;  // cov(z, pixel)
   for (std::size_t k = 0; k < 3; ++k) {
@@ -78,12 +79,13 @@ Triple DepthPlaneOf(const splat::Model<float>& model, const splat::CameraConstan
 DepthImage DepthOf(const splat::SplatView<float>& view, const splat::Model<float>& model,
                    splat::ViewWorkspace<float>& workspace, DepthKind kind) {
   const splat::PosedCamera& camera = view.camera();
-  const auto constants = splat::ConstantsOf<double>(camera);
   const bool is_mean = kind == DepthKind::kMean;
   const auto of_all = [&](const auto& of) {
     return is_mean ? Blend(view, workspace, of) : AtMedian(view, workspace, of);
   };
-  const std::vector<float> planes = of_all([&](Index i) { return DepthPlaneOf(model, constants, i); });
+  const std::vector<float> planes = splat::WithConstants<double>(camera, [&](const auto& constants) {
+    return of_all([&](Index i) { return DepthPlaneOf(model, constants, i); });
+  });
   const std::vector<float> opacity = of_all([](Index) {
     return Triple{1, 0, 0};
   });  // of the median: 1, where there is one

@@ -40,8 +40,9 @@ class KilledTraining : public testing::Test {
 
 TEST_F(KilledTraining, GoesOnToTheSameSplat) {
   TrainAndKill();
-  const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_});
+  const ProgramOutput resumed = RunProgram({"train", "--resume=" + out_, "--profile"});
   ASSERT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_THAT(resumed.out, HasSubstr("\nphase ")) << "of the part that was gone on with";
   ASSERT_EQ(RunProgram(Train(whole_)).status, 0);
   EXPECT_EQ(ReadFile(out_ + "/point_cloud.ply"), ReadFile(whole_ + "/point_cloud.ply"));
 }

@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using testing::UnorderedElementsAre;
 
 TEST_F(TinyTraining, WritesModelAndMetrics) {
@@ -44,7 +45,7 @@ TEST_F(TinyTraining, WritesModelAndMetrics) {
                                                   "threads", "seed", "preset", "options", "history"));
   const std::string guide = ReadFile(VESTA_GUIDE "/training_a_scene.md");
   for (const std::string& key : Keys(metrics)) EXPECT_THAT(guide, HasSubstr(fmt::format("`{}`", key)));
-  EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam", "lm", "eval", "total"));
+  EXPECT_THAT(Keys(metrics["seconds"]), UnorderedElementsAre("load", "adam_end", "lm_end", "eval", "total"));
   EXPECT_EQ(metrics["gaussians"], model.count);
   EXPECT_EQ(metrics["parameters"], model.count * 23);
   EXPECT_EQ(metrics["seed"], 3);
@@ -99,9 +100,32 @@ TEST_F(TinyTraining, HistoryFollowsBothStages) {
   EXPECT_GE(adam_rows, 20);
   EXPECT_THAT(lm_iterations, ElementsAre(0, 1, 2));
   EXPECT_EQ(metrics["history"].back()["test_psnr"], metrics["test"]["psnr"]);
-  EXPECT_GE(metrics["seconds"]["adam"], metrics["seconds"]["load"]);
-  EXPECT_GE(metrics["seconds"]["lm"], metrics["seconds"]["adam"]);
-  EXPECT_GE(metrics["seconds"]["total"], metrics["seconds"]["lm"]);
+  EXPECT_GE(metrics["seconds"]["adam_end"], metrics["seconds"]["load"]);
+  EXPECT_GE(metrics["seconds"]["lm_end"], metrics["seconds"]["adam_end"]);
+  EXPECT_GE(metrics["seconds"]["total"], metrics["seconds"]["lm_end"]);
+}
+
+TEST_F(TinyTraining, ProfilesWhereAskedAndChangesNothing) {
+  const std::string plain = folder_ / "plain";
+  const std::vector<std::string> flags = {"--iterations=40", "--lm_iterations=1"};
+  ASSERT_EQ(Train(plain, flags).status, 0);
+  EXPECT_FALSE(Metrics(plain).contains("profile"));
+  EXPECT_THAT(ReadFile(plain + "/report.html"), Not(HasSubstr("Phases of")));
+  const ProgramOutput output = Train(out_, {flags[0], flags[1], "--profile"});
+  ASSERT_EQ(output.status, 0) << output.err;
+  EXPECT_EQ(ReadFile(Ply(out_)), ReadFile(Ply(plain)));
+  EXPECT_THAT(output.out, HasSubstr("\nphase "));
+  EXPECT_THAT(ReadFile(out_ + "/report.html"), HasSubstr("Phases of"));
+  const json rows = Metrics(out_)["profile"];
+  ASSERT_FALSE(rows.empty());
+  EXPECT_EQ(rows[0]["phase"], "total");
+  double wall = 0, cpu = 0;
+  for (const json& row : rows) {
+    EXPECT_THAT(Keys(row), UnorderedElementsAre("phase", "depth", "calls", "wall_seconds", "cpu_seconds"));
+    if (row["depth"] == 1) wall += row["wall_seconds"].get<double>(), cpu += row["cpu_seconds"].get<double>();
+  }
+  EXPECT_NEAR(wall, rows[0]["wall_seconds"], 1e-9);
+  EXPECT_NEAR(cpu, rows[0]["cpu_seconds"], 1e-9);
 }
 
 TEST_F(TinyTraining, ThreadsDoNotChangeTheModel) {

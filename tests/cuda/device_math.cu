@@ -8,7 +8,7 @@ namespace {
 
 template <class S>
 struct Arguments {
-  CameraConstants<S> camera;
+  CameraConstants<S, Pinhole<S>> camera;
   S x[kGeometry], dx[kGeometry], out[kDeviceMathOutputs];
 };
 
@@ -25,7 +25,7 @@ bool HasDevice() {
 }
 
 template <class S>
-const char* EvaluateAllOnDevice(const CameraConstants<S>& camera, const S* x, const S* dx, S* out) {
+const char* EvaluateAllOnDevice(const CameraConstants<S, Pinhole<S>>& camera, const S* x, const S* dx, S* out) {
   Arguments<S> host = {camera, {}, {}, {}};
   for (int i = 0; i < kGeometry; ++i) host.x[i] = x[i], host.dx[i] = dx[i];
   Arguments<S>* device = nullptr;
@@ -41,7 +41,9 @@ const char* EvaluateAllOnDevice(const CameraConstants<S>& camera, const S* x, co
   return status == cudaSuccess ? nullptr : cudaGetErrorString(status);
 }
 
-template const char* EvaluateAllOnDevice<float>(const CameraConstants<float>&, const float*, const float*, float*);
-template const char* EvaluateAllOnDevice<double>(const CameraConstants<double>&, const double*, const double*, double*);
+template const char* EvaluateAllOnDevice<float>(const CameraConstants<float, Pinhole<float>>&, const float*,
+                                                const float*, float*);
+template const char* EvaluateAllOnDevice<double>(const CameraConstants<double, Pinhole<double>>&, const double*,
+                                                 const double*, double*);
 
 }  // namespace vesta::splat

@@ -49,7 +49,7 @@ Outputs<S> OnHost(const Arguments<float>& arguments) {
   Arguments<S> a;
   for (int i = 0; i < kGeometry; ++i) a.x[i] = arguments.x[i], a.dx[i] = arguments.dx[i];
   Outputs<S> out;
-  EvaluateAll(ConstantsOf<S>(TestView()), a.x, a.dx, out.data());
+  EvaluateAll(ConstantsOf<Pinhole<S>>(TestView()), a.x, a.dx, out.data());
   return out;
 }
 
@@ -98,7 +98,7 @@ void CompareHostAndDevice() {
     S x[kGeometry], dx[kGeometry];
     for (int i = 0; i < kGeometry; ++i) x[i] = arguments.x[i], dx[i] = arguments.dx[i];
     Outputs<S> device;
-    ASSERT_STREQ(EvaluateAllOnDevice(ConstantsOf<S>(TestView()), x, dx, device.data()), nullptr);
+    ASSERT_STREQ(EvaluateAllOnDevice(ConstantsOf<Pinhole<S>>(TestView()), x, dx, device.data()), nullptr);
     EXPECT_EQ(CountBeyond(device, arguments, tolerances), 0);
   }
 }

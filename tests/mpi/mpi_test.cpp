@@ -107,7 +107,9 @@ TEST_F(UnderMpi, TrainsToTheSameSplatOnAnyNumberOfProcesses) {
     const std::string out = folder_ / ("trained" + std::to_string(count));
     const ProgramOutput output =
         RunProgram(Vesta(count, {"train", folder_ / "scene", "--out=" + out, "--iterations=120", "--threads=1", "--set",
-                                 "adam.views_per_iteration=3", "--lm_iterations=1", "--noreport"}));
+                                 "adam.views_per_iteration=3", "--lm_iterations=1", "--noreport", "--profile"}));
+    EXPECT_EQ(output.out.find("\nphase "), output.out.rfind("\nphase ")) << "the first process alone prints one";
+    EXPECT_NE(output.out.find("\nphase "), std::string::npos);
     ASSERT_EQ(output.status, 0) << output.err;
     const std::string splat = ReadFile(out + "/point_cloud.ply");
     if (count == 1) alone = splat;

@@ -276,6 +276,34 @@ TEST_F(LmTest, ARejectAtTheUpperBoundEndsTheSolve) {
   EXPECT_LT(summary.num_rejected, 10);
 }
 
+// And the solve is the same to the bit.
+TEST_F(LmTest, TimesItsPhasesWhereAsked) {
+  const auto samples = ExponentialSamples(200);
+  ResidualBlocks<ExponentialFit, Cpu> problem(2, samples);
+  LmOptions options = Tight();
+  options.normal_system.linear_solver = LinearSolverKind::kPcg;
+  Cpu::Vector plain = Vector({0, 0}), timed = Vector({0, 0});
+  EXPECT_TRUE(SolveLm(options, backend_, problem, plain.view()).phases.empty());
+  options.profile = true;
+  const LmSummary summary = SolveLm(options, backend_, problem, timed.view());
+  EXPECT_EQ(timed[0], plain[0]);
+  EXPECT_EQ(timed[1], plain[1]);
+  EXPECT_EQ(Profile::Current(), nullptr);
+  ASSERT_FALSE(summary.phases.empty());
+  EXPECT_EQ(summary.phases.front().name, "total");
+  double parts = 0;
+  for (const PhaseRow& row : summary.phases) parts += row.depth == 1 ? row.seconds.wall : 0;
+  EXPECT_NEAR(parts, summary.phases.front().seconds.wall, 1e-9);
+  const auto calls = [&](const char* name) {
+    const auto found = std::ranges::find(summary.phases, name, &PhaseRow::name);
+    return found == summary.phases.end() ? 0 : found->calls;
+  };
+  EXPECT_EQ(calls("LM cost"), summary.num_cost_evaluations);
+  EXPECT_EQ(calls("LM solve"), summary.num_accepted + summary.num_rejected);
+  EXPECT_EQ(calls("product"), summary.num_products);
+  EXPECT_NE(summary.FullReport().find("LM linearise"), std::string::npos);
+}
+
 TEST_F(LmTest, TheLineSearchLooksAtASubset) {
   const auto samples = ExponentialSamples(200);
   ResidualBlocks<ExponentialFit, Cpu> problem(2, samples);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/splat_scenes.h"
 
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "kernels/math/quaternion.h"
 
 namespace vesta::test {
@@ -48,8 +49,10 @@ Scene RandomScene(const splat::PosedCamera& view, const SceneOptions& options, R
   const auto pixel = [&](int size) { return random.Uniform(-options.border * size, (1 + options.border) * size); };
   for (int i = 0; i < options.count; ++i) {
     const double z = random.LogUniform(1, 5) * (random.Uniform(0, 1) < options.behind ? -1 : 1);
-    const double t[3] = {(pixel(view.width) - view.lens.cx) / view.lens.fx * z - view.T[0],
-                         (pixel(view.height) - view.lens.cy) / view.lens.fy * z - view.T[1], z - view.T[2]};
+    const double u = pixel(view.width), v = pixel(view.height);
+    double t[3];
+    splat::PointAt(view.lens, u, v, z, t);
+    for (int k = 0; k < 3; ++k) t[k] -= view.T[k];
     const double sigma = random.LogUniform(options.sigma_min, options.sigma_max) * std::abs(z) / view.lens.fx;
     for (int k = 0; k < 3; ++k) {
       scene.At(splat::kMean + k, i) = view.R[k] * t[0] + view.R[3 + k] * t[1] + view.R[6 + k] * t[2];

@@ -10,10 +10,10 @@ namespace vesta::splat::device_passes {
 namespace {
 
 // Of the first two, index k is for Gaussian first + k.
-template <int kDegree>
+template <int kDegree, class L>
 struct PoseTangentOne {
   Model<float> model;
-  CameraConstants<float> camera;
+  CameraConstants<float, L> camera;
   Index first;
   WorldMotion motion;
   const std::int32_t* rank_of;
@@ -25,10 +25,10 @@ struct PoseTangentOne {
 };
 
 // In the world's axes: turn, then shift.
-template <int kDegree>
+template <int kDegree, class L>
 struct PoseCotangentOne {
   Model<float> model;
-  CameraConstants<float> camera;
+  CameraConstants<float, L> camera;
   Index first;
   const std::int32_t* rank_of;
   const SplatTangent<float>* cotangents;
@@ -99,12 +99,10 @@ void PoseTangents(const Model<float>& model, const PosedCamera& view, const std:
 
 PoseTangent PoseCotangent(const Model<float>& model, const PosedCamera& view, const std::int32_t* rank_of,
                           const SplatTangent<float>* cotangents) {
-  const CameraConstants<float> camera = ConstantsOf<float>(view);
   PiecewiseSums<kPoseTangent> pieces(model.count, splat::kMaxShDegree + 1);
-  ForEachDegree(model, [&](auto degree, Index first, Index end) {
-    pieces.Add(PoseCotangentOne<decltype(degree)::value>{model, camera, first, rank_of, cotangents}, end - first,
-               "adjoint of the pose");
-  });
+  ForEachDegree<PoseCotangentOne>(
+      model, view, [&](const auto& one, Index count) { pieces.Add(one, count, "adjoint of the pose"); }, rank_of,
+      cotangents);
   double sums[kPoseTangent] = {};
   pieces.Read(sums);
   WorldMotion motion;

@@ -8,10 +8,10 @@ namespace vesta::splat::device_passes {
 namespace {
 
 // Of each of these, thread k is for Gaussian first + k.
-template <int kDegree>
+template <int kDegree, class L>
 struct ProjectOne {
   Model<float> model;
-  CameraConstants<float> camera;
+  CameraConstants<float, L> camera;
   Index first;
   std::uint32_t *keys, *indices;
   Splat<float>* splats;
@@ -22,10 +22,10 @@ struct ProjectOne {
   }
 };
 
-template <int kDegree>
+template <int kDegree, class L>
 struct TangentOne {
   Model<float> model;
-  CameraConstants<float> camera;
+  CameraConstants<float, L> camera;
   Index first;
   const std::int32_t* rank_of;
   const float* dx;
@@ -36,11 +36,11 @@ struct TangentOne {
   }
 };
 
-template <int kDegree>
+template <int kDegree, class L>
 struct AdjointOne {
   static constexpr int kMinBlocks = 1;
   Model<float> model;
-  CameraConstants<float> camera;
+  CameraConstants<float, L> camera;
   Index first;
   const std::int32_t* rank_of;
   const SplatTangent<float>* cotangents;
@@ -51,10 +51,10 @@ struct AdjointOne {
   }
 };
 
-template <int kDegree>
+template <int kDegree, class L>
 struct GramOne {
   Model<float> model;
-  CameraConstants<float> camera;
+  CameraConstants<float, L> camera;
   Index first;
   const std::int32_t* rank_of;
   const SplatGram<float>* grams;

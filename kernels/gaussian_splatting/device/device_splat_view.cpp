@@ -5,6 +5,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/device_sort.h"
+#include "kernels/core/profile.h"
 #include "kernels/gaussian_splatting/device/device_passes.h"
 #include "kernels/gaussian_splatting/tiles/wide_splats.h"
 
@@ -34,7 +35,9 @@ void DeviceSplatView::Build(const Model<float>& model, const PosedCamera& view, 
     EnsureSize(*buffer, count);
   }
   EnsureSize(workspace.unsorted, count);
+  ScopedPhase phase("projection");
   device_passes::Project(model, view, workspace.keys.data(), workspace.indices.data(), workspace.unsorted.data());
+  phase.Next("sort");
   constexpr int kDepthBits = 32;
   device::SortPairs(workspace.keys, workspace.indices, workspace.other_keys, workspace.other_indices, count, kDepthBits,
                     workspace.temporary);
@@ -84,15 +87,22 @@ void DeviceSplatView::CacheJacobian(const float* image, CacheFormat format, Devi
   cache_.Build(Lists(), entries_.data(), num_pairs(), image, format, workspace.counts, workspace.temporary);
 }
 
-void DeviceSplatView::Render(float* image) const { device_passes::Forward(Lists(), image); }
+void DeviceSplatView::Render(float* image) const {
+  const ScopedPhase phase("raster forward");
+  device_passes::Forward(Lists(), image);
+}
 
 void DeviceSplatView::ApplyJ(const Model<float>& model, const float* dx, float* d_image,
                              DeviceViewWorkspace& workspace) const {
-  device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, SplatTangents(workspace.splat_sums));
+  {
+    const ScopedPhase phase("projection tangent");
+    device_passes::ProjectTangent(model, camera_, rank_of_.data(), dx, SplatTangents(workspace.splat_sums));
+  }
   ApplyRasterJ(workspace.splat_sums.data(), d_image);
 }
 
 void DeviceSplatView::ApplyRasterJ(const SplatTangent<float>* tangents, float* d_image) const {
+  const ScopedPhase phase("raster tangent");
   if (!cache_.empty()) return cache_.Tangent(Lists(), entries_.data(), tangents, d_image);
   device_passes::Tangent(Lists(), tangents, d_image);
 }
@@ -106,6 +116,7 @@ void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const
                             DeviceViewWorkspace& workspace) const {
   EnsureSize(workspace.pair_sums, num_pairs());
   EnsureSize(workspace.splat_sums, num_splats());
+  ScopedPhase phase("raster backward");
   if (cache_.empty()) {
     device_passes::Adjoint(Lists(), entries_.data(), image, u, workspace.pair_sums.data());
   } else {
@@ -113,11 +124,13 @@ void DeviceSplatView::AddJT(const Model<float>& model, const float* image, const
   }
   device_passes::SumBySplat(splat_begin_.data(), num_splats(), wide_, workspace.pair_sums.data(),
                             workspace.splat_sums.data());
+  phase.Next("projection backward");
   device_passes::ProjectAdjoint(model, camera_, rank_of_.data(), workspace.splat_sums.data(), g);
 }
 
 void DeviceSplatView::AddGram(const Model<float>& model, const float* image, const float* omega, float* blocks,
                               float* sh_diagonal, DeviceViewWorkspace& workspace) const {
+  const ScopedPhase phase("Gram blocks");
   EnsureSize(workspace.pair_grams, num_pairs());
   EnsureSize(workspace.splat_grams, num_splats());
   device_passes::Gram(Lists(), entries_.data(), image, omega, workspace.pair_grams.data());

@@ -2,7 +2,8 @@
 // Colour and opacity of one Gaussian seen from one view.
 #pragma once
 
-#include "kernels/gaussian_splatting/formulas/project.h"
+#include "kernels/core/hd.h"
+#include "kernels/math/scalar.h"
 #include "kernels/math/spherical_harmonics.h"
 
 namespace vesta::splat {
@@ -14,11 +15,11 @@ VESTA_HD inline T Sigmoid(const T& logit) {
   return T(1) / (T(1) + exp(-logit));
 }
 
-// Direction from the camera to the mean, unit length, and the reciprocal of the distance.
+// Direction from the centre of the camera to the mean, unit length, and the reciprocal of the distance.
 template <class S, class T>
-VESTA_HD inline T ViewDirection(const CameraConstants<S>& camera, const T mean[3], T dir[3]) {
+VESTA_HD inline T ViewDirection(const S centre[3], const T mean[3], T dir[3]) {
   using std::sqrt;
-  const T d0 = mean[0] - T(camera.centre[0]), d1 = mean[1] - T(camera.centre[1]), d2 = mean[2] - T(camera.centre[2]);
+  const T d0 = mean[0] - T(centre[0]), d1 = mean[1] - T(centre[1]), d2 = mean[2] - T(centre[2]);
   T inv = T(1) / sqrt(Fma(d0, d0, Fma(d1, d1, d2 * d2)));
   dir[0] = d0 * inv, dir[1] = d1 * inv, dir[2] = d2 * inv;
   return inv;

@@ -3,8 +3,8 @@
 // namespace.
 #pragma once
 
-#include "kernels/gaussian_splatting/formulas/lens.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
+#include "kernels/gaussian_splatting/lenses/lens.h"
 
 namespace vesta::splat {
 

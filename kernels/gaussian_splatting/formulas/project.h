@@ -7,13 +7,14 @@
 
 #include "kernels/gaussian_splatting/formulas/posed_camera.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "kernels/math/quaternion.h"
 
 namespace vesta::splat {
 inline namespace VESTA_ISA {
 
 // A posed camera with constants in the scalar of the templates.
-template <class S, LensModel L = LensIn<S>>
+template <class S, class L>
 struct CameraConstants {
   S R[9], T[3], centre[3];
   L lens;
@@ -42,19 +43,27 @@ inline void SetLowPass(double variance, CameraConstants<S, L>& c) {
   c.low_pass = static_cast<S>(variance), c.low_pass_squared = static_cast<S>(variance * variance);
 }
 
-template <class S>
-inline CameraConstants<S> ConstantsOf(const PosedCamera& camera) {
-  CameraConstants<S> c;
+// L: the lens's model.
+template <class L, class S = typename L::Scalar>
+inline CameraConstants<S, L> ConstantsOf(const PosedCamera& camera) {
+  CameraConstants<S, L> c;
   for (int i = 0; i < 9; ++i) c.R[i] = static_cast<S>(camera.R[i]);
   for (int i = 0; i < 3; ++i) c.T[i] = static_cast<S>(camera.T[i]);
   for (int i = 0; i < 3; ++i) c.centre[i] = static_cast<S>(camera.centre[i]);
-  c.lens = LensIn<S>(camera.lens, camera.width, camera.height);
+  c.lens = L(camera.lens, camera.width, camera.height);
   c.near = static_cast<S>(camera.near);
   SetLowPass(camera.low_pass, c);
   c.u_lo = static_cast<S>(-kGuardBand * camera.width), c.u_hi = static_cast<S>((1 + kGuardBand) * camera.width);
   c.v_lo = static_cast<S>(-kGuardBand * camera.height), c.v_hi = static_cast<S>((1 + kGuardBand) * camera.height);
   c.width = static_cast<S>(camera.width), c.height = static_cast<S>(camera.height);
   return c;
+}
+
+// body(the constants of the camera, whatever its lens's model).
+template <class S, class Body>
+inline decltype(auto) WithConstants(const PosedCamera& camera, const Body& body) {
+  return OfModel<S>(LensModels(), camera.lens.model,
+                    [&](auto model) { return body(ConstantsOf<typename decltype(model)::type>(camera)); });
 }
 
 // What the adjoint needs of the forward computation.

@@ -56,8 +56,8 @@ struct RigidBlock {
   V quaternion[4];  // the identity in place of one too short to have a direction, which could not turn
 
   template <class S>
-  VESTA_HD RigidBlock(const CameraConstants<S>& camera, const V mean[3], const V q[4]) {
-    for (int i = 0; i < 3; ++i) from_centre[i] = mean[i] - V(camera.centre[i]);
+  VESTA_HD RigidBlock(const S centre[3], const V mean[3], const V q[4]) {
+    for (int i = 0; i < 3; ++i) from_centre[i] = mean[i] - V(centre[i]);
     const auto none = QuaternionScale(q) == V(0);
     for (int i = 0; i < 4; ++i) quaternion[i] = Select(none, V(i == 0 ? 1.0f : 0.0f), q[i]);
   }
@@ -79,8 +79,8 @@ struct RigidBlock {
   }
 };
 
-template <class V, class S, int Degree>
-VESTA_HD void CameraTangentRange(const Model<S>& model, const CameraConstants<S>& camera, const WorldMotion& motion,
+template <class V, class S, int Degree, class L>
+VESTA_HD void CameraTangentRange(const Model<S>& model, const CameraConstants<S, L>& camera, const WorldMotion& motion,
                                  std::int64_t begin, std::int64_t end, const std::int32_t* rank_of,
                                  SplatTangent<S>* tangents) {
   using D = Dual<V>;
@@ -96,7 +96,7 @@ VESTA_HD void CameraTangentRange(const Model<S>& model, const CameraConstants<S>
     V mean[3], q[4], d_mean[3], d_quaternion[4];
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k);
     for (int k = 0; k < 4; ++k) q[k] = load(kQuaternion + k);
-    const RigidBlock<V> rigid(camera, mean, q);
+    const RigidBlock<V> rigid(camera.centre, mean, q);
     rigid.Tangent(turn, shift, d_mean, d_quaternion);
     D moved[3], log_scale[3], turned[4], colored[3];
     for (int k = 0; k < 3; ++k) {
@@ -113,23 +113,23 @@ VESTA_HD void CameraTangentRange(const Model<S>& model, const CameraConstants<S>
   }
 }
 
-template <class V, class S, int Degree>
-VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
+template <class V, class S, int Degree, class L>
+VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S, L>& camera, std::int64_t begin,
                                  std::int64_t end, const std::int32_t* rank_of, const SplatTangent<S>* cotangents,
                                  WorldMotion& sum) {
-  using L = Lanes<V>;
+  using Lane = Lanes<V>;
   const AttributeOffsets<V, Degree> at(model);
-  for (std::int64_t i = begin; i < end; i += L::kWidth) {
+  for (std::int64_t i = begin; i < end; i += Lane::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
-    if (!L::Any(SeenLanes(block, rank_of))) continue;
+    if (!Lane::Any(SeenLanes(block, rank_of))) continue;
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
     V w_bar[kSplatTangent];
     GatherRecords<kSplatTangent>(
         block, rank_of, [&](std::int32_t rank) { return cotangents[rank].w; }, w_bar);
-    const ProjectedBlock<V, S> b(camera, load);
-    const ColorBlock<V, S, Degree> color(camera, load, b.mean);
-    const RigidBlock<V> rigid(camera, b.mean, b.quaternion);
+    const ProjectedBlock<V, L> b(camera, load);
+    const ColorBlock<V, S, Degree> color(camera.centre, load, b.mean);
+    const RigidBlock<V> rigid(camera.centre, b.mean, b.quaternion);
     V mean_bar[3], log_scale_bar[3], quaternion_bar[4], turn_bar[3], shift_bar[3], color_bar[3];
     ProjectAdjoint(camera, rigid.quaternion, b.state, b.shape, w_bar, mean_bar, log_scale_bar, quaternion_bar);
     rigid.Adjoint(mean_bar, quaternion_bar, turn_bar, shift_bar);
@@ -137,8 +137,8 @@ VESTA_HD void CameraAdjointRange(const Model<S>& model, const CameraConstants<S>
     color.MeanAdjoint(color_bar, shift_bar);
 
     // In the order of Gaussians. Lanes that are not seen may hold anything.
-    alignas(64) S turns[3][L::kWidth], shifts[3][L::kWidth];
-    for (int k = 0; k < 3; ++k) L::Store(turns[k], turn_bar[k]), L::Store(shifts[k], shift_bar[k]);
+    alignas(64) S turns[3][Lane::kWidth], shifts[3][Lane::kWidth];
+    for (int k = 0; k < 3; ++k) Lane::Store(turns[k], turn_bar[k]), Lane::Store(shifts[k], shift_bar[k]);
     for (int lane = 0; lane < block.n; ++lane) {
       if (rank_of[i + lane] < 0) continue;
       for (int k = 0; k < 3; ++k) {
@@ -154,13 +154,16 @@ constexpr CameraKernels<S> CameraKernelsOfDegree() {
   using Index = std::int64_t;
   return {[](const Model<S>& model, const PosedCamera& view, const PoseTangent& xi, Index begin, Index end,
              const std::int32_t* rank_of, SplatTangent<S>* tangents) {
-            CameraTangentRange<V, S, Degree>(model, ConstantsOf<S>(view), WorldMotion(view, xi), begin, end, rank_of,
-                                             tangents);
+            WithConstants<S>(view, [&](const auto& camera) {
+              CameraTangentRange<V, S, Degree>(model, camera, WorldMotion(view, xi), begin, end, rank_of, tangents);
+            });
           },
           [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
              const SplatTangent<S>* cotangents) {
             WorldMotion sum;
-            CameraAdjointRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, cotangents, sum);
+            WithConstants<S>(view, [&](const auto& camera) {
+              CameraAdjointRange<V, S, Degree>(model, camera, begin, end, rank_of, cotangents, sum);
+            });
             return sum.InCamera(view);
           }};
 }

@@ -3,7 +3,7 @@
 //
 // The lens moves splats alone: wider by a factor it stretches means and footprints about the principal point, all but
 // the low-pass filter's share, and colours and depths stay. So what is needed is in the splat. Where a projection is
-// taken at the border of what the lens shows (lens.h, Shows), that place is held fast.
+// taken at the border of what the lens shows (Shows of lens.h), that place is held fast.
 #pragma once
 
 #include "kernels/gaussian_splatting/formulas/posed_camera.h"
@@ -12,8 +12,8 @@
 
 namespace vesta::splat {
 
-// A tangent of a pinhole, or a cotangent: of the logarithms of the focal lengths, then of the principal point in focal
-// lengths. So it is the same for a smaller image.
+// A tangent of a lens of any model, or a cotangent: of the logarithms of the focal lengths, then of the principal point
+// in focal lengths. So it is the same for a smaller image.
 inline constexpr int kLensTangent = 4;
 struct LensTangent {
   double v[kLensTangent] = {};  // log fx, log fy, cx / fx, cy / fy

@@ -11,6 +11,7 @@
 #include "kernels/gaussian_splatting/formulas/color.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/gaussian_splatting/formulas/pixel_steps.h"
+#include "kernels/gaussian_splatting/formulas/project.h"
 #include "kernels/gaussian_splatting/projection/project_kernels.h"
 #include "kernels/math/dual.h"
 #include "kernels/math/lane_traits.h"
@@ -89,15 +90,15 @@ struct Block {
 };
 
 // The geometric attributes of a block and their projection.
-template <class V, class S>
+template <class V, class L>
 struct ProjectedBlock {
   V mean[3], log_scale[3], quaternion[4], opacity;
-  ProjectionState<LensIn<S>, V> state;
+  ProjectionState<L, V> state;
   SplatShape<V> shape;
 
   // load(a): attribute a of the block.
-  template <class Load>
-  VESTA_HD ProjectedBlock(const CameraConstants<S>& camera, const Load& load) {
+  template <class S, class Load>
+  VESTA_HD ProjectedBlock(const CameraConstants<S, L>& camera, const Load& load) {
     for (int k = 0; k < 3; ++k) mean[k] = load(kMean + k), log_scale[k] = load(kLogScale + k);
     for (int k = 0; k < 4; ++k) quaternion[k] = load(kQuaternion + k);
     opacity = Sigmoid(load(kOpacity));
@@ -146,19 +147,19 @@ VESTA_HD V Log2(const V& x) {
   return log2(x);
 }
 
-template <class V, class S, int Degree>
-VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
+template <class V, class S, int Degree, class L>
+VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S, L>& camera, std::int64_t begin,
                            std::int64_t end, std::uint32_t* key, Splat<S>* splats) {
-  using L = Lanes<V>;
+  using Lane = Lanes<V>;
   using std::sqrt;
   const V floor_opacity(static_cast<S>(kAlphaFloor)), width(camera.width), height(camera.height),
       huge(static_cast<S>(1e15)), largest_det(static_cast<S>(kLargestDet));
   const AttributeOffsets<V, Degree> at(model);
-  for (std::int64_t i = begin; i < end; i += L::kWidth) {
+  for (std::int64_t i = begin; i < end; i += Lane::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
-    const ProjectedBlock<V, S> b(camera, load);
+    const ProjectedBlock<V, L> b(camera, load);
     const SplatShape<V>& shape = b.shape;
     // Slightly enlarged: the raster passes use it to skip pixels, alpha itself decides.
     const V log2_opacity = Log2(Max(b.opacity, floor_opacity));
@@ -173,22 +174,22 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
                       (b.state.det < largest_det) & (b.state.t[2] < huge) & (shape.u > V(camera.u_lo)) &
                       (shape.u < V(camera.u_hi)) & (shape.v > V(camera.v_lo)) & (shape.v < V(camera.v_hi)) &
                       IsShallowOrInFront(camera.lens, b.state);
-    bool is_seen[L::kWidth];
-    L::StoreMask(is_seen, seen);
+    bool is_seen[Lane::kWidth];
+    Lane::StoreMask(is_seen, seen);
     for (int lane = 0; lane < block.n; ++lane) key[i + lane] = kNotSeen;
-    if (!Lanes<V>::Any(seen)) continue;
+    if (!Lane::Any(seen)) continue;
 
     V dir[3], basis[ShCoefficients(Degree)], color[3];
-    ViewDirection(camera, b.mean, dir);
+    ViewDirection(camera.centre, b.mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     ShColor<Degree>(
         basis, [&](int a) { return load(kSh + a); }, color);
     const auto finite = (color[0] < huge) & (color[1] < huge) & (color[2] < huge) & (color[0] > -huge) &
                         (color[1] > -huge) & (color[2] > -huge);
-    L::StoreMask(is_seen, seen & finite);
+    Lane::StoreMask(is_seen, seen & finite);
 
     constexpr int kFields = 11;
-    alignas(64) S field[kFields][L::kWidth], depth[L::kWidth];
+    alignas(64) S field[kFields][Lane::kWidth], depth[Lane::kWidth];
     const V values[kFields] = {shape.u,
                                shape.v,
                                shape.r,
@@ -200,8 +201,8 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
                                Max(color[1], V(0)),
                                Max(color[2], V(0)),
                                V(1) / shape.r};
-    for (int k = 0; k < kFields; ++k) L::Store(field[k], values[k]);
-    L::Store(depth, b.state.t[2]);
+    for (int k = 0; k < kFields; ++k) Lane::Store(field[k], values[k]);
+    Lane::Store(depth, b.state.t[2]);
     for (int lane = 0; lane < block.n; ++lane) {
       if (!is_seen[lane]) continue;
       key[i + lane] = std::bit_cast<std::uint32_t>(static_cast<float>(depth[lane]));
@@ -216,29 +217,28 @@ VESTA_HD void ProjectRange(const Model<S>& model, const CameraConstants<S>& came
 
 // The tangent of splats, all but kLambda, from parameters and their derivatives. colored: the mean whose direction the
 // colours take; it moves in its own way where the camera turns about itself. sh: as ShColor has it.
-template <int Degree, class S, class V, class Sh>
-VESTA_HD void TangentOfSplat(const CameraConstants<S>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
+template <int Degree, class S, class L, class V, class Sh>
+VESTA_HD void TangentOfSplat(const CameraConstants<S, L>& camera, const Dual<V> mean[3], const Dual<V> log_scale[3],
                              const Dual<V> quaternion[4], const Dual<V> colored[3], const Sh& sh, V w[kSplatTangent]) {
   using D = Dual<V>;
-  ProjectionState<LensIn<S>, D> state;
+  ProjectionState<L, D> state;
   const SplatShape<D> dual = Project(camera, mean, log_scale, quaternion, state);
   const SplatShape<V> shape = {dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a};
   const SplatShape<V> d_shape = {dual.u.v, dual.v.v, dual.r.v, dual.s.v, dual.beta.v};
   WhitenTangent(shape, d_shape, w);
   D dir[3], basis[ShCoefficients(Degree)], color[3];
-  ViewDirection(camera, colored, dir);
+  ViewDirection(camera.centre, colored, dir);
   ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
   ShColor<Degree>(basis, sh, color);
   for (int c = 0; c < 3; ++c) w[kColor + c] = Select(color[c].a > V(0), color[c].v, V(0));
 }
 
-template <class V, class S, int Degree>
-VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
+template <class V, class S, int Degree, class L>
+VESTA_HD void TangentRange(const Model<S>& model, const CameraConstants<S, L>& camera, std::int64_t begin,
                            std::int64_t end, const std::int32_t* rank_of, const S* dx, SplatTangent<S>* tangents) {
-  using L = Lanes<V>;
   using D = Dual<V>;
   const AttributeOffsets<V, Degree> at(model);
-  for (std::int64_t i = begin; i < end; i += L::kWidth) {
+  for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
     const Block<V, S> block(i, end);
     block.PrefetchAhead(model.x, at, NumAttributes(Degree), model.count);
     block.PrefetchAhead(dx, at, NumAttributes(Degree), model.count);
@@ -263,8 +263,8 @@ struct ColorBlock {
   V dir[3], inv_distance, basis[ShCoefficients(Degree)], sh[3 * ShCoefficients(Degree)], color[3];
 
   template <class Load>
-  VESTA_HD ColorBlock(const CameraConstants<S>& camera, const Load& load, const V mean[3]) {
-    inv_distance = ViewDirection(camera, mean, dir);
+  VESTA_HD ColorBlock(const S centre[3], const Load& load, const V mean[3]) {
+    inv_distance = ViewDirection(centre, mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     for (int a = 0; a < 3 * ShCoefficients(Degree); ++a) sh[a] = load(kSh + a);
     ShColor<Degree>(
@@ -277,8 +277,8 @@ struct ColorBlock {
   }
 };
 
-template <class V, class S, int Degree>
-VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin,
+template <class V, class S, int Degree, class L>
+VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S, L>& camera, std::int64_t begin,
                            std::int64_t end, const std::int32_t* rank_of, const SplatTangent<S>* cotangents, S* g) {
   const AttributeOffsets<V, Degree> at(model);
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
@@ -291,8 +291,8 @@ VESTA_HD void AdjointRange(const Model<S>& model, const CameraConstants<S>& came
     GatherRecords<kSplatTangent>(
         block, rank_of, [&](std::int32_t rank) { return cotangents[rank].w; }, w_bar);
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
-    const ProjectedBlock<V, S> b(camera, load);
-    const ColorBlock<V, S, Degree> color(camera, load, b.mean);
+    const ProjectedBlock<V, L> b(camera, load);
+    const ColorBlock<V, S, Degree> color(camera.centre, load, b.mean);
     V mean_bar[3], log_scale_bar[3], quaternion_bar[4];
     ProjectAdjoint(camera, b.quaternion, b.state, b.shape, w_bar, mean_bar, log_scale_bar, quaternion_bar);
     V color_bar[3];
@@ -330,9 +330,10 @@ VESTA_HD void GramMatrix(const V m[kGramSums], V G[kSplatTangent][kSplatTangent]
   }
 }
 
-template <class V, class S, int Degree>
-VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera, std::int64_t begin, std::int64_t end,
-                        const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
+template <class V, class S, int Degree, class L>
+VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S, L>& camera, std::int64_t begin,
+                        std::int64_t end, const std::int32_t* rank_of, const SplatGram<S>* grams, S* blocks,
+                        S* sh_diagonal) {
   const AttributeOffsets<V, Degree> at(model);
   const auto of_block = [&](std::int64_t entry) { return entry * model.count; };
   for (std::int64_t i = begin; i < end; i += Lanes<V>::kWidth) {
@@ -346,8 +347,8 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
         block, rank_of, [&](std::int32_t rank) { return grams[rank].m; }, m);
     GramMatrix(m, G);
     const auto load = [&](int a) { return block.Load(model.x + at(a)); };
-    const ProjectedBlock<V, S> b(camera, load);
-    const ColorBlock<V, S, Degree> color(camera, load, b.mean);
+    const ProjectedBlock<V, L> b(camera, load);
+    const ColorBlock<V, S, Degree> color(camera.centre, load, b.mean);
 
     // K, one row for each entry of the splat tangent; a row is the adjoint of a unit cotangent.
     V K[kSplatTangent][kGeometry];
@@ -395,19 +396,29 @@ VESTA_HD void GramRange(const Model<S>& model, const CameraConstants<S>& camera,
 template <class V, class S, int Degree>
 constexpr ProjectKernels<S> ProjectKernelsOfDegree() {
   using Index = std::int64_t;
-  return {[](const Model<S>& model, const PosedCamera& view, Index begin, Index end, std::uint32_t* key,
-             Splat<S>* splats) { ProjectRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, key, splats); },
-          [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
-             const S* dx, SplatTangent<S>* tangents) {
-            TangentRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, dx, tangents);
-          },
-          [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
-             const SplatTangent<S>* cotangents,
-             S* g) { AdjointRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, cotangents, g); },
-          [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
-             const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
-            GramRange<V, S, Degree>(model, ConstantsOf<S>(view), begin, end, rank_of, grams, blocks, sh_diagonal);
-          }};
+  return {
+      [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, std::uint32_t* key, Splat<S>* splats) {
+        WithConstants<S>(
+            view, [&](const auto& camera) { ProjectRange<V, S, Degree>(model, camera, begin, end, key, splats); });
+      },
+      [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
+         const S* dx, SplatTangent<S>* tangents) {
+        WithConstants<S>(view, [&](const auto& camera) {
+          TangentRange<V, S, Degree>(model, camera, begin, end, rank_of, dx, tangents);
+        });
+      },
+      [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
+         const SplatTangent<S>* cotangents, S* g) {
+        WithConstants<S>(view, [&](const auto& camera) {
+          AdjointRange<V, S, Degree>(model, camera, begin, end, rank_of, cotangents, g);
+        });
+      },
+      [](const Model<S>& model, const PosedCamera& view, Index begin, Index end, const std::int32_t* rank_of,
+         const SplatGram<S>* grams, S* blocks, S* sh_diagonal) {
+        WithConstants<S>(view, [&](const auto& camera) {
+          GramRange<V, S, Degree>(model, camera, begin, end, rank_of, grams, blocks, sh_diagonal);
+        });
+      }};
 }
 
 // kernels[d] for colours of degree d.

@@ -5,6 +5,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/profile.h"
 
 namespace vesta::splat {
 namespace {
@@ -69,9 +70,11 @@ void SplatView<S>::Build(const Model<S>& model, const PosedCamera& view, const d
   const Index count = model.count;
   EnsureSize(workspace.keys, count);
   EnsureSize(workspace.unsorted, count);
+  ScopedPhase phase("projection");
   ForGaussians(model, [&](const ProjectKernels<S>& kernels, Index begin, Index end) {
     kernels.project(model, view, begin, end, workspace.keys.data(), workspace.unsorted.data());
   });
+  phase.Next("sort");
   Index seen = 0;
   for (Index i = 0; i < count; ++i) seen += workspace.keys[i] != kNotSeen ? 1 : 0;
   workspace.order.ResizeForOverwrite(seen);
@@ -113,6 +116,7 @@ VisitCounts SplatView<S>::CountVisits() const {
 
 template <class S>
 void SplatView<S>::Render(S* image) const {
+  const ScopedPhase phase("raster forward");
   const TileLists<S> lists = Lists();
   const auto& kernels = GetRasterKernels<S>();
   ParallelFor(bins_.num_tiles(), kTileGrain,
@@ -121,6 +125,7 @@ void SplatView<S>::Render(S* image) const {
 
 template <class S>
 SplatTangent<S>* SplatView<S>::ProjectTangents(const Model<S>& model, const S* dx, ViewWorkspace<S>& workspace) const {
+  const ScopedPhase phase("projection tangent");
   EnsureSize(workspace.splat_sums, num_splats());
   SplatTangent<S>* tangents = workspace.splat_sums.data();
   ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
@@ -134,6 +139,7 @@ void SplatView<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image,
                                    ViewWorkspace<S>& workspace) const {
   VESTA_CHECK(cache_.empty(), "rendering and J in one pass is without a cache");
   const SplatTangent<S>* tangents = ProjectTangents(model, dx, workspace);
+  const ScopedPhase phase("raster tangent");
   const TileLists<S> lists = Lists();
   const auto& raster = GetRasterKernels<S>();
   ParallelFor(bins_.num_tiles(), kTileGrain,
@@ -142,6 +148,7 @@ void SplatView<S>::RenderAndApplyJ(const Model<S>& model, const S* dx, S* image,
 
 template <class S>
 void SplatView<S>::ApplyRasterJ(const SplatTangent<S>* tangents, S* d_image) const {
+  const ScopedPhase phase("raster tangent");
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) return cache_.Tangent(lists, bins_, tangents, d_image);
   const auto& raster = GetRasterKernels<S>();
@@ -156,6 +163,7 @@ void SplatView<S>::ApplyJ(const Model<S>& model, const S* dx, S* d_image, ViewWo
 
 template <class S>
 const SplatTangent<S>* SplatView<S>::ApplyRasterJT(const S* image, const S* u, ViewWorkspace<S>& workspace) const {
+  const ScopedPhase phase("raster backward");
   const TileLists<S> lists = Lists();
   if (!cache_.empty()) {
     EnsureSize(workspace.splat_sums, num_splats());
@@ -170,6 +178,7 @@ const SplatTangent<S>* SplatView<S>::ApplyRasterJT(const S* image, const S* u, V
 template <class S>
 void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g, ViewWorkspace<S>& workspace) const {
   const SplatTangent<S>* cotangents = ApplyRasterJT(image, u, workspace);
+  const ScopedPhase phase("projection backward");
   ForGaussians(model, [&](const ProjectKernels<S>& project, Index begin, Index end) {
     project.adjoint(model, camera_, begin, end, rank_of_.data(), cotangents, g);
   });
@@ -178,6 +187,7 @@ void SplatView<S>::AddJT(const Model<S>& model, const S* image, const S* u, S* g
 template <class S>
 void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega, S* blocks, S* sh_diagonal,
                            ViewWorkspace<S>& workspace) const {
+  const ScopedPhase phase("Gram blocks");
   const TileLists<S> lists = Lists();
   const SplatGram<S>* grams = SumTiles<S>(
       bins_, num_splats(), workspace.pair_grams, workspace.splat_grams,
@@ -189,6 +199,7 @@ void SplatView<S>::AddGram(const Model<S>& model, const S* image, const S* omega
 
 template <class S>
 void SplatView<S>::AddRemovals(const LinearizedLoss<S>& loss, double* rises, ViewWorkspace<S>& workspace) const {
+  const ScopedPhase phase("removal pass");
   const TileLists<S> lists = Lists();
   const S* of_view = SumTiles<S>(
       bins_, num_splats(), workspace.pair_rises, workspace.splat_rises,
@@ -202,6 +213,7 @@ void SplatView<S>::AddRemovals(const LinearizedLoss<S>& loss, double* rises, Vie
 template <class S>
 const ColorCurvature<S>* SplatView<S>::ColorCurvatures(const LinearizedLoss<S>& loss,
                                                        ViewWorkspace<S>& workspace) const {
+  const ScopedPhase phase("recolour pass");
   const TileLists<S> lists = Lists();
   return SumTiles<S>(bins_, num_splats(), workspace.pair_colors, workspace.splat_colors,
                      [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) {
@@ -212,6 +224,7 @@ const ColorCurvature<S>* SplatView<S>::ColorCurvatures(const LinearizedLoss<S>& 
 template <class S>
 void SplatView<S>::SumRecolors(const LinearizedLoss<S>& loss, RecolorRises<double>* rises,
                                ViewWorkspace<S>& workspace) const {
+  const ScopedPhase phase("recolour pass");
   const TileLists<S> lists = Lists();
   const RecolorRises<S>* of_view = SumTiles<S>(bins_, num_splats(), workspace.pair_recolors, workspace.splat_recolors,
                                                [&, &raster = GetRasterKernels<S>()](int tile, auto* pairs) {

@@ -7,6 +7,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/parallel.h"
+#include "kernels/core/profile.h"
 #include "kernels/gaussian_splatting/formulas/layout.h"
 #include "kernels/math/spherical_harmonics.h"
 
@@ -50,6 +51,7 @@ std::vector<float> MeanSquaredNeighborDistance(const Points& positions) {
 }
 
 SplatModel InitializeFromPoints(const PointCloud& points, double extent, int sh_degree, Index max_gaussians) {
+  const ScopedPhase phase("initial Gaussians");
   VESTA_CHECK(points.size() > 0, "no points to start from");
   const Index count = std::min(points.size(), max_gaussians);
   std::vector<std::array<float, 3>> positions(static_cast<std::size_t>(count)), colors(positions);

@@ -11,8 +11,6 @@
 
 namespace vesta::gs {
 
-// The Gaussians of a scene as parameters.
-
 // Gaussians as parameters: data as the layout has them (kernels/gaussian_splatting/formulas/layout.h).
 struct SplatModel : splat::ModelLayout {
   std::vector<float> data;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/gaussian_splatting/lenses/models.h"
+
 namespace vesta::gs {
 
 CameraSpread SpreadOf(const std::vector<const View*>& views) {
@@ -31,7 +33,9 @@ std::array<double, 3> SumOfUps(const std::vector<View>& views) {
 }
 
 double HorizontalAngle(const Camera& camera) {
-  return 2 * std::atan(0.5 * camera.width / camera.lens.fx) * 180 / std::numbers::pi;
+  double t[3];
+  splat::PointAt(camera.lens, camera.lens.cx + 0.5 * camera.width, camera.lens.cy, 1, t);
+  return 2 * std::atan2(t[0], t[2]) * 180 / std::numbers::pi;
 }
 
 }  // namespace vesta::gs

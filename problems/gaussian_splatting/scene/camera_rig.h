@@ -11,8 +11,6 @@
 
 namespace vesta::gs {
 
-// The median.
-
 // The upper one of an even number. There must be one.
 template <class T>
 T Median(std::vector<T> values) {
@@ -20,8 +18,6 @@ T Median(std::vector<T> values) {
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
-
-// How the cameras of a scene stand together.
 
 // The mean of their centres, and the distance of the farthest from it, world units; 0 where all coincide.
 struct CameraSpread {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/core/hd.h"
-#include "kernels/gaussian_splatting/formulas/lens.h"
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "kernels/math/isa.h"
 
 namespace vesta::gs {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 
 namespace vesta::gs {
 
@@ -41,6 +42,7 @@ void PhotographStore::Offer(Index number, Image image) {
 }
 
 std::shared_ptr<const Image> PhotographStore::Get(Index number) {
+  const ScopedPhase phase("photographs");
   Lock lock(mutex_);
   const std::shared_ptr<Entry> entry = Find(number);
   decoded_.wait(lock, [&] { return !entry->is_decoding; });
@@ -61,6 +63,7 @@ std::shared_ptr<const Image> PhotographStore::Get(Index number) {
 }
 
 std::shared_ptr<const Image> PhotographStore::Read(Index number) const {
+  const ScopedPhase phase("photographs");
   Lock lock(mutex_);
   const std::shared_ptr<Entry> entry = Find(number);
   if (entry->image) return entry->image;

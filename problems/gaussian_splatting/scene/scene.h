@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/formulas/lens.h"
 #include "kernels/gaussian_splatting/formulas/types.h"
+#include "kernels/gaussian_splatting/lenses/lens.h"
 #include "problems/gaussian_splatting/scene/distortion.h"
 #include "problems/gaussian_splatting/scene/image.h"
 #include "problems/gaussian_splatting/scene/photograph_store.h"

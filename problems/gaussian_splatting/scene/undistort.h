@@ -22,8 +22,6 @@ std::array<float, 3> SampleCubic(const Image& image, double u, double v);
 // (Image::mask).
 bool CountsAbout(const Image& image, double u, double v);
 
-// Photographs of distorting lenses made into those of pinholes.
-
 // The pinhole camera that stands for this one: the same focal lengths, so that the middle keeps its resolution, and as
 // large an image about the optical axis as has all its pixels within the distorted one (as `colmap image_undistorter`
 // with blank_pixels = 0), to twice as wide and high. It keeps to where the lens is one to one. None where less than a

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "solver/internal/linear/lsmr.h"
 
 namespace vesta {
@@ -37,6 +38,14 @@ LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, t
     if (norm > 0) backend.Axpby(0.0, vector, 1.0 / norm, vector);
     return norm;
   };
+  const auto apply = [&] {
+    const ScopedPhase phase("product");
+    a.Apply(v, Av);
+  };
+  const auto apply_adjoint = [&](typename B::Vector& result) {
+    const ScopedPhase phase("product");
+    a.ApplyAdjoint(u, result);
+  };
   backend.Fill(0, x);
   backend.Copy(b, u);
   const double beta1 = normalise(u);
@@ -44,7 +53,7 @@ LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, t
   summary.residual_norm = beta1;
   double alpha = 0;
   if (beta1 > 0) {
-    a.ApplyAdjoint(u, v);
+    apply_adjoint(v);
     alpha = normalise(v);
   }
   summary.normal_residual_norm = alpha * beta1;
@@ -60,10 +69,10 @@ LsmrSummary SolveLsmr(const LsmrOptions& options, B& backend, LinearMap<B>& a, t
   double norm_a2 = alpha * alpha;
   backend.Copy(v, h);
   for (int k = 1; k <= options.max_iterations; ++k) {
-    a.Apply(v, Av);
+    apply();
     backend.Axpby(1.0, Av, -alpha, u);
     const double beta = normalise(u);
-    a.ApplyAdjoint(u, Atu);
+    apply_adjoint(Atu);
     backend.Axpby(1.0, Atu, -beta, v);
     alpha = normalise(v);
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "solver/internal/linear/pcg.h"
 
 namespace vesta {
@@ -36,14 +37,22 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
     }
   };
   PcgSummary summary;
-  const auto true_residual = [&] {
-    a.Apply(x, w);
+  const auto product = [&](typename B::ConstVectorView v, typename B::VectorView out) {
+    const ScopedPhase phase("product");
+    a.Apply(v, out);
     ++summary.products;
+  };
+  const auto precondition = [&](typename B::ConstVectorView v, typename B::VectorView out) {
+    const ScopedPhase phase("preconditioner");
+    m_inverse.Apply(v, out);
+  };
+  const auto true_residual = [&] {
+    product(x, w);
     backend.Copy(b, r);
     backend.Axpby(-1.0, w, 1.0, r);
   };
 
-  if (options.start == PcgStart::kPreconditioned) m_inverse.Apply(b, x);
+  if (options.start == PcgStart::kPreconditioned) precondition(b, x);
   double model = 0;
   if (options.start == PcgStart::kZero) {
     backend.Fill(0, x);
@@ -62,7 +71,7 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
 
   squared_norm(b, kPcgRhsNorm2);
   squared_norm(r, kPcgResidualNorm2);
-  m_inverse.Apply(r, w);
+  precondition(r, w);
   products.Dot(r, w, slot(kPcgNewRz));
   backend.UpdatePcg(PcgPhase::kBegin, scalars);
   backend.Copy(w, p);
@@ -70,13 +79,12 @@ PcgSummary SolvePcg(const PcgOptions& options, B& backend, LinearOperator<B>& a,
   // The flag may be one iteration old; UpdatePcgScalars makes such an iteration do nothing.
   for (int k = 1; k <= options.max_iterations && backend.ReadLagged(slot(kPcgStop)) == 0; ++k) {
     if (k > 1) {
-      m_inverse.Apply(r, w);
+      precondition(r, w);
       products.Dot(r, w, slot(kPcgNewRz));
       backend.UpdatePcg(PcgPhase::kDirection, scalars);
       backend.CgDirection(w, slot(kPcgBeta), p);
     }
-    a.Apply(p, w);
-    ++summary.products;
+    product(p, w);
     products.Dot(p, w, slot(kPcgCurvature));
     backend.UpdatePcg(PcgPhase::kStep, scalars);
     backend.CgStep(slot(kPcgAlpha), p, w, x, r);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "solver/internal/normal_equations/normal_system.h"
 #include "solver/internal/normal_equations/system_fault.inl"
 
@@ -32,9 +33,11 @@ NormalSystem<B>::NormalSystem(B& backend, ProblemAdaptor<B> problem, typename B:
     batches_.push_back(problem.CheckedLinearize(x, batch));
     pointers_.push_back(batches_.back().get());
     LinearizationAdaptor<B>& linearization = *batches_.back();
+    ScopedPhase phase("gradient");
     add([&](typename B::VectorView g) { linearization.Gradient(g); }, negative_gradient_);
     if (batches_.size() == 1 && linearization.has_own_descent()) descent_.ResizeForOverwrite(n);
     if (!descent_.empty()) add([&](typename B::VectorView d) { linearization.Descent(d); }, descent_);
+    phase.Next("diagonal");
     add([&](typename B::VectorView d) { linearization.DiagJTJ(d); }, diagonal_);
   }
   backend_.Axpby(-1.0, negative_gradient_, 0.0, negative_gradient_);
@@ -78,6 +81,7 @@ StepSolution NormalSystem<B>::Solve(double lambda, PcgWorkspace<B>& workspace, t
 
 template <Backend B>
 double NormalSystem<B>::Curvature(typename B::ConstVectorView v) {
+  const ScopedPhase phase("product");
   double sum = 0;
   for (const auto& batch : batches_) sum += batch->Curvature(v);
   return sum;

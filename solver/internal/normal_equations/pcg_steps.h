@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "solver/internal/normal_equations/damped_normal_equations.h"
 #include "solver/internal/normal_equations/step_solver.h"
 #include "solver/reduced_system.h"
@@ -63,6 +64,7 @@ class PcgStep final : public StepSolver<B> {
     // Without a test of the residual it would take a second iteration to see that nothing is left to gain.
     double& tolerance = options_.pcg.relative_tolerance;
     if (preconditioner_->exact() && tolerance == 0) tolerance = kExactTolerance;
+    const ScopedPhase phase("preconditioner");
     preconditioner_->SetLinearization(system.batches, system.diagonal);
     // Where a column of H is zero and so is the right-hand side, conjugate gradients stay at zero by themselves.
     if (!system.problem.has_bounds() && !preconditioner_->couples_frozen()) system_.mask = {};
@@ -70,7 +72,10 @@ class PcgStep final : public StepSolver<B> {
   bool reads_mask() const override { return !system_.mask.empty(); }
   std::string preconditioner() const { return preconditioner_->description(); }
   PcgSummary Iterate(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) {
-    preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);
+    {
+      const ScopedPhase phase("preconditioner");
+      preconditioner_->SetDamping(options_.preconditioner_lambda.value_or(lambda), system_.metric);
+    }
     DampedNormalEquations<B> damped({system_.batches.begin(), system_.batches.end()}, lambda, system_.metric,
                                     system_.mask);
     MaskedPreconditioner<B> masked(system_.backend, *preconditioner_, system_.mask);
@@ -176,15 +181,19 @@ class ReducedPcgStep final : public StepSolver<B> {
   const std::string& preconditioner() const { return preconditioner_; }
   StepSolution Solve(double lambda, PcgWorkspace<B>& workspace, typename B::VectorView step) override {
     const Index kept = reduced_->size();
-    reduced_->SetDamping(lambda, system_.metric);
-    reduced_->ReduceRhs(system_.rhs, reduced_rhs_);
     IdentityPreconditioner<B> identity(kept);
     LinearOperator<B>* preconditioner = &identity;
-    if (factorize_) {
-      preconditioner = reduced_->Factorize();
-    } else if (schur_jacobi_) {
-      schur_jacobi_->Update(*reduced_);
-      preconditioner = &*schur_jacobi_;
+    {
+      ScopedPhase phase("elimination");
+      reduced_->SetDamping(lambda, system_.metric);
+      reduced_->ReduceRhs(system_.rhs, reduced_rhs_);
+      phase.Next("preconditioner");
+      if (factorize_) {
+        preconditioner = reduced_->Factorize();
+      } else if (schur_jacobi_) {
+        schur_jacobi_->Update(*reduced_);
+        preconditioner = &*schur_jacobi_;
+      }
     }
     const auto kept_step = step.subspan(0, kept);
     const auto& weights = system_.scale.square;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "kernels/core/check.h"
+#include "kernels/core/profile.h"
 #include "solver/internal/linear/dense_qr.h"
 #include "solver/internal/linear/lsmr.inl"
 #include "solver/internal/normal_equations/dense_jacobian.h"
@@ -144,6 +145,7 @@ class DenseQrStep final : public StepSolver<B> {
  private:
   using Scalar = typename B::Scalar;
   static DenseQr DenseFactors(const StepSystem<B>& system) {
+    const ScopedPhase phase("dense QR");
     const DenseJacobian dense = MakeDenseJacobian(system.backend, system.batches, system.mask);
     return {dense.rows, dense.cols, dense.jacobian, dense.residuals};
   }

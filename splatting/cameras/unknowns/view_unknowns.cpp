@@ -42,7 +42,7 @@ bool LensChange::is_sound() const {
 
 splat::Lens LensChange::Of(const splat::Lens& given) const {
   return {given.fx * std::exp(log_focal[0]), given.fy * std::exp(log_focal[1]), given.cx + given.fx * shift[0],
-          given.cy + given.fy * shift[1]};
+          given.cy + given.fy * shift[1], given.model};
 }
 
 LensChange Compose(const splat::LensTangent& delta, const LensChange& change) {

@@ -5,16 +5,14 @@
 #include <array>
 
 #include "kernels/core/span.h"
-#include "kernels/gaussian_splatting/formulas/lens.h"
+#include "kernels/gaussian_splatting/lenses/lens.h"
 #include "kernels/gaussian_splatting/projection/camera_motion.h"
 #include "kernels/gaussian_splatting/projection/lens_motion.h"
 #include "kernels/image/image_shape.h"
 
 namespace vesta::gs {
 
-// The exposure of a photograph: an affine map of each colour channel.
-
-// value of channel c -> gain[c] value + offset[c]. Colours as stored in the file, 0 to 1. None by default.
+// An exposure: value of channel c -> gain[c] value + offset[c]. Colours as stored in the file, 0 to 1. None by default.
 struct AffineColor {
   std::array<double, 3> gain{1, 1, 1}, offset{};
 
@@ -30,10 +28,8 @@ struct AffineColor {
   void Apply(HostSpan<S> image) const;
 };
 
-// What is found of a lens: its focal lengths and its principal point.
-
-// From as it was given: focal lengths by factors exp(log_focal), the principal point by `shift`, in focal lengths as
-// given. The same for the image at any size. Nothing by default.
+// The change of a lens from as it was given: focal lengths by factors exp(log_focal), the principal point by `shift`,
+// in focal lengths as given. The same for the image at any size. No change by default.
 struct LensChange {
   double log_focal[2] = {}, shift[2] = {};
 
@@ -41,14 +37,12 @@ struct LensChange {
   bool is_none() const { return *this == LensChange{}; }
   // Whether it is one that a lens could need: by less than a factor of e, and half a focal length.
   bool is_sound() const;
-  // The pinhole that was given as it is then. By no change it keeps every bit.
+  // The lens that was given as it is then. By no change it keeps every bit.
   splat::Lens Of(const splat::Lens& given) const;
 };
 
 // The retraction: the change, then that of the tangent at the lens as it is then.
 LensChange Compose(const splat::LensTangent& delta, const LensChange& change);
-
-// What is unknown of a view, beside the Gaussians: how its camera moves, its lens, and the exposure of its photograph.
 
 // A point of the manifold, from where a view starts.
 struct ViewUnknowns {

@@ -12,8 +12,6 @@
 
 namespace vesta::gs {
 
-// Image files.
-
 // Reads a JPEG (grey or colour), a PNG (any colour type, 8 or 16 bits), a TIFF (grey or RGB, 8 or 16 bits, its first
 // page) or a WebP, told apart by their first bytes, not by the name. 16 bits stay 16. Alpha is composited over
 // `background`, and the mask has the pixels that are opaque. Orientation (exif.h) and embedded profiles are ignored, as

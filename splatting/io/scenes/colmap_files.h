@@ -2,10 +2,12 @@
 // The pieces that COLMAP's two formats share, and its camera models. Internal to the reader.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "splatting/io/scenes/colmap.h"
 
 namespace vesta::gs {
@@ -47,6 +49,7 @@ template <class Read>
 void ReadParameters(const CameraModelInfo& info, const Read& read, ColmapCamera* record) {
   record->model = info.model;
   record->distortion.is_fisheye = info.is_fisheye;
+  record->camera.lens.model = std::max(0, splat::PlaceOf(splat::LensModels(), info.name));
   for (const CameraParameter parameter : info.parameters) {
     ParameterOf(*record, parameter) = read(WhatIs(parameter));
     if (parameter == CameraParameter::kFocal) record->camera.lens.fy = record->camera.lens.fx;

@@ -6,6 +6,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
+#include "kernels/core/profile.h"
 #include "splatting/io/scenes/colmap.h"
 #include "splatting/io/scenes/masks.h"
 #include "splatting/io/scenes/nerf.h"
@@ -86,6 +87,7 @@ void NoteDistortion(Scene* scene) {
 }  // namespace
 
 Scene LoadScene(const std::string& path, const LoadSceneOptions& options) {
+  const ScopedPhase phase("load scene");
   VESTA_CHECK(splat::IsLowPass(options.low_pass), "a low-pass filter of {} pixels^2", options.low_pass);
   Scene scene = ReadModel(path, options);
   const std::size_t named = scene.views.size();

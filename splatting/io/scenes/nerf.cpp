@@ -9,6 +9,7 @@
 
 #include "kernels/core/check.h"
 #include "kernels/core/files.h"
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "splatting/io/bytes/byte_reader.h"
 #include "splatting/io/images/image_file.h"
 #include "splatting/io/scenes/load_scene.h"
@@ -60,11 +61,11 @@ bool IsFisheye(const FrameValues& values) {
   if (flag != nullptr && !flag->is_boolean())
     Fail(kBadFile, "{}: is_fisheye is neither true nor false", values.where());
   const std::string model = values.Text("camera_model", "PINHOLE");
-  const std::set<std::string> pinholes = {"PINHOLE",       "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
-                                          "SIMPLE_RADIAL", "RADIAL",         "FULL_OPENCV"},
+  const std::set<std::string> pinholes = {"SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV",
+                                          "SIMPLE_RADIAL",  "RADIAL",      "FULL_OPENCV"},
                               fisheyes = {"OPENCV_FISHEYE", "FISHEYE", "SIMPLE_RADIAL_FISHEYE", "RADIAL_FISHEYE"};
   if (fisheyes.contains(model)) return true;
-  if (!pinholes.contains(model)) {
+  if (!pinholes.contains(model) && splat::PlaceOf(splat::LensModels(), model) < 0) {
     Fail(kUnsupported,
          "{}: the camera model {} is not read; undistort the images first, for instance by colmap image_undistorter",
          values.where(), Printable(model));
@@ -110,6 +111,9 @@ void ReadLens(const FrameValues& values, Camera* camera) {
     return 0.5 * side / std::tan(0.5 * values.Number(angle_key, 0));
   };
   auto& lens = camera->lens;
+  if (values.Has("camera_model")) {
+    lens.model = std::max(0, splat::PlaceOf(splat::LensModels(), values.Text("camera_model", "")));
+  }
   lens.fx = focal("fl_x", "camera_angle_x", camera->width, 0);
   lens.fy = focal("fl_y", "camera_angle_y", camera->height, lens.fx);
   lens.cx = values.Number("cx", 0.5 * camera->width);

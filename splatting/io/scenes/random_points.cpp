@@ -10,6 +10,7 @@
 #include <random>
 
 #include "kernels/core/check.h"
+#include "kernels/gaussian_splatting/lenses/models.h"
 #include "problems/gaussian_splatting/scene/camera_rig.h"
 
 namespace vesta::gs {
@@ -114,8 +115,8 @@ WorldPoints PointsInViews(const std::vector<View>& views, const RandomPoints& ra
     const double u = static_cast<double>(uniform()) * view.camera.width;
     const double v = static_cast<double>(uniform()) * view.camera.height;
     const double depth = depths[k] * std::pow(kSpread, 2 * static_cast<double>(uniform()) - 1);
-    const splat::Lens& lens = view.camera.lens;
-    const Vector in_camera{depth * (u - lens.cx) / lens.fx, depth * (v - lens.cy) / lens.fy, depth};
+    Vector in_camera;
+    splat::PointAt(view.camera.lens, u, v, depth, in_camera.data());
     Vector position;
     for (std::size_t j = 0; j < 3; ++j) {
       position[j] = 0;

@@ -16,6 +16,7 @@
 #include "kernels/core/archive.h"
 #include "kernels/core/check.h"
 #include "kernels/core/device_memory.h"
+#include "kernels/core/profile.h"
 #include "splatting/memory/memory_plan.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/before_growth.h"
@@ -217,6 +218,7 @@ class AdamStage {
     });
   }
   void Densify() {
+    const ScopedPhase phase("density");
     const Index before = state_->model.count();
     const double begin = session_.Seconds();
     views_.FreePasses();  // the new bases need room while the old ones are there

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "kernels/core/profile.h"
 #include "splatting/parsimony/harmonics.h"
 #include "splatting/parsimony/parsimony_options.h"
 #include "splatting/parsimony/prune.h"
@@ -35,6 +36,7 @@ class StageParsimony {
     const bool lowers = plan.lowers_sh_degrees && degree > 0 && degree == state.model.sh_degree() &&
                         ClaimTime(2, kPartForDegrees, state);
     if (!plan.prunes_unseen && !prunes && !lowers) return;
+    const ScopedPhase phase("pruning");
     before();
     session_.memory().NoteModel(state.model.layout());
     if (plan.prunes_unseen) KeepOnly(Supported(OnHost(state, degree), Judges()), state);

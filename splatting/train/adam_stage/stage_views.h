@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/core/profile.h"
 #include "splatting/distributed/term_exchange.h"
 #include "splatting/train/adam_stage/adam_stage_state.h"
 #include "splatting/train/adam_stage/stage_cameras.h"
@@ -50,6 +51,7 @@ class StageViews {
   // Where CameraChoice::kAuto is to be decided before an iteration.
   void DecideOnCamerasWhereDue(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.Decides(span, state->cameras)) return;
+    const ScopedPhase phase("cameras");
     SplatModel model;  // bands that are not in use yet are 0
     state->model.DownloadParameters(model);
     full_.Release(), coarse_.Release();
@@ -85,6 +87,7 @@ class StageViews {
   // Seconds that an iteration on views of full size takes beyond one on coarse ones, by some of the views. Leaves no
   // trace in what is trained.
   double MeasureFullBeyondCoarse(int degree, TrainedModel<B>* model) {
+    const ScopedPhase phase("forecast");
     const auto seconds = [&](StageTargets<B>& targets, std::size_t view) {
       const double begin = session_.Seconds();
       AddGradient(model->kernel_model(degree), targets[view], model->gradient(splat::NumAttributes(degree)));
@@ -133,6 +136,7 @@ class StageViews {
   // What views share of their cameras.
   void MoveSharedCameras(const StageSpan& span, AdamStageState<B>* state) {
     if (!cameras_.moves(span, state->cameras)) return;
+    const ScopedPhase phase("cameras");
     if (cameras_.MoveShared(span, &state->cameras)) {
       moved_.resize(full_.size());
       std::iota(moved_.begin(), moved_.end(), std::size_t{0});
@@ -176,6 +180,7 @@ class StageViews {
 
   // The camera of the view that a gradient was just added of.
   void MoveCamera(const StageSpan& span, std::size_t view, const splat::Model<float>& x, AdamStageState<B>* state) {
+    const ScopedPhase phase("cameras");
     const SeenView<B> seen{view,
                            x,
                            targets()[view],

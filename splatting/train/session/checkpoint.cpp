@@ -18,7 +18,7 @@ namespace {
 // The file: these eight bytes, the version, RunState, the stage's state, and the CRC-32 of all before it.
 constexpr std::string_view kMagic = "vestaTRN";
 // To be raised whenever a Visit that takes part changes.
-constexpr std::uint32_t kVersion = 12;
+constexpr std::uint32_t kVersion = 13;
 
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
   if (bytes.empty()) return before;  // of a null pointer zlib's is that of the start

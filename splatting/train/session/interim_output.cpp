@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "kernels/core/profile.h"
+
 namespace vesta::gs {
 
 InterimOutput::InterimOutput(const Parts& parts)
@@ -39,6 +41,7 @@ void InterimOutput::SaveWhereDue(Stage stage, int iteration, const WriteState& s
 }
 
 void InterimOutput::Save(Stage stage, int iteration, double seconds, const WriteState& state) {
+  const ScopedPhase phase("checkpoint");
   const CheckpointOptions& options = callbacks_.checkpoint;
   RunState run{.origin = options.origin,
                .stage = stage,
@@ -55,6 +58,7 @@ void InterimOutput::Save(Stage stage, int iteration, double seconds, const Write
 }
 
 void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost& on_host, const WriteState& state) {
+  const ScopedPhase phase("viewer");
   const TrainWatch& watch = callbacks_.watch;
   bool is_shown = false;  // in a pause the model stays what it is
   const auto show_where_wanted = [&] {
@@ -76,6 +80,7 @@ void InterimOutput::AttendToWatch(Stage stage, int iteration, const ModelOnHost&
 void InterimOutput::SnapshotWhereDue(Stage stage, int iteration, const ModelOnHost& on_host) {
   if (!callbacks_.snapshot) return;
   if (!snapshot_timer_.IsDue(callbacks_.snapshot_every, stage, iteration, clock_.Seconds())) return;
+  const ScopedPhase phase("snapshot");
   NoteError("no snapshot", [&] { callbacks_.snapshot(stage, iteration, on_host()); });
 }
 

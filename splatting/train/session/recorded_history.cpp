@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/session/recorded_history.h"
 
+#include "kernels/core/profile.h"
+
 namespace vesta::gs {
 
 void RecordedHistory::Record(Stage stage, int iteration, const ModelToRecord& model) {
+  const ScopedPhase phase("evaluation");
   HistoryRow row;
   row.stage = stage, row.iteration = iteration, row.gaussians = model.gaussians;
   row.seconds = clock_.Seconds();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splatting/train/session/training_memory.h"
 
+#include "kernels/core/profile.h"
+
 namespace vesta::gs {
 
 StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& options, double held_mib) {
@@ -9,6 +11,7 @@ StageMemory MemoryToPlanBy(const StageRunners& stages, const MemoryOptions& opti
 }
 
 MemoryScene TrainingMemory::Count(const splat::Model<float>& model, int most, bool with_entries) const {
+  const ScopedPhase phase("memory plan");
   return CountMemory(model, cameras_.views(), NearPlane(cameras_.scene()), most, with_entries);
 }
 

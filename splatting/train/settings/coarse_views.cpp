@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/core/parallel.h"
+#include "kernels/core/profile.h"
 
 namespace vesta::gs {
 
@@ -38,6 +39,7 @@ ImageSize CoarseSize(const View& view) {
 }
 
 std::vector<View> CoarseViews(const std::vector<const View*>& views) {
+  const ScopedPhase phase("photographs at half size");
   if (std::none_of(views.begin(), views.end(), [](const View* view) { return HasHalf(*view); })) return {};
   std::vector<View> coarse;
   coarse.reserve(views.size());

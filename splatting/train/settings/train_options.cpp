@@ -70,6 +70,14 @@ void ValidateOptions(const TrainOptions& options) {
   }
   CheckTogether(options.lm);
   CheckTogether(options.parsimony);
+  const DensityOptions& density = options.density;
+  const ParsimonyOptions& parsimony = options.parsimony;
+  if (density.enabled && (parsimony.supported || parsimony.judges()) && density.end > parsimony.begin) {
+    Fail(kBadArgument,
+         "density.end={} lies behind parsimony.begin={}: Gaussians would be removed while others are still added; set "
+         "both",
+         density.end, parsimony.begin);
+  }
 }
 
 }  // namespace vesta::gs

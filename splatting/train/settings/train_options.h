@@ -15,8 +15,6 @@
 
 namespace vesta::gs {
 
-// Everything a training run can be told, as plain data with defaults, and the table of it all.
-
 struct TrainOptions : StageOptions {
   LearningRates rates;
   std::optional<int> sh_degree;  // of training; none: what the training views bear (DefaultShDegree)

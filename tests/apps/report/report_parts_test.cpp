@@ -167,7 +167,8 @@ TEST(ReportPage, EscapesAllThatFilesSay) {
   const std::string evil = R"(\"'><script>alert(1)</script><img src=x onerror=alert(2)>&lt;)";
   const std::string shown = R"("'><script>alert(1)</script><img src=x onerror=alert(2)>&lt;)";
   std::string metrics = R"({"scene": "E", "command": "E", "preset": "E", "device": "E", "version": "E", "notes": ["E"],
-    "options": {"adam": {"E": "E"}}, "history": [{"seconds": 1, "cost": 2, "E": 3}, {"seconds": 2, "cost": 1}]})";
+    "options": {"adam": {"E": "E"}}, "profile": [7, {"phase": 8}, {"phase": "E", "depth": "E", "wall_seconds": 3}],
+    "history": [{"seconds": 1, "cost": 2, "E": 3}, {"seconds": 2, "cost": 1}]})";
   for (std::size_t at = metrics.find("\"E\""); at != std::string::npos; at = metrics.find("\"E\"")) {
     metrics.replace(at + 1, 1, evil);
   }

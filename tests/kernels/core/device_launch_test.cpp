@@ -7,6 +7,7 @@
 
 #include "kernels/core/cuda_backend.h"
 #include "kernels/core/device_code.h"
+#include "kernels/core/profile.h"
 #include "tests/support/emulated_device.h"
 #include "tests/support/throws_error.h"
 
@@ -26,6 +27,16 @@ TEST(DeviceLaunch, IsTriedOnceMoreWithTheMemoryOfThePool) {
   backend.Fill(1, many);
   EXPECT_EQ(backend.Dot(many.view(), many.view()), 10000);
   EXPECT_EQ(test::NumTrims(), trims + 2);
+}
+
+TEST(DeviceLaunch, PhasesEndWhenTheDeviceHasDoneItsWork) {
+  Profile profile(ReadClocksOf<Device>);
+  const std::int64_t before = device::CountedHostWork().waits;
+  {
+    const ProfileScope scope(&profile);
+    const ScopedPhase phase("launch");
+  }
+  EXPECT_EQ(device::CountedHostWork().waits, before + 4) << "at both ends of both";
 }
 
 TEST(DeviceLaunch, WithoutMemoryIsOutOfMemory) {

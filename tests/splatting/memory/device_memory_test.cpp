@@ -36,6 +36,7 @@ const test::MemoryCase kCases[] = {
      [](TrainOptions& o) {
        o.adam.iterations = 2, o.lm.iterations = 0;
        o.density.enabled = true, o.density.begin = 0, o.density.end = 1, o.density.every = 0.5;
+       o.parsimony = ParsimonyOptions::None();
        // Opacities start at 0.1.
        o.density.prune_opacity = 0.1, o.density.gradient_threshold = 0, o.density.max_gaussians = 1500;
      }},

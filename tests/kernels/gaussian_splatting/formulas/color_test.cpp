@@ -29,7 +29,6 @@ void CheckColor(double distance) {
   test::Random random(7 + Degree);
   for (int trial = 0; trial < 20; ++trial) {
     const PosedCamera view = test::RandomView(random, 64, 48);
-    const CameraConstants<double> camera = ConstantsOf<double>(view);
     double mean[3], sh[3 * kCount], color_bar[3], norm2 = 0;
     for (int i = 0; i < 3; ++i) mean[i] = random.Normal(), norm2 += mean[i] * mean[i];
     for (int i = 0; i < 3; ++i) mean[i] = view.centre[i] + distance * mean[i] / std::sqrt(norm2);
@@ -38,7 +37,7 @@ void CheckColor(double distance) {
     const auto coefficient = [&](int a) { return sh[a]; };
 
     Jet offset[3], basis_jet[kCount];
-    for (int i = 0; i < 3; ++i) offset[i] = Jet(mean[i], i) - camera.centre[i];
+    for (int i = 0; i < 3; ++i) offset[i] = Jet(mean[i], i) - view.centre[i];
     const Jet length = sqrt(offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]);
     const Jet direction[3] = {offset[0] / length, offset[1] / length, offset[2] / length};
     test::LegendreShBasis(Degree, direction, basis_jet);
@@ -52,7 +51,7 @@ void CheckColor(double distance) {
     }
 
     double dir[3], basis[kCount], color[3];
-    const double inverse = ViewDirection(camera, mean, dir);
+    const double inverse = ViewDirection(view.centre, mean, dir);
     ShBasis<Degree>(dir[0], dir[1], dir[2], basis);
     ShColor<Degree>(basis, coefficient, color);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(color[c], value[c], 1e-13);

@@ -29,7 +29,7 @@ class Projection : public testing::TestWithParam<Case> {
   void Make(int seed) {
     test::Random random(static_cast<std::uint64_t>(seed));
     view_ = test::RandomView(random, 64, 48);
-    camera_ = ConstantsOf<double>(view_);
+    camera_ = ConstantsOf<Pinhole<double>>(view_);
     const Case& c = GetParam();
     // 1 stands for the border of the clamp.
     const auto place = [&](double share, double lo, double hi) { return share < 0 ? -share * lo : share * hi; };
@@ -45,7 +45,7 @@ class Projection : public testing::TestWithParam<Case> {
   }
 
   PosedCamera view_;
-  CameraConstants<double> camera_;
+  CameraConstants<double, Pinhole<double>> camera_;
   double p_[kParameters];
 };
 
@@ -76,7 +76,7 @@ TEST_P(Projection, WhitenedFormIsTheConic) {
     double attributes[kMaxAttributes] = {};
     std::copy_n(p_, kParameters, attributes);
     const reference::ScreenGaussian<double> conic = reference::ProjectGaussian(attributes, 0, view_);
-    ProjectionState<LensIn<double>, double> state;
+    ProjectionState<Pinhole<double>, double> state;
     const SplatShape<double> shape = Project(camera_, p_ + kMean, p_ + kLogScale, p_ + kQuaternion, state);
     EXPECT_NEAR(shape.u, conic.u, 1e-12 * (1 + std::abs(conic.u)));
     EXPECT_NEAR(shape.v, conic.v, 1e-12 * (1 + std::abs(conic.v)));
@@ -115,7 +115,7 @@ TEST_P(Projection, DualAgreesWithJets) {
     for (int i = 0; i < kParameters; ++i) {
       D duals[kParameters];
       for (int k = 0; k < kParameters; ++k) duals[k] = D(p_[k], k == i ? 1.0 : 0.0);
-      ProjectionState<LensIn<double>, D> state;
+      ProjectionState<Pinhole<double>, D> state;
       const SplatShape<D> dual = Project(camera_, duals + kMean, duals + kLogScale, duals + kQuaternion, state);
       double w[kLambda];
       WhitenTangent<double>({dual.u.a, dual.v.a, dual.r.a, dual.s.a, dual.beta.a},
@@ -133,7 +133,7 @@ TEST_P(Projection, WhitenedTangentMovesTheExponentOfTheConic) {
     Jet attributes[kMaxAttributes];
     for (int i = 0; i < kParameters; ++i) attributes[i] = Jet(p_[i], i);
     const reference::ScreenGaussian<Jet> conic = reference::ProjectGaussian(attributes, 0, view_);
-    ProjectionState<LensIn<double>, double> state;
+    ProjectionState<Pinhole<double>, double> state;
     const SplatShape<double> shape = Project(camera_, p_ + kMean, p_ + kLogScale, p_ + kQuaternion, state);
     const double condition = state.C * conic.c.a;
     if (condition > 100) continue;
@@ -164,7 +164,7 @@ TEST(ProjectionOnTheClamp, TangentAndAdjointTakeTheSameSide) {
   for (int i = 0; i < 9; ++i) view.R[i] = i % 4 == 0 ? 1 : 0;
   // Chosen so that borders and x / z are exact in binary: x / z = +-1 on the border.
   view.width = view.height = 20, view.lens.cx = view.lens.cy = 10, view.lens.fx = view.lens.fy = 13, view.near = 0.01;
-  const CameraConstants<double> camera = ConstantsOf<double>(view);
+  const CameraConstants<double, Pinhole<double>> camera = ConstantsOf<Pinhole<double>>(view);
   ASSERT_EQ(camera.lens.x_lo, -1);
   ASSERT_EQ(camera.lens.x_hi, 1);
   for (const double sign : {-1.0, 1.0}) {

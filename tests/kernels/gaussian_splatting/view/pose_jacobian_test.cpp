@@ -28,8 +28,8 @@ using Jet = ceres::Jet<double, kPoseTangent>;
 // The nine numbers of Gaussian i by the pose: the projection itself, of a camera whose pose is exp(xi) applied to that
 // of the view.
 void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
-  CameraConstants<Jet, LensIn<double>> camera{};
-  camera.lens = LensIn<double>(scene.view.lens, scene.view.width, scene.view.height);
+  CameraConstants<Jet, Pinhole<double>> camera{};
+  camera.lens = Pinhole<double>(scene.view.lens, scene.view.width, scene.view.height);
   SetLowPass(scene.view.low_pass, camera);
   Jet turn[9];
   const Jet omega[3] = {Jet(0, 0), Jet(0, 1), Jet(0, 2)};
@@ -49,11 +49,9 @@ void JetRows(const Scene& scene, int i, double K[kSplatTangent][kPoseTangent]) {
     mean[k] = Jet(scene.At(kMean + k, i)), log_scale[k] = Jet(scene.At(kLogScale + k, i));
   }
   for (int k = 0; k < 4; ++k) quaternion[k] = Jet(scene.At(kQuaternion + k, i));
-  ProjectionState<LensIn<double>, Jet> state;
+  ProjectionState<Pinhole<double>, Jet> state;
   const SplatShape<Jet> jet = Project(camera, mean, log_scale, quaternion, state);
-  CameraConstants<Jet> centre_alone;
-  std::copy_n(camera.centre, 3, centre_alone.centre);
-  ViewDirection(centre_alone, mean, dir);
+  ViewDirection(camera.centre, mean, dir);
   ShBasis<3>(dir[0], dir[1], dir[2], basis);
   ShColor<3>(
       basis, [&](int a) { return Jet(scene.At(kSh + a, i)); }, color);

@@ -108,11 +108,22 @@ TEST(TrainOptions, NamesAreUnique) {
 
 TEST(TrainOptions, PresetsAreValid) {
   for (const Preset& preset : Presets()) {
-    EXPECT_NO_THROW(ValidateOptions(preset.options())) << preset.name;
-    EXPECT_NO_THROW(ValidateOptions(RefinePresetOptions(preset.name))) << preset.name;
+    EXPECT_FALSE(ErrorOf([&] { ValidateOptions(preset.options()); })) << preset.name;
+    EXPECT_FALSE(ErrorOf([&] { ValidateOptions(RefinePresetOptions(preset.name)); })) << preset.name;
   }
   EXPECT_LT(PresetOptions("fast").adam.length, PresetOptions("balanced").adam.length);
   EXPECT_LT(PresetOptions("balanced").adam.length, PresetOptions("best").adam.length);
+}
+
+TEST(TrainOptions, NothingIsRemovedWhileGaussiansAreAdded) {
+  TrainOptions options;
+  options.density.end = 0.7;
+  EXPECT_THAT([&] { ValidateOptions(options); }, ThrowsError(kBadArgument, "density.end=0.7", "parsimony.begin=0.6"));
+  options.parsimony.begin = 0.7;
+  EXPECT_NO_THROW(ValidateOptions(options));
+  options.parsimony.begin = 0.6;
+  options.density.enabled = false;
+  EXPECT_NO_THROW(ValidateOptions(options));
 }
 
 TEST(TrainOptions, RefiningIsBySingleViewsUnlessAskedOtherwise) {
