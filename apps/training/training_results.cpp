@@ -32,6 +32,7 @@ void TrainingResults::Open() {
 }
 
 bool TrainingResults::Reserve(Index likely, Index least, int sh_degree) {
+  const ScopedPhase phase("write results");
   const auto reserve = [&](Index gaussians) {
     model_->Reserve(kHeaderBytes + gs::SplatPlyBytes(gaussians, sh_degree));
   };
@@ -47,7 +48,6 @@ bool TrainingResults::Reserve(Index likely, Index least, int sh_degree) {
 }
 
 void TrainingResults::CommitModel(const gs::SplatModel& model) {
-  const ScopedPhase phase("write splat");
   gs::WriteSplatPly(*model_, model);
   model_->Finish();
   // Between this and new ones there are none: those of an earlier training are not this model's.
@@ -59,6 +59,7 @@ void TrainingResults::CommitModel(const gs::SplatModel& model) {
 }
 
 void TrainingResults::SaveModel(const gs::SplatModel& model) {
+  const ScopedPhase phase("write results");
   try {
     CommitModel(model);
   } catch (const Error&) {
@@ -72,6 +73,7 @@ void TrainingResults::SaveModel(const gs::SplatModel& model) {
 }
 
 void TrainingResults::Save(const gs::SplatModel& model, const std::string& metrics) {
+  const ScopedPhase phase("write results");
   if (!model_ || !metrics_) Open();  // where that failed before
   metrics_->Write(metrics);
   metrics_->Finish();
