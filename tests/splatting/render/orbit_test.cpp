@@ -63,7 +63,7 @@ TEST(Orbit, IsAtTheMedianDistance) {
 
 TEST(Orbit, OfNothingIsAnError) {
   EXPECT_THAT([] { OrbitOf(Scene(), kCamera, 5); }, ThrowsError(kBadArgument));
-  EXPECT_THAT([] { OrbitOf(Circle(3, 1), kCamera, 0); }, ThrowsError(kUnavailable, "0"));
+  EXPECT_THAT([] { OrbitOf(Circle(3, 1), kCamera, 0); }, ThrowsError(kBadArgument, "0"));
 }
 
 }  // namespace
